@@ -1,0 +1,356 @@
+//! Numbers with units, from text and back, without a rounding that the text did not ask for.
+
+use std::fmt;
+
+use twinrig_kernel::{SimDuration, Unit};
+
+use crate::units::{self, Scale};
+
+/// Why a text is not the quantity that was wanted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct QuantityError {
+    /// What is wrong.
+    pub message: String,
+    /// What would be right; may be empty.
+    pub help: String,
+}
+
+impl fmt::Display for QuantityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.help.is_empty() {
+            f.write_str(&self.message)
+        } else {
+            write!(f, "{} ({})", self.message, self.help)
+        }
+    }
+}
+
+impl std::error::Error for QuantityError {}
+
+/// The number of `text` in the unit of the International System that `unit` is.
+///
+/// ```
+/// use twinrig_document::parse_quantity;
+/// use twinrig_kernel::Unit;
+///
+/// assert_eq!(parse_quantity("12.6 cm", Unit::Meter), Ok(0.126));
+/// assert!(parse_quantity("12.6 Hz", Unit::Meter).is_err());
+/// ```
+///
+/// # Errors
+/// No number, a unit of another dimension, no unit where one is needed, or a number too large to hold.
+pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
+    let (digits, spelling) = split(text);
+    let kind = units::kind(unit).ok_or_else(|| QuantityError {
+        message: format!("a quantity in {unit} cannot be written in a document"),
+        help: String::new(),
+    })?;
+    if digits.is_empty() {
+        return Err(QuantityError {
+            message: format!(
+                "`{text}` does not begin with a number; wanted is {}",
+                kind.name
+            ),
+            help: example(unit),
+        });
+    }
+    let Some(scale) = units::scale(kind, spelling) else {
+        return Err(wrong_unit(text, spelling, unit));
+    };
+    let value = match scale {
+        Scale::Ten(shift) => shifted(digits, shift),
+        Scale::Factor(factor) => digits.parse::<f64>().ok().map(|number| number * factor),
+    };
+    value
+        .filter(|value| value.is_finite())
+        .ok_or_else(|| QuantityError {
+            message: format!("`{text}` is too large a number"),
+            help: String::new(),
+        })
+}
+
+/// The duration of `text`, exact to the nanosecond and never by way of a floating-point number.
+///
+/// ```
+/// use twinrig_document::parse_duration;
+/// use twinrig_kernel::SimDuration;
+///
+/// assert_eq!(parse_duration("0.1 ms"), Ok(SimDuration::from_nanos(100_000)));
+/// ```
+///
+/// # Errors
+/// As [`parse_quantity`]; also a negative duration, one that is not a whole number of nanoseconds, and one longer than
+/// 584 years.
+pub fn parse_duration(text: &str) -> Result<SimDuration, QuantityError> {
+    parse_quantity(text, Unit::Second)?;
+    let (digits, spelling) = split(text);
+    let (shift, factor) = match spelling.trim() {
+        "min" => (9, 60),
+        "s" => (9, 1),
+        "ms" => (6, 1),
+        "ns" => (0, 1),
+        _ => (3, 1),
+    };
+    if digits.starts_with('-') {
+        return Err(QuantityError {
+            message: format!("`{text}` is negative; a duration is not"),
+            help: String::new(),
+        });
+    }
+    whole(digits, shift)
+        .and_then(|nanos| nanos.checked_mul(factor))
+        .and_then(|nanos| u64::try_from(nanos).ok())
+        .map(SimDuration::from_nanos)
+        .ok_or_else(|| QuantityError {
+            message: format!("`{text}` is not a whole number of nanoseconds that a clock can hold"),
+            help: "time counts in whole nanoseconds, 584 years at most".into(),
+        })
+}
+
+/// `value` in the unit itself, so that [`parse_quantity`] gives back the same bits.
+///
+/// ```
+/// use twinrig_document::print_quantity;
+/// use twinrig_kernel::Unit;
+///
+/// assert_eq!(print_quantity(0.126, Unit::Meter), "0.126 m");
+/// ```
+pub fn print_quantity(value: f64, unit: Unit) -> String {
+    match units::kind(unit).and_then(si_spelling) {
+        Some("") | None => format!("{value}"),
+        Some(spelling) => format!("{value} {spelling}"),
+    }
+}
+
+/// What a quantity in `unit` is called: `a length`.
+pub fn quantity_name(unit: Unit) -> &'static str {
+    units::kind(unit).map_or("a quantity", |kind| kind.name)
+}
+
+/// The spellings that fit `unit`: `m, cm, mm, um, km`.
+pub fn fitting_units(unit: Unit) -> String {
+    let spellings = units::kind(unit).map_or(&[][..], |kind| kind.spellings);
+    spellings
+        .iter()
+        .map(|(spelling, _)| *spelling)
+        .filter(|spelling| !spelling.is_empty())
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// What to write: for a length ``a length with its unit, as in "1 m"; units that fit: m, cm, …``.
+pub(crate) fn example(unit: Unit) -> String {
+    let first = units::kind(unit).map_or("", |kind| kind.spellings[0].0);
+    if first.is_empty() {
+        "write a number, as in 0.5".into()
+    } else {
+        format!(
+            "write it as in \"3 {first}\"; units that fit: {}",
+            fitting_units(unit)
+        )
+    }
+}
+
+fn si_spelling(kind: &units::Kind) -> Option<&'static str> {
+    kind.spellings
+        .iter()
+        .find(|(_, scale)| *scale == Scale::Ten(0))
+        .map(|(spelling, _)| *spelling)
+}
+
+fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
+    let wanted = quantity_name(unit);
+    let help = match fitting_units(unit) {
+        units if units.is_empty() => "write the number alone".into(),
+        units => format!("units that fit: {units}"),
+    };
+    let message = if spelling.is_empty() {
+        format!("`{text}` has no unit; wanted is {wanted}")
+    } else if let Some(kind) = units::kind_of_spelling(spelling) {
+        format!("`{text}` is {}; wanted is {wanted}", kind.name)
+    } else {
+        format!("`{spelling}` is no unit that is known; wanted is {wanted}")
+    };
+    QuantityError { message, help }
+}
+
+/// The leading decimal number of `text` (empty if there is none) and what follows it, both trimmed.
+fn split(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let bytes = text.as_bytes();
+    let digits_from = |mut at: usize| {
+        while bytes.get(at).is_some_and(u8::is_ascii_digit) {
+            at += 1;
+        }
+        at
+    };
+    let start = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole_end = digits_from(start);
+    let mut end = whole_end;
+    if bytes.get(end) == Some(&b'.') {
+        let fraction_end = digits_from(end + 1);
+        if fraction_end > end + 1 {
+            end = fraction_end;
+        }
+    }
+    if whole_end == start {
+        return ("", text);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent_end = digits_from(end + 1 + sign);
+        if exponent_end > end + 1 + sign {
+            end = exponent_end;
+        }
+    }
+    (&text[..end], text[end..].trim())
+}
+
+/// Digits before the exponent, and the exponent, of a number as [`split`] gives it.
+fn scientific(digits: &str) -> Option<(&str, i32)> {
+    match digits.split_once(['e', 'E']) {
+        None => Some((digits, 0)),
+        // Beyond four figures the exponent is a slip of the pen, and would make `whole` count zeros for long.
+        Some((mantissa, exponent)) => {
+            let exponent: i32 = exponent.parse().ok()?;
+            (exponent.abs() < 10_000).then_some((mantissa, exponent))
+        }
+    }
+}
+
+/// The number times a power of ten, rounded once.
+fn shifted(digits: &str, shift: i32) -> Option<f64> {
+    let (mantissa, exponent) = scientific(digits)?;
+    format!("{mantissa}e{}", exponent + shift).parse().ok()
+}
+
+/// The number times a power of ten, if that is a whole number (not negative) that 128 bits hold.
+fn whole(digits: &str, shift: i32) -> Option<u128> {
+    let (mantissa, exponent) = scientific(digits.trim_start_matches('+'))?;
+    let (integer, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let fraction = fraction.trim_end_matches('0');
+    let number: u128 = format!("{integer}{fraction}").parse().ok()?;
+    if number == 0 {
+        return Some(0);
+    }
+    let power = exponent + shift - i32::try_from(fraction.len()).ok()?;
+    let ten = 10_u128.checked_pow(power.unsigned_abs())?;
+    if power >= 0 {
+        number.checked_mul(ten)
+    } else {
+        number.is_multiple_of(ten).then(|| number / ten)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::units::KINDS;
+
+    #[test]
+    fn a_power_of_ten_is_not_a_rounding() {
+        // 12.6 × 0.01 in floating point is 0.126 and 0.7 × 0.001 is not 0.0007.
+        assert_eq!(parse_quantity("0.7 mm", Unit::Meter), Ok(0.0007));
+        assert_eq!(parse_quantity("1.1e3 g", Unit::Kilogram), Ok(1.1));
+    }
+
+    #[test]
+    fn a_unit_may_be_spelled_several_ways() {
+        for text in ["0.1 N·m/rad", "0.1 N*m/rad", "0.1 N m/rad", "0.1N m / rad"] {
+            assert_eq!(parse_quantity(text, Unit::NewtonMeterPerRadian), Ok(0.1));
+        }
+        assert_eq!(
+            parse_quantity("35°", Unit::Radian),
+            parse_quantity("35 deg", Unit::Radian)
+        );
+        assert_eq!(parse_duration("5 µs"), parse_duration("5 us"));
+    }
+
+    #[test]
+    fn a_wrong_unit_names_the_units_that_fit() {
+        let error = parse_quantity("3 Hz", Unit::Meter).unwrap_err();
+        assert_eq!(error.message, "`3 Hz` is a frequency; wanted is a length");
+        assert_eq!(error.help, "units that fit: m, cm, mm, um, km");
+    }
+
+    #[test]
+    fn a_length_without_a_unit_is_refused() {
+        assert!(parse_quantity("3", Unit::Meter).is_err());
+        assert_eq!(parse_quantity("3", Unit::One), Ok(3.0));
+        assert_eq!(parse_quantity("3 %", Unit::One), Ok(0.03));
+    }
+
+    #[test]
+    fn durations_are_exact() {
+        let nanos = |text: &str| parse_duration(text).map(SimDuration::as_nanos);
+        assert_eq!(nanos("0.1 s"), Ok(100_000_000));
+        assert_eq!(nanos("200 s"), Ok(200_000_000_000));
+        assert_eq!(nanos("1.000000001 s"), Ok(1_000_000_001));
+        assert_eq!(nanos("2e-3 s"), Ok(2_000_000));
+        assert_eq!(nanos("0.5 min"), Ok(30_000_000_000));
+        assert_eq!(nanos("0.000 s"), Ok(0));
+        for text in [
+            "0.5 ns", "-1 s", "1e12 s", "1e400 s", "9e9999 s", "1", "inf s", "NaN s", "",
+        ] {
+            assert!(nanos(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_unit_is_spelled_as_its_symbol() {
+        for &unit in Unit::ALL {
+            let symbol = if unit == Unit::One { "" } else { unit.symbol() };
+            assert_eq!(
+                parse_quantity(&format!("2.5 {symbol}"), unit),
+                Ok(2.5),
+                "{unit}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_spelling_belongs_to_one_kind() {
+        for kind in KINDS {
+            for (spelling, _) in kind.spellings {
+                let owners: Vec<_> = KINDS
+                    .iter()
+                    .filter(|other| units::scale(other, spelling).is_some())
+                    .map(|other| other.name)
+                    .collect();
+                assert_eq!(owners, [kind.name], "{spelling}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn printed_quantities_parse_to_the_same_bits(
+            value in any::<f64>().prop_filter("finite", |value| value.is_finite()),
+            kind in 0..KINDS.len(),
+        ) {
+            let unit = KINDS[kind].unit;
+            let back = parse_quantity(&print_quantity(value, unit), unit).unwrap();
+            prop_assert_eq!(back.to_bits(), value.to_bits());
+        }
+
+        #[test]
+        fn printed_durations_parse_to_the_same_nanosecond(nanos: u64) {
+            for text in [format!("{nanos} ns"), format!("{}.{:09} s", nanos / 1_000_000_000, nanos % 1_000_000_000)] {
+                prop_assert_eq!(parse_duration(&text), Ok(SimDuration::from_nanos(nanos)));
+            }
+        }
+
+        #[test]
+        fn no_text_is_a_panic(text in ".*") {
+            let _ = parse_quantity(&text, Unit::Meter);
+            let _ = parse_duration(&text);
+        }
+
+        #[test]
+        fn no_number_with_a_unit_is_a_panic(text in "[-+]?[0-9.eE+-]{0,24} ?(s|ms|us|ns|min|µs)?") {
+            let _ = parse_duration(&text);
+        }
+    }
+}

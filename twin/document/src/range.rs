@@ -1,0 +1,103 @@
+//! A range of numbers with open or closed ends.
+
+use std::fmt;
+use std::ops::Bound;
+
+/// The numbers that are accepted. Either end may be included, excluded, or absent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The lower end.
+    pub min: Bound<f64>,
+    /// The upper end.
+    pub max: Bound<f64>,
+}
+
+impl Range {
+    /// Every finite number.
+    pub const ANY: Range = Range {
+        min: Bound::Unbounded,
+        max: Bound::Unbounded,
+    };
+    /// Greater than zero.
+    pub const POSITIVE: Range = Range {
+        min: Bound::Excluded(0.0),
+        max: Bound::Unbounded,
+    };
+    /// Zero or greater.
+    pub const NOT_NEGATIVE: Range = Range {
+        min: Bound::Included(0.0),
+        max: Bound::Unbounded,
+    };
+
+    /// From `min` to `max`, both included; an infinite end is absent.
+    pub fn between(min: f64, max: f64) -> Self {
+        let end = |value: f64| {
+            if value.is_finite() {
+                Bound::Included(value)
+            } else {
+                Bound::Unbounded
+            }
+        };
+        Range {
+            min: end(min),
+            max: end(max),
+        }
+    }
+
+    /// Whether `value` lies in the range. NaN lies in none.
+    pub fn contains(&self, value: f64) -> bool {
+        let above = match self.min {
+            Bound::Included(min) => value >= min,
+            Bound::Excluded(min) => value > min,
+            Bound::Unbounded => true,
+        };
+        let below = match self.max {
+            Bound::Included(max) => value <= max,
+            Bound::Excluded(max) => value < max,
+            Bound::Unbounded => true,
+        };
+        value.is_finite() && above && below
+    }
+
+    /// The range in words, with `symbol` behind each number: `greater than 0 m, at most 0.2 m`.
+    pub fn words(&self, symbol: &str) -> String {
+        let with = |value: f64| {
+            if symbol.is_empty() || symbol == "1" {
+                format!("{value}")
+            } else {
+                format!("{value} {symbol}")
+            }
+        };
+        let min = match self.min {
+            Bound::Included(min) => Some(format!("at least {}", with(min))),
+            Bound::Excluded(min) => Some(format!("greater than {}", with(min))),
+            Bound::Unbounded => None,
+        };
+        let max = match self.max {
+            Bound::Included(max) => Some(format!("at most {}", with(max))),
+            Bound::Excluded(max) => Some(format!("less than {}", with(max))),
+            Bound::Unbounded => None,
+        };
+        match (min, max) {
+            (Some(min), Some(max)) => format!("{min}, {max}"),
+            (Some(end), None) | (None, Some(end)) => end,
+            (None, None) => "any finite number".into(),
+        }
+    }
+}
+
+impl fmt::Display for Range {
+    /// In the manner of the thesis' tables: `]0; 1[`, `[0; +∞[`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.min {
+            Bound::Included(min) => write!(f, "[{min}; ")?,
+            Bound::Excluded(min) => write!(f, "]{min}; ")?,
+            Bound::Unbounded => write!(f, "]−∞; ")?,
+        }
+        match self.max {
+            Bound::Included(max) => write!(f, "{max}]"),
+            Bound::Excluded(max) => write!(f, "{max}["),
+            Bound::Unbounded => write!(f, "+∞["),
+        }
+    }
+}

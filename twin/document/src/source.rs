@@ -1,0 +1,92 @@
+//! Text with a name, and places in it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A text and the name it is shown under: a file's path, or `--set` for what came from the command line.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The name shown in messages.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+/// Where something stands: a range of bytes of a [`Source`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    source: Arc<Source>,
+    span: Range<usize>,
+}
+
+impl Place {
+    /// The place of bytes `span` of `source`. A span beyond the text, or one that cuts a character in two, is moved to the
+    /// nearest character boundary: a place is for showing and must never be the cause of a panic.
+    pub fn new(source: Arc<Source>, span: Range<usize>) -> Self {
+        let start = boundary(&source.text, span.start);
+        let end = boundary(&source.text, span.end).max(start);
+        Place {
+            source,
+            span: start..end,
+        }
+    }
+
+    /// The source it stands in.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Line, counted from 1.
+    pub fn line(&self) -> usize {
+        self.source.text[..self.span.start].matches('\n').count() + 1
+    }
+
+    /// Column in characters, counted from 1.
+    pub fn column(&self) -> usize {
+        self.before().chars().count() + 1
+    }
+
+    /// The text of its line.
+    pub fn line_text(&self) -> &str {
+        let start = self.line_start();
+        let rest = &self.source.text[start..];
+        rest.split('\n')
+            .next()
+            .unwrap_or(rest)
+            .trim_end_matches('\r')
+    }
+
+    /// The text of its line before it.
+    pub(crate) fn before(&self) -> &str {
+        &self.source.text[self.line_start()..self.span.start]
+    }
+
+    /// Length in characters of the part that stands on its first line, at least 1.
+    pub(crate) fn width(&self) -> usize {
+        let text = &self.source.text[self.span.clone()];
+        let first = text.split('\n').next().unwrap_or(text);
+        first.trim_end_matches('\r').chars().count().max(1)
+    }
+
+    /// The start of the first line of its source that is not empty.
+    pub(crate) fn first_line(&self) -> Place {
+        let text = &self.source.text;
+        let start = text.find(|c: char| !c.is_whitespace()).unwrap_or(0);
+        let line = text[start..].lines().next().unwrap_or("");
+        Place::new(Arc::clone(&self.source), start..start + line.len())
+    }
+
+    fn line_start(&self) -> usize {
+        self.source.text[..self.span.start]
+            .rfind('\n')
+            .map_or(0, |newline| newline + 1)
+    }
+}
+
+fn boundary(text: &str, at: usize) -> usize {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}

@@ -1,0 +1,223 @@
+//! How units are spelled.
+
+use twinrig_kernel::Unit;
+
+/// By what a number in a spelled unit is multiplied to be in the unit of the International System.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Scale {
+    /// A power of ten, applied to the decimal digits themselves: `12.6 cm` is exactly what `0.126` is.
+    Ten(i32),
+    /// Anything else: radians in a degree, seconds in a minute.
+    Factor(f64),
+}
+
+use Scale::{Factor, Ten};
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const TURN_PER_MINUTE: f64 = std::f64::consts::PI / 30.0;
+
+/// One kind of quantity: its unit, what it is called, and how it may be spelled, the commonest spelling first.
+pub(crate) struct Kind {
+    pub unit: Unit,
+    pub name: &'static str,
+    pub spellings: &'static [(&'static str, Scale)],
+}
+
+/// Every kind of quantity that a document may hold.
+pub(crate) const KINDS: &[Kind] = &[
+    Kind {
+        unit: Unit::One,
+        name: "a plain number",
+        spellings: &[("", Ten(0)), ("%", Ten(-2)), ("ppm", Ten(-6))],
+    },
+    Kind {
+        unit: Unit::Radian,
+        name: "an angle",
+        spellings: &[("deg", Factor(DEGREE)), ("rad", Ten(0)), ("mrad", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::RadianPerSecond,
+        name: "an angular velocity",
+        spellings: &[
+            ("rad/s", Ten(0)),
+            ("deg/s", Factor(DEGREE)),
+            ("rpm", Factor(TURN_PER_MINUTE)),
+        ],
+    },
+    Kind {
+        unit: Unit::Meter,
+        name: "a length",
+        spellings: &[
+            ("m", Ten(0)),
+            ("cm", Ten(-2)),
+            ("mm", Ten(-3)),
+            ("um", Ten(-6)),
+            ("km", Ten(3)),
+        ],
+    },
+    Kind {
+        unit: Unit::MeterPerSecond,
+        name: "a speed",
+        spellings: &[
+            ("m/s", Ten(0)),
+            ("cm/s", Ten(-2)),
+            ("mm/s", Ten(-3)),
+            ("km/h", Factor(1.0 / 3.6)),
+        ],
+    },
+    Kind {
+        unit: Unit::RadianPerSecondSquared,
+        name: "an angular acceleration",
+        spellings: &[("rad/s²", Ten(0)), ("deg/s²", Factor(DEGREE))],
+    },
+    Kind {
+        unit: Unit::MeterPerSecondSquared,
+        name: "an acceleration",
+        spellings: &[("m/s²", Ten(0)), ("mm/s²", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::Newton,
+        name: "a force",
+        spellings: &[("N", Ten(0)), ("mN", Ten(-3)), ("kN", Ten(3))],
+    },
+    Kind {
+        unit: Unit::NewtonSecond,
+        name: "an impulse",
+        spellings: &[("N·s", Ten(0)), ("mN·s", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::NewtonMeter,
+        name: "a torque",
+        spellings: &[("N·m", Ten(0)), ("mN·m", Ten(-3)), ("N·mm", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::NewtonPerMeter,
+        name: "a stiffness",
+        spellings: &[("N/m", Ten(0)), ("N/mm", Ten(3)), ("kN/m", Ten(3))],
+    },
+    Kind {
+        unit: Unit::NewtonMeterPerRadian,
+        name: "a torsional stiffness",
+        spellings: &[("N·m/rad", Ten(0)), ("mN·m/rad", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::NewtonMeterSecondPerRadian,
+        name: "a joint friction",
+        spellings: &[("N·m·s/rad", Ten(0)), ("mN·m·s/rad", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::NewtonSecondPerMeter,
+        name: "a damping",
+        spellings: &[("N·s/m", Ten(0))],
+    },
+    Kind {
+        unit: Unit::Joule,
+        name: "an energy",
+        spellings: &[("J", Ten(0)), ("mJ", Ten(-3)), ("kJ", Ten(3))],
+    },
+    Kind {
+        unit: Unit::Watt,
+        name: "a power",
+        spellings: &[("W", Ten(0)), ("mW", Ten(-3)), ("kW", Ten(3))],
+    },
+    Kind {
+        unit: Unit::Kilogram,
+        name: "a mass",
+        spellings: &[("kg", Ten(0)), ("g", Ten(-3)), ("mg", Ten(-6))],
+    },
+    Kind {
+        unit: Unit::KilogramSquareMeter,
+        name: "a moment of inertia",
+        spellings: &[("kg·m²", Ten(0)), ("g·cm²", Ten(-7)), ("kg·cm²", Ten(-4))],
+    },
+    Kind {
+        unit: Unit::Second,
+        name: "a duration",
+        spellings: &[
+            ("s", Ten(0)),
+            ("ms", Ten(-3)),
+            ("us", Ten(-6)),
+            ("ns", Ten(-9)),
+            ("min", Factor(60.0)),
+        ],
+    },
+    Kind {
+        unit: Unit::Hertz,
+        name: "a frequency",
+        spellings: &[("Hz", Ten(0)), ("kHz", Ten(3)), ("MHz", Ten(6))],
+    },
+    Kind {
+        unit: Unit::BitPerSecond,
+        name: "a bit rate",
+        spellings: &[("bit/s", Ten(0)), ("kbit/s", Ten(3)), ("Mbit/s", Ten(6))],
+    },
+    Kind {
+        unit: Unit::Volt,
+        name: "a voltage",
+        spellings: &[("V", Ten(0)), ("mV", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::Ampere,
+        name: "a current",
+        spellings: &[("A", Ten(0)), ("mA", Ten(-3))],
+    },
+    Kind {
+        unit: Unit::Ohm,
+        name: "a resistance",
+        spellings: &[
+            ("Ω", Ten(0)),
+            ("ohm", Ten(0)),
+            ("kohm", Ten(3)),
+            ("kΩ", Ten(3)),
+        ],
+    },
+    Kind {
+        unit: Unit::Pascal,
+        name: "a pressure",
+        spellings: &[("Pa", Ten(0)), ("kPa", Ten(3))],
+    },
+    Kind {
+        unit: Unit::Kelvin,
+        name: "a temperature",
+        spellings: &[("K", Ten(0))],
+    },
+];
+
+/// The kind of `unit`; none for a unit that no document holds.
+pub(crate) fn kind(unit: Unit) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.unit == unit)
+}
+
+/// The kind that `spelling` belongs to.
+pub(crate) fn kind_of_spelling(spelling: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| scale(kind, spelling).is_some())
+}
+
+/// The scale of `spelling` within `kind`.
+pub(crate) fn scale(kind: &Kind, spelling: &str) -> Option<Scale> {
+    let spelling = normal(spelling);
+    kind.spellings
+        .iter()
+        .find(|(known, _)| normal(known) == spelling)
+        .map(|(_, scale)| *scale)
+}
+
+/// One form for the spellings of the same unit: `kg·m²`, `kg*m^2`, `kg m2`; `µs` and `us`; `°` and `deg`.
+fn normal(spelling: &str) -> String {
+    let mut out = String::with_capacity(spelling.len());
+    for c in spelling.trim().chars() {
+        match c {
+            '*' | '·' | '⋅' | ' ' => {
+                if !out.ends_with('.') {
+                    out.push('.');
+                }
+            }
+            '²' => out.push('2'),
+            '^' => {}
+            'µ' | 'μ' => out.push('u'),
+            '°' => out.push_str("deg"),
+            c => out.push(c),
+        }
+    }
+    out.replace("./", "/").replace("/.", "/")
+}

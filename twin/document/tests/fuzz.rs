@@ -1,0 +1,87 @@
+//! Nothing that a file may hold is a panic.
+
+use proptest::prelude::*;
+use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
+use twinrig_kernel::Unit;
+
+/// Asks a table, and every table below it, for every key by every type.
+fn ask_everything(table: &Table<'_>) -> Result<(), Reported> {
+    for key in table.keys() {
+        if let Some(item) = table.get(key) {
+            ask(&item)?;
+        }
+    }
+    Ok(())
+}
+
+fn ask(item: &Item<'_>) -> Result<(), Reported> {
+    let _ = item.quantity(Unit::Meter, &Range::POSITIVE);
+    let _ = item.number(&Range::ANY);
+    let _ = item.duration();
+    let _ = item.natural();
+    let _ = item.boolean();
+    let _ = item.choice(&[("trot", 0), ("pace", 1)]);
+    let _ = item.overrides();
+    if let Ok(items) = item.list() {
+        items.iter().try_for_each(ask)?;
+    }
+    item.table().map_or(Ok(()), |table| ask_everything(&table))
+}
+
+fn read(bytes: Vec<u8>) -> Result<(), DocumentError> {
+    let document = Document::from_bytes("fuzz.toml", bytes)?;
+    document.check(ask_everything)
+}
+
+/// Text that is nearly TOML: keys, values, brackets, in any order.
+fn nearly_toml() -> impl Strategy<Value = String> {
+    let piece = prop_oneof![
+        "[a-c]{1,2}",
+        Just(" = ".to_owned()),
+        Just("\n".to_owned()),
+        Just("[a]\n".to_owned()),
+        Just("[[b]]\n".to_owned()),
+        Just("{ ".to_owned()),
+        Just(" }".to_owned()),
+        Just("[".to_owned()),
+        Just("]".to_owned()),
+        Just(", ".to_owned()),
+        Just("'3 cm'".to_owned()),
+        Just("\"é\\u0000\"".to_owned()),
+        Just("\"\"\"".to_owned()),
+        Just("1979-05-27".to_owned()),
+        Just("nan".to_owned()),
+        Just("0x7fffffffffffffffffff".to_owned()),
+        "[-+]?[0-9_.e]{1,8}",
+        Just("a.b.c = 1\n".to_owned()),
+        Just("\u{feff}\r".to_owned()),
+    ];
+    proptest::collection::vec(piece, 0..24).prop_map(|pieces| pieces.concat())
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_are_a_panic(bytes: Vec<u8>) {
+        if let Err(error) = read(bytes) {
+            prop_assert!(!error.problems.is_empty());
+            prop_assert!(error.to_string().contains("fuzz.toml"));
+        }
+    }
+
+    #[test]
+    fn nothing_like_toml_is_a_panic(text in nearly_toml()) {
+        if let Err(error) = read(text.into_bytes()) {
+            prop_assert!(!error.problems.is_empty());
+            prop_assert!(error.to_string().contains("fuzz.toml"));
+        }
+    }
+
+    #[test]
+    fn nothing_that_is_set_is_a_panic(key in nearly_toml(), value in ".*", text in nearly_toml()) {
+        if let Ok(mut document) = Document::parse("fuzz.toml", &text) {
+            let _ = document.set("--set", &key, &value);
+            let _ = document.set("--set", "a.b", &value);
+            let _ = document.check(ask_everything);
+        }
+    }
+}

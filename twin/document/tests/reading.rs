@@ -1,0 +1,100 @@
+//! What a person sees when a document is wrong, and what a program gets when it is right.
+
+use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
+use twinrig_kernel::Unit;
+
+fn leg(table: &Table<'_>) -> Result<(f64, u64), Reported> {
+    let l1 = table.required("l1", |item| item.quantity(Unit::Meter, &Range::POSITIVE));
+    let count = table.required("count", Item::natural);
+    let spring = table.optional("spring", |item| {
+        let spring = item.table()?;
+        spring.required("stiffness", |item| {
+            item.quantity(Unit::NewtonPerMeter, &Range::POSITIVE)
+        })
+    });
+    spring?;
+    Ok((l1?, count?))
+}
+
+fn read(text: &str) -> Result<(f64, u64), DocumentError> {
+    Document::parse("leg.toml", text)?.check(leg)
+}
+
+#[test]
+fn everything_wrong_is_shown_at_once_in_the_order_of_the_file() {
+    let error = read("count = -3\nl1 = '12 Hz'\n[spring]\nstifness = 3\n").unwrap_err();
+    insta::assert_snapshot!(error);
+}
+
+#[test]
+fn text_that_is_not_toml_is_shown_where_it_breaks() {
+    insta::assert_snapshot!(read("l1 = '1 m\ncount = 3").unwrap_err());
+}
+
+#[test]
+fn a_number_without_its_unit_is_told_which_units_fit() {
+    insta::assert_snapshot!(read("count = 3\nl1 = 0.1").unwrap_err());
+}
+
+#[test]
+fn a_caret_stands_below_what_it_means_behind_tabs_and_wide_letters() {
+    insta::assert_snapshot!(read("\tl1 = 'µm²'\n\tcount = [ 'é', 2 ]").unwrap_err());
+}
+
+#[test]
+fn what_is_set_replaces_what_the_file_says_and_shows_where_it_came_from() {
+    let mut document = Document::parse("leg.toml", "l1 = '1 m'\ncount = 3").unwrap();
+    document.set("--set", "l1", "20 cm").unwrap();
+    assert_eq!(document.check(leg), Ok((0.2, 3)));
+    document
+        .set("--set", "spring.stiffness", "\"2 m\"")
+        .unwrap();
+    insta::assert_snapshot!(document.check(leg).unwrap_err());
+}
+
+#[test]
+fn what_is_set_has_a_key() {
+    let mut document = Document::parse("leg.toml", "l1 = '1 m'\ncount = 3").unwrap();
+    insta::assert_snapshot!(document.set("--set", "l1 l2", "3").unwrap_err());
+    insta::assert_snapshot!(document.set("--set", "l1.deep", "3").unwrap_err());
+}
+
+#[test]
+fn overrides_replace_single_values_and_are_checked_where_they_land() {
+    let mut robot = Document::parse(
+        "leg.toml",
+        "l1 = '1 m'\ncount = 3\n[spring]\nstiffness = '3 N/m'",
+    )
+    .unwrap();
+    let scenario = Document::parse(
+        "run.toml",
+        "[override]\n'spring.stiffness' = '4 N/m'\nl1.x = 3\ncount = 4",
+    )
+    .unwrap();
+    let overrides = scenario
+        .check(|table| table.required("override", Item::overrides))
+        .unwrap();
+    insta::assert_snapshot!(robot.override_with(&overrides).unwrap_err());
+
+    let scenario = Document::parse(
+        "run.toml",
+        "[override]\nspring.stiffness = '4 N/m'\ncuont = 4",
+    )
+    .unwrap();
+    let overrides = scenario
+        .check(|table| table.required("override", Item::overrides))
+        .unwrap();
+    robot.override_with(&overrides).unwrap();
+    insta::assert_snapshot!(robot.check(leg).unwrap_err());
+}
+
+#[test]
+fn a_file_that_is_not_there_or_not_text_is_named() {
+    let error = Document::read("no/such.toml".as_ref()).unwrap_err();
+    assert!(
+        error.to_string().starts_with("error: cannot be read"),
+        "{error}"
+    );
+    let error = Document::from_bytes("x.toml", b"a = 1\nb = \"\xff\"".to_vec()).unwrap_err();
+    insta::assert_snapshot!(error);
+}
