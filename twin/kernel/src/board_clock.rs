@@ -1,0 +1,300 @@
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::{LocalDuration, LocalTime, SimDuration, SimTime};
+
+/// The clock of a board: where it starts, how fast it runs, and how it wanders.
+///
+/// At physical time `t` it shows `offset + t·(1 + rate) + wander(t)`, rounded down to the nanosecond,
+/// in exact integer arithmetic: it never runs backwards, and [`BoardClock::sim_at`] inverts it.
+///
+/// ```
+/// use twinrig_kernel::{BoardClock, LocalDuration, LocalTime, SimDuration, SimTime};
+///
+/// let fast = BoardClock::new(LocalDuration::from_nanos(500), 40_000)?; // + 40 ppm
+/// let second = SimTime::ZERO + SimDuration::from_secs(1);
+/// assert_eq!(fast.local_at(second), LocalTime::from_nanos(1_000_040_500));
+/// assert_eq!(fast.sim_at(LocalTime::from_nanos(1_000_040_500)), second);
+/// # Ok::<(), twinrig_kernel::BoardClockError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BoardClock {
+    offset_ns: i64,
+    rate_ppb: i64,
+    wander: Option<Wander>,
+}
+
+/// A slow, bounded, random phase error: straight lines between knots `period` apart, each knot uniform
+/// within ± `amplitude_ns`. A knot is a hash of the seed and its number, so that the clock has no state
+/// and can be asked for any time in any order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Wander {
+    amplitude_ns: i64,
+    period_ns: i64,
+    seed: u64,
+}
+
+/// A clock that could stand still or run backwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum BoardClockError {
+    /// The rate is not within ± half of nominal.
+    #[error(
+        "a clock that is {rate_ppb} ppb fast is no clock: the rate must be within ±500 000 000 ppb"
+    )]
+    Rate {
+        /// The rate \[ppb\].
+        rate_ppb: i64,
+    },
+    /// Within one period the clock could wander by more than a quarter of it.
+    #[error("a wander of ±{amplitude} every {period} is too much: at most an eighth of the period")]
+    Wander {
+        /// Greatest phase error.
+        amplitude: LocalDuration,
+        /// Distance of the knots.
+        period: SimDuration,
+    },
+}
+
+/// Parts in a whole.
+const BILLION: i128 = 1_000_000_000;
+/// Greatest deviation of the rate \[ppb\]: half of nominal, a thousand times what a bad crystal does.
+const RATE_PPB_MAX: i64 = 500_000_000;
+
+impl BoardClock {
+    /// A clock that shows physical time.
+    pub const IDEAL: Self = Self {
+        offset_ns: 0,
+        rate_ppb: 0,
+        wander: None,
+    };
+
+    /// A clock that shows `offset` at the start and gains `rate_ppb` nanoseconds a second.
+    ///
+    /// # Errors
+    /// [`BoardClockError::Rate`] if the rate is not within ± 500 000 000 ppb.
+    pub fn new(offset: LocalDuration, rate_ppb: i64) -> Result<Self, BoardClockError> {
+        if !(-RATE_PPB_MAX..=RATE_PPB_MAX).contains(&rate_ppb) {
+            return Err(BoardClockError::Rate { rate_ppb });
+        }
+        Ok(Self {
+            offset_ns: offset.as_nanos(),
+            rate_ppb,
+            wander: None,
+        })
+    }
+
+    /// The same clock with a phase error that wanders within ± `amplitude`, to a new random value every
+    /// `period`. `seed` comes from a [`crate::stream`].
+    ///
+    /// # Errors
+    /// [`BoardClockError::Wander`] unless `amplitude` is at most an eighth of `period`, neither is
+    /// negative, and `period` is below 292 years.
+    pub fn with_wander(
+        self,
+        amplitude: LocalDuration,
+        period: SimDuration,
+        seed: u64,
+    ) -> Result<Self, BoardClockError> {
+        let error = BoardClockError::Wander { amplitude, period };
+        let period_ns = i64::try_from(period.as_nanos()).map_err(|_| error)?;
+        let amplitude_ns = amplitude.as_nanos();
+        if period_ns == 0 || amplitude_ns < 0 || amplitude_ns > period_ns / 8 {
+            return Err(error);
+        }
+        Ok(Self {
+            wander: Some(Wander {
+                amplitude_ns,
+                period_ns,
+                seed,
+            }),
+            ..self
+        })
+    }
+
+    /// What the clock shows at `now`.
+    ///
+    /// # Panics
+    /// If the clock is past 292 years.
+    pub fn local_at(&self, now: SimTime) -> LocalTime {
+        let now = i128::from(now.as_nanos());
+        let local = match self.wander {
+            None => self.steady(now),
+            Some(wander) => {
+                let period = i128::from(wander.period_ns);
+                let knot = now / period;
+                let (from, to) = (self.knot(wander, knot), self.knot(wander, knot + 1));
+                from + (to - from) * (now - knot * period) / period
+            }
+        };
+        LocalTime::from_nanos(i64::try_from(local).expect("local time past 292 years"))
+    }
+
+    /// The first instant at which the clock shows `local` or later: when a timer set to `local` fires.
+    /// [`SimTime::ZERO`] if it shows that from the start.
+    ///
+    /// # Panics
+    /// If that is past 584 years.
+    pub fn sim_at(&self, local: LocalTime) -> SimTime {
+        let local = i128::from(local.as_nanos());
+        let sim = match self.wander {
+            None => self.steady_inverse(local),
+            Some(wander) => {
+                let period = i128::from(wander.period_ns);
+                // No knot before this one can be as late as `local`; the right one is a few further on.
+                let earliest = self.steady_inverse(local - i128::from(wander.amplitude_ns));
+                let mut knot = (earliest.max(0) / period - 1).max(0);
+                let mut from = self.knot(wander, knot);
+                loop {
+                    if from >= local {
+                        break knot * period;
+                    }
+                    let to = self.knot(wander, knot + 1);
+                    if to >= local {
+                        break knot * period + div_ceil((local - from) * period, to - from);
+                    }
+                    (knot, from) = (knot + 1, to);
+                }
+            }
+        };
+        SimTime::from_nanos(u64::try_from(sim.max(0)).expect("physical time past 584 years"))
+    }
+
+    /// `offset + t·(1 + rate)`, rounded down.
+    fn steady(&self, sim: i128) -> i128 {
+        i128::from(self.offset_ns)
+            + (sim * (BILLION + i128::from(self.rate_ppb))).div_euclid(BILLION)
+    }
+
+    /// The first time at which `steady` is `local` or later.
+    fn steady_inverse(&self, local: i128) -> i128 {
+        div_ceil(
+            (local - i128::from(self.offset_ns)) * BILLION,
+            BILLION + i128::from(self.rate_ppb),
+        )
+    }
+
+    /// What the clock shows at a knot of its wander.
+    fn knot(&self, wander: Wander, number: i128) -> i128 {
+        self.steady(number * i128::from(wander.period_ns)) + wander.phase(number)
+    }
+}
+
+impl Wander {
+    /// Phase error \[ns\] at a knot, uniform within ± the amplitude.
+    fn phase(self, knot: i128) -> i128 {
+        let amplitude = i128::from(self.amplitude_ns);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "bits for a hash"
+        )]
+        let hash = i128::from(mix(self.seed ^ mix(knot as u64)));
+        ((hash * (2 * amplitude + 1)) >> 64) - amplitude
+    }
+}
+
+/// A bijection of 64 bits that leaves none of them alone (the finaliser of `SplitMix64`).
+fn mix(bits: u64) -> u64 {
+    let bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits ^ bits >> 31
+}
+
+/// `dividend / divisor` rounded up, for a positive divisor.
+fn div_ceil(dividend: i128, divisor: i128) -> i128 {
+    -(-dividend).div_euclid(divisor)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn any_clock() -> impl Strategy<Value = BoardClock> {
+        let wander = prop::option::of((0_i64..2_000, 16_000_u64..2_000_000, any::<u64>()));
+        let rate = prop_oneof![-RATE_PPB_MAX..=RATE_PPB_MAX, -100_000_i64..100_000, Just(0)];
+        (-1_000_000_000_i64..1_000_000_000, rate, wander).prop_map(|(offset, rate, wander)| {
+            let clock = BoardClock::new(LocalDuration::from_nanos(offset), rate).unwrap();
+            match wander {
+                None => clock,
+                Some((amplitude, period, seed)) => clock
+                    .with_wander(
+                        LocalDuration::from_nanos(amplitude),
+                        SimDuration::from_nanos(period),
+                        seed,
+                    )
+                    .unwrap(),
+            }
+        })
+    }
+
+    fn any_time() -> impl Strategy<Value = u64> {
+        prop_oneof![0_u64..100, 0_u64..10_000_000, 0_u64..1 << 60]
+    }
+
+    proptest! {
+        #[test]
+        fn a_clock_never_runs_backwards(clock in any_clock(), at in any_time(), step in 0_u64..100_000) {
+            let (early, late) = (SimTime::from_nanos(at), SimTime::from_nanos(at + step));
+            prop_assert!(clock.local_at(early) <= clock.local_at(late));
+        }
+
+        #[test]
+        fn a_timer_fires_at_the_first_instant_that_shows_its_time(clock in any_clock(), at in any_time(), by in -5_i64..5) {
+            let local = clock.local_at(SimTime::from_nanos(at)) + LocalDuration::from_nanos(by);
+            let fires = clock.sim_at(local);
+            prop_assert!(clock.local_at(fires) >= local);
+            if fires > SimTime::ZERO {
+                prop_assert!(clock.local_at(SimTime::from_nanos(fires.as_nanos() - 1)) < local);
+            }
+        }
+
+        #[test]
+        fn there_and_back_is_the_first_instant_of_that_reading(clock in any_clock(), at in any_time()) {
+            let shown = clock.local_at(SimTime::from_nanos(at));
+            let back = clock.sim_at(shown);
+            prop_assert!(back.as_nanos() <= at);
+            prop_assert_eq!(clock.local_at(back), shown);
+        }
+
+        #[test]
+        fn wander_stays_within_its_amplitude(
+            seed in any::<u64>(), amplitude in 0_i64..1_000, rate in -100_000_i64..100_000, at in any_time()
+        ) {
+            let steady = BoardClock::new(LocalDuration::ZERO, rate).unwrap();
+            let period = SimDuration::from_nanos(1_000_000);
+            let wandering = steady.with_wander(LocalDuration::from_nanos(amplitude), period, seed).unwrap();
+            let at = SimTime::from_nanos(at);
+            let error = (wandering.local_at(at) - steady.local_at(at)).as_nanos();
+            // Two more for the roundings of knots and line.
+            prop_assert!(error.abs() <= amplitude + 2, "{error}");
+        }
+    }
+
+    #[test]
+    fn clocks_that_could_stop_are_refused() {
+        assert!(BoardClock::new(LocalDuration::ZERO, -1_000_000_000).is_err());
+        let wander = |amplitude, period| {
+            BoardClock::IDEAL.with_wander(
+                LocalDuration::from_nanos(amplitude),
+                SimDuration::from_nanos(period),
+                0,
+            )
+        };
+        assert!(wander(100, 799).is_err());
+        assert!(wander(-1, 800).is_err());
+        assert!(wander(0, 0).is_err());
+        assert!(wander(100, 800).is_ok());
+    }
+
+    #[test]
+    fn an_ideal_clock_shows_physical_time() {
+        let now = SimTime::from_nanos(123_456_789);
+        assert_eq!(
+            BoardClock::IDEAL.local_at(now),
+            LocalTime::from_nanos(123_456_789)
+        );
+    }
+}

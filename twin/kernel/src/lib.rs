@@ -1,0 +1,53 @@
+//! What everything else in Twinrig stands on: integer time, the clocks of boards, the order of events,
+//! wake-ups, random numbers and the shape of signals. Deterministic: the same calls give the same
+//! answers, bit for bit, on any machine, in any build.
+//!
+//! ```
+//! use twinrig_kernel::{Agenda, Rank, SimDuration, SimTime};
+//!
+//! // Two parts tick at their own pace; at 6 ms, when both are due, the lower rank goes first.
+//! let mut agenda = Agenda::new(1_000);
+//! let board = agenda.register("board", Rank(0));
+//! let control = agenda.register("control", Rank(1));
+//! agenda.arm(control, SimTime::ZERO);
+//! agenda.arm(board, SimTime::ZERO);
+//! let mut order = String::new();
+//! while let Some(wake) = agenda.pop_until(SimTime::ZERO + SimDuration::from_millis(6))? {
+//!     let (letter, period) = if wake.part == board { ('b', 3) } else { ('C', 2) };
+//!     order.push(letter);
+//!     agenda.arm(wake.part, wake.time + SimDuration::from_millis(period));
+//! }
+//! assert_eq!(order, "bCCbCbC");
+//! # Ok::<(), twinrig_kernel::LivelockError>(())
+//! ```
+//!
+//! What it does not do: no input or output, no physics, no protocol, no controller. It reads no clock
+//! of the machine, starts no thread, has no global state, and depends on no other crate of the project.
+
+mod agenda;
+mod board_clock;
+mod event_queue;
+mod host_time;
+mod layout;
+mod livelock;
+mod local_time;
+mod near_miss;
+mod port;
+mod sim_time;
+mod snapshot;
+mod stream;
+mod unit;
+
+pub use agenda::{Agenda, PartId, Wake};
+pub use board_clock::{BoardClock, BoardClockError};
+pub use event_queue::{EventQueue, Rank, Scheduled};
+pub use host_time::HostTime;
+pub use layout::{Field, Layout};
+pub use livelock::{LivelockError, LivelockGuard, WakeEdge};
+pub use local_time::{LocalDuration, LocalTime};
+pub use near_miss::near_misses;
+pub use port::{Direction, Port};
+pub use sim_time::{SimDuration, SimTime};
+pub use snapshot::{Snapshot, SnapshotError};
+pub use stream::{Stream, stream};
+pub use unit::Unit;

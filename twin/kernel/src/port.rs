@@ -1,0 +1,91 @@
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Unit;
+
+/// Which way a signal flows, seen from the part that owns the port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Direction {
+    /// The part reads it.
+    Input,
+    /// The part writes it.
+    Output,
+}
+
+impl Direction {
+    /// The direction of the port at the other end.
+    pub const fn opposite(self) -> Self {
+        match self {
+            Self::Input => Self::Output,
+            Self::Output => Self::Input,
+        }
+    }
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Input => "input",
+            Self::Output => "output",
+        })
+    }
+}
+
+/// One end of a signal: a named vector of `size` numbers in one unit.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Port {
+    /// Path of the signal, `leg/LF/hip/position`.
+    pub name: String,
+    /// Unit of every component.
+    pub unit: Unit,
+    /// Number of components.
+    pub size: usize,
+    /// Which way it flows, seen from the owner.
+    pub direction: Direction,
+}
+
+impl Port {
+    /// A signal that the owner reads.
+    #[must_use]
+    pub fn input(name: impl Into<String>, unit: Unit, size: usize) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+            size,
+            direction: Direction::Input,
+        }
+    }
+
+    /// A signal that the owner writes.
+    #[must_use]
+    pub fn output(name: impl Into<String>, unit: Unit, size: usize) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+            size,
+            direction: Direction::Output,
+        }
+    }
+
+    /// The port that fits this one: the same signal seen from the other end.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        Self {
+            direction: self.direction.opposite(),
+            ..self.clone()
+        }
+    }
+}
+
+/// `leg/LF/foot/position [m] × 3`
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} [{}]", self.name, self.unit)?;
+        if self.size == 1 {
+            Ok(())
+        } else {
+            write!(f, " × {}", self.size)
+        }
+    }
+}

@@ -1,0 +1,135 @@
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+/// A named stream of random numbers (`ChaCha8`), saved and restored with the part that draws from it.
+///
+/// The conversions are its own, so that no release of another crate changes a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Stream(ChaCha8Rng);
+
+/// The stream of that name under that seed. Its key is the BLAKE3 hash of both: a new stream never
+/// shifts the numbers of another, and no two names share numbers.
+///
+/// ```
+/// use twinrig_kernel::stream;
+/// let mut jitter = stream(1, "wire/sbcp/usb");
+/// assert_ne!(jitter.bits(), stream(2, "wire/sbcp/usb").bits());
+/// ```
+pub fn stream(seed: u64, name: &str) -> Stream {
+    let mut hasher = blake3::Hasher::new_derive_key("twinrig random stream, version 1");
+    hasher.update(&seed.to_le_bytes());
+    hasher.update(name.as_bytes());
+    Stream(ChaCha8Rng::from_seed(*hasher.finalize().as_bytes()))
+}
+
+impl Stream {
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
+    /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+    }
+
+    /// Uniform in `min..=max`, without bias.
+    ///
+    /// # Panics
+    /// If `min` is greater than `max`.
+    pub fn between(&mut self, min: u64, max: u64) -> u64 {
+        assert!(min <= max, "no number lies between {min} and {max}");
+        let Some(count) = (max - min).checked_add(1) else {
+            return self.bits();
+        };
+        // The numbers below 2⁶⁴ mod count would make the first ones a little more likely.
+        let unfair = count.wrapping_neg() % count;
+        loop {
+            let wide = u128::from(self.bits()) * u128::from(count);
+            #[expect(clippy::cast_possible_truncation, reason = "low and high half")]
+            if wide as u64 >= unfair {
+                return min + (wide >> 64) as u64;
+            }
+        }
+    }
+
+    /// Normal with mean 0 and standard deviation 1 (Marsaglia's polar method; the second number of
+    /// each pair is not kept, so that the stream's position is its whole state).
+    pub fn normal(&mut self) -> f64 {
+        loop {
+            let (x, y) = (2.0 * self.unit() - 1.0, 2.0 * self.unit() - 1.0);
+            let square = x * x + y * y;
+            if square > 0.0 && square < 1.0 {
+                return x * (-2.0 * libm::log(square) / square).sqrt();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Snapshot;
+
+    #[test]
+    fn the_numbers_of_a_name_never_change() {
+        let mut usb = stream(1, "wire/sbcp/usb");
+        assert_eq!(
+            [usb.bits(), usb.bits()],
+            [8_088_239_063_633_572_354, 10_207_175_362_287_427_495]
+        );
+        assert_eq!(
+            stream(1, "process/compute").normal().to_bits(),
+            0xbff7_8a9a_c917_5035
+        );
+        assert_eq!(stream(u64::MAX, "").unit().to_bits(), 0x3fef_37cc_7cc1_d5e3);
+    }
+
+    #[test]
+    fn seed_and_name_do_not_run_into_each_other() {
+        // The bytes of the seed come first and are always eight.
+        let seed = u64::from_le_bytes(*b"abcdefgh");
+        assert_ne!(
+            stream(seed, "x").bits(),
+            stream(u64::from_le_bytes(*b"abcdefg\0"), "hx").bits()
+        );
+    }
+
+    #[test]
+    fn a_restored_stream_goes_on_where_it_was() {
+        let mut stream = stream(7, "any");
+        for _ in 0..37 {
+            stream.bits();
+        }
+        let mut restored: Stream = Snapshot::of(&stream).read().unwrap();
+        for _ in 0..100 {
+            assert_eq!(restored.bits(), stream.bits());
+        }
+    }
+
+    #[test]
+    fn moments_are_those_of_the_distributions() {
+        let mut stream = stream(3, "moments");
+        let count = 100_000;
+        let normal: Vec<f64> = (0..count).map(|_| stream.normal()).collect();
+        let mean = normal.iter().sum::<f64>() / f64::from(count);
+        let variance =
+            normal.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / f64::from(count);
+        assert!(
+            mean.abs() < 0.01 && (variance - 1.0).abs() < 0.02,
+            "{mean} {variance}"
+        );
+        let mut counts = [0_u32; 6];
+        for _ in 0..count {
+            counts[usize::try_from(stream.between(1, 6) - 1).unwrap()] += 1;
+        }
+        assert!(
+            counts.iter().all(|&n| (15_900..17_500).contains(&n)),
+            "{counts:?}"
+        );
+        assert_eq!(stream.between(5, 5), 5);
+        stream.between(0, u64::MAX);
+    }
+}

@@ -1,0 +1,105 @@
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+macro_rules! units {
+    ($($(#[$doc:meta])* $name:ident = $symbol:literal,)*) => {
+        /// The unit of a signal, a process variable or an expectation: coherent SI, no prefixes. Inside the
+        /// program every number is in one of these; only files and reports know millimetres and degrees.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[non_exhaustive]
+        pub enum Unit {
+            $($(#[$doc])* $name,)*
+        }
+
+        impl Unit {
+            /// Every unit there is.
+            pub const ALL: &[Self] = &[$(Self::$name,)*];
+
+            /// The symbol as it stands in brackets behind a name: `"N·m"`.
+            pub const fn symbol(self) -> &'static str {
+                match self {
+                    $(Self::$name => $symbol,)*
+                }
+            }
+        }
+    };
+}
+
+units! {
+    /// A pure number, a ratio, a count, a flag.
+    One = "1",
+    /// Angle.
+    Radian = "rad",
+    /// Angular velocity.
+    RadianPerSecond = "rad/s",
+    /// Angular acceleration.
+    RadianPerSecondSquared = "rad/s²",
+    /// Length.
+    Meter = "m",
+    /// Velocity.
+    MeterPerSecond = "m/s",
+    /// Acceleration.
+    MeterPerSecondSquared = "m/s²",
+    /// Force.
+    Newton = "N",
+    /// Impulse.
+    NewtonSecond = "N·s",
+    /// Torque.
+    NewtonMeter = "N·m",
+    /// Linear stiffness.
+    NewtonPerMeter = "N/m",
+    /// Linear damping.
+    NewtonSecondPerMeter = "N·s/m",
+    /// Torsional stiffness.
+    NewtonMeterPerRadian = "N·m/rad",
+    /// Torsional damping.
+    NewtonMeterSecondPerRadian = "N·m·s/rad",
+    /// Energy.
+    Joule = "J",
+    /// Power.
+    Watt = "W",
+    /// Mass.
+    Kilogram = "kg",
+    /// Moment of inertia.
+    KilogramSquareMeter = "kg·m²",
+    /// Time.
+    Second = "s",
+    /// Frequency.
+    Hertz = "Hz",
+    /// Data rate.
+    BitPerSecond = "bit/s",
+    /// Voltage.
+    Volt = "V",
+    /// Current.
+    Ampere = "A",
+    /// Electrical resistance.
+    Ohm = "Ω",
+    /// Pressure.
+    Pascal = "Pa",
+    /// Temperature.
+    Kelvin = "K",
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.symbol())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_units_share_a_symbol() {
+        for (n, unit) in Unit::ALL.iter().enumerate() {
+            assert!(
+                Unit::ALL[..n]
+                    .iter()
+                    .all(|other| other.symbol() != unit.symbol()),
+                "{unit}"
+            );
+        }
+    }
+}
