@@ -1,0 +1,156 @@
+//! What a robot is made of, in SI units.
+
+/// A quadruped: a trunk, its legs in the order of the file, and the actuators that drive them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// Name of the robot, as in the file.
+    pub name: String,
+    /// The body that carries the legs.
+    pub trunk: Trunk,
+    /// The legs, in the order of the file.
+    pub legs: Vec<LegMount>,
+    /// Hip and knee drives.
+    pub actuators: Actuators,
+    /// Coulomb coefficient between foot and ground where a scenario does not say otherwise \[1\].
+    pub friction: f64,
+}
+
+impl Robot {
+    /// The whole robot: trunk and legs \[kg\].
+    pub fn mass(&self) -> f64 {
+        let legs: f64 = self.legs.iter().map(|mount| mount.leg.mass.total()).sum();
+        self.trunk.mass + legs
+    }
+}
+
+/// The body that carries the legs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trunk {
+    /// Mass without the legs \[kg\].
+    pub mass: f64,
+    /// Principal moments of inertia about the centre of mass, body axes x, y, z \[kg·m²\].
+    pub inertia: [f64; 3],
+    /// Length, width and height, for display \[m\].
+    pub size: [f64; 3],
+}
+
+/// A leg and where it hangs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LegMount {
+    /// `LF`, `RF`, `LH` or `RH` on the robots of this repository.
+    pub name: String,
+    /// Hip joint in the trunk frame: origin at the centre of mass, x forward, y left, z up \[m\].
+    pub hip: [f64; 3],
+    /// The leg itself.
+    pub leg: Leg,
+}
+
+/// The spring-loaded pantograph leg (thesis, section 2.1.1 and appendix A).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// Length of the proximal segment, hip to knee \[m\].
+    pub l1: f64,
+    /// Length of the middle segment, knee to ankle \[m\].
+    pub l2: f64,
+    /// Length of the distal segment, parallel-spring end to foot \[m\].
+    pub l3: f64,
+    /// Offset of the pantograph on the first and third segment \[m\].
+    pub l_delta: f64,
+    /// Knee angle between the first two segments, continued, when the leg is fully extended \[rad\], positive.
+    pub q2_ref: f64,
+    /// Spring along the pantograph's diagonal; it extends the leg.
+    pub diagonal: Spring,
+    /// Spring along the pantograph's parallel rod; it keeps the pantograph closed.
+    pub parallel: Spring,
+    /// Greatest opening of the parallel rod beyond `l2` \[m\].
+    pub parallel_travel: f64,
+    /// Shortest length of the diagonal, where the leg bottoms out \[m\].
+    pub diagonal_min: f64,
+    /// Viscous friction of the joints.
+    pub joint_friction: JointFriction,
+    /// Masses of the segments.
+    pub mass: LegMass,
+    /// Radius of the pulley that winds the knee cable \[m\].
+    pub pulley_radius: f64,
+    /// The foot segment behind the toe joint, where the robot has one.
+    pub toe: Option<Toe>,
+}
+
+/// A linear spring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// Stiffness \[N/m\].
+    pub stiffness: f64,
+    /// Preload: how far the spring is deformed at its stop \[m\].
+    pub preload: f64,
+}
+
+/// Viscous friction of the joints \[N·m·s/rad\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFriction {
+    /// Trunk against first segment.
+    pub hip: f64,
+    /// First against second segment.
+    pub knee: f64,
+    /// Second against third segment.
+    pub ankle: f64,
+    /// Third segment against foot.
+    pub toe: f64,
+}
+
+/// Masses of a leg \[kg\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LegMass {
+    /// First segment.
+    pub l1: f64,
+    /// Second segment.
+    pub l2: f64,
+    /// Third segment.
+    pub l3: f64,
+    /// Foot.
+    pub foot: f64,
+    /// What a mass-less leg lumps into its foot; the rest of the leg goes to the trunk.
+    pub lumped_foot: f64,
+}
+
+impl LegMass {
+    /// The whole leg \[kg\].
+    pub fn total(&self) -> f64 {
+        self.l1 + self.l2 + self.l3 + self.foot
+    }
+}
+
+/// The foot segment and its torsion spring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Toe {
+    /// Length of the foot segment \[m\].
+    pub length: f64,
+    /// Torsional stiffness \[N·m/rad\].
+    pub stiffness: f64,
+    /// Angle of the unloaded foot against the third segment \[rad\].
+    pub rest: f64,
+}
+
+/// The drives of a leg; all legs have the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Actuators {
+    /// Protraction and retraction.
+    pub hip: Servo,
+    /// Winding of the knee cable.
+    pub knee: Servo,
+}
+
+/// A position servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Servo {
+    /// Delay behind a ramp \[s\].
+    pub lag: f64,
+    /// Greatest speed \[rad/s\].
+    pub speed: f64,
+    /// Greatest torque \[N·m\].
+    pub torque: f64,
+    /// Half-width of the error that is ignored \[rad\].
+    pub dead_band: f64,
+    /// Inertia of rotor and gear at the output \[kg·m²\].
+    pub inertia: f64,
+}

@@ -1,0 +1,311 @@
+//! Reading a robot out of its file, and refusing what cannot be built.
+
+use std::f64::consts::PI;
+use std::ops::Bound;
+
+use twinrig_document::{Item, Range, Reported, Table};
+use twinrig_kernel::Unit;
+
+use crate::parameters::{
+    Actuators, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Toe, Trunk,
+};
+
+/// The robot of a whole file.
+pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
+    let name = table.required("name", |item| item.text().map(str::to_owned));
+    let trunk = table.required("trunk", |item| trunk(&item.table()?));
+    let mut names = Vec::new();
+    let kinds = table.required("leg", |item| {
+        let kinds = item.table()?;
+        names = kinds.keys().map(str::to_owned).collect();
+        leg_kinds(&kinds)
+    });
+    let mounts = table.required("mount", |item| mounts(item, &names));
+    let actuators = table.required("actuator", |item| actuators(&item.table()?));
+    let friction = table.required("ground", |item| {
+        let ground = item.table()?;
+        ground.required("friction", |item| item.number(&Range::NOT_NEGATIVE))
+    });
+    let (kinds, mounts) = (kinds?, mounts?);
+    for (kind, _) in &kinds {
+        if !mounts.iter().any(|mount| mount.kind == *kind) {
+            let message = format!("leg `{kind}` is mounted nowhere");
+            let help = format!("give a [[mount]] leg = \"{kind}\", or remove the table");
+            table.report("leg", message, help);
+        }
+    }
+    let legs = mounts.into_iter().filter_map(|mount| {
+        let (_, leg) = kinds.iter().find(|(kind, _)| *kind == mount.kind)?;
+        Some(LegMount {
+            name: mount.name,
+            hip: mount.hip,
+            leg: leg.clone(),
+        })
+    });
+    Ok(Robot {
+        name: name?,
+        trunk: trunk?,
+        legs: legs.collect(),
+        actuators: actuators?,
+        friction: friction?,
+    })
+}
+
+fn trunk(table: &Table<'_>) -> Result<Trunk, Reported> {
+    let mass = positive(table, "mass", Unit::Kilogram);
+    let inertia = table.required("inertia", |item| {
+        let inertia = three(item, Unit::KilogramSquareMeter, &Range::POSITIVE)?;
+        let [x, y, z] = inertia;
+        // No distribution of mass has a moment greater than the sum of the two others.
+        if x > y + z || y > z + x || z > x + y {
+            let message =
+                "no body has these moments of inertia: one exceeds the sum of the two others";
+            return Err(item.report(
+                message,
+                "for a box: m/12 (w² + h²), m/12 (l² + h²), m/12 (l² + w²)",
+            ));
+        }
+        Ok(inertia)
+    });
+    let size = table.required("size", |item| three(item, Unit::Meter, &Range::POSITIVE));
+    Ok(Trunk {
+        mass: mass?,
+        inertia: inertia?,
+        size: size?,
+    })
+}
+
+fn leg_kinds(table: &Table<'_>) -> Result<Vec<(String, Leg)>, Reported> {
+    let kinds: Vec<_> = table
+        .keys()
+        .map(|kind| {
+            let leg = table.required(kind, |item| leg(&item.table()?))?;
+            Ok((kind.to_owned(), leg))
+        })
+        .collect();
+    kinds.into_iter().collect()
+}
+
+fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
+    let l1 = positive(table, "l1", Unit::Meter);
+    let l2 = positive(table, "l2", Unit::Meter);
+    let l3 = positive(table, "l3", Unit::Meter);
+    let l_delta = positive(table, "l_delta", Unit::Meter);
+    let bent = Range {
+        min: Bound::Excluded(0.0),
+        max: Bound::Excluded(PI),
+    };
+    let q2_ref = table.required("q2_ref", |item| item.quantity(Unit::Radian, &bent));
+    let diagonal = table.required("diagonal", |item| spring(&item.table()?));
+    let parallel = table.required("parallel", |item| spring(&item.table()?));
+    let parallel_travel = positive(table, "parallel_travel", Unit::Meter);
+    let diagonal_min = positive(table, "diagonal_min", Unit::Meter);
+    let joint_friction = table.required("joint_friction", |item| joint_friction(&item.table()?));
+    let mass = table.required("mass", |item| leg_mass(&item.table()?));
+    let pulley_radius = positive(table, "pulley_radius", Unit::Meter);
+    let toe = table.optional("toe", |item| toe(&item.table()?));
+    let leg = Leg {
+        l1: l1?,
+        l2: l2?,
+        l3: l3?,
+        l_delta: l_delta?,
+        q2_ref: q2_ref?,
+        diagonal: diagonal?,
+        parallel: parallel?,
+        parallel_travel: parallel_travel?,
+        diagonal_min: diagonal_min?,
+        joint_friction: joint_friction?,
+        mass: mass?,
+        pulley_radius: pulley_radius?,
+        toe: toe?,
+    };
+    closes(table, &leg)?;
+    Ok(leg)
+}
+
+/// Whether the pantograph of `leg` can be built and moved.
+fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
+    let mm = |length: f64| format!("{:.2} mm", length * 1e3);
+    let mut result = Ok(());
+    for (key, length) in [("l1", leg.l1), ("l2", leg.l2), ("l3", leg.l3)] {
+        if leg.l_delta >= length {
+            let message = format!(
+                "`l_delta` is not shorter than `{key}`: the pantograph does not fit on the leg"
+            );
+            let help = format!("l_delta must be less than {}", mm(length));
+            result = Err(table.report("l_delta", message, help));
+        }
+    }
+    result?;
+    let longest = diagonal_length(leg);
+    let shortest = leg.l2 - leg.l_delta;
+    if leg.diagonal_min <= shortest || leg.diagonal_min >= longest {
+        let message = format!(
+            "`diagonal_min` is {}, which the diagonal never is",
+            mm(leg.diagonal_min)
+        );
+        let help = format!(
+            "folded flat it is {}, extended {}; it must be between",
+            mm(shortest),
+            mm(longest)
+        );
+        result = Err(table.report("diagonal_min", message, help));
+    }
+    if leg.parallel_travel >= 2.0 * leg.l_delta {
+        let message = "`parallel_travel` is more than the parallel rod can open";
+        let help = format!("it must be less than 2 l_delta = {}", mm(2.0 * leg.l_delta));
+        result = Err(table.report("parallel_travel", message, help));
+    }
+    if leg.parallel.preload >= leg.l2 {
+        let message =
+            "the preload of `parallel` is not shorter than `l2`: nothing is left of the spring";
+        let help = format!("it must be less than {}", mm(leg.l2));
+        result = Err(table.report("parallel", message, help));
+    }
+    result
+}
+
+/// Length of the diagonal in the extended leg (thesis, appendix A: `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) [m].
+fn diagonal_length(leg: &Leg) -> f64 {
+    let (l2, l_delta) = (leg.l2, leg.l_delta);
+    (l2 * l2 + l_delta * l_delta + 2.0 * l2 * l_delta * libm::cos(leg.q2_ref)).sqrt()
+}
+
+fn spring(table: &Table<'_>) -> Result<Spring, Reported> {
+    let stiffness = positive(table, "stiffness", Unit::NewtonPerMeter);
+    let preload = not_negative(table, "preload", Unit::Meter);
+    Ok(Spring {
+        stiffness: stiffness?,
+        preload: preload?,
+    })
+}
+
+fn joint_friction(table: &Table<'_>) -> Result<JointFriction, Reported> {
+    let read = |key| not_negative(table, key, Unit::NewtonMeterSecondPerRadian);
+    let (hip, knee, ankle, toe) = (read("hip"), read("knee"), read("ankle"), read("toe"));
+    Ok(JointFriction {
+        hip: hip?,
+        knee: knee?,
+        ankle: ankle?,
+        toe: toe?,
+    })
+}
+
+fn leg_mass(table: &Table<'_>) -> Result<LegMass, Reported> {
+    let read = |key| positive(table, key, Unit::Kilogram);
+    let (l1, l2, l3, foot) = (read("l1"), read("l2"), read("l3"), read("foot"));
+    let lumped_foot = read("lumped_foot");
+    let mass = LegMass {
+        l1: l1?,
+        l2: l2?,
+        l3: l3?,
+        foot: foot?,
+        lumped_foot: lumped_foot?,
+    };
+    if mass.lumped_foot > mass.total() {
+        let message = "`lumped_foot` weighs more than the whole leg";
+        let help = format!("the leg weighs {:.4} kg", mass.total());
+        return Err(table.report("lumped_foot", message, help));
+    }
+    Ok(mass)
+}
+
+fn toe(table: &Table<'_>) -> Result<Toe, Reported> {
+    let length = positive(table, "length", Unit::Meter);
+    let stiffness = positive(table, "stiffness", Unit::NewtonMeterPerRadian);
+    let half_turn = Range::between(-PI, PI);
+    let rest = table.required("rest", |item| item.quantity(Unit::Radian, &half_turn));
+    Ok(Toe {
+        length: length?,
+        stiffness: stiffness?,
+        rest: rest?,
+    })
+}
+
+struct Mount {
+    name: String,
+    kind: String,
+    hip: [f64; 3],
+}
+
+fn mounts(item: &Item<'_>, kinds: &[String]) -> Result<Vec<Mount>, Reported> {
+    let mounts = item.each(|item| mount(&item.table()?, kinds))?;
+    if mounts.is_empty() {
+        return Err(item.report("the robot has no legs", "add a [[mount]]"));
+    }
+    for (index, mount) in mounts.iter().enumerate() {
+        if mounts[..index].iter().any(|other| other.name == mount.name) {
+            let message = format!("two mounts are named `{}`", mount.name);
+            let second = &item.list()?[index];
+            return Err(second.report(message, "each leg has a name of its own"));
+        }
+    }
+    Ok(mounts)
+}
+
+fn mount(table: &Table<'_>, kinds: &[String]) -> Result<Mount, Reported> {
+    let name = table.required("name", |item| {
+        let name = item.text()?;
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || !name.chars().all(plain) {
+            let message = format!("`{name}` cannot be the name of a leg");
+            return Err(item.report(message, "use letters, digits, `_` and `-`"));
+        }
+        Ok(name.to_owned())
+    });
+    let kind = table.required("leg", |item| {
+        let kind = item.text()?;
+        if !kinds.iter().any(|known| known == kind) {
+            let known = kinds.iter().map(String::as_str);
+            let message = format!("there is no leg `{kind}` in this file");
+            return Err(item.report_word(message, kind, "legs", known));
+        }
+        Ok(kind.to_owned())
+    });
+    let hip = table.required("hip", |item| three(item, Unit::Meter, &Range::ANY));
+    Ok(Mount {
+        name: name?,
+        kind: kind?,
+        hip: hip?,
+    })
+}
+
+fn actuators(table: &Table<'_>) -> Result<Actuators, Reported> {
+    let hip = table.required("hip", |item| servo(&item.table()?));
+    let knee = table.required("knee", |item| servo(&item.table()?));
+    Ok(Actuators {
+        hip: hip?,
+        knee: knee?,
+    })
+}
+
+fn servo(table: &Table<'_>) -> Result<Servo, Reported> {
+    let torque = positive(table, "torque", Unit::NewtonMeter);
+    let speed = positive(table, "speed", Unit::RadianPerSecond);
+    let lag = not_negative(table, "lag", Unit::Second);
+    let dead_band = not_negative(table, "dead_band", Unit::Radian);
+    let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
+    Ok(Servo {
+        lag: lag?,
+        speed: speed?,
+        torque: torque?,
+        dead_band: dead_band?,
+        inertia: inertia?,
+    })
+}
+
+fn positive(table: &Table<'_>, key: &str, unit: Unit) -> Result<f64, Reported> {
+    table.required(key, |item| item.quantity(unit, &Range::POSITIVE))
+}
+
+fn not_negative(table: &Table<'_>, key: &str, unit: Unit) -> Result<f64, Reported> {
+    table.required(key, |item| item.quantity(unit, &Range::NOT_NEGATIVE))
+}
+
+fn three(item: &Item<'_>, unit: Unit, range: &Range) -> Result<[f64; 3], Reported> {
+    let values = item.each(|item| item.quantity(unit, range))?;
+    values.try_into().map_err(|values: Vec<f64>| {
+        let message = format!("`{}` has {} entries", item.key(), values.len());
+        item.report(message, "it wants three")
+    })
+}

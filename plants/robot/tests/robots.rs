@@ -1,0 +1,178 @@
+//! The robots of this repository, and how they are found.
+
+use std::fs;
+use std::path::Path;
+
+use twinrig_document::Document;
+use twinrig_robot::{Robot, RobotError, RobotFile};
+
+fn robot(name: &str) -> Robot {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    RobotFile::find(name, here).unwrap().robot().unwrap()
+}
+
+#[test]
+fn robots_weigh_what_their_sources_say() {
+    assert!((robot("cheetah-cub").mass() - 1.1).abs() < 1e-12);
+    assert!((robot("oncilla").mass() - 5.1).abs() < 1e-3);
+}
+
+#[test]
+fn extended_leg_is_148_mm_and_the_stop_is_at_130_degrees() {
+    let leg = &robot("cheetah-cub").legs[0].leg;
+    let side = leg.l1 + leg.l3 - leg.l_delta;
+    let reach = |q2: f64| (leg.l2 * leg.l2 + side * side + 2.0 * leg.l2 * side * q2.cos()).sqrt();
+    assert!((reach(leg.q2_ref) - 0.148).abs() < 2e-4);
+    let bent = 130_f64.to_radians();
+    let diagonal =
+        (leg.l2 * leg.l2 + leg.l_delta * leg.l_delta + 2.0 * leg.l2 * leg.l_delta * bent.cos())
+            .sqrt();
+    assert!((leg.diagonal_min - diagonal).abs() < 1e-5);
+    assert!(reach(bent) < 0.1, "the gaits need a leg of 100 mm");
+}
+
+#[test]
+fn trunks_are_boxes_of_their_size() {
+    for name in ["cheetah-cub", "oncilla"] {
+        let trunk = robot(name).trunk;
+        let [l, w, h] = trunk.size;
+        let box_of = |a: f64, b: f64| trunk.mass / 12.0 * (a * a + b * b);
+        let boxed = [box_of(w, h), box_of(l, h), box_of(l, w)];
+        for (given, boxed) in trunk.inertia.iter().zip(boxed) {
+            assert!(
+                (given / boxed - 1.0).abs() < 1e-2,
+                "{name}: {given} {boxed}"
+            );
+        }
+    }
+}
+
+#[test]
+fn oncilla_is_cheetah_cub_at_the_scale_that_its_file_states() {
+    let (small, large) = (robot("cheetah-cub"), robot("oncilla"));
+    let r = 5.1 / 1.1;
+    let s = f64::cbrt(r);
+    let (a, b) = (&small.legs[0], &large.legs[0]);
+    let ratios = [
+        (b.leg.l1 / a.leg.l1, s),
+        (b.leg.l2 / a.leg.l2, s),
+        (b.leg.l3 / a.leg.l3, s),
+        (b.leg.l_delta / a.leg.l_delta, s),
+        (b.leg.diagonal_min / a.leg.diagonal_min, s),
+        (b.leg.parallel_travel / a.leg.parallel_travel, s),
+        (b.leg.pulley_radius / a.leg.pulley_radius, s),
+        (b.leg.diagonal.preload / a.leg.diagonal.preload, s),
+        (b.hip[0] / a.hip[0], s),
+        (b.hip[1] / a.hip[1], s),
+        (b.leg.diagonal.stiffness / a.leg.diagonal.stiffness, r / s),
+        (b.leg.parallel.stiffness / a.leg.parallel.stiffness, r / s),
+        (
+            b.leg.joint_friction.hip / a.leg.joint_friction.hip,
+            r * s.powf(1.5),
+        ),
+        (b.leg.mass.l1 / a.leg.mass.l1, r),
+        (b.leg.mass.lumped_foot / a.leg.mass.lumped_foot, r),
+    ];
+    for (index, (is, should)) in ratios.iter().enumerate() {
+        assert!((is / should - 1.0).abs() < 2e-3, "{index}: {is} {should}");
+    }
+    let toe = |robot: &Robot| robot.legs[0].leg.toe.map(|toe| toe.stiffness).unwrap();
+    assert!((toe(&large) / toe(&small) / (r * s) - 1.0).abs() < 2e-3);
+}
+
+#[test]
+fn every_figure_of_a_robot_file_has_its_source_beside_it() {
+    for text in [
+        include_str!("../../../robots/cheetah-cub.toml"),
+        include_str!("../../../robots/oncilla.toml"),
+    ] {
+        let figures = text.lines().filter(|line| {
+            let hip_or_name = ["name", "leg", "hip = ["]
+                .iter()
+                .any(|key| line.starts_with(key));
+            !line.starts_with(['#', '[']) && line.contains('=') && !hip_or_name
+        });
+        for line in figures {
+            let comment = line.split_once('#').map_or("", |(_, comment)| comment);
+            let sourced = ["T", "P", "M", "D", "SCALED", "ASSUMED"]
+                .iter()
+                .any(|source| {
+                    comment
+                        .split([' ', ',', ':', ';', '.'])
+                        .any(|word| word == *source)
+                });
+            let sourced = sourced || text.contains("# D: √") && line.starts_with("diagonal_min");
+            assert!(sourced, "no source: {line}");
+        }
+    }
+}
+
+#[test]
+fn nearest_folder_wins_over_the_ones_above_and_over_the_copy_in_the_program() {
+    let root = tempfile("nearest");
+    let inner = root.join("a/b");
+    fs::create_dir_all(inner.join("robots")).unwrap();
+    fs::create_dir_all(root.join("robots")).unwrap();
+    let text = include_str!("../../../robots/cheetah-cub.toml");
+    let named = |name: &str| text.replacen("Cheetah-cub\"", &format!("{name}\""), 1);
+    fs::write(root.join("robots/cheetah-cub.toml"), named("upper")).unwrap();
+    let found = |beside: &Path| {
+        RobotFile::find("cheetah-cub", beside)
+            .unwrap()
+            .robot()
+            .unwrap()
+            .name
+    };
+    assert_eq!(found(&inner), "upper");
+    fs::write(inner.join("robots/cheetah-cub.toml"), named("lower")).unwrap();
+    assert_eq!(found(&inner), "lower");
+    assert_eq!(found(&root), "upper");
+    fs::write(inner.join("mine.toml"), named("path")).unwrap();
+    let path = RobotFile::find("mine.toml", &inner)
+        .unwrap()
+        .robot()
+        .unwrap();
+    assert_eq!(path.name, "path");
+    fs::write(root.join("robots/longer.toml"), named("longer")).unwrap();
+    assert_eq!(
+        RobotFile::names(&inner),
+        ["cheetah-cub", "longer", "oncilla"]
+    );
+    fs::remove_dir_all(&root).unwrap();
+}
+
+#[test]
+fn a_robot_that_is_not_there_is_answered_with_the_nearest() {
+    let error = RobotFile::find("chetah-cub", Path::new("/")).unwrap_err();
+    let RobotError::NotFound { help, .. } = error else {
+        panic!("{error}");
+    };
+    assert_eq!(help, "did you mean `cheetah-cub`?");
+    let error = RobotFile::find("no/such.toml", Path::new("/")).unwrap_err();
+    assert!(error.to_string().contains("/no/such.toml"), "{error}");
+}
+
+#[test]
+fn an_override_changes_one_figure_and_is_checked_like_the_file() {
+    let overridden = |text: &str| {
+        let scenario = Document::parse("run.toml", text).unwrap();
+        let overrides = scenario
+            .check(|table| table.required("override", twinrig_document::Item::overrides))
+            .unwrap();
+        let mut file = RobotFile::find("cheetah-cub", Path::new("/")).unwrap();
+        file.override_with(&overrides).unwrap();
+        file.robot()
+    };
+    let robot = overridden("[override]\nleg.aslp.parallel.preload = '0 mm'").unwrap();
+    assert_eq!(robot.legs[3].leg.parallel.preload, 0.0);
+    assert_eq!(robot.legs[3].leg.diagonal.preload, 0.003);
+    let error = overridden("[override]\n'leg.aslp.paralel.preload' = '0 mm'").unwrap_err();
+    insta::assert_snapshot!(error);
+}
+
+fn tempfile(name: &str) -> std::path::PathBuf {
+    let path = std::env::temp_dir().join(format!("twinrig-robot-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
