@@ -1,0 +1,80 @@
+//! Geometry and statics of the spring-loaded pantograph leg, derived and checked rather than transcribed.
+//!
+//! The leg has three segments. The hip motor turns the first, the knee cable flexes the second, and the third is held
+//! parallel to the first by a rod with a spring, which lets the pantograph open under load. Two closed forms describe it:
+//! [`Pantograph::pose`] from hip angle and foot position, on which the mass-less plant stands, and
+//! [`Pantograph::pose_of_angles`] from joint angles, on which the full plant stands. They meet in [`Pose`], whose forces
+//! are gradients by virtual work.
+//!
+//! Conventions: the leg plane has x forward and z up, origin at the hip; link angles are absolute, zero pointing straight
+//! down and positive swinging forward; hip angle and passive joints (q2, q3) count from the reference pose, in which the
+//! leg is fully extended, the pantograph closed and the foot straight below the hip.
+//!
+//! ```
+//! use twinrig_leg::{Pantograph, Planar};
+//! # fn main() -> Result<(), twinrig_leg::LegError> {
+//! let leg = Pantograph::new(&twinrig_leg::example())?;
+//! let command = leg.inverse_closed(Planar::new(0.02, -0.13))?;
+//! let first = command.hip + leg.hip_reference();
+//! let pose = leg.pose(libm::sin(first), libm::cos(first), Planar::new(0.02, -0.13))?;
+//! assert!((pose.parallel - 0.0714).abs() < 1e-12); // the pantograph is closed
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! What is not here: masses and inertia, contact with the ground, friction, time. The thesis' appendix A holds many
+//! misprints; where a formula here differs from it, the item says so.
+
+mod equilibrium;
+mod error;
+mod joints;
+mod pantograph;
+mod pose;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use equilibrium::{Equilibrium, Stop};
+pub use error::LegError;
+pub use joints::{Jet, Joints, OpeningStop};
+pub use pantograph::{LegCommand, Pantograph, Planar};
+pub use pose::{Gradient, Length, Pose, Velocity};
+pub use table::{EnergyTable, TableError};
+
+/// The leg that examples and tests of this crate use: Cheetah-cub's, as in `robots/cheetah-cub.toml`.
+#[doc(hidden)]
+pub fn example() -> twinrig_robot::Leg {
+    use twinrig_robot::{JointFriction, Leg, LegMass, Spring};
+    Leg {
+        l1: 0.0442,
+        l2: 0.0714,
+        l3: 0.0544,
+        l_delta: 0.015,
+        q2_ref: 35_f64.to_radians(),
+        diagonal: Spring {
+            stiffness: 4400.0,
+            preload: 0.003,
+        },
+        parallel: Spring {
+            stiffness: 1800.0,
+            preload: 0.003,
+        },
+        parallel_travel: 0.010,
+        diagonal_min: 0.063,
+        joint_friction: JointFriction {
+            hip: 1e-3,
+            knee: 1e-3,
+            ankle: 1e-3,
+            toe: 1e-3,
+        },
+        mass: LegMass {
+            l1: 0.01,
+            l2: 0.01,
+            l3: 0.01,
+            foot: 0.02,
+            lumped_foot: 0.03,
+        },
+        pulley_radius: 0.025,
+        toe: None,
+    }
+}

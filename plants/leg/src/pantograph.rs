@@ -1,0 +1,274 @@
+//! The mechanism: its lengths, what follows from them, and the inverse kinematics.
+
+use libm::{acos, atan2, cos, sin, sqrt};
+use twinrig_robot::Leg;
+
+use crate::LegError;
+
+/// A planar vector in the leg plane: x forward, z up \[m\].
+pub type Planar = nalgebra::Vector2<f64>;
+
+/// The vector turned by +90°.
+pub(crate) fn turned(v: Planar) -> Planar {
+    Planar::new(-v.y, v.x)
+}
+
+/// z component of the cross product of two planar vectors.
+pub(crate) fn cross(a: Planar, b: Planar) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// Unit vector of a link angle: zero points straight down, positive swings forward.
+pub(crate) fn along(angle: f64) -> Planar {
+    Planar::new(sin(angle), -cos(angle))
+}
+
+/// What rounding may add to a length \[m\] before it counts as too long.
+const ROUNDING: f64 = 1e-12;
+
+fn checked_length(foot: Planar) -> Result<f64, LegError> {
+    let length = foot.norm();
+    if length.is_finite() {
+        Ok(length)
+    } else {
+        Err(LegError::NotFinite {
+            what: "foot position",
+        })
+    }
+}
+
+/// Angle whose cosine is `cosine`; a rounding error outside [-1, 1] counts as the border.
+pub(crate) fn angle_of(cosine: f64, what: &'static str, value: f64) -> Result<f64, LegError> {
+    if cosine.abs() <= 1.0 + ROUNDING {
+        Ok(acos(cosine.clamp(-1.0, 1.0)))
+    } else {
+        Err(LegError::NoAngle {
+            what,
+            value,
+            cosine,
+        })
+    }
+}
+
+/// The spring-loaded pantograph: lengths of the segments and everything that only depends on them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pantograph {
+    pub(crate) l1: f64,
+    pub(crate) l2: f64,
+    /// Length of the distal segment below the ankle, `l3 - l_delta`.
+    pub(crate) b: f64,
+    pub(crate) l_delta: f64,
+    pub(crate) q2_ref: f64,
+    pub(crate) k_d: f64,
+    pub(crate) k_p: f64,
+    /// Length of the unloaded diagonal spring.
+    pub(crate) diagonal_rest: f64,
+    /// Length of the unloaded parallel spring.
+    pub(crate) parallel_rest: f64,
+    pub(crate) diagonal_max: f64,
+    pub(crate) diagonal_min: f64,
+    pub(crate) parallel_max: f64,
+    pub(crate) cable_max: f64,
+    pub(crate) pulley_radius: f64,
+    pub(crate) length_max: f64,
+    pub(crate) length_min: f64,
+    /// Absolute angle of the first segment in the reference pose (thesis, A.12 with its sign corrected).
+    pub(crate) hip_ref: f64,
+}
+
+/// What the two motors of a leg have to do to put its foot somewhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LegCommand {
+    /// Hip angle from the reference pose, positive forward \[rad\].
+    pub hip: f64,
+    /// Angle of the cable pulley, zero with the leg extended, positive winds \[rad\].
+    pub knee: f64,
+}
+
+fn positive(parameter: &'static str, value: f64) -> Result<(), LegError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(LegError::Geometry {
+            parameter,
+            value,
+            why: "has to be a positive number",
+        })
+    }
+}
+
+impl Pantograph {
+    /// Derives the mechanism from a robot's parameters.
+    ///
+    /// # Errors
+    /// [`LegError::Geometry`] where the parameters make no pantograph.
+    pub fn new(leg: &Leg) -> Result<Self, LegError> {
+        for (parameter, value) in [
+            ("l1", leg.l1),
+            ("l2", leg.l2),
+            ("l3", leg.l3),
+            ("l_delta", leg.l_delta),
+            ("q2_ref", leg.q2_ref),
+            ("diagonal.stiffness", leg.diagonal.stiffness),
+            ("parallel.stiffness", leg.parallel.stiffness),
+            ("parallel_travel", leg.parallel_travel),
+            ("diagonal_min", leg.diagonal_min),
+            ("pulley_radius", leg.pulley_radius),
+        ] {
+            positive(parameter, value)?;
+        }
+        let (l1, l2, l_delta) = (leg.l1, leg.l2, leg.l_delta);
+        let b = leg.l3 - l_delta;
+        if l_delta >= l1 || b <= 0.0 {
+            let why = "has to be shorter than l1 and l3";
+            return Err(LegError::Geometry {
+                parameter: "l_delta",
+                value: l_delta,
+                why,
+            });
+        }
+        if leg.q2_ref >= core::f64::consts::PI {
+            return Err(LegError::Geometry {
+                parameter: "q2_ref",
+                value: leg.q2_ref,
+                why: "has to be below 180°",
+            });
+        }
+        let third_side =
+            |p: f64, q: f64, angle: f64| sqrt(p * p + q * q + 2.0 * p * q * cos(angle));
+        let diagonal_max = third_side(l2, l_delta, leg.q2_ref);
+        if leg.diagonal_min <= (l2 - l_delta).abs() || leg.diagonal_min >= diagonal_max {
+            let why = "has to lie between |l2 - l_delta| and the diagonal of the extended leg";
+            return Err(LegError::Geometry {
+                parameter: "diagonal_min",
+                value: leg.diagonal_min,
+                why,
+            });
+        }
+        if leg.parallel_travel >= diagonal_max + l_delta - l2 {
+            let why = "has to leave the parallel rod shorter than the triangle it closes";
+            return Err(LegError::Geometry {
+                parameter: "parallel_travel",
+                value: leg.parallel_travel,
+                why,
+            });
+        }
+        let a = l1 + b;
+        let length_max = third_side(l2, a, leg.q2_ref);
+        let bottomed = (leg.diagonal_min * leg.diagonal_min - l2 * l2 - l_delta * l_delta)
+            / (2.0 * l2 * l_delta);
+        let length_min = sqrt(l2 * l2 + a * a + 2.0 * l2 * a * bottomed);
+        let hip_ref = angle_of(
+            (a * a + length_max * length_max - l2 * l2) / (2.0 * a * length_max),
+            "length_max",
+            length_max,
+        )?;
+        Ok(Self {
+            l1,
+            l2,
+            b,
+            l_delta,
+            q2_ref: leg.q2_ref,
+            k_d: leg.diagonal.stiffness,
+            k_p: leg.parallel.stiffness,
+            diagonal_rest: diagonal_max + leg.diagonal.preload,
+            parallel_rest: l2 - leg.parallel.preload,
+            diagonal_max,
+            diagonal_min: leg.diagonal_min,
+            parallel_max: l2 + leg.parallel_travel,
+            cable_max: third_side(l1, l2, leg.q2_ref),
+            pulley_radius: leg.pulley_radius,
+            length_max,
+            length_min,
+            hip_ref,
+        })
+    }
+
+    /// Distance from hip to foot in the reference pose \[m\] (thesis, A.11 corrected).
+    pub fn length_max(&self) -> f64 {
+        self.length_max
+    }
+
+    /// Distance from hip to foot with the diagonal bottomed out and the pantograph closed \[m\].
+    pub fn length_min(&self) -> f64 {
+        self.length_min
+    }
+
+    /// Absolute angle of the first segment in the reference pose \[rad\].
+    pub fn hip_reference(&self) -> f64 {
+        self.hip_ref
+    }
+
+    /// Length of the slack-free cable at a pulley angle \[m\].
+    pub fn cable_length(&self, pulley: f64) -> f64 {
+        self.cable_max - self.pulley_radius * pulley
+    }
+
+    /// Radius of the cable pulley \[m\].
+    pub fn pulley_radius(&self) -> f64 {
+        self.pulley_radius
+    }
+
+    /// Inverse kinematics with the pantograph closed (thesis, A.2–A.9 with A.6–A.9 corrected).
+    ///
+    /// `foot` is the foot in the hip frame, x forward and z up \[m\].
+    ///
+    /// # Errors
+    /// [`LegError::OutOfReach`], [`LegError::NotFinite`].
+    pub fn inverse_closed(&self, foot: Planar) -> Result<LegCommand, LegError> {
+        let length = checked_length(foot)?;
+        let (least, greatest) = (self.length_min, self.length_max);
+        if length < least - ROUNDING || length > greatest + ROUNDING {
+            return Err(LegError::OutOfReach {
+                length,
+                least,
+                greatest,
+            });
+        }
+        self.inverse_open(foot, 0.0)
+    }
+
+    /// Inverse kinematics with the distal segment turned by `opening` \[rad\] against the first.
+    ///
+    /// With the opening given, first and distal segment act as one link of length ρ at the angle ψ from the first.
+    ///
+    /// # Errors
+    /// [`LegError::NoAngle`] where no knee angle gives that length, [`LegError::NotFinite`].
+    pub fn inverse_open(&self, foot: Planar, opening: f64) -> Result<LegCommand, LegError> {
+        let length = checked_length(foot)?;
+        let (rho, psi) = self.virtual_link(opening);
+        let knee_cosine = (length * length - rho * rho - self.l2 * self.l2) / (2.0 * self.l2 * rho);
+        let q2_bar = psi - angle_of(knee_cosine, "leg length", length)?;
+        let (x, z) = self.foot_from_first(q2_bar, opening);
+        let hip = atan2(foot.x, -foot.y) - atan2(z, x);
+        let cable =
+            sqrt(self.l1 * self.l1 + self.l2 * self.l2 + 2.0 * self.l1 * self.l2 * cos(q2_bar));
+        Ok(LegCommand {
+            hip: hip - self.hip_ref,
+            knee: (self.cable_max - cable) / self.pulley_radius,
+        })
+    }
+
+    /// The reachable point on the ray from the hip through `foot`; `foot` itself where it can be reached.
+    pub fn nearest_reachable(&self, foot: Planar) -> Planar {
+        let length = foot.norm();
+        if length.is_nan() || length <= 0.0 {
+            return Planar::new(0.0, -self.length_min);
+        }
+        foot * (length.clamp(self.length_min, self.length_max) / length)
+    }
+
+    /// Length and angle (from the first segment) of first and distal segment seen as one link.
+    pub(crate) fn virtual_link(&self, opening: f64) -> (f64, f64) {
+        let (x, z) = (self.l1 + self.b * cos(opening), self.b * sin(opening));
+        (sqrt(x * x + z * z), atan2(z, x))
+    }
+
+    /// Foot seen from the hip, along and across the first segment (thesis, A.29 and A.30 with its sign corrected).
+    pub(crate) fn foot_from_first(&self, q2_bar: f64, opening: f64) -> (f64, f64) {
+        (
+            self.l1 + self.l2 * cos(q2_bar) + self.b * cos(opening),
+            self.l2 * sin(q2_bar) + self.b * sin(opening),
+        )
+    }
+}
