@@ -1,0 +1,119 @@
+//! What a sample of 70 numbers costs: hashed, recorded, both.
+
+use divan::Bencher;
+use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
+use twinrig_record::{
+    Cadence, Fingerprint, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg,
+};
+
+fn main() {
+    divan::main();
+}
+
+/// A quarter of a trot: what is observed of a plant, 70 numbers.
+fn ports() -> Vec<Port> {
+    let mut ports = vec![
+        Port::output("body/position", Unit::Meter, 3),
+        Port::output("body/orientation", Unit::One, 4),
+        Port::output("body/velocity", Unit::MeterPerSecond, 3),
+    ];
+    for leg in ["LF", "RF", "LH", "RH"] {
+        ports.push(Port::output(format!("leg/{leg}/angles"), Unit::Radian, 3));
+        ports.push(Port::output(
+            format!("leg/{leg}/foot/position"),
+            Unit::Meter,
+            3,
+        ));
+        ports.push(Port::output(
+            format!("leg/{leg}/foot/velocity"),
+            Unit::MeterPerSecond,
+            3,
+        ));
+        ports.push(Port::output(
+            format!("leg/{leg}/foot/force"),
+            Unit::Newton,
+            3,
+        ));
+        for name in ["hip/position", "hip/torque", "foot/load"] {
+            ports.push(Port::output(format!("leg/{leg}/{name}"), Unit::One, 1));
+        }
+    }
+    ports
+}
+
+fn skeleton() -> Skeleton {
+    let leg = |name: &str| SkeletonLeg {
+        name: name.to_owned(),
+        hip: [0.1, 0.05, 0.0],
+        segments: [0.044, 0.071, 0.039],
+    };
+    Skeleton {
+        legs: ["LF", "RF", "LH", "RH"].map(leg).to_vec(),
+    }
+}
+
+/// One simulated second, observed every 2 ms.
+const SAMPLES: u64 = 500;
+
+fn samples(width: usize) -> Vec<Vec<f64>> {
+    (0..SAMPLES)
+        .map(|step| {
+            (0..width)
+                .map(|n| libm::sin((step * 7) as f64 * 1e-3 + n as f64))
+                .collect()
+        })
+        .collect()
+}
+
+#[divan::bench(args = [64, 70, 140])]
+fn fingerprint_500_samples(bencher: Bencher, width: usize) {
+    let samples = samples(width);
+    let mut fingerprint = Fingerprint::new();
+    bencher.bench_local(|| {
+        for (step, values) in samples.iter().enumerate() {
+            fingerprint.sample(step as u64 * 2_000_000, 0, divan::black_box(values));
+        }
+    });
+    divan::black_box(fingerprint.digest());
+}
+
+#[divan::bench(args = [false, true])]
+fn record_500_samples(bencher: Bencher, frames: bool) {
+    record(bencher, frames, false);
+}
+
+#[divan::bench]
+fn record_and_fingerprint_500_samples(bencher: Bencher) {
+    record(bencher, true, true);
+}
+
+fn record(bencher: Bencher, frames: bool, hash: bool) {
+    let layout = Layout::of(&ports(), Direction::Output);
+    let samples = samples(layout.len());
+    let cadence = Cadence {
+        frames: Cadence::default().frames.filter(|_| frames),
+        ..Cadence::default()
+    };
+    let group = RecordedGroup {
+        name: "plant",
+        layout: &layout,
+        keep: &|_| true,
+    };
+    let file = std::env::temp_dir().join("twinrig-record-bench.mcap");
+    let mut recorder = Recorder::create(&file, &RunInfo::default(), &[group], &skeleton(), cadence)
+        .expect("temp file");
+    let mut fingerprint = Fingerprint::new();
+    let mut now = 0;
+    bencher.bench_local(|| {
+        for values in &samples {
+            now += 2_000_000;
+            if hash {
+                fingerprint.sample(now, 0, divan::black_box(values));
+            }
+            recorder.sample(SimTime::from_nanos(now), 0, divan::black_box(values));
+        }
+    });
+    recorder
+        .finish(fingerprint.digest(), SimTime::from_nanos(now))
+        .expect("temp file");
+}

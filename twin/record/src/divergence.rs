@@ -1,0 +1,175 @@
+//! Where two runs part.
+
+use std::cmp::Ordering;
+
+use twinrig_kernel::SimTime;
+
+use crate::{Recording, SampledGroup};
+
+/// The outcome of comparing two recordings by signal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Comparison {
+    /// The first sample that differs, if any does.
+    pub first: Option<Divergence>,
+    /// How many signals both have.
+    pub signals: usize,
+    /// How many samples of a group were found equal in both, up to the first difference of that group.
+    pub equal_samples: u64,
+    /// Signals, as `group: name`, that only the first recording has, or that differ in size.
+    pub only_in_a: Vec<String>,
+    /// The same of the second.
+    pub only_in_b: Vec<String>,
+}
+
+/// The first difference between two recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Divergence {
+    /// When.
+    pub time: SimTime,
+    /// In which group of signals.
+    pub group: String,
+    /// In which signal.
+    pub signal: String,
+    /// In which component of it, counted from 0.
+    pub component: usize,
+    /// The value in the first recording; `None` if it has no sample at that time.
+    pub a: Option<f64>,
+    /// The value in the second.
+    pub b: Option<f64>,
+}
+
+/// A signal of both recordings: where it lies in a sample of either.
+struct Pair<'a> {
+    name: &'a str,
+    size: usize,
+    a: usize,
+    b: usize,
+}
+
+/// Compares `a` and `b` bit by bit, signal by signal, and finds the first sample in order of time
+/// that differs; at one time the order is that of the groups and signals in `a`.
+///
+/// A signal that only one of them has is listed, it is not a difference. A sample that only one of
+/// them has is one: that run went on longer, or observed at other times.
+pub fn first_divergence(a: &Recording, b: &Recording) -> Comparison {
+    let mut comparison = Comparison::default();
+    for group in a.groups() {
+        match b.group(&group.name) {
+            Some(other) => compare_group(a, group, b, other, &mut comparison),
+            None => comparison.only_in_a.extend(names(group)),
+        }
+    }
+    for group in b
+        .groups()
+        .iter()
+        .filter(|group| a.group(&group.name).is_none())
+    {
+        comparison.only_in_b.extend(names(group));
+    }
+    comparison
+}
+
+fn names(group: &SampledGroup) -> impl Iterator<Item = String> {
+    group
+        .signals
+        .iter()
+        .map(|signal| format!("{}: {}", group.name, signal.name))
+}
+
+fn compare_group(
+    a: &Recording,
+    in_a: &SampledGroup,
+    b: &Recording,
+    in_b: &SampledGroup,
+    into: &mut Comparison,
+) {
+    let pairs = pair_up(in_a, in_b, into);
+    into.signals += pairs.len();
+    let Some(first) = pairs.first() else { return };
+    let mut left = a.samples(in_a).peekable();
+    let mut right = b.samples(in_b).peekable();
+    let divergence = loop {
+        let order = match (left.peek(), right.peek()) {
+            (None, None) => return,
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (Some(x), Some(y)) => x.time.cmp(&y.time),
+        };
+        // The sample that comes first; of both, if they come together.
+        let x = if order.is_le() { left.next() } else { None };
+        let y = if order.is_ge() { right.next() } else { None };
+        let Some(time) = x.or(y).map(|sample| sample.time) else {
+            return;
+        };
+        let found = pairs.iter().find_map(|pair| {
+            let of = |start: usize| start..start + pair.size;
+            let (x, y) = (x?.values(of(pair.a)), y?.values(of(pair.b)));
+            let component = x.zip(y).position(|(x, y)| x.to_bits() != y.to_bits())?;
+            Some((pair, component))
+        });
+        let both = x.is_some() && y.is_some();
+        if both && found.is_none() {
+            into.equal_samples += 1;
+            continue;
+        }
+        let (pair, component) = found.unwrap_or((first, 0));
+        let value = |sample: Option<crate::Sample<'_>>, start: usize| {
+            sample.and_then(|sample| {
+                sample
+                    .values(start + component..start + component + 1)
+                    .next()
+            })
+        };
+        break Divergence {
+            time,
+            group: in_a.name.clone(),
+            signal: pair.name.to_owned(),
+            component,
+            a: value(x, pair.a),
+            b: value(y, pair.b),
+        };
+    };
+    if into
+        .first
+        .as_ref()
+        .is_none_or(|first| divergence.time < first.time)
+    {
+        into.first = Some(divergence);
+    }
+}
+
+/// The signals both groups have in the same size; lists the others.
+fn pair_up<'a>(
+    in_a: &'a SampledGroup,
+    in_b: &'a SampledGroup,
+    into: &mut Comparison,
+) -> Vec<Pair<'a>> {
+    let mut pairs = Vec::new();
+    let mut start = 0;
+    for signal in &in_a.signals {
+        let twin = in_b
+            .find(&signal.name)
+            .filter(|(twin, _)| twin.size == signal.size && twin.unit == signal.unit);
+        match twin {
+            Some((_, range)) => {
+                pairs.push(Pair {
+                    name: &signal.name,
+                    size: signal.size,
+                    a: start,
+                    b: range.start,
+                });
+            }
+            None => into
+                .only_in_a
+                .push(format!("{}: {}", in_a.name, signal.name)),
+        }
+        start += signal.size;
+    }
+    for signal in &in_b.signals {
+        if !pairs.iter().any(|pair| pair.name == signal.name) {
+            into.only_in_b
+                .push(format!("{}: {}", in_b.name, signal.name));
+        }
+    }
+    pairs
+}

@@ -1,0 +1,242 @@
+//! The fingerprint of a run: one hash over everything that happened, in order.
+
+use std::fmt;
+
+/// A fingerprint in the making.
+///
+/// Every item (a sample, a piece of wire traffic, an event) goes in as a header, then its
+/// bytes. The header has the time, the kind of item, which one of that kind, and the length, so
+/// that no two sequences of items give the same bytes. Numbers go in with their exact bits: `0.0`
+/// and `-0.0` differ, and so do two NaNs with different payloads.
+///
+/// ```
+/// use twinrig_record::Fingerprint;
+///
+/// let mut a = Fingerprint::new();
+/// a.sample(2_000_000, 0, &[0.5, 0.25]);
+/// let mut b = Fingerprint::new();
+/// b.sample(2_000_000, 0, &[0.5, 0.25_f64.next_up()]);
+/// assert_ne!(a.digest(), b.digest());
+/// ```
+#[derive(Debug, Clone)]
+pub struct Fingerprint {
+    hasher: blake3::Hasher,
+    /// Hashing is fast on many kilobytes at once and slow on few hundred bytes.
+    buffer: Box<[u8]>,
+    filled: usize,
+}
+
+/// A finished fingerprint: 32 bytes, displayed as 64 hexadecimal digits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Digest([u8; 32]);
+
+/// How many bytes are hashed at once.
+const BUFFER_BYTES: usize = 64 * 1024;
+/// Time, kind, which, length.
+const HEADER_BYTES: usize = 8 + 4 + 4 + 8;
+
+const KIND_SAMPLE: u32 = 1;
+const KIND_WIRE: u32 = 2;
+const KIND_EVENT: u32 = 3;
+
+impl Default for Fingerprint {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Fingerprint {
+    /// The fingerprint of nothing yet.
+    pub fn new() -> Self {
+        Self {
+            hasher: blake3::Hasher::new(),
+            buffer: vec![0; BUFFER_BYTES].into_boxed_slice(),
+            filled: 0,
+        }
+    }
+
+    /// Takes in the `values` of signal group `group` at `time_ns` of simulated time.
+    pub fn sample(&mut self, time_ns: u64, group: u32, values: &[f64]) {
+        self.header(time_ns, KIND_SAMPLE, group, values.len());
+        for part in values.chunks(BUFFER_BYTES / 8) {
+            let room = self.room(part.len() * 8);
+            for (bytes, value) in room.chunks_exact_mut(8).zip(part) {
+                bytes.copy_from_slice(&value.to_bits().to_le_bytes());
+            }
+        }
+    }
+
+    /// Takes in `bytes` that went over wire number `wire` at `time_ns`.
+    pub fn wire(&mut self, time_ns: u64, wire: u32, bytes: &[u8]) {
+        self.header(time_ns, KIND_WIRE, wire, bytes.len());
+        self.bytes(bytes);
+    }
+
+    /// Takes in an event: what happened as a number, and whatever else tells it apart as `words`.
+    pub fn event(&mut self, time_ns: u64, what: u32, words: &[u64]) {
+        self.header(time_ns, KIND_EVENT, what, words.len());
+        for word in words {
+            self.room(8).copy_from_slice(&word.to_le_bytes());
+        }
+    }
+
+    fn header(&mut self, time_ns: u64, kind: u32, which: u32, len: usize) {
+        let header = self.room(HEADER_BYTES);
+        header[..8].copy_from_slice(&time_ns.to_le_bytes());
+        header[8..12].copy_from_slice(&kind.to_le_bytes());
+        header[12..16].copy_from_slice(&which.to_le_bytes());
+        header[16..].copy_from_slice(&(len as u64).to_le_bytes());
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) {
+        for part in bytes.chunks(BUFFER_BYTES) {
+            self.room(part.len()).copy_from_slice(part);
+        }
+    }
+
+    /// `len` bytes of the buffer, at most all of it, to be filled by the caller.
+    #[inline]
+    fn room(&mut self, len: usize) -> &mut [u8] {
+        if BUFFER_BYTES - self.filled < len {
+            self.hasher.update(&self.buffer[..self.filled]);
+            self.filled = 0;
+        }
+        let start = self.filled;
+        self.filled += len;
+        &mut self.buffer[start..self.filled]
+    }
+
+    /// The digest of everything taken in so far; more may follow.
+    pub fn digest(&self) -> Digest {
+        let mut hasher = self.hasher.clone();
+        hasher.update(&self.buffer[..self.filled]);
+        Digest(*hasher.finalize().as_bytes())
+    }
+}
+
+impl Digest {
+    /// The 32 bytes.
+    pub const fn as_bytes(&self) -> &[u8; 32] {
+        &self.0
+    }
+}
+
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for byte in self.0 {
+            write!(f, "{byte:02x}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[derive(Debug, Clone)]
+    enum Item {
+        Sample(u64, u32, Vec<u64>),
+        Wire(u64, u32, Vec<u8>),
+        Event(u64, u32, Vec<u64>),
+    }
+
+    fn item() -> impl Strategy<Value = Item> {
+        let words = || prop::collection::vec(any::<u64>(), 0..200);
+        prop_oneof![
+            (any::<u64>(), 0..4_u32, words()).prop_map(|(t, g, w)| Item::Sample(t, g, w)),
+            (
+                any::<u64>(),
+                0..4_u32,
+                prop::collection::vec(any::<u8>(), 0..2000)
+            )
+                .prop_map(|(t, g, b)| Item::Wire(t, g, b)),
+            (
+                any::<u64>(),
+                0..4_u32,
+                prop::collection::vec(any::<u64>(), 0..4)
+            )
+                .prop_map(|(t, g, w)| Item::Event(t, g, w)),
+        ]
+    }
+
+    fn digest(items: &[Item]) -> Digest {
+        let mut print = Fingerprint::new();
+        for item in items {
+            match item {
+                Item::Sample(time, group, bits) => {
+                    let values: Vec<f64> = bits.iter().map(|&bits| f64::from_bits(bits)).collect();
+                    print.sample(*time, *group, &values);
+                }
+                Item::Wire(time, wire, bytes) => print.wire(*time, *wire, bytes),
+                Item::Event(time, what, words) => print.event(*time, *what, words),
+            }
+        }
+        print.digest()
+    }
+
+    /// The same bytes, hashed in one go.
+    fn plain_digest(items: &[Item]) -> Digest {
+        let mut bytes = Vec::new();
+        for item in items {
+            let (time, kind, which, len) = match item {
+                Item::Sample(time, group, words) => (*time, 1_u32, *group, words.len()),
+                Item::Wire(time, wire, bytes) => (*time, 2, *wire, bytes.len()),
+                Item::Event(time, what, words) => (*time, 3, *what, words.len()),
+            };
+            bytes.extend(time.to_le_bytes());
+            bytes.extend(kind.to_le_bytes());
+            bytes.extend(which.to_le_bytes());
+            bytes.extend((len as u64).to_le_bytes());
+            match item {
+                Item::Sample(_, _, words) | Item::Event(_, _, words) => {
+                    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+                }
+                Item::Wire(_, _, raw) => bytes.extend(raw),
+            }
+        }
+        Digest(*blake3::hash(&bytes).as_bytes())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn buffering_changes_no_bit(items in prop::collection::vec(item(), 0..200)) {
+            prop_assert_eq!(digest(&items), plain_digest(&items));
+        }
+
+        #[test]
+        fn any_flipped_bit_of_any_number_shows(
+            bits in prop::collection::vec(any::<u64>(), 1..50), which in any::<prop::sample::Index>(), bit in 0..64,
+        ) {
+            let mut other = bits.clone();
+            other[which.index(bits.len())] ^= 1_u64 << bit;
+            prop_assert_ne!(digest(&[Item::Sample(5, 0, bits)]), digest(&[Item::Sample(5, 0, other)]));
+        }
+    }
+
+    #[test]
+    fn items_longer_than_the_buffer_are_hashed_whole() {
+        let long = Item::Wire(1, 0, (0..200_001_u32).map(|n| n.to_le_bytes()[0]).collect());
+        let wide = Item::Sample(1, 0, (0..20_000).collect());
+        let items = [wide, long];
+        assert_eq!(digest(&items), plain_digest(&items));
+    }
+
+    #[test]
+    fn zero_and_minus_zero_differ() {
+        let of = |value: f64| digest(&[Item::Sample(0, 0, vec![value.to_bits()])]);
+        assert_ne!(of(0.0), of(-0.0));
+    }
+
+    #[test]
+    fn digest_of_nothing_is_that_of_blake3() {
+        assert_eq!(
+            Fingerprint::new().digest().to_string(),
+            "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262"
+        );
+    }
+}

@@ -1,0 +1,66 @@
+//! Recordings of runs. A run becomes an MCAP file that viewers and the `mcap` packages of other
+//! languages read, with every number bit for bit; the same run gives the same bytes of file, every
+//! time. A run that is cut off leaves a file that is readable up to its last flush. What a run did,
+//! in order, is condensed into a [`Fingerprint`]; where two recordings part is found by
+//! [`first_divergence`].
+//!
+//! ```
+//! use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
+//! use twinrig_record::*;
+//!
+//! let ports = [Port::output("body/position", Unit::Meter, 3)];
+//! let layout = Layout::of(&ports, Direction::Output);
+//! let group = RecordedGroup { name: "plant", layout: &layout, keep: &|_| true };
+//! let info = RunInfo { seed: 1, ..RunInfo::default() };
+//! let mut recorder = Recorder::new(Vec::new(), &info, &[group], &Skeleton::default(), Cadence::default())?;
+//! let mut fingerprint = Fingerprint::new();
+//! for step in 0..10 {
+//!     let now = SimTime::from_nanos(2_000_000 * step);
+//!     let values = [0.1 * step as f64, 0.0, 0.14];
+//!     recorder.sample(now, 0, &values);
+//!     fingerprint.sample(now.as_nanos(), 0, &values);
+//! }
+//! let file = recorder.finish(fingerprint.digest(), SimTime::from_nanos(18_000_000))?;
+//!
+//! let recording = Recording::from_bytes(file)?;
+//! assert_eq!(recording.seed(), Some(1));
+//! let series = recording.series("body/position")?;
+//! assert_eq!(series.values[3..6], [0.1, 0.0, 0.14]);
+//! # Ok::<(), RecordError>(())
+//! ```
+//!
+//! # What a file holds
+//!
+//! * a channel for each group of signals, CDR messages with a `ros2msg` schema: one `float64` field a
+//!   signal; names and units as they are in the run stand in the channel's metadata under `signals`,
+//! * JSON channels for [`Topic`]s, among them coordinate frames as `foxglove.FrameTransforms` on `/tf`,
+//! * the files the run was made from as attachments,
+//! * metadata `run` (seed, build, notes) and, if it came to its end, `result` (fingerprint, simulated
+//!   time).
+//!
+//! Log times are simulated times plus [`EPOCH`].
+//!
+//! # What it does not do
+//!
+//! It does not compress (numbers of a simulation hardly do, and it costs more than all the rest), does
+//! not read compressed files, does not decide what is recorded, does not know what a footstep is, and
+//! does not re-run anything.
+
+mod divergence;
+mod error;
+mod fingerprint;
+mod frames;
+mod framing;
+mod recorder;
+mod recording;
+mod schema;
+mod topic;
+
+pub use divergence::{Comparison, Divergence, first_divergence};
+pub use error::RecordError;
+pub use fingerprint::{Digest, Fingerprint};
+pub use frames::{Skeleton, SkeletonLeg};
+pub use recorder::{Cadence, RecordedGroup, Recorder, RunInfo};
+pub use recording::{Recording, Sample, SampledGroup, Series};
+pub use schema::{EPOCH, Signal};
+pub use topic::Topic;

@@ -1,0 +1,349 @@
+//! The writing side: a run becomes an MCAP file.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::ops::Range;
+use std::path::Path;
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Attachment, WriteOptions, Writer};
+use serde::Serialize;
+use twinrig_kernel::{Layout, SimDuration, SimTime};
+
+use crate::frames::Frames;
+use crate::schema::{self, CDR_HEADER};
+use crate::{Digest, EPOCH, RecordError, Skeleton, Topic};
+
+/// What is known of a run before it starts.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RunInfo {
+    /// Name and text of every file the run was made from: scenario, robot.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// The seed of its random streams.
+    pub seed: u64,
+    /// Which build ran it: version, commit.
+    pub build: String,
+    /// Whatever else tells this run from others: overridden keys, the plant.
+    pub notes: BTreeMap<String, String>,
+}
+
+/// A group of signals that are sampled together, and which of them are kept.
+pub struct RecordedGroup<'a> {
+    /// Its name, which is that of its channel: `plant`.
+    pub name: &'a str,
+    /// How the values of a sample are laid out.
+    pub layout: &'a Layout,
+    /// Whether the signal of that name is recorded.
+    pub keep: &'a dyn Fn(&str) -> bool,
+}
+
+/// How often what is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cadence {
+    /// Simulated time between two sets of coordinate frames; `None` writes none.
+    pub frames: Option<SimDuration>,
+    /// Simulated time after which a chunk is closed and handed to the file. What was written by then
+    /// survives whatever happens to the process.
+    pub flush: SimDuration,
+}
+
+impl Default for Cadence {
+    /// 50 sets of frames and one flush a simulated second.
+    fn default() -> Self {
+        Self {
+            frames: Some(SimDuration::from_millis(20)),
+            flush: SimDuration::from_secs(1),
+        }
+    }
+}
+
+/// A chunk is closed at this size however little time has passed.
+const CHUNK_BYTES_MAX: usize = 4 << 20;
+
+/// Writes a run into an MCAP file.
+///
+/// The first failure is kept and everything after it is dropped, so that a run need not look at each
+/// call: [`Recorder::failure`] tells, and [`Recorder::finish`] returns it.
+///
+/// Call [`Recorder::sample`] and [`Recorder::json`] in order of time, [`Recorder::finish`] at the end. A
+/// recorder that is merely dropped still closes the file, but without fingerprint.
+pub struct Recorder<W: Write> {
+    writer: Writer<NoSeek<W>>,
+    groups: Vec<Group>,
+    topics: Vec<Channel>,
+    frames: Option<(Frames, SimDuration)>,
+    frames_due: SimTime,
+    flush: SimDuration,
+    flush_due: SimTime,
+    unflushed_bytes: usize,
+    text: Vec<u8>,
+    failure: Option<RecordError>,
+}
+
+struct Channel {
+    id: u16,
+    sequence: u32,
+}
+
+struct Group {
+    channel: Channel,
+    ranges: Vec<Range<usize>>,
+    message: Vec<u8>,
+}
+
+impl Recorder<BufWriter<File>> {
+    /// Records into a new file at `path`; an old one is overwritten.
+    ///
+    /// # Errors
+    /// A file that cannot be created or written.
+    pub fn create(
+        path: &Path,
+        info: &RunInfo,
+        groups: &[RecordedGroup<'_>],
+        skeleton: &Skeleton,
+        cadence: Cadence,
+    ) -> Result<Self, RecordError> {
+        let file = File::create(path).map_err(mcap::McapError::Io)?;
+        Self::new(BufWriter::new(file), info, groups, skeleton, cadence)
+    }
+}
+
+impl<W: Write> Recorder<W> {
+    /// Records into `out`. The first of `groups` is the plant, from which the frames are taken.
+    ///
+    /// # Errors
+    /// An `out` that cannot be written.
+    pub fn new(
+        out: W,
+        info: &RunInfo,
+        groups: &[RecordedGroup<'_>],
+        skeleton: &Skeleton,
+        cadence: Cadence,
+    ) -> Result<Self, RecordError> {
+        let mut writer = WriteOptions::new()
+            .compression(None)
+            .profile("ros2")
+            .library(concat!("twinrig ", env!("CARGO_PKG_VERSION")))
+            .chunk_size(None)
+            .disable_seeking(true)
+            .create(NoSeek::new(out))?;
+        for (name, text) in &info.files {
+            writer.attach(&Attachment {
+                log_time: EPOCH.as_nanos(),
+                create_time: EPOCH.as_nanos(),
+                name: name.clone(),
+                media_type: "application/toml".to_owned(),
+                data: text.as_slice().into(),
+            })?;
+        }
+        writer.write_metadata(&run_metadata(info))?;
+        let frames = cadence
+            .frames
+            .zip(groups.first())
+            .map(|(period, plant)| (Frames::new(skeleton, plant.layout), period));
+        let groups: Vec<Group> = groups
+            .iter()
+            .map(|group| add_group(&mut writer, group))
+            .collect::<Result<_, _>>()?;
+        let topics = Topic::ALL
+            .map(|topic| add_topic(&mut writer, topic))
+            .into_iter()
+            .collect::<Result<_, _>>()?;
+        let mut recorder = Self {
+            writer,
+            groups,
+            topics,
+            frames,
+            frames_due: SimTime::ZERO,
+            flush: cadence.flush,
+            flush_due: SimTime::ZERO + cadence.flush,
+            unflushed_bytes: 0,
+            text: Vec::with_capacity(8192),
+            failure: None,
+        };
+        // What a run was made from is on disk before it starts.
+        recorder.writer.flush()?;
+        Ok(recorder)
+    }
+
+    /// Records the kept signals of group number `group`, whose layout `values` has, at `now`. A group
+    /// that was not declared is not recorded.
+    #[inline]
+    pub fn sample(&mut self, now: SimTime, group: usize, values: &[f64]) {
+        if self.failure.is_none()
+            && let Err(error) = self.try_sample(now, group, values)
+        {
+            self.failure = Some(error);
+        }
+    }
+
+    fn try_sample(
+        &mut self,
+        now: SimTime,
+        group: usize,
+        values: &[f64],
+    ) -> Result<(), RecordError> {
+        self.flush_if_due(now)?;
+        let Some(Group {
+            channel,
+            ranges,
+            message,
+        }) = self.groups.get_mut(group)
+        else {
+            return Ok(());
+        };
+        if !ranges.is_empty() {
+            let mut rest = &mut message[CDR_HEADER.len()..];
+            for range in ranges {
+                let kept = &values[range.clone()];
+                let (bytes, after) = rest.split_at_mut(kept.len() * 8);
+                for (bytes, value) in bytes.chunks_exact_mut(8).zip(kept) {
+                    bytes.copy_from_slice(&value.to_bits().to_le_bytes());
+                }
+                rest = after;
+            }
+            self.unflushed_bytes += message.len();
+            self.writer
+                .write_to_known_channel(&channel.header(now), message)?;
+        }
+        if group == 0 && now >= self.frames_due {
+            self.write_frames(now, values)?;
+        }
+        Ok(())
+    }
+
+    fn write_frames(&mut self, now: SimTime, values: &[f64]) -> Result<(), RecordError> {
+        let Some((frames, period)) = &mut self.frames else {
+            self.frames_due = SimTime::from_nanos(u64::MAX);
+            return Ok(());
+        };
+        self.frames_due = now + *period;
+        let message = frames.at(now, values);
+        write_json(&mut self.text, Topic::Frames, message)?;
+        self.write_text(now, Topic::Frames)
+    }
+
+    /// Records `message` under `topic` at `now`. It should have the shape of the topic's schema.
+    pub fn json(&mut self, now: SimTime, topic: Topic, message: &impl Serialize) {
+        if self.failure.is_some() {
+            return;
+        }
+        let written = write_json(&mut self.text, topic, message)
+            .and_then(|()| self.flush_if_due(now))
+            .and_then(|()| self.write_text(now, topic));
+        self.failure = written.err();
+    }
+
+    fn write_text(&mut self, now: SimTime, topic: Topic) -> Result<(), RecordError> {
+        let header = self.topics[topic as usize].header(now);
+        self.unflushed_bytes += self.text.len();
+        self.writer.write_to_known_channel(&header, &self.text)?;
+        Ok(())
+    }
+
+    fn flush_if_due(&mut self, now: SimTime) -> Result<(), RecordError> {
+        if now >= self.flush_due || self.unflushed_bytes > CHUNK_BYTES_MAX {
+            self.flush_due = now + self.flush;
+            self.unflushed_bytes = 0;
+            self.writer.flush()?;
+        }
+        Ok(())
+    }
+
+    /// The first thing that went wrong, if anything has.
+    pub fn failure(&self) -> Option<&RecordError> {
+        self.failure.as_ref()
+    }
+
+    /// Adds the fingerprint and the simulated time reached, closes the file and gives back `W`.
+    ///
+    /// # Errors
+    /// The first failure of the whole recording.
+    pub fn finish(mut self, fingerprint: Digest, reached: SimTime) -> Result<W, RecordError> {
+        if let Some(error) = self.failure.take() {
+            return Err(error);
+        }
+        self.writer.write_metadata(&Metadata {
+            name: "result".to_owned(),
+            metadata: BTreeMap::from([
+                ("fingerprint".to_owned(), fingerprint.to_string()),
+                ("simulated_ns".to_owned(), reached.as_nanos().to_string()),
+            ]),
+        })?;
+        self.writer.finish()?;
+        let mut out = self.writer.into_inner().into_inner();
+        out.flush().map_err(mcap::McapError::Io)?;
+        Ok(out)
+    }
+}
+
+impl Channel {
+    fn header(&mut self, now: SimTime) -> MessageHeader {
+        let log_time = now.as_nanos().saturating_add(EPOCH.as_nanos());
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        MessageHeader {
+            channel_id: self.id,
+            sequence,
+            log_time,
+            publish_time: log_time,
+        }
+    }
+}
+
+fn run_metadata(info: &RunInfo) -> Metadata {
+    let mut metadata = info.notes.clone();
+    metadata.insert("seed".to_owned(), info.seed.to_string());
+    metadata.insert("build".to_owned(), info.build.clone());
+    Metadata {
+        name: "run".to_owned(),
+        metadata,
+    }
+}
+
+fn add_group<W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    group: &RecordedGroup<'_>,
+) -> Result<Group, RecordError> {
+    let (signals, ranges) = schema::select(group.layout, group.keep);
+    let mut metadata = BTreeMap::new();
+    let described = serde_json::to_string(&signals).map_err(|source| RecordError::Encode {
+        topic: "signals",
+        source,
+    })?;
+    metadata.insert("signals".to_owned(), described);
+    let name = format!("twinrig/msg/{}", schema::type_name(group.name));
+    let schema = writer.add_schema(&name, "ros2msg", schema::definition(&signals).as_bytes())?;
+    let id = writer.add_channel(schema, &format!("/{}", group.name), "cdr", &metadata)?;
+    let count: usize = signals.iter().map(|signal| signal.size).sum();
+    let mut message = CDR_HEADER.to_vec();
+    message.resize(CDR_HEADER.len() + 8 * count, 0);
+    Ok(Group {
+        channel: Channel { id, sequence: 0 },
+        ranges,
+        message,
+    })
+}
+
+fn add_topic<W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    topic: Topic,
+) -> Result<Channel, RecordError> {
+    let schema = writer.add_schema(topic.schema_name(), "jsonschema", topic.schema().as_bytes())?;
+    let id = writer.add_channel(schema, topic.name(), "json", &BTreeMap::new())?;
+    Ok(Channel { id, sequence: 0 })
+}
+
+fn write_json(
+    text: &mut Vec<u8>,
+    topic: Topic,
+    message: &impl Serialize,
+) -> Result<(), RecordError> {
+    text.clear();
+    serde_json::to_writer(&mut *text, message).map_err(|source| RecordError::Encode {
+        topic: topic.name(),
+        source,
+    })
+}

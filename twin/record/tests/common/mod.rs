@@ -1,0 +1,143 @@
+//! A small made-up run, for the tests of recordings.
+#![allow(dead_code, reason = "no test file uses all of it")]
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
+use twinrig_record::{
+    Cadence, Fingerprint, RecordError, RecordedGroup, Recorder, Recording, RunInfo, Skeleton,
+    SkeletonLeg, Topic,
+};
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Footstep {
+    pub leg: String,
+    pub touch_down_s: f64,
+    pub lift_off_s: f64,
+    pub slip_m: f64,
+}
+
+pub fn plant_ports() -> Vec<Port> {
+    vec![
+        Port::output("body/position", Unit::Meter, 3),
+        Port::output("body/orientation", Unit::One, 4),
+        Port::output("leg/LF/angles", Unit::Radian, 3),
+        Port::output("leg/LF/foot/load", Unit::Newton, 1),
+    ]
+}
+
+pub fn layout(ports: &[Port]) -> Layout {
+    Layout::of(ports, Direction::Output)
+}
+
+pub fn info() -> RunInfo {
+    RunInfo {
+        files: vec![
+            ("scenario.toml".to_owned(), b"name = \"test\"\n".to_vec()),
+            (
+                "cheetah-cub.toml".to_owned(),
+                b"name = \"cheetah-cub\"\n".to_vec(),
+            ),
+        ],
+        seed: 7,
+        build: "0.1.0 (abc)".to_owned(),
+        notes: [("plant".to_owned(), "massless".to_owned())].into(),
+    }
+}
+
+pub fn skeleton() -> Skeleton {
+    let leg = SkeletonLeg {
+        name: "LF".to_owned(),
+        hip: [0.1, 0.05, 0.0],
+        segments: [0.044, 0.071, 0.039],
+    };
+    Skeleton { legs: vec![leg] }
+}
+
+pub fn cadence() -> Cadence {
+    Cadence {
+        flush: SimDuration::from_millis(20),
+        ..Cadence::default()
+    }
+}
+
+pub const PERIOD_NS: u64 = 2_000_000;
+
+/// What the plant shows at `step`.
+pub fn plant_values(step: u64) -> Vec<f64> {
+    let t = step as f64 * 2e-3;
+    let mut values = vec![
+        0.3 * t,
+        1e-3 * libm::sin(9.0 * t),
+        0.14,
+        1.0,
+        0.0,
+        -0.0,
+        0.0,
+    ];
+    values.extend([
+        0.5 * libm::sin(19.0 * t),
+        -0.4,
+        0.5,
+        2.7 + libm::cos(19.0 * t),
+    ]);
+    values
+}
+
+pub fn command_values(step: u64) -> Vec<f64> {
+    vec![0.4 * libm::sin(0.038 * step as f64)]
+}
+
+pub fn footstep(step: u64) -> Footstep {
+    let t = step as f64 * 2e-3;
+    Footstep {
+        leg: "LF".to_owned(),
+        touch_down_s: t - 0.15,
+        lift_off_s: t,
+        slip_m: 1e-4 / (1.0 + t),
+    }
+}
+
+/// Records `steps` samples; `change` may falsify one, `keep` chooses among the signals of the plant.
+pub fn record<W: std::io::Write>(
+    out: W,
+    steps: u64,
+    keep: &dyn Fn(&str) -> bool,
+    change: &dyn Fn(u64, &mut [f64]),
+) -> Result<W, RecordError> {
+    let plant = layout(&plant_ports());
+    let commands = layout(&[Port::output("leg/LF/hip/command", Unit::Radian, 1)]);
+    let groups = [
+        RecordedGroup {
+            name: "plant",
+            layout: &plant,
+            keep,
+        },
+        RecordedGroup {
+            name: "process-outputs",
+            layout: &commands,
+            keep: &|_| true,
+        },
+    ];
+    let mut recorder = Recorder::new(out, &info(), &groups, &skeleton(), cadence())?;
+    let mut fingerprint = Fingerprint::new();
+    for step in 0..steps {
+        let now = SimTime::from_nanos(step * PERIOD_NS);
+        let mut values = plant_values(step);
+        change(step, &mut values);
+        fingerprint.sample(now.as_nanos(), 0, &values);
+        recorder.sample(now, 0, &values);
+        recorder.sample(now, 1, &command_values(step));
+        if step % 25 == 24 {
+            recorder.json(now, Topic::Footsteps, &footstep(step));
+        }
+    }
+    recorder.finish(fingerprint.digest(), SimTime::from_nanos(steps * PERIOD_NS))
+}
+
+pub fn recorded(steps: u64) -> Vec<u8> {
+    record(Vec::new(), steps, &|_| true, &|_, _| ()).expect("writing to memory")
+}
+
+pub fn read(bytes: &[u8]) -> Recording {
+    Recording::from_bytes(bytes.to_vec()).expect("a recording")
+}

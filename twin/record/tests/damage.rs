@@ -1,0 +1,116 @@
+//! Cut-off, damaged and foreign files: never a panic, never a wrong number.
+
+mod common;
+
+use std::sync::LazyLock;
+
+use common::*;
+use proptest::prelude::*;
+use twinrig_record::{RecordError, Recording, Topic};
+
+const STEPS: u64 = 200;
+static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| recorded(STEPS));
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_cut_off_file_reads_up_to_its_last_flush(cut in any::<prop::sample::Index>()) {
+        let len = cut.index(WHOLE.len());
+        let bytes = WHOLE[..len].to_vec();
+        match Recording::from_bytes(bytes) {
+            Err(RecordError::NotMcap) => prop_assert!(len < 8),
+            Err(error) => prop_assert!(false, "{error}"),
+            Ok(recording) => {
+                prop_assert!(!recording.is_complete());
+                for (step, sample) in (0..).zip(recording.group("plant").iter().flat_map(|g| recording.samples(g))) {
+                    prop_assert_eq!(sample.time.as_nanos(), step * PERIOD_NS);
+                    prop_assert_eq!(sample.all().collect::<Vec<_>>(), plant_values(step));
+                }
+                // Samples make up most of the file, and chunks of 10 samples are lost at most.
+                let samples = recording.group("plant").map_or(0, twinrig_record::SampledGroup::len);
+                let expected = (len as f64 / WHOLE.len() as f64 - 0.25) * STEPS as f64;
+                prop_assert!(samples as f64 >= expected, "{} samples in {} bytes", samples, len);
+            }
+        }
+    }
+
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000), magic in any::<bool>()) {
+        let mut file = if magic { mcap::MAGIC.to_vec() } else { Vec::new() };
+        file.extend(bytes);
+        if let Ok(recording) = Recording::from_bytes(file) {
+            read_all(&recording);
+        }
+    }
+
+    #[test]
+    fn records_of_arbitrary_content_never_panic(
+        records in prop::collection::vec((0..20_u8, prop::collection::vec(any::<u8>(), 0..80)), 0..20),
+    ) {
+        let mut file = mcap::MAGIC.to_vec();
+        for (opcode, body) in records {
+            file.push(opcode);
+            file.extend((body.len() as u64).to_le_bytes());
+            file.extend(body);
+        }
+        if let Ok(recording) = Recording::from_bytes(file) {
+            read_all(&recording);
+        }
+    }
+
+    #[test]
+    fn a_flipped_byte_is_an_error_or_changes_no_number(at in any::<prop::sample::Index>(), flip in 1..=255_u8) {
+        let mut bytes = WHOLE.clone();
+        let at = at.index(bytes.len());
+        bytes[at] ^= flip;
+        if let Ok(recording) = Recording::from_bytes(bytes) {
+            for (group, values) in [("plant", plant_values as fn(u64) -> Vec<f64>), ("process-outputs", command_values)] {
+                let Some(group) = recording.group(group) else { continue };
+                for sample in recording.samples(group) {
+                    prop_assert_eq!(sample.all().collect::<Vec<_>>(), values(sample.time.as_nanos() / PERIOD_NS));
+                }
+            }
+            read_all(&recording);
+        }
+    }
+}
+
+fn read_all(recording: &Recording) {
+    for group in recording.groups() {
+        for sample in recording.samples(group) {
+            let _ = sample.all().count();
+        }
+        for signal in &group.signals {
+            let _ = recording.series(&signal.name);
+        }
+    }
+    for topic in Topic::ALL {
+        let _ = recording.messages::<serde_json::Value>(topic);
+    }
+    let _ = (
+        recording.attachments().count(),
+        recording.seed(),
+        recording.fingerprint(),
+        recording.reached(),
+    );
+    let _ = twinrig_record::first_divergence(recording, recording);
+}
+
+#[test]
+fn a_compressed_file_is_refused_by_name() {
+    // A chunk record whose compression is `zstd`.
+    let mut body = [0_u8; 28].to_vec();
+    body.extend(4_u32.to_le_bytes());
+    body.extend(b"zstd");
+    body.extend(0_u64.to_le_bytes());
+    let mut file = mcap::MAGIC.to_vec();
+    file.push(6);
+    file.extend((body.len() as u64).to_le_bytes());
+    file.extend(body);
+    let error = Recording::from_bytes(file).unwrap_err();
+    assert!(
+        matches!(&error, RecordError::Compressed { compression, .. } if compression == "zstd"),
+        "{error}"
+    );
+}

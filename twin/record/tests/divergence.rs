@@ -1,0 +1,93 @@
+//! Where two recordings part.
+
+mod common;
+
+use common::*;
+use proptest::prelude::*;
+use twinrig_kernel::SimTime;
+use twinrig_record::{Divergence, Recording, first_divergence};
+
+fn with_change(change: &dyn Fn(u64, &mut [f64])) -> Recording {
+    read(&record(Vec::new(), 100, &|_| true, change).expect("writing to memory"))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_change_of_one_bit_is_found_where_it_is(step in 0..100_u64, index in 0..11_usize) {
+        let next = |values: &mut [f64]| values[index] = f64::from_bits(values[index].to_bits() ^ 1);
+        let a = read(&recorded(100));
+        // From there on everything is different; the first difference counts.
+        let b = with_change(&|now, values| if now >= step { next(values) });
+        let comparison = first_divergence(&a, &b);
+        let (signal, component) = match index {
+            0..3 => ("body/position", index),
+            3..7 => ("body/orientation", index - 3),
+            7..10 => ("leg/LF/angles", index - 7),
+            _ => ("leg/LF/foot/load", 0),
+        };
+        let before = plant_values(step)[index];
+        let after = f64::from_bits(before.to_bits() ^ 1);
+        let expected = Divergence {
+            time: SimTime::from_nanos(step * PERIOD_NS),
+            group: "plant".to_owned(),
+            signal: signal.to_owned(),
+            component,
+            a: Some(before),
+            b: Some(after),
+        };
+        prop_assert_eq!(comparison.first, Some(expected));
+        prop_assert_eq!(comparison.equal_samples, step + 100);
+        prop_assert!(comparison.only_in_a.is_empty() && comparison.only_in_b.is_empty());
+    }
+}
+
+#[test]
+fn equal_recordings_have_no_divergence() {
+    let comparison = first_divergence(&read(&recorded(100)), &read(&recorded(100)));
+    assert_eq!(comparison.first, None);
+    assert_eq!((comparison.signals, comparison.equal_samples), (5, 200));
+}
+
+#[test]
+fn zero_and_minus_zero_differ() {
+    let b = with_change(&|step, values| {
+        if step == 3 {
+            values[5] = 0.0;
+        }
+    });
+    let first = first_divergence(&read(&recorded(100)), &b).first.unwrap();
+    assert_eq!(
+        (first.signal.as_str(), first.component),
+        ("body/orientation", 2)
+    );
+}
+
+#[test]
+fn a_signal_of_one_only_is_listed_and_is_no_difference() {
+    let b = read(
+        &record(
+            Vec::new(),
+            100,
+            &|name| name != "body/orientation",
+            &|_, _| (),
+        )
+        .unwrap(),
+    );
+    let comparison = first_divergence(&read(&recorded(100)), &b);
+    assert_eq!(comparison.first, None);
+    assert_eq!(comparison.only_in_a, ["plant: body/orientation"]);
+    assert!(comparison.only_in_b.is_empty());
+    let back = first_divergence(&b, &read(&recorded(100)));
+    assert_eq!(back.only_in_b, ["plant: body/orientation"]);
+}
+
+#[test]
+fn a_run_that_ends_earlier_differs_at_the_first_sample_it_lacks() {
+    let first = first_divergence(&read(&recorded(100)), &read(&recorded(60)))
+        .first
+        .unwrap();
+    assert_eq!(first.time, SimTime::from_nanos(60 * PERIOD_NS));
+    assert_eq!((first.a, first.b), (Some(plant_values(60)[0]), None));
+}

@@ -1,0 +1,162 @@
+//! What is recorded comes back, whole and bit for bit.
+
+mod common;
+
+use common::*;
+use serde_json::Value;
+use twinrig_kernel::SimTime;
+use twinrig_record::{Recording, Topic};
+
+#[test]
+fn every_bit_of_every_sample_comes_back() {
+    let recording = read(&recorded(100));
+    assert!(recording.is_complete());
+    let plant = recording.group("plant").unwrap();
+    assert_eq!(plant.len(), 100);
+    for (step, sample) in (0..).zip(recording.samples(plant)) {
+        assert_eq!(sample.time, SimTime::from_nanos(step * PERIOD_NS));
+        let bits: Vec<u64> = sample.all().map(f64::to_bits).collect();
+        let expected: Vec<u64> = plant_values(step).into_iter().map(f64::to_bits).collect();
+        assert_eq!(bits, expected);
+    }
+}
+
+#[test]
+fn odd_numbers_come_back_bit_for_bit() {
+    let odd = [
+        f64::from_bits(0x7ff8_0000_dead_beef),
+        f64::NEG_INFINITY,
+        f64::MIN_POSITIVE / 3.0,
+    ];
+    let bytes = record(Vec::new(), 1, &|_| true, &|_, values| {
+        values[..3].copy_from_slice(&odd);
+    })
+    .unwrap();
+    let series = read(&bytes).series("body/position").unwrap();
+    assert_eq!(
+        series
+            .values
+            .iter()
+            .map(|v| v.to_bits())
+            .collect::<Vec<_>>(),
+        odd.map(f64::to_bits)
+    );
+}
+
+#[test]
+fn only_what_is_kept_is_there_and_keeps_its_name_and_unit() {
+    let keep = |name: &str| name != "body/orientation";
+    let recording = read(&record(Vec::new(), 30, &keep, &|_, _| ()).unwrap());
+    let signals: Vec<_> = recording
+        .groups()
+        .iter()
+        .flat_map(|group| &group.signals)
+        .collect();
+    let names: Vec<_> = signals
+        .iter()
+        .map(|signal| (signal.name.as_str(), signal.unit.as_str()))
+        .collect();
+    assert_eq!(
+        names,
+        [
+            ("body/position", "m"),
+            ("leg/LF/angles", "rad"),
+            ("leg/LF/foot/load", "N"),
+            ("leg/LF/hip/command", "rad")
+        ]
+    );
+    let load = recording.series("leg/LF/foot/load").unwrap();
+    assert_eq!(load.values[3], plant_values(3)[10]);
+    let error = recording.series("leg/LF/foot/lod").unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "no signal `leg/LF/foot/lod` in this recording; did you mean `leg/LF/foot/load`?"
+    );
+}
+
+#[test]
+fn files_notes_messages_and_result_come_back() {
+    let recording = read(&recorded(100));
+    assert_eq!(
+        recording.attachment("scenario.toml"),
+        Some(&b"name = \"test\"\n"[..])
+    );
+    assert_eq!(recording.attachments().count(), 2);
+    assert_eq!(recording.seed(), Some(7));
+    assert_eq!(recording.note("build"), Some("0.1.0 (abc)"));
+    assert_eq!(recording.note("plant"), Some("massless"));
+    assert_eq!(
+        recording.reached(),
+        Some(SimTime::from_nanos(100 * PERIOD_NS))
+    );
+    assert_eq!(recording.fingerprint().map(str::len), Some(64));
+    let steps: Vec<(SimTime, Footstep)> = recording.messages(Topic::Footsteps).unwrap();
+    assert_eq!(steps.len(), 4);
+    assert_eq!(
+        steps[1],
+        (SimTime::from_nanos(49 * PERIOD_NS), footstep(49))
+    );
+    let frames: Vec<(SimTime, Value)> = recording.messages(Topic::Frames).unwrap();
+    assert_eq!(frames.len(), 10, "50 a second");
+    assert_eq!(frames[0].1["transforms"][0]["child_frame_id"], "body");
+    assert_eq!(frames[0].1["transforms"][4]["child_frame_id"], "LF/foot");
+    assert!(
+        recording
+            .messages::<Value>(Topic::Verdict)
+            .unwrap()
+            .is_empty()
+    );
+}
+
+#[test]
+fn the_same_run_gives_the_same_bytes() {
+    assert_eq!(recorded(200), recorded(200));
+}
+
+#[test]
+fn leaving_a_signal_out_changes_no_other_signal() {
+    let all = read(&recorded(50));
+    let fewer =
+        read(&record(Vec::new(), 50, &|name| !name.contains("angles"), &|_, _| ()).unwrap());
+    for name in [
+        "body/position",
+        "body/orientation",
+        "leg/LF/foot/load",
+        "leg/LF/hip/command",
+    ] {
+        assert_eq!(all.series(name).unwrap(), fewer.series(name).unwrap());
+    }
+    assert_eq!(all.fingerprint(), fewer.fingerprint());
+}
+
+#[test]
+fn a_full_disk_is_an_error_of_finish_and_not_a_panic() {
+    struct Small(usize);
+    impl std::io::Write for Small {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0 = self
+                .0
+                .checked_sub(bytes.len())
+                .ok_or_else(|| std::io::Error::other("disk full"))?;
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let result = record(Small(40_000), 5_000, &|_| true, &|_, _| ());
+    assert!(matches!(result, Err(twinrig_record::RecordError::Write(_))));
+}
+
+#[test]
+fn a_run_without_any_recorded_signal_still_has_its_files() {
+    let recording = read(&record(Vec::new(), 10, &|_| false, &|_, _| ()).unwrap());
+    assert!(recording.group("plant").unwrap().is_empty());
+    assert_eq!(recording.seed(), Some(7));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let error = Recording::open(std::path::Path::new("/nowhere/run.mcap")).unwrap_err();
+    assert!(error.to_string().contains("/nowhere/run.mcap"));
+}
