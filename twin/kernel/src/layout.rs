@@ -66,7 +66,7 @@ impl Layout {
     }
 
     /// The signals, in order.
-    pub fn fields(&self) -> impl ExactSizeIterator<Item = &Field> {
+    pub fn fields(&self) -> impl ExactSizeIterator<Item = &Field> + Clone {
         self.fields.iter()
     }
 

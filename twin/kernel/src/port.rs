@@ -15,6 +15,7 @@ pub enum Direction {
 
 impl Direction {
     /// The direction of the port at the other end.
+    #[must_use]
     pub const fn opposite(self) -> Self {
         match self {
             Self::Input => Self::Output,

@@ -1,0 +1,3 @@
+//! Cost of a whole event of the executor, with toy parts.
+
+fn main() {}

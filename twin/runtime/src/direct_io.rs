@@ -1,0 +1,182 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
+
+use crate::wiring::Link;
+use crate::{
+    IoTask, PlantSignals, Progress, TaskError, TimeSource, Timing, TimingError, WiringError, World,
+};
+
+/// Signals of the plant straight to the process and back: what stands in for bus, boards and drivers in
+/// a scene that has none.
+///
+/// A transfer takes a modelled time. Half-way through it the commands reach the plant and the
+/// measurements are taken, both at one instant, as if a packet went out and its answer came back.
+#[derive(Debug)]
+pub struct DirectIo {
+    name: String,
+    ports: Vec<Port>,
+    /// From the process to the plant, and from the plant to the process.
+    commands: Vec<Link>,
+    measurements: Vec<Link>,
+    plant_sizes: (usize, usize),
+    state: State,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct State {
+    transfer: TimeSource,
+    phase: Phase,
+    from_process: Vec<f64>,
+    to_process: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+enum Phase {
+    Idle,
+    /// On the way to the plant; all is over at `end`.
+    Out {
+        end: SimTime,
+    },
+    /// On the way back.
+    Back,
+}
+
+impl DirectIo {
+    /// Carries every signal of a process with these ports. The transfer times come from the stream
+    /// `NAME/transfer`.
+    ///
+    /// # Errors
+    /// [`TimingError`] if the timing cannot be.
+    pub fn for_process(
+        name: impl Into<String>,
+        process_ports: &[Port],
+        transfer: Timing,
+        seed: u64,
+    ) -> Result<Self, TimingError> {
+        let name = name.into();
+        let ports: Vec<Port> = process_ports.iter().map(Port::mirrored).collect();
+        let state = State {
+            transfer: transfer.source(seed, &format!("{name}/transfer"))?,
+            phase: Phase::Idle,
+            from_process: vec![0.0; Layout::of(&ports, Direction::Input).len()],
+            to_process: vec![0.0; Layout::of(&ports, Direction::Output).len()],
+        };
+        Ok(Self {
+            name,
+            ports,
+            commands: Vec::new(),
+            measurements: Vec::new(),
+            plant_sizes: (0, 0),
+            state,
+        })
+    }
+
+    /// Commands reach the plant, measurements leave it.
+    fn exchange(&mut self, world: &mut dyn World) -> Result<(), TaskError> {
+        let (inputs, outputs) = self.plant_sizes;
+        if !self.measurements.is_empty() {
+            let sampled = world.sample(0..outputs)?;
+            for link in &self.measurements {
+                link.copy(sampled, &mut self.state.to_process);
+            }
+        }
+        if !self.commands.is_empty() {
+            let actuated = world.actuate(0..inputs)?;
+            for link in &self.commands {
+                link.copy(&self.state.from_process, actuated);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl IoTask for DirectIo {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.ports.clone()
+    }
+
+    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
+        let links = |direction, inward: bool| {
+            let own = Layout::of(&self.ports, direction);
+            let link = |field: &twinrig_kernel::Field| {
+                let far = plant.find(&self.name, &field.port.mirrored())?;
+                let (from, to) = if inward {
+                    (far, field.range())
+                } else {
+                    (field.range(), far)
+                };
+                Ok(Link { from, to })
+            };
+            own.fields()
+                .map(link)
+                .collect::<Result<Vec<_>, WiringError>>()
+        };
+        let (commands, measurements) = (
+            links(Direction::Input, false)?,
+            links(Direction::Output, true)?,
+        );
+        (self.commands, self.measurements) = (commands, measurements);
+        self.plant_sizes = (plant.inputs.len(), plant.outputs.len());
+        Ok(())
+    }
+
+    fn begin(
+        &mut self,
+        now: SimTime,
+        from_process: &[f64],
+        world: &mut dyn World,
+    ) -> Result<Progress, TaskError> {
+        self.state.from_process.copy_from_slice(from_process);
+        let duration = self.state.transfer.draw();
+        if duration.is_zero() {
+            self.exchange(world)?;
+            return Ok(Progress::Done);
+        }
+        self.state.phase = Phase::Out {
+            end: now + duration,
+        };
+        Ok(Progress::Again(now + duration / 2))
+    }
+
+    fn wake(&mut self, _now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+        match self.state.phase {
+            Phase::Out { end } => {
+                self.exchange(world)?;
+                self.state.phase = Phase::Back;
+                Ok(Progress::Again(end))
+            }
+            Phase::Back | Phase::Idle => {
+                self.state.phase = Phase::Idle;
+                Ok(Progress::Done)
+            }
+        }
+    }
+
+    fn to_process(&self) -> &[f64] {
+        &self.state.to_process
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.state)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let state: State = snapshot.read()?;
+        let sizes = |state: &State| (state.from_process.len(), state.to_process.len());
+        if sizes(&state) != sizes(&self.state) {
+            let describe = |(inputs, outputs)| {
+                format!("direct I/O of {inputs} commands and {outputs} measurements")
+            };
+            return Err(SnapshotError::Mismatch {
+                expected: describe(sizes(&self.state)),
+                found: describe(sizes(&state)),
+            });
+        }
+        self.state = state;
+        Ok(())
+    }
+}

@@ -1,0 +1,96 @@
+use thiserror::Error;
+use twinrig_kernel::{LivelockError, SimTime, SnapshotError};
+
+use crate::{PlantFault, TaskError, TimingError, VariableError, WiringError};
+
+/// Why a rig cannot be built, or cannot go on.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RigError {
+    /// Its signals do not connect.
+    #[error(transparent)]
+    Wiring(#[from] WiringError),
+    /// A modelled time cannot be.
+    #[error("compute time: {0}")]
+    Compute(TimingError),
+    /// The schedule has a period of no time, or of too much.
+    #[error("the {what} period is zero or past 584 years")]
+    BadPeriod {
+        /// Which period.
+        what: &'static str,
+    },
+    /// The plant stopped.
+    #[error(transparent)]
+    Plant(#[from] PlantFault),
+    /// A transfer failed.
+    #[error("{task} failed at {time}: {source}")]
+    Task {
+        /// The task.
+        task: String,
+        /// When.
+        time: SimTime,
+        /// How.
+        source: TaskError,
+    },
+    /// A task asked to be woken before now.
+    #[error("{task} asked at {time} to be woken at {wanted}, which is past")]
+    WakeInThePast {
+        /// The task.
+        task: String,
+        /// Now.
+        time: SimTime,
+        /// When it wanted to be woken.
+        wanted: SimTime,
+    },
+    /// The process wrote an infinity or something that is no number.
+    #[error("{process} wrote {value} to `{signal}` at {time}")]
+    NotFinite {
+        /// The process.
+        process: String,
+        /// The signal it wrote.
+        signal: String,
+        /// What it wrote.
+        value: f64,
+        /// When the iteration began.
+        time: SimTime,
+    },
+    /// There is no such process variable.
+    #[error("{process} has no variable `{name}`{}", did_you_mean(near))]
+    NoSuchVariable {
+        /// The process.
+        process: String,
+        /// The name asked for.
+        name: String,
+        /// What may have been meant.
+        near: Vec<String>,
+    },
+    /// A process variable was not set.
+    #[error("change at {at}: {source}")]
+    Change {
+        /// When it was to be set.
+        at: SimTime,
+        /// Why it was not.
+        source: VariableError,
+    },
+    /// A change was scheduled for an instant that is past.
+    #[error("a change cannot be scheduled for {at}, it is {now} already")]
+    ChangeInThePast {
+        /// When it was to be made.
+        at: SimTime,
+        /// Now.
+        now: SimTime,
+    },
+    /// Time stood still.
+    #[error(transparent)]
+    Livelock(#[from] LivelockError),
+    /// A saved state does not fit.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
+}
+
+fn did_you_mean(near: &[String]) -> String {
+    if near.is_empty() {
+        String::new()
+    } else {
+        format!("; did you mean `{}`?", near.join("` or `"))
+    }
+}

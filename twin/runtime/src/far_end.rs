@@ -1,0 +1,73 @@
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::SimTime;
+
+use crate::{Plant, PlantFault, PlantSignals, World};
+
+/// The plant with the commands it is held to and the last look at it: moved only when somebody acts on
+/// it or looks at it, then to exactly that instant, and looked at once an instant however many ask.
+pub(crate) struct FarEnd {
+    pub(crate) plant: Box<dyn Plant>,
+    pub(crate) signals: PlantSignals,
+    pub(crate) state: FarEndState,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FarEndState {
+    pub(crate) now: SimTime,
+    /// Where the plant is: at now or before.
+    moved_to: SimTime,
+    observed: Option<SimTime>,
+    pub(crate) inputs: Vec<f64>,
+    pub(crate) outputs: Vec<f64>,
+}
+
+impl FarEnd {
+    pub(crate) fn new(plant: Box<dyn Plant>) -> Self {
+        let signals = PlantSignals::of(&plant.ports());
+        let state = FarEndState {
+            now: SimTime::ZERO,
+            moved_to: SimTime::ZERO,
+            observed: None,
+            inputs: vec![0.0; signals.inputs.len()],
+            outputs: vec![0.0; signals.outputs.len()],
+        };
+        Self {
+            plant,
+            signals,
+            state,
+        }
+    }
+
+    /// Moves the plant to now.
+    fn catch_up(&mut self) -> Result<(), PlantFault> {
+        let state = &mut self.state;
+        if state.moved_to < state.now {
+            self.plant.advance(state.now, &state.inputs)?;
+            state.moved_to = state.now;
+        }
+        Ok(())
+    }
+
+    /// All outputs at now.
+    pub(crate) fn look(&mut self) -> Result<&[f64], PlantFault> {
+        self.catch_up()?;
+        if self.state.observed != Some(self.state.now) {
+            self.plant.observe(&mut self.state.outputs);
+            self.state.observed = Some(self.state.now);
+        }
+        Ok(&self.state.outputs)
+    }
+}
+
+impl World for FarEnd {
+    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
+        self.look().map(|outputs| &outputs[signals])
+    }
+
+    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
+        self.catch_up()?;
+        Ok(&mut self.state.inputs[signals])
+    }
+}

@@ -1,0 +1,95 @@
+//! How a controller, its input and output, and a plant run together: one scheduling rule, told to no
+//! clock, and its executor in virtual time. The same parts, seed and schedule give the same run, bit for
+//! bit; compute and transfer times are part of the model, so overruns happen again when they are run again.
+//!
+//! A [`Process`] (a controller) meets [`IoTask`]s (transfers with a device) through named signals; the
+//! [`Manager`] decides who runs when; the [`Rig`] does it, with a [`Plant`] at the far end and an
+//! [`Observer`] looking on.
+//!
+//! ```
+//! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+//! use twinrig_runtime::{
+//!     DirectIo, EnergyBooks, Group, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
+//! };
+//!
+//! /// Pushes towards the origin.
+//! struct Spring;
+//! impl Process for Spring {
+//!     fn name(&self) -> &str { "spring" }
+//!     fn ports(&self) -> Vec<Port> {
+//!         vec![Port::input("cart/position", Unit::Meter, 1), Port::output("cart/force", Unit::Newton, 1)]
+//!     }
+//!     fn step(&mut self, _: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
+//!         outputs[0] = -4.0 * inputs[0];
+//!     }
+//!     fn save(&self) -> Snapshot { Snapshot::of(&()) }
+//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> { snapshot.read() }
+//! }
+//!
+//! /// A kilogram on wheels.
+//! struct Cart { now: SimTime, position: f64, velocity: f64 }
+//! impl Plant for Cart {
+//!     fn name(&self) -> &str { "cart" }
+//!     fn ports(&self) -> Vec<Port> {
+//!         vec![Port::input("cart/force", Unit::Newton, 1), Port::output("cart/position", Unit::Meter, 1)]
+//!     }
+//!     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+//!         let seconds = (to - self.now).as_secs_f64();
+//!         self.velocity += seconds * inputs[0];
+//!         self.position += seconds * self.velocity;
+//!         self.now = to;
+//!         Ok(())
+//!     }
+//!     fn observe(&mut self, outputs: &mut [f64]) { outputs[0] = self.position; }
+//!     fn energy(&self) -> EnergyBooks { EnergyBooks::default() }
+//!     fn work(&self) -> WorkCounts { WorkCounts::default() }
+//!     fn save(&self) -> Snapshot { Snapshot::of(&(self.now, self.position, self.velocity)) }
+//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+//!         (self.now, self.position, self.velocity) = snapshot.read()?;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let transfer = Timing::Constant(SimDuration::from_micros(300));
+//! let io = DirectIo::for_process("direct", &Spring.ports(), transfer, 1)?;
+//! let cart = Cart { now: SimTime::ZERO, position: 1.0, velocity: 0.0 };
+//! let schedule = Schedule::with_period(SimDuration::from_millis(2));
+//! let mut rig = Rig::new(&schedule, Box::new(Spring), vec![Box::new(io)], Box::new(cart))?;
+//!
+//! rig.run_until(SimTime::ZERO + SimDuration::from_secs(1), &mut ())?;
+//! assert_eq!(rig.layout(Group::Plant).find("cart/position"), Some(0..1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do: it knows no scenario, no file, no protocol and no physics; it reads no clock and
+//! starts no thread; it does not record (that is an observer's affair).
+
+mod direct_io;
+mod error;
+mod far_end;
+mod manager;
+mod observer;
+mod plant;
+mod process;
+mod rig;
+mod rig_snapshot;
+mod schedule;
+mod task;
+mod timing;
+mod variable;
+mod wiring;
+
+pub use std::ops::Bound;
+
+pub use direct_io::DirectIo;
+pub use error::RigError;
+pub use manager::{ControlStep, Manager};
+pub use observer::{Group, Observer, RunEvent};
+pub use plant::{EnergyBooks, Plant, PlantFault, WorkCounts};
+pub use process::Process;
+pub use rig::Rig;
+pub use schedule::{Change, Schedule};
+pub use task::{IoTask, PlantSignals, Progress, TaskError, World};
+pub use timing::{TimeSource, Timing, TimingError};
+pub use variable::{ProcessVariable, VariableError};
+pub use wiring::{NearMisses, WiringError};

@@ -1,0 +1,146 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{SimDuration, SimTime};
+
+/// The scheduling rule (thesis, section 5.2.2.3), and nothing but the rule: no clock, no data, no part.
+/// An executor asks it what to do and tells it what happened.
+///
+/// Time is cut in steps as long as the fastest I/O; a *control step* is every k-th of them.
+///
+/// 1. At a control step at which the process is not running, it begins an iteration. The tasks that are
+///    idle at that instant *take part*: the process reads what each of them brought last.
+/// 2. When the iteration ends, the tasks that take part are given its outputs, and each runs once.
+/// 3. A task that is busy at the control step sits the iteration out, also if it becomes idle before the
+///    process ends. Its data come next time. (Were it started again at once, its data could be
+///    overwritten before the process had seen them.)
+/// 4. A control step at which the process is still running is missed: the tasks wait for the process, and
+///    it begins again at the next control step, where it is told the physical time elapsed since it last
+///    began.
+///
+/// It follows that no transfer is ever cut short or doubled, that what each transfer brings is read
+/// exactly once, and that the elapsed times sum to physical time.
+///
+/// ```
+/// use twinrig_kernel::{SimDuration, SimTime};
+/// use twinrig_runtime::{ControlStep, Manager};
+///
+/// let millis = |n| SimTime::ZERO + SimDuration::from_millis(n);
+/// let mut manager = Manager::new(1);
+/// assert!(matches!(manager.control_step(millis(0)), ControlStep::Begin { .. }));
+/// manager.process_ended();
+/// assert!(manager.takes_part(0));
+/// manager.task_begun(0); // and it takes 3 ms
+///
+/// let elapsed = SimDuration::from_millis(2);
+/// assert_eq!(manager.control_step(millis(2)), ControlStep::Begin { elapsed, missed: 0 });
+/// assert!(!manager.takes_part(0));
+/// manager.task_ended(0); // too late for this iteration
+/// assert!(!manager.takes_part(0));
+/// assert_eq!(manager.control_step(millis(4)), ControlStep::Late); // the process still runs
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manager {
+    running: bool,
+    /// When the process last began.
+    begun: Option<SimTime>,
+    /// Control steps missed since then.
+    missed: u64,
+    tasks: Vec<TaskState>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct TaskState {
+    busy: bool,
+    takes_part: bool,
+}
+
+/// What the process does at a control step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlStep {
+    /// It begins an iteration.
+    Begin {
+        /// Physical time since it last began; zero the first time.
+        elapsed: SimDuration,
+        /// Control steps missed since then.
+        missed: u64,
+    },
+    /// It is still at the last one.
+    Late,
+}
+
+impl Manager {
+    /// A manager of that many tasks, all idle, with the process at rest.
+    pub fn new(tasks: usize) -> Self {
+        Self {
+            running: false,
+            begun: None,
+            missed: 0,
+            tasks: vec![TaskState::default(); tasks],
+        }
+    }
+
+    /// A control step has come.
+    pub fn control_step(&mut self, now: SimTime) -> ControlStep {
+        if self.running {
+            self.missed += 1;
+            return ControlStep::Late;
+        }
+        self.running = true;
+        for task in &mut self.tasks {
+            task.takes_part = !task.busy;
+        }
+        let elapsed = self.begun.map_or(SimDuration::ZERO, |begun| now - begun);
+        self.begun = Some(now);
+        ControlStep::Begin {
+            elapsed,
+            missed: std::mem::take(&mut self.missed),
+        }
+    }
+
+    /// The process has ended its iteration.
+    ///
+    /// # Panics
+    /// If it was not running.
+    pub fn process_ended(&mut self) {
+        assert!(self.running, "the process ended without having begun");
+        self.running = false;
+    }
+
+    /// Whether the task takes part in the iteration that runs or has just ended.
+    pub fn takes_part(&self, task: usize) -> bool {
+        self.tasks[task].takes_part
+    }
+
+    /// The task has begun a transfer.
+    ///
+    /// # Panics
+    /// If it was busy.
+    pub fn task_begun(&mut self, task: usize) {
+        assert!(
+            !self.tasks[task].busy,
+            "task {task} was started while it was busy"
+        );
+        self.tasks[task].busy = true;
+    }
+
+    /// The task has ended its transfer.
+    ///
+    /// # Panics
+    /// If it was idle.
+    pub fn task_ended(&mut self, task: usize) {
+        assert!(
+            self.tasks[task].busy,
+            "task {task} ended without having begun"
+        );
+        self.tasks[task].busy = false;
+    }
+
+    /// Whether the task is at a transfer.
+    pub fn is_busy(&self, task: usize) -> bool {
+        self.tasks[task].busy
+    }
+
+    /// Whether the process is at an iteration.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+}

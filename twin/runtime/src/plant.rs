@@ -1,0 +1,106 @@
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
+
+/// The physics. Its input ports are actuator commands, its output ports measurements and truths.
+///
+/// The rig moves it by [`Plant::advance`] to every instant at which something acts on it or looks at it,
+/// never back, and never twice to the same one.
+pub trait Plant: Send {
+    /// Name, for messages and recordings.
+    fn name(&self) -> &str;
+
+    /// Its inputs and outputs, the same at every call. Only the outputs that somebody wants are there:
+    /// whoever builds the plant tells it which.
+    fn ports(&self) -> Vec<Port>;
+
+    /// Moves on to `to`, which is later than now, with `inputs` held constant.
+    ///
+    /// # Errors
+    /// [`PlantFault`] if the state is no longer physical; the plant stays where it last was.
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault>;
+
+    /// Writes the output ports, end to end, in order. They describe the state that was advanced to;
+    /// commands given since are not in them. Looking changes nothing: a plant that is looked at more
+    /// often (or not at all) goes the same way.
+    fn observe(&mut self, outputs: &mut [f64]);
+
+    /// Begins a new window for the outputs that are means or sums over one (a foot's mean load). The rig
+    /// calls it at every instant of the observation grid, after [`Plant::observe`], and at no other.
+    fn begin_window(&mut self) {}
+
+    /// Where the energy is and where it went, now.
+    fn energy(&self) -> EnergyBooks;
+
+    /// What the run has cost so far.
+    fn work(&self) -> WorkCounts;
+
+    /// Saves everything that the way ahead depends on, caches and warm starts included.
+    fn save(&self) -> Snapshot;
+
+    /// Goes back to a saved state, bit for bit.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the snapshot is not of such a plant.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}
+
+/// A plant that stopped, with everything seen before kept.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{part} failed at {time}, with {energy:.3e} J in it: {why}")]
+pub struct PlantFault {
+    /// When it was last sound.
+    pub time: SimTime,
+    /// What failed: `leg/LF`, `contact`, `integrator`.
+    pub part: String,
+    /// Energy in the plant by then \[J\].
+    pub energy: f64,
+    /// How it failed.
+    pub why: String,
+}
+
+/// Energy of a plant \[J\]. In an exact world `stored − stored at the start = actuator − dissipated −
+/// impact`; what is missing is the residual.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EnergyBooks {
+    /// In motion, now.
+    pub kinetic: f64,
+    /// In springs, now.
+    pub spring: f64,
+    /// In height, now.
+    pub gravity: f64,
+    /// Taken out by friction and damping since the start.
+    pub dissipated: f64,
+    /// Put in by actuators since the start.
+    pub actuator: f64,
+    /// Lost in impacts since the start.
+    pub impact: f64,
+    /// Sum of the magnitudes of all transfers since the start: what the residual is measured by.
+    pub exchanged: f64,
+    /// What the books lack: 0 for an exact integrator.
+    pub residual: f64,
+}
+
+impl EnergyBooks {
+    /// Energy in the plant, now \[J\].
+    pub fn stored(&self) -> f64 {
+        self.kinetic + self.spring + self.gravity
+    }
+}
+
+/// What a plant has done since the start: numbers that do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkCounts {
+    /// Steps of the integrator.
+    pub steps: u64,
+    /// Evaluations of the right-hand side.
+    pub evaluations: u64,
+    /// Factorisations of a matrix.
+    pub factorisations: u64,
+    /// Discontinuities met: touch-downs, stops reached.
+    pub events: u64,
+    /// Iterations of the contact solver.
+    pub solver_iterations: u64,
+    /// Times the solver of choice gave up and another took over.
+    pub fallbacks: u64,
+}

@@ -1,0 +1,450 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{
+    Agenda, Direction, EventQueue, Layout, PartId, Rank, SimDuration, SimTime, Wake, near_misses,
+};
+
+use crate::far_end::FarEnd;
+use crate::wiring::{TaskLinks, check_names, wire};
+use crate::{
+    Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, ProcessVariable,
+    Progress, RigError, RunEvent, Schedule, TaskError, TimeSource,
+};
+
+/// Events of one instant, in order.
+mod rank {
+    use twinrig_kernel::Rank;
+
+    /// Transfers that end now end first, so that their tasks are idle at a control step that falls on now.
+    pub(super) const TASK: Rank = Rank(0);
+    /// Then the process ends, so that one which takes exactly a period is not late.
+    pub(super) const PROCESS_END: Rank = Rank(1);
+    /// Then the process begins.
+    pub(super) const CONTROL_STEP: Rank = Rank(2);
+    /// And when all has happened that happens now, the plant is observed.
+    pub(super) const OBSERVATION: Rank = Rank(3);
+}
+
+/// A process, its tasks and a plant, wired by name and run in virtual time: the lockstep executor of the
+/// scheduling rule ([`Manager`]).
+///
+/// Everything that happens is one of four kinds of event, and at one instant they come in this order:
+///
+/// 0. a task goes on with its transfer;
+/// 1. the process ends its iteration, and the tasks that take part begin theirs, in order of registration;
+/// 2. a control step: the changes that are due are made, and the process begins;
+/// 3. the plant is observed.
+///
+/// An iteration or a transfer that takes no time ends at the instant it began at, before the observation.
+/// The plant is moved to exactly the instants at which a task samples or actuates and to those of the
+/// observation grid, so observing with another period is another run unless the plant's own step
+/// divides both.
+pub struct Rig {
+    pub(crate) process: Box<dyn Process>,
+    pub(crate) tasks: Vec<TaskSlot>,
+    pub(crate) far_end: FarEnd,
+    pub(crate) state: RigState,
+    inputs: Layout,
+    outputs: Layout,
+    pub(crate) period: SimDuration,
+    pub(crate) observe: SimDuration,
+    parts: Parts,
+    /// Why the run ended, if it did.
+    pub(crate) failed: Option<RigError>,
+}
+
+/// What of a rig changes, apart from its parts.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct RigState {
+    manager: Manager,
+    agenda: Agenda,
+    compute: TimeSource,
+    changes: EventQueue<PendingChange>,
+    pub(crate) inputs: Vec<f64>,
+    pub(crate) outputs: Vec<f64>,
+}
+
+pub(crate) struct TaskSlot {
+    pub(crate) task: Box<dyn IoTask>,
+    pub(crate) name: String,
+    links: TaskLinks,
+    /// Its inputs, laid out for it at the beginning of a transfer.
+    from_process: Vec<f64>,
+    part: PartId,
+}
+
+/// The parts that are not tasks. Tasks come before them, in their order.
+struct Parts {
+    process_end: PartId,
+    control_step: PartId,
+    observation: PartId,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct PendingChange {
+    variable: usize,
+    change: Change,
+}
+
+impl Rig {
+    /// Wires the parts by name and puts the first control step and the first observation at time 0.
+    ///
+    /// # Errors
+    /// [`RigError::Wiring`] if a signal does not connect, [`RigError::BadPeriod`] and
+    /// [`RigError::Compute`] if the schedule cannot be.
+    pub fn new(
+        schedule: &Schedule,
+        process: Box<dyn Process>,
+        tasks: Vec<Box<dyn IoTask>>,
+        plant: Box<dyn Plant>,
+    ) -> Result<Self, RigError> {
+        let period = schedule.period()?;
+        if schedule.observe.is_zero() {
+            return Err(RigError::BadPeriod {
+                what: "observation",
+            });
+        }
+        let compute = schedule
+            .compute
+            .clone()
+            .source(schedule.seed, "process/compute");
+        let process_ports = process.ports();
+        check_names(plant.name(), &plant.ports())?;
+        let mut agenda = Agenda::new(schedule.events_max);
+        let far_end = FarEnd::new(plant);
+        let tasks = connect(process.name(), &process_ports, tasks, &far_end, &mut agenda)?;
+        let parts = Parts {
+            process_end: agenda.register("process end", rank::PROCESS_END),
+            control_step: agenda.register("control step", rank::CONTROL_STEP),
+            observation: agenda.register("observation", rank::OBSERVATION),
+        };
+        agenda.arm(parts.control_step, SimTime::ZERO);
+        agenda.arm(parts.observation, SimTime::ZERO);
+        let inputs = Layout::of(&process_ports, Direction::Input);
+        let outputs = Layout::of(&process_ports, Direction::Output);
+        let state = RigState {
+            manager: Manager::new(tasks.len()),
+            agenda,
+            compute: compute.map_err(RigError::Compute)?,
+            changes: EventQueue::new(),
+            inputs: vec![0.0; inputs.len()],
+            outputs: vec![0.0; outputs.len()],
+        };
+        let observe = schedule.observe;
+        Ok(Self {
+            process,
+            tasks,
+            far_end,
+            state,
+            inputs,
+            outputs,
+            period,
+            observe,
+            parts,
+            failed: None,
+        })
+    }
+
+    /// Sets a process variable before the first iteration that begins at `at` or later. Changes due at
+    /// one iteration are made in the order of their times, then in the order they were scheduled.
+    ///
+    /// # Errors
+    /// [`RigError::NoSuchVariable`], [`RigError::ChangeInThePast`], or [`RigError::Change`] if the value is
+    /// out of range whatever happens until then. A change *by* an amount is checked when it is made.
+    pub fn schedule(
+        &mut self,
+        at: SimTime,
+        variable: &str,
+        change: Change,
+    ) -> Result<(), RigError> {
+        let variables = self.process.variables();
+        let Some(index) = variables.iter().position(|known| known.name() == variable) else {
+            let near = near_misses(variable, variables.iter().map(ProcessVariable::name));
+            return Err(RigError::NoSuchVariable {
+                process: self.process.name().into(),
+                name: variable.into(),
+                near: near.into_iter().map(String::from).collect(),
+            });
+        };
+        if at < self.now() {
+            return Err(RigError::ChangeInThePast {
+                at,
+                now: self.now(),
+            });
+        }
+        if let Change::To(value) = change {
+            variables[index]
+                .check(value)
+                .map_err(|source| RigError::Change { at, source })?;
+        }
+        self.state.changes.push(
+            at,
+            Rank(0),
+            PendingChange {
+                variable: index,
+                change,
+            },
+        );
+        Ok(())
+    }
+
+    /// Handles every event up to and at `to`. Running to the end at once or in pieces makes no difference.
+    ///
+    /// # Errors
+    /// [`RigError`] if a part fails; `observer` has then seen everything that happened before, and the rig
+    /// answers every further call with the same error.
+    pub fn run_until<O: Observer>(
+        &mut self,
+        to: SimTime,
+        observer: &mut O,
+    ) -> Result<(), RigError> {
+        while self.step(to, observer)?.is_some() {}
+        Ok(())
+    }
+
+    /// Handles the next event, if it falls on `limit` or before, and says when that was.
+    ///
+    /// # Errors
+    /// As [`Rig::run_until`].
+    pub fn step<O: Observer>(
+        &mut self,
+        limit: SimTime,
+        observer: &mut O,
+    ) -> Result<Option<SimTime>, RigError> {
+        if let Some(error) = &self.failed {
+            return Err(error.clone());
+        }
+        let handled = match self.state.agenda.pop_until(limit) {
+            Ok(None) => return Ok(None),
+            Ok(Some(wake)) => self.handle(wake, observer).map(|()| Some(wake.time)),
+            Err(error) => Err(error.into()),
+        };
+        if let Err(error) = &handled {
+            self.failed = Some(error.clone());
+        }
+        handled
+    }
+
+    fn handle<O: Observer>(&mut self, wake: Wake, observer: &mut O) -> Result<(), RigError> {
+        self.far_end.state.now = wake.time;
+        if wake.part == self.parts.observation {
+            self.observe(observer)
+        } else if wake.part == self.parts.control_step {
+            self.control_step(observer)
+        } else if wake.part == self.parts.process_end {
+            self.process_end(observer)
+        } else {
+            let task = wake.part.index();
+            let progress = self.tasks[task].task.wake(wake.time, &mut self.far_end);
+            self.follow(task, progress, observer)
+        }
+    }
+
+    /// Begins an iteration of the process, unless it is still at the last one.
+    fn control_step<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        self.state
+            .agenda
+            .arm(self.parts.control_step, now + self.period);
+        let ControlStep::Begin { elapsed, missed } = self.state.manager.control_step(now) else {
+            return Ok(());
+        };
+        if missed > 0 {
+            observer.event(now, RunEvent::Overrun { missed });
+        }
+        self.make_changes(observer)?;
+        for (n, slot) in self.tasks.iter().enumerate() {
+            if self.state.manager.takes_part(n) {
+                let brought = slot.task.to_process();
+                slot.links
+                    .measurements
+                    .iter()
+                    .for_each(|link| link.copy(brought, &mut self.state.inputs));
+            } else {
+                observer.event(now, RunEvent::TaskSkipped { task: n });
+            }
+        }
+        observer.event(now, RunEvent::ProcessBegin { elapsed });
+        observer.samples(now, Group::ProcessInputs, &self.state.inputs);
+        self.process
+            .step(elapsed, &self.state.inputs, &mut self.state.outputs);
+        self.check_outputs()?;
+        let ends = now + self.state.compute.draw();
+        self.state.agenda.arm(self.parts.process_end, ends);
+        Ok(())
+    }
+
+    fn make_changes<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        while let Some(due) = self.state.changes.pop_until(now) {
+            let PendingChange { variable, change } = due.event;
+            let value = match change {
+                Change::To(value) => value,
+                Change::By(step) => self.process.variables()[variable].value() + step,
+            };
+            self.process
+                .set_variable(variable, value)
+                .map_err(|source| RigError::Change {
+                    at: due.time,
+                    source,
+                })?;
+            observer.event(now, RunEvent::Change { variable, value });
+        }
+        Ok(())
+    }
+
+    /// An output that is no number would poison the plant long before anybody could tell why.
+    fn check_outputs(&self) -> Result<(), RigError> {
+        let Some(index) = self
+            .state
+            .outputs
+            .iter()
+            .position(|value| !value.is_finite())
+        else {
+            return Ok(());
+        };
+        Err(RigError::NotFinite {
+            process: self.process.name().into(),
+            signal: self
+                .outputs
+                .field_at(index)
+                .map_or_else(String::new, |field| field.port.name.clone()),
+            value: self.state.outputs[index],
+            time: self.now(),
+        })
+    }
+
+    /// Ends the iteration, and begins the transfers of the tasks that take part in it.
+    fn process_end<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        self.state.manager.process_ended();
+        observer.event(now, RunEvent::ProcessEnd);
+        observer.samples(now, Group::ProcessOutputs, &self.state.outputs);
+        for n in 0..self.tasks.len() {
+            if !self.state.manager.takes_part(n) {
+                continue;
+            }
+            self.state.manager.task_begun(n);
+            observer.event(now, RunEvent::TaskBegin { task: n });
+            let slot = &mut self.tasks[n];
+            for link in &slot.links.commands {
+                link.copy(&self.state.outputs, &mut slot.from_process);
+            }
+            let progress = slot.task.begin(now, &slot.from_process, &mut self.far_end);
+            self.follow(n, progress, observer)?;
+        }
+        Ok(())
+    }
+
+    /// Does what a task asked for.
+    fn follow<O: Observer>(
+        &mut self,
+        task: usize,
+        progress: Result<Progress, TaskError>,
+        observer: &mut O,
+    ) -> Result<(), RigError> {
+        let now = self.now();
+        let slot = &self.tasks[task];
+        match progress {
+            Ok(Progress::Again(wanted)) if wanted < now => Err(RigError::WakeInThePast {
+                task: slot.name.clone(),
+                time: now,
+                wanted,
+            }),
+            Ok(Progress::Again(at)) => {
+                self.state.agenda.arm(slot.part, at);
+                Ok(())
+            }
+            Ok(Progress::Done) => {
+                self.state.manager.task_ended(task);
+                observer.event(now, RunEvent::TaskEnd { task });
+                Ok(())
+            }
+            Err(TaskError::Plant(fault)) => Err(fault.into()),
+            Err(source) => Err(RigError::Task {
+                task: slot.name.clone(),
+                time: now,
+                source,
+            }),
+        }
+    }
+
+    fn observe<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        self.state
+            .agenda
+            .arm(self.parts.observation, now + self.observe);
+        observer.samples(now, Group::Plant, self.far_end.look()?);
+        self.far_end.plant.begin_window();
+        Ok(())
+    }
+
+    /// Time of the last event handled.
+    pub fn now(&self) -> SimTime {
+        self.far_end.state.now
+    }
+
+    /// How the values of a group lie in what the observer sees.
+    pub fn layout(&self, group: Group) -> &Layout {
+        match group {
+            Group::Plant => &self.far_end.signals.outputs,
+            Group::ProcessInputs => &self.inputs,
+            Group::ProcessOutputs => &self.outputs,
+        }
+    }
+
+    /// The names of the tasks, in order of registration.
+    pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.tasks.iter().map(|slot| slot.name.as_str())
+    }
+
+    /// The control period.
+    pub fn period(&self) -> SimDuration {
+        self.period
+    }
+
+    /// The process.
+    pub fn process(&self) -> &dyn Process {
+        &*self.process
+    }
+
+    /// The plant: its energy, its work. It is where it was last acted on or looked at, at or before
+    /// [`Rig::now`].
+    pub fn plant(&self) -> &dyn Plant {
+        &*self.far_end.plant
+    }
+
+    /// The plant, to be disturbed from outside between two events. What that does to the run is the
+    /// caller's affair; a replay does not know of it.
+    pub fn plant_mut(&mut self) -> &mut dyn Plant {
+        &mut *self.far_end.plant
+    }
+}
+
+/// Wires the tasks to the process and to the plant, and registers them.
+fn connect(
+    process_name: &str,
+    process_ports: &[twinrig_kernel::Port],
+    tasks: Vec<Box<dyn IoTask>>,
+    far_end: &FarEnd,
+    agenda: &mut Agenda,
+) -> Result<Vec<TaskSlot>, RigError> {
+    let named: Vec<_> = tasks
+        .iter()
+        .map(|task| (task.name().to_string(), task.ports()))
+        .collect();
+    let links = wire((process_name, process_ports), &named)?;
+    let mut slots = Vec::new();
+    for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
+        task.connect(&far_end.signals)?;
+        let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
+        let part = agenda.register(name.clone(), rank::TASK);
+        slots.push(TaskSlot {
+            task,
+            name,
+            links,
+            from_process,
+            part,
+        });
+    }
+    Ok(slots)
+}

@@ -1,0 +1,80 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Snapshot, SnapshotError};
+
+use crate::far_end::FarEndState;
+use crate::rig::RigState;
+use crate::{Group, Rig, RigError};
+
+/// A whole rig between two events.
+#[derive(Serialize, Deserialize)]
+struct SavedRig {
+    make: String,
+    state: RigState,
+    far_end: FarEndState,
+    process: Snapshot,
+    tasks: Vec<Snapshot>,
+    plant: Snapshot,
+}
+
+impl Rig {
+    /// Saves the rig, transfers and iterations under way included. Another rig of the same make that is
+    /// restored from it goes on bit for bit as this one does.
+    pub fn save(&self) -> Snapshot {
+        Snapshot::of(&SavedRig {
+            make: self.make(),
+            state: self.state.clone(),
+            far_end: self.far_end.state.clone(),
+            process: self.process.save(),
+            tasks: self.tasks.iter().map(|slot| slot.task.save()).collect(),
+            plant: self.far_end.plant.save(),
+        })
+    }
+
+    /// Goes back to a saved state, also after an error.
+    ///
+    /// # Errors
+    /// [`RigError::Snapshot`] if the snapshot is not of a rig of this make: then nothing has changed. If a
+    /// part refuses its share, some have been restored and some not, and the rig answers every further
+    /// call with that error.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RigError> {
+        let saved: SavedRig = snapshot.read()?;
+        if saved.make != self.make() {
+            return Err(SnapshotError::Mismatch {
+                expected: self.make(),
+                found: saved.make,
+            }
+            .into());
+        }
+        let restored = self.restore_parts(&saved).map_err(RigError::from);
+        self.state = saved.state;
+        self.far_end.state = saved.far_end;
+        self.failed = restored.clone().err();
+        restored
+    }
+
+    fn restore_parts(&mut self, saved: &SavedRig) -> Result<(), SnapshotError> {
+        self.process.restore(&saved.process)?;
+        for (slot, snapshot) in self.tasks.iter_mut().zip(&saved.tasks) {
+            slot.task.restore(snapshot)?;
+        }
+        self.far_end.plant.restore(&saved.plant)
+    }
+
+    /// What the rig is made of: rigs of one make restore each other's snapshots.
+    fn make(&self) -> String {
+        let len = |group| self.layout(group).len();
+        format!(
+            "a rig of process {} ({} in, {} out), plant {} ({} in, {} out) and the tasks {:?}, \
+             with a control period of {}, observed every {}",
+            self.process.name(),
+            len(Group::ProcessInputs),
+            len(Group::ProcessOutputs),
+            self.far_end.plant.name(),
+            self.far_end.state.inputs.len(),
+            len(Group::Plant),
+            self.task_names().collect::<Vec<_>>(),
+            self.period,
+            self.observe,
+        )
+    }
+}

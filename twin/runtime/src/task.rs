@@ -1,0 +1,111 @@
+use std::ops::Range;
+
+use thiserror::Error;
+use twinrig_kernel::{Layout, Port, SimTime, Snapshot, SnapshotError};
+
+use crate::{PlantFault, WiringError};
+
+/// One transfer with a device, over and over: the manager starts it when the process has ended and the
+/// task is idle, and leaves it alone until it is done.
+///
+/// The methods come in this order: [`IoTask::connect`] once, then for each transfer [`IoTask::begin`],
+/// [`IoTask::wake`] at every instant the task asked for, and [`IoTask::to_process`] when it is done.
+pub trait IoTask: Send {
+    /// Name, for messages and recordings. No two tasks of a rig share one.
+    fn name(&self) -> &str;
+
+    /// Output ports are data that it brings to the process (sensors), input ports data that it takes
+    /// from the process (commands). The same at every call.
+    fn ports(&self) -> Vec<Port>;
+
+    /// Tells the task what the far end looks like: where in the flat vectors of [`World`] its signals
+    /// lie. A task that talks to hardware has no need of it.
+    ///
+    /// # Errors
+    /// [`WiringError`] if the plant has not the signals that the task is to carry.
+    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
+        let _ = plant;
+        Ok(())
+    }
+
+    /// Begins a transfer. `from_process` holds the task's input ports, end to end, in order: the outputs
+    /// of the process iteration that has just ended.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the device or the plant fails; the run ends.
+    fn begin(
+        &mut self,
+        now: SimTime,
+        from_process: &[f64],
+        world: &mut dyn World,
+    ) -> Result<Progress, TaskError>;
+
+    /// Goes on with the transfer at the instant the task asked for.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the device or the plant fails; the run ends.
+    fn wake(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError>;
+
+    /// What the last finished transfer brought: the task's output ports, end to end, in order. Read only
+    /// while the task is idle; before the first transfer it is what the process is to see until then.
+    fn to_process(&self) -> &[f64];
+
+    /// Saves everything that later transfers depend on, the one under way included.
+    fn save(&self) -> Snapshot;
+
+    /// Goes back to a saved state, bit for bit.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the snapshot is not of such a task.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}
+
+/// How far a transfer has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// It goes on at that instant, which may be now but not earlier.
+    Again(SimTime),
+    /// It is done, and its data are valid.
+    Done,
+}
+
+/// The far end of the wires: the plant, advanced to exactly now before any call answers.
+///
+/// What is sampled is the state at this instant; what is actuated is held from this instant on. So the
+/// order in which tasks sample and actuate at one instant makes no difference.
+pub trait World {
+    /// The plant's outputs at now, as laid out in [`PlantSignals::outputs`]: those in `signals`.
+    ///
+    /// # Errors
+    /// [`PlantFault`] if the plant fails on the way to now.
+    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault>;
+
+    /// The plant's inputs, as laid out in [`PlantSignals::inputs`]: those in `signals`, to be written.
+    ///
+    /// # Errors
+    /// [`PlantFault`] if the plant fails on the way to now.
+    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault>;
+}
+
+/// The signals of the far end.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PlantSignals {
+    /// What can be actuated.
+    pub inputs: Layout,
+    /// What can be sampled.
+    pub outputs: Layout,
+}
+
+/// A transfer that ended the run.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum TaskError {
+    /// The plant failed while it was advanced to the instant of the transfer.
+    #[error(transparent)]
+    Plant(#[from] PlantFault),
+    /// The device failed: it does not answer, its port is gone.
+    #[error("{why}")]
+    Device {
+        /// How.
+        why: String,
+    },
+}

@@ -1,0 +1,200 @@
+use std::fmt;
+use std::ops::{Bound, RangeBounds};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use twinrig_kernel::Unit;
+
+/// A number of a process that may be set while it runs.
+///
+/// ```
+/// use twinrig_kernel::Unit;
+/// use twinrig_runtime::{Bound, ProcessVariable};
+///
+/// let open = (Bound::Excluded(0.0), Bound::Excluded(1.0));
+/// let mut duty = ProcessVariable::new("duty", Unit::One, open, 0.5);
+/// assert_eq!(duty.range_text(), "]0, 1[");
+/// duty.set(0.4)?;
+/// assert_eq!(duty.set(1.0).unwrap_err().to_string(), "duty = 1 is not in ]0, 1[");
+/// assert_eq!(duty.value(), 0.4);
+/// # Ok::<(), twinrig_runtime::VariableError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProcessVariable {
+    name: String,
+    unit: Unit,
+    min: Bound<f64>,
+    max: Bound<f64>,
+    default: f64,
+    value: f64,
+}
+
+/// A process variable that was not set.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum VariableError {
+    /// The value is out of range, or not a number.
+    #[error("{name} = {value} is not in {range}")]
+    OutOfRange {
+        /// The variable.
+        name: String,
+        /// What it was to be set to, in its unit.
+        value: f64,
+        /// What it may be set to: `]0, 1]` is 0 excluded, 1 included.
+        range: String,
+    },
+    /// There are not that many variables.
+    #[error("there is no process variable {index}, only {count}")]
+    NoSuchIndex {
+        /// Index that was asked for.
+        index: usize,
+        /// Number of variables.
+        count: usize,
+    },
+    /// The process refuses the value for a reason of its own (one that depends on other variables).
+    #[error("{name} = {value} is refused: {why}")]
+    Refused {
+        /// The variable.
+        name: String,
+        /// What it was to be set to, in its unit.
+        value: f64,
+        /// The reason.
+        why: String,
+    },
+}
+
+impl ProcessVariable {
+    /// A variable with its range (`0.0..=1.0`, `0.1..`, `..`, or a pair of [`Bound`]s) and the value that
+    /// it has until it is set, both in `unit`.
+    ///
+    /// # Panics
+    /// If the default is not in the range: then the process that declares it is wrong.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        unit: Unit,
+        range: impl RangeBounds<f64>,
+        default: f64,
+    ) -> Self {
+        let variable = Self {
+            name: name.into(),
+            unit,
+            min: range.start_bound().cloned(),
+            max: range.end_bound().cloned(),
+            default,
+            value: default,
+        };
+        if let Err(error) = variable.check(default) {
+            panic!("the default of a process variable must be in its range: {error}");
+        }
+        variable
+    }
+
+    /// Name, as a scenario writes it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Unit of value, default and range.
+    pub const fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// The value until it is set.
+    pub const fn default(&self) -> f64 {
+        self.default
+    }
+
+    /// The value now.
+    pub const fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// Least and greatest value.
+    pub const fn range(&self) -> (Bound<f64>, Bound<f64>) {
+        (self.min, self.max)
+    }
+
+    /// The range as text: a bracket that turns its back on a number leaves the number out.
+    pub fn range_text(&self) -> String {
+        let min = match self.min {
+            Bound::Included(min) => format!("[{min}"),
+            Bound::Excluded(min) => format!("]{min}"),
+            Bound::Unbounded => "]-∞".into(),
+        };
+        match self.max {
+            Bound::Included(max) => format!("{min}, {max}]"),
+            Bound::Excluded(max) => format!("{min}, {max}["),
+            Bound::Unbounded => format!("{min}, ∞["),
+        }
+    }
+
+    /// Sets the value.
+    ///
+    /// # Errors
+    /// [`VariableError::OutOfRange`], and then the value stays what it was.
+    pub fn set(&mut self, value: f64) -> Result<(), VariableError> {
+        self.check(value)?;
+        self.value = value;
+        Ok(())
+    }
+
+    /// Whether the variable may be set to `value`.
+    ///
+    /// # Errors
+    /// [`VariableError::OutOfRange`] if not. Neither infinities nor `NaN` are ever in range.
+    pub fn check(&self, value: f64) -> Result<(), VariableError> {
+        if value.is_finite() && (self.min, self.max).contains(&value) {
+            return Ok(());
+        }
+        Err(VariableError::OutOfRange {
+            name: self.name.clone(),
+            value,
+            range: self.range_text(),
+        })
+    }
+}
+
+/// `frequency = 3 Hz in ]0, ∞[`
+impl fmt::Display for ProcessVariable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} = {} {} in {}",
+            self.name,
+            self.value,
+            self.unit,
+            self.range_text()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_are_open_closed_or_absent() {
+        let text = |variable: &ProcessVariable| variable.range_text();
+        let mut length = ProcessVariable::new("length", Unit::Meter, 0.0.., 0.1);
+        assert_eq!(text(&length), "[0, ∞[");
+        length.set(0.0).unwrap();
+        assert!(length.set(-1e-300).is_err());
+        assert!(length.set(f64::INFINITY).is_err());
+        assert!(length.set(f64::NAN).is_err());
+        assert_eq!((length.value(), length.default()), (0.0, 0.1));
+        assert_eq!(
+            text(&ProcessVariable::new("any", Unit::One, .., -5.0)),
+            "]-∞, ∞["
+        );
+        assert_eq!(
+            text(&ProcessVariable::new("angle", Unit::Radian, 0.0..=3.0, 3.0)),
+            "[0, 3]"
+        );
+    }
+
+    #[test]
+    #[should_panic(expected = "default = 2 is not in [0, 1]")]
+    fn a_default_out_of_range_is_a_bug() {
+        let _ = ProcessVariable::new("default", Unit::One, 0.0..=1.0, 2.0);
+    }
+}

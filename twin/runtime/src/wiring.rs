@@ -1,0 +1,257 @@
+use std::fmt;
+use std::ops::Range;
+
+use thiserror::Error;
+use twinrig_kernel::{Direction, Layout, Port, near_misses};
+
+use crate::PlantSignals;
+
+/// Signals that do not connect. They connect by convention: same name, opposite direction, same size,
+/// same unit; anything unmatched is an error.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum WiringError {
+    /// There is nobody at the other end of a signal.
+    #[error("nothing {} `{port}`, which {owner} {}{near}", lacks(port), verb(port))]
+    Unmatched {
+        /// Whose signal it is.
+        owner: String,
+        /// The signal, as its owner sees it.
+        port: Port,
+        /// What may have been meant.
+        near: NearMisses,
+    },
+    /// An input has more than one source.
+    #[error("`{port}` of {owner} has two sources: {first} and {second}")]
+    TwoSources {
+        /// Whose input it is.
+        owner: String,
+        /// The input.
+        port: Port,
+        /// A source.
+        first: String,
+        /// Another.
+        second: String,
+    },
+    /// A part has two ports of one name and direction.
+    #[error("{owner} has two {}s named `{}`", port.direction, port.name)]
+    Twice {
+        /// The part.
+        owner: String,
+        /// The second of them.
+        port: Port,
+    },
+    /// Two parts have one name.
+    #[error("two tasks are named `{name}`")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+}
+
+/// Signals at the other end that nearly match: of the same name but of another size or unit, or of a
+/// similar name.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NearMisses(pub Vec<Port>);
+
+impl fmt::Display for NearMisses {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (n, port) in self.0.iter().enumerate() {
+            write!(f, "{}`{port}`", if n == 0 { "; there is " } else { ", " })?;
+        }
+        Ok(())
+    }
+}
+
+fn lacks(port: &Port) -> &'static str {
+    match port.direction {
+        Direction::Input => "provides",
+        Direction::Output => "takes",
+    }
+}
+
+fn verb(port: &Port) -> &'static str {
+    match port.direction {
+        Direction::Input => "reads",
+        Direction::Output => "writes",
+    }
+}
+
+impl PlantSignals {
+    /// The signals of a plant with these ports.
+    pub fn of(ports: &[Port]) -> Self {
+        Self {
+            inputs: Layout::of(ports, Direction::Input),
+            outputs: Layout::of(ports, Direction::Output),
+        }
+    }
+
+    /// Where the far end has the signal `port` of `owner`: among the outputs if the owner reads it,
+    /// among the inputs if the owner writes it.
+    ///
+    /// # Errors
+    /// [`WiringError::Unmatched`] if there is no such signal, with those that nearly match.
+    pub fn find(&self, owner: &str, port: &Port) -> Result<Range<usize>, WiringError> {
+        let layout = match port.direction {
+            Direction::Input => &self.outputs,
+            Direction::Output => &self.inputs,
+        };
+        find(layout, owner, port)
+    }
+}
+
+/// Where `layout`, of signals at the other end, has the match of `port`.
+pub(crate) fn find(layout: &Layout, owner: &str, port: &Port) -> Result<Range<usize>, WiringError> {
+    match layout.field(&port.name) {
+        Some(field) if field.port == port.mirrored() => Ok(field.range()),
+        _ => Err(unmatched(
+            owner,
+            port,
+            layout.fields().map(|field| &field.port),
+        )),
+    }
+}
+
+/// The error that says that `port` matches none of `others`.
+pub(crate) fn unmatched<'a>(
+    owner: &str,
+    port: &Port,
+    others: impl Iterator<Item = &'a Port>,
+) -> WiringError {
+    let others: Vec<&Port> = others.collect();
+    let same_name = others.iter().filter(|other| other.name == port.name);
+    let similar = near_misses(&port.name, others.iter().map(|other| other.name.as_str()));
+    let named = similar
+        .iter()
+        .filter_map(|name| others.iter().find(|other| other.name == *name));
+    let near = NearMisses(same_name.chain(named).map(|&other| other.clone()).collect());
+    WiringError::Unmatched {
+        owner: owner.into(),
+        port: port.clone(),
+        near,
+    }
+}
+
+/// Refuses two ports of one name and direction.
+pub(crate) fn check_names(owner: &str, ports: &[Port]) -> Result<(), WiringError> {
+    for (n, port) in ports.iter().enumerate() {
+        if ports[..n]
+            .iter()
+            .any(|p| p.name == port.name && p.direction == port.direction)
+        {
+            return Err(WiringError::Twice {
+                owner: owner.into(),
+                port: port.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A stretch of one flat vector that is copied into another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Link {
+    pub(crate) from: Range<usize>,
+    pub(crate) to: Range<usize>,
+}
+
+impl Link {
+    pub(crate) fn copy(&self, from: &[f64], to: &mut [f64]) {
+        to[self.to.clone()].copy_from_slice(&from[self.from.clone()]);
+    }
+}
+
+/// How one task is wired to the process.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TaskLinks {
+    /// From the process's outputs to the task's inputs.
+    pub(crate) commands: Vec<Link>,
+    /// From the task's outputs to the process's inputs.
+    pub(crate) measurements: Vec<Link>,
+}
+
+/// Wires a process to its tasks: every signal of the process has a task, every input of a task the
+/// process. What a task brings and nobody reads is left lying.
+pub(crate) fn wire(
+    process: (&str, &[Port]),
+    tasks: &[(String, Vec<Port>)],
+) -> Result<Vec<TaskLinks>, WiringError> {
+    let (process_name, process_ports) = process;
+    check_names(process_name, process_ports)?;
+    for (n, (name, ports)) in tasks.iter().enumerate() {
+        if tasks[..n].iter().any(|(other, _)| other == name) {
+            return Err(WiringError::SameName { name: name.clone() });
+        }
+        check_names(name, ports)?;
+    }
+    let mut links = vec![TaskLinks::default(); tasks.len()];
+    wire_commands(process, tasks, &mut links)?;
+    wire_measurements(process, tasks, &mut links)?;
+    Ok(links)
+}
+
+fn wire_commands(
+    (process_name, process_ports): (&str, &[Port]),
+    tasks: &[(String, Vec<Port>)],
+    links: &mut [TaskLinks],
+) -> Result<(), WiringError> {
+    let written = Layout::of(process_ports, Direction::Output);
+    let taken = tasks
+        .iter()
+        .flat_map(|(_, ports)| ports)
+        .filter(|port| port.direction == Direction::Input);
+    for field in written.fields() {
+        if !taken.clone().any(|port| *port == field.port.mirrored()) {
+            return Err(unmatched(process_name, &field.port, taken));
+        }
+    }
+    for ((name, ports), links) in tasks.iter().zip(links) {
+        for field in Layout::of(ports, Direction::Input).fields() {
+            let from = find(&written, name, &field.port)?;
+            links.commands.push(Link {
+                from,
+                to: field.range(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn wire_measurements(
+    (process_name, process_ports): (&str, &[Port]),
+    tasks: &[(String, Vec<Port>)],
+    links: &mut [TaskLinks],
+) -> Result<(), WiringError> {
+    let brought = tasks
+        .iter()
+        .flat_map(|(_, ports)| ports)
+        .filter(|port| port.direction == Direction::Output);
+    for field in Layout::of(process_ports, Direction::Input).fields() {
+        let mut source: Option<&str> = None;
+        for ((name, ports), links) in tasks.iter().zip(links.iter_mut()) {
+            let Ok(from) = find(
+                &Layout::of(ports, Direction::Output),
+                process_name,
+                &field.port,
+            ) else {
+                continue;
+            };
+            if let Some(first) = source {
+                return Err(WiringError::TwoSources {
+                    owner: process_name.into(),
+                    port: field.port.clone(),
+                    first: first.into(),
+                    second: name.clone(),
+                });
+            }
+            source = Some(name);
+            links.measurements.push(Link {
+                from,
+                to: field.range(),
+            });
+        }
+        if source.is_none() {
+            return Err(unmatched(process_name, &field.port, brought));
+        }
+    }
+    Ok(())
+}
