@@ -1,0 +1,206 @@
+//! Position servos as the plants see them: the acceleration that the drive wants, and the torque it has for it.
+//!
+//! A [`PositionServo`] is a cascade. The outer loop asks for a rate in proportion to the position error, up to the
+//! speed limit; the inner loop asks for an acceleration in proportion to the rate error, four times faster, which makes
+//! the pair critically damped with a delay of exactly [`lag`](PositionServo::lag) behind a ramp. The drive rejects its
+//! load until its torque is used up: a plant gives it the acceleration it wants where the torque for that is within
+//! [`torque`](PositionServo::torque), and the torque limit otherwise.
+//!
+//! ```
+//! use twinrig_actuator::PositionServo;
+//! let servo = PositionServo::ideal(2e-3, 1e-3).unwrap();
+//! assert_eq!(servo.acceleration(1.0, 1.0, 0.0), 0.0); // there, and at rest
+//! assert!(servo.acceleration(1.0, 0.9, 0.0) > 0.0);
+//! ```
+//!
+//! What is not here: pulses, packets and clocks (drivers and boards), the motor's winding and gear losses, and the
+//! integration in time, which belongs to the plant.
+
+use twinrig_robot::Servo;
+
+/// Inner loop over outer loop: four makes the cascade critically damped.
+const INNER_OVER_OUTER: f64 = 4.0;
+
+/// A position servo with its inertia at the output.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionServo {
+    lag: f64,
+    speed: f64,
+    torque: f64,
+    dead_band: f64,
+    inertia: f64,
+}
+
+/// A parameter of a servo that makes no servo.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("a servo's {parameter} cannot be {value}: {why}")]
+pub struct ServoError {
+    /// Name of the parameter.
+    pub parameter: &'static str,
+    /// Its value (SI).
+    pub value: f64,
+    /// What it has to be.
+    pub why: &'static str,
+}
+
+impl PositionServo {
+    /// The servo of a robot file.
+    ///
+    /// # Errors
+    /// [`ServoError`] where lag, speed, torque or inertia is not positive, or the dead band negative.
+    pub fn new(servo: &Servo) -> Result<Self, ServoError> {
+        for (parameter, value) in [
+            ("lag", servo.lag),
+            ("speed", servo.speed),
+            ("torque", servo.torque),
+            ("inertia", servo.inertia),
+        ] {
+            if value.is_nan() || value <= 0.0 {
+                return Err(ServoError {
+                    parameter,
+                    value,
+                    why: "it has to be positive",
+                });
+            }
+        }
+        if servo.dead_band.is_nan() || servo.dead_band < 0.0 {
+            let why = "it cannot be negative";
+            return Err(ServoError {
+                parameter: "dead_band",
+                value: servo.dead_band,
+                why,
+            });
+        }
+        let Servo {
+            lag,
+            speed,
+            torque,
+            dead_band,
+            inertia,
+        } = *servo;
+        Ok(Self {
+            lag,
+            speed,
+            torque,
+            dead_band,
+            inertia,
+        })
+    }
+
+    /// A servo without limits or dead band that lags by one control period \[s\].
+    ///
+    /// Commands arrive once a period: following them without any lag would ask for infinite acceleration.
+    ///
+    /// # Errors
+    /// [`ServoError`] where period or inertia is not positive.
+    pub fn ideal(period: f64, inertia: f64) -> Result<Self, ServoError> {
+        let unlimited = f64::INFINITY;
+        Self::new(&Servo {
+            lag: period,
+            speed: unlimited,
+            torque: unlimited,
+            dead_band: 0.0,
+            inertia,
+        })
+    }
+
+    /// Acceleration the servo wants \[rad/s²\], from command and position \[rad\] and rate \[rad/s\].
+    pub fn acceleration(&self, command: f64, position: f64, rate: f64) -> f64 {
+        let error = command - position;
+        let heeded = if error.abs() > self.dead_band {
+            error
+        } else {
+            0.0
+        };
+        let wanted = (heeded / self.lag).clamp(-self.speed, self.speed);
+        (wanted - rate) * (INNER_OVER_OUTER / self.lag)
+    }
+
+    /// Delay behind a ramp \[s\].
+    pub fn lag(&self) -> f64 {
+        self.lag
+    }
+
+    /// Greatest torque at the output \[N·m\].
+    pub fn torque(&self) -> f64 {
+        self.torque
+    }
+
+    /// Inertia at the output \[kg·m²\].
+    pub fn inertia(&self) -> f64 {
+        self.inertia
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn servo(lag: f64, speed: f64, dead_band: f64) -> PositionServo {
+        PositionServo::new(&Servo {
+            lag,
+            speed,
+            torque: 2.0,
+            dead_band,
+            inertia: 1e-3,
+        })
+        .unwrap()
+    }
+
+    /// Position after following `command(t)` for a second from rest.
+    fn follow(servo: &PositionServo, command: impl Fn(f64) -> f64) -> (f64, f64) {
+        let (h, mut position, mut rate) = (1e-5, 0.0, 0.0);
+        for i in 0..100_000 {
+            rate += h * servo.acceleration(command(h * f64::from(i)), position, rate);
+            position += h * rate;
+        }
+        (position, rate)
+    }
+
+    #[test]
+    fn the_delay_behind_a_ramp_is_the_lag() {
+        let (position, rate) = follow(&servo(0.02, 100.0, 0.0), |t| 3.0 * t);
+        assert!((rate - 3.0).abs() < 1e-6);
+        assert!((position - 3.0 * (1.0 - 0.02)).abs() < 1e-4, "{position}"); // 1e-5 s steps: 3e-5 rad
+    }
+
+    #[test]
+    fn a_step_is_followed_without_overshoot_at_no_more_than_the_greatest_speed() {
+        let servo = servo(0.02, 6.545, 0.0);
+        let (h, mut position, mut rate) = (1e-5, 0.0_f64, 0.0_f64);
+        for _ in 0..100_000 {
+            rate += h * servo.acceleration(1.0, position, rate);
+            position += h * rate;
+            assert!(position <= 1.0 + 1e-9 && rate <= 6.545 + 1e-9);
+        }
+        assert!((position - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_error_inside_the_dead_band_is_ignored() {
+        let servo = servo(0.02, 6.545, 0.005);
+        assert_eq!(servo.acceleration(0.0049, 0.0, 0.0), 0.0);
+        assert!(servo.acceleration(0.0051, 0.0, 0.0) > 0.0);
+    }
+
+    #[test]
+    fn impossible_servos_are_refused() {
+        for (lag, speed, dead_band) in [
+            (0.0, 1.0, 0.0),
+            (1.0, -1.0, 0.0),
+            (1.0, 1.0, -1.0),
+            (f64::NAN, 1.0, 0.0),
+        ] {
+            assert!(
+                PositionServo::new(&Servo {
+                    lag,
+                    speed,
+                    torque: 1.0,
+                    dead_band,
+                    inertia: 1.0
+                })
+                .is_err()
+            );
+        }
+    }
+}
