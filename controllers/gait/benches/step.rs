@@ -1,0 +1,41 @@
+//! What one step of the controller costs, for four legs.
+
+use divan::Bencher;
+use twinrig_gait::{Cpg, Gait, Oscillators, example_robot};
+use twinrig_kernel::SimDuration;
+use twinrig_runtime::Process;
+
+fn main() {
+    divan::main();
+}
+
+const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+
+#[divan::bench]
+fn step_of_four_legs(bencher: Bencher) {
+    let mut cpg =
+        Cpg::new(&example_robot(), &LEGS, Gait::Trot).expect("the example robot is sound");
+    let mut outputs = [0.0; 8];
+    bencher.bench_local(|| {
+        cpg.step(
+            SimDuration::from_millis(2),
+            &[],
+            divan::black_box(&mut outputs),
+        );
+    });
+}
+
+#[divan::bench]
+fn oscillators_locked(bencher: Bencher) {
+    let mut network = Oscillators::locked(&[0.0; 4]);
+    bencher.bench_local(|| network.advance(divan::black_box(0.002), 3.0, 2.5));
+}
+
+#[divan::bench]
+fn oscillators_falling_into_step(bencher: Bencher) {
+    let mut network = Oscillators::locked(&[0.0; 4]);
+    network.push(0, 0.1);
+    bencher
+        .with_inputs(|| network.clone())
+        .bench_local_refs(|network| network.advance(0.002, 3.0, 2.5));
+}

@@ -1,0 +1,278 @@
+//! The controller `cpg`: everything of this crate in a row.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, stream};
+use twinrig_robot::Robot;
+use twinrig_runtime::{Process, ProcessVariable, VariableError};
+
+use crate::limb::Limb;
+use crate::variables::{self, COUPLING, CROUCH, FREQUENCY, PHASE_DIFFERENCES, RAMP, STEP_LENGTH};
+use crate::{DutyMap, FootLocus, Gait, GaitError, Oscillators};
+
+/// The open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
+/// locus → inverse kinematics, for every leg.
+///
+/// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the legs it is given. All
+/// legs of the robot have an oscillator whether commanded or not, so leaving one out changes nothing
+/// for the others.
+///
+/// # Process variables
+///
+/// | name | unit | range | thesis, table 3.3 |
+/// |---|---|---|---|
+/// | `frequency` | Hz | all | ω = 2πf, all |
+/// | `step_length` | m | ≥ 0 | L, ≥ 0 |
+/// | `hip_height/fore`, `/hind` | m | above 0, to the length of the leg | H, above h; a foot above the hip is out of reach anyway |
+/// | `step_height/…` | m | 0 to the length of the leg | h, 0 to H |
+/// | `mid_stance_offset/…` | m | all | `x_o`, ≥ 0; wider here, since gaits with negative ones run well |
+/// | `duty_factor/…` | 1 | between 0 and 1 | d, the same |
+/// | `touch_down_angle/…`, `take_off_angle/…` | rad | 0.05 to π − 0.05 | `θ_td`, `θ_to`, 0 to π, at both of which tan(θ − π/2) diverges |
+/// | `compression/…` | 1 | 0 to 1 | c, between 0 and 1; here the ends are harmless |
+/// | `phase_difference/X` | rad | −π to π | ψ: by how much leg X is ahead of the common phase |
+/// | `coupling` | rad/s | 0 to 1000 | w of eq. 3.2 |
+/// | `ramp` | s | ≥ 0 | – time over which the step length grows from 0 after the start |
+/// | `crouch` | m | ≥ 0 | – how much lower the hip starts; it rises over the ramp |
+///
+/// A change takes effect at the next step, at once: the target jumps where the locus does, as in the
+/// thesis' experiment on step length. Only a phase difference sets in gradually, through the coupling.
+///
+/// Frequency 0 holds the feet where they are in their cycle; step length 0 steps in place. To stand on
+/// four feet there is [`crate::Stand`].
+///
+/// A target out of the leg's reach becomes the nearest point within it, which is counted
+/// ([`Cpg::out_of_reach`]); outputs are always finite.
+///
+/// ```
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// use twinrig_gait::{Cpg, Gait};
+/// use twinrig_kernel::SimDuration;
+/// use twinrig_runtime::Process;
+///
+/// # let robot = twinrig_gait::example_robot();
+/// let mut cpg = Cpg::new(&robot, &["LF", "RF", "LH", "RH"], Gait::Trot)?;
+/// let mut commands = [0.0; 8];
+/// cpg.step(SimDuration::ZERO, &[], &mut commands);
+/// cpg.step(SimDuration::from_millis(2), &[], &mut commands);
+/// assert_eq!(commands[0..2], commands[6..8]); // LF and RH move together
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct Cpg {
+    limbs: Vec<Limb>,
+    variables: Vec<ProcessVariable>,
+    /// Locus and duty map of the fore and of the hind legs, derived from the variables.
+    ends: [(FootLocus, DutyMap); 2],
+    state: State,
+}
+
+/// What a step depends on, beside the variables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct State {
+    oscillators: Oscillators,
+    /// Time since the start \[s\].
+    age: f64,
+    /// The last commands of every leg.
+    commands: Vec<[f64; 2]>,
+    out_of_reach: u64,
+}
+
+impl Cpg {
+    /// The name under which a scenario asks for it.
+    pub const NAME: &'static str = "cpg";
+
+    /// A controller for `legs` of `robot`, in step with `gait` from the start. The defaults of the
+    /// variables are a moderate trot, scaled to the length of the legs.
+    ///
+    /// # Errors
+    /// A leg that the robot does not have, or whose geometry is impossible.
+    pub fn new(robot: &Robot, legs: &[&str], gait: Gait) -> Result<Self, GaitError> {
+        let limbs = Limb::of_robot(robot, legs)?;
+        let phases: Vec<f64> = limbs
+            .iter()
+            .map(|limb| gait.phase_difference(limb.corner))
+            .collect();
+        let named: Vec<(&str, f64)> = limbs
+            .iter()
+            .map(|limb| limb.name.as_str())
+            .zip(phases.iter().copied())
+            .collect();
+        let variables = variables::declare(lengths_max(&limbs), &named);
+        let state = State {
+            oscillators: Oscillators::locked(&phases),
+            age: 0.0,
+            commands: vec![[0.0; 2]; limbs.len()],
+            out_of_reach: 0,
+        };
+        Ok(Self {
+            ends: derive(&variables)?,
+            limbs,
+            variables,
+            state,
+        })
+    }
+
+    /// Starts every leg at a random phase instead of in step. Each draws from a stream of its own.
+    #[must_use]
+    pub fn with_random_phases(mut self, seed: u64) -> Self {
+        for (leg, limb) in self.limbs.iter().enumerate() {
+            let turn = stream(seed, &format!("controller/cpg/phase/{}", limb.name)).unit();
+            self.state.oscillators.push(leg, PI * (2.0 * turn - 1.0));
+        }
+        self
+    }
+
+    /// How many targets were out of reach since the start, one for each leg and step.
+    pub fn out_of_reach(&self) -> u64 {
+        self.state.out_of_reach
+    }
+
+    /// The phase Θ in `[0, 2π]` of the locus that leg number `leg` of the robot is at.
+    pub fn phase(&self, leg: usize) -> f64 {
+        let (_, duty) = &self.ends[self.limbs[leg].corner.end()];
+        duty.phase(self.state.oscillators.turn(leg))
+    }
+
+    /// The share of the ramp that is done, 0 to 1.
+    fn ramped(&self) -> f64 {
+        let ramp = self.variables[RAMP].value();
+        if self.state.age < ramp {
+            self.state.age / ramp
+        } else {
+            1.0
+        }
+    }
+}
+
+/// Lengths of the extended fore and hind legs; of the others where there is only one kind.
+pub(crate) fn lengths_max(limbs: &[Limb]) -> [f64; 2] {
+    let of = |fore: bool| {
+        limbs
+            .iter()
+            .find(|limb| limb.corner.fore == fore)
+            .map(Limb::length_max)
+    };
+    let fore = of(true).or(of(false)).unwrap_or(1.0);
+    [fore, of(false).unwrap_or(fore)]
+}
+
+fn derive(variables: &[ProcessVariable]) -> Result<[(FootLocus, DutyMap); 2], GaitError> {
+    let end = |end: usize| -> Result<_, GaitError> {
+        let locus = FootLocus::new(&variables::shape(variables, end))?;
+        Ok((locus, DutyMap::new(variables::duty_factor(variables, end))?))
+    };
+    Ok([end(0)?, end(1)?])
+}
+
+impl Process for Cpg {
+    fn name(&self) -> &str {
+        Self::NAME
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.limbs
+            .iter()
+            .filter(|limb| limb.active)
+            .flat_map(Limb::ports)
+            .collect()
+    }
+
+    fn variables(&self) -> &[ProcessVariable] {
+        &self.variables
+    }
+
+    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
+        let count = self.variables.len();
+        let variable = self
+            .variables
+            .get_mut(index)
+            .ok_or(VariableError::NoSuchIndex { index, count })?;
+        let before = variable.value();
+        variable.set(value)?;
+        match derive(&self.variables) {
+            Ok(ends) => self.ends = ends,
+            Err(error) => {
+                let variable = &mut self.variables[index];
+                let name = variable.name().to_owned();
+                variable.set(before)?;
+                return Err(VariableError::Refused {
+                    name,
+                    value,
+                    why: error.to_string(),
+                });
+            }
+        }
+        if let Some(leg) = index.checked_sub(PHASE_DIFFERENCES) {
+            self.state.oscillators.set_difference(leg, value);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
+        let seconds = elapsed.as_secs_f64();
+        self.state.age += seconds;
+        let [frequency, coupling] =
+            [FREQUENCY, COUPLING].map(|index| self.variables[index].value());
+        self.state.oscillators.advance(seconds, frequency, coupling);
+
+        let mut ends = self.ends;
+        let ramped = self.ramped();
+        if ramped < 1.0 {
+            let step_length = ramped * self.variables[STEP_LENGTH].value();
+            let crouch = (1.0 - ramped) * self.variables[CROUCH].value();
+            for (locus, _) in &mut ends {
+                *locus = locus.with_step_length(step_length).lowered(crouch);
+            }
+        }
+        let State {
+            oscillators,
+            commands,
+            out_of_reach,
+            ..
+        } = &mut self.state;
+        let active = self
+            .limbs
+            .iter()
+            .zip(commands)
+            .enumerate()
+            .filter(|(_, (limb, _))| limb.active);
+        for ((leg, (limb, command)), output) in active.zip(outputs.chunks_exact_mut(2)) {
+            let (locus, duty) = &ends[limb.corner.end()];
+            let target = locus.point(duty.phase(oscillators.turn(leg)));
+            *out_of_reach += u64::from(limb.command(target, command));
+            output.copy_from_slice(command);
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        let values: Vec<f64> = self.variables.iter().map(ProcessVariable::value).collect();
+        Snapshot::of(&(values, &self.state))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (values, state): (Vec<f64>, State) = snapshot.read()?;
+        let mismatch = |found: String| SnapshotError::Mismatch {
+            expected: format!("a gait of {} legs", self.limbs.len()),
+            found,
+        };
+        let legs = state.commands.len();
+        if values.len() != self.variables.len()
+            || legs != self.limbs.len()
+            || !state.oscillators.has_legs(legs)
+        {
+            return Err(mismatch(format!("a gait of {legs} legs")));
+        }
+        let mut variables = self.variables.clone();
+        for (variable, value) in variables.iter_mut().zip(values) {
+            variable
+                .set(value)
+                .map_err(|error| mismatch(error.to_string()))?;
+        }
+        self.ends = derive(&variables).map_err(|error| mismatch(error.to_string()))?;
+        self.variables = variables;
+        self.state = state;
+        Ok(())
+    }
+}

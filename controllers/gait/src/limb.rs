@@ -1,0 +1,90 @@
+//! A leg as the controller sees it: a foot target in, two motor angles out.
+
+use twinrig_kernel::{Port, Unit};
+use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_robot::{LegMount, Robot};
+
+use crate::{Corner, GaitError};
+
+/// Targets are first brought within this distance of the hip \[m\], so that no square of them overflows.
+const TARGET_MAX: f64 = 1e6;
+
+/// One leg of the robot.
+#[derive(Debug, Clone)]
+pub(crate) struct Limb {
+    pub name: String,
+    pub corner: Corner,
+    /// Whether it is commanded; a leg that is left out still has its oscillator.
+    pub active: bool,
+    pantograph: Pantograph,
+}
+
+impl Limb {
+    /// All legs of `robot`, those named in `legs` active.
+    pub(crate) fn of_robot(robot: &Robot, legs: &[&str]) -> Result<Vec<Self>, GaitError> {
+        if let Some(name) = legs
+            .iter()
+            .find(|&&name| robot.legs.iter().all(|mount| mount.name != name))
+        {
+            let known: Vec<_> = robot.legs.iter().map(|mount| mount.name.as_str()).collect();
+            return Err(GaitError::UnknownLeg {
+                name: (*name).to_owned(),
+                known: known.join(", "),
+            });
+        }
+        robot
+            .legs
+            .iter()
+            .map(|mount| Self::new(mount, legs.contains(&mount.name.as_str())))
+            .collect()
+    }
+
+    fn new(mount: &LegMount, active: bool) -> Result<Self, GaitError> {
+        let pantograph = Pantograph::new(&mount.leg).map_err(|source| GaitError::Leg {
+            name: mount.name.clone(),
+            source,
+        })?;
+        Ok(Self {
+            name: mount.name.clone(),
+            corner: Corner::of_hip(mount.hip),
+            active,
+            pantograph,
+        })
+    }
+
+    /// Distance from hip to foot of the extended leg \[m\].
+    pub(crate) fn length_max(&self) -> f64 {
+        self.pantograph.length_max()
+    }
+
+    /// The ports of its two commands.
+    pub(crate) fn ports(&self) -> [Port; 2] {
+        ["hip", "knee"].map(|joint| {
+            Port::output(
+                format!("leg/{}/{joint}/command", self.name),
+                Unit::Radian,
+                1,
+            )
+        })
+    }
+
+    /// Writes the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the nearest
+    /// point the leg reaches; whether it is out of reach. Should no angle be found, `command` stays.
+    #[inline]
+    pub(crate) fn command(&self, target: [f64; 2], command: &mut [f64; 2]) -> bool {
+        let [x, z] = target.map(|coordinate| coordinate.clamp(-TARGET_MAX, TARGET_MAX));
+        let target = Planar::new(x, z);
+        let (found, outside) = match self.pantograph.inverse_closed(target) {
+            Ok(found) => (Ok(found), false),
+            Err(_) => (
+                self.pantograph
+                    .inverse_closed(self.pantograph.nearest_reachable(target)),
+                true,
+            ),
+        };
+        if let Ok(LegCommand { hip, knee }) = found {
+            *command = [hip, knee];
+        }
+        outside
+    }
+}

@@ -1,0 +1,328 @@
+//! The foot locus: where the foot of a leg should be, as a function of phase.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::GaitError;
+
+/// The parameters of a foot locus (thesis, table 3.1), in SI units.
+///
+/// The sagittal plane has its origin at the hip, x forward and z up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocusShape {
+    /// H, the height of the hip above the stance foot \[m\].
+    pub hip_height: f64,
+    /// h, how high the foot is lifted in mid-swing \[m\].
+    pub step_height: f64,
+    /// L, the length of the step \[m\].
+    pub step_length: f64,
+    /// `x_o`, how far mid-stance lies in front of the hip \[m\].
+    pub mid_stance_offset: f64,
+    /// `θ_td` \[rad\]: π/2 comes down vertically, more than π/2 retracts the leg before touch-down.
+    pub touch_down_angle: f64,
+    /// `θ_to` \[rad\]: π/2 lifts vertically, less than π/2 leaves the ground backwards.
+    pub take_off_angle: f64,
+    /// c: 1 keeps the stance flat, less pushes the foot (1 − c)·h below the ground at mid-stance.
+    pub compression: f64,
+}
+
+impl Default for LocusShape {
+    /// A middling step for a leg of some 15 cm: H 138 mm, h 25 mm, L 80 mm, c 0.95, both angles π/2.
+    fn default() -> Self {
+        Self {
+            hip_height: 0.138,
+            step_height: 0.025,
+            step_length: 0.08,
+            mid_stance_offset: 0.0,
+            touch_down_angle: FRAC_PI_2,
+            take_off_angle: FRAC_PI_2,
+            compression: 0.95,
+        }
+    }
+}
+
+/// A closed curve for the foot, ready to be evaluated.
+///
+/// The phase Θ keeps its names (thesis, figure 3.3): 0 is take-off, `[0, π)` swing, π touch-down
+/// and `[π, 2π)`, which is the thesis' `[−π, 0)`, stance.
+///
+/// # Swing
+///
+/// Two quadratic Bézier curves as in table 3.2 of the thesis, from take-off `(x_o − L/2, −H)` over
+/// mid-swing `(x_o, h − H)` to touch-down `(x_o + L/2, −H)`. Their control points lie at the height
+/// of mid-swing, so its tangent is horizontal from both sides, and
+/// `a = h·tan(θ_to − π/2)` behind or before take-off, `b = h·tan(θ_td − π/2)` before or behind
+/// touch-down. With `u = 2Θ/π` in the first half
+///
+/// ```text
+/// x = x_o − L/2·(1 − u²) + 2u(1 − u)·a        z = −H + h·u(2 − u)
+/// ```
+///
+/// and with `v = 2 − 2Θ/π` in the second half the mirror image with `+L/2` and `b`.
+///
+/// # Stance
+///
+/// Table 3.2 gives the stance curves control points of the same kind, `(1 − c)·h` below the ground
+/// and offset by `(1 − c)·h·tan(θ − π/2)`. That contradicts the text, which wants a foot that
+/// follows the phase linearly: at c = 1 the control point falls on the end point, so with
+/// `x = x_o ± L/2·(1 − u²)` the foot stands still at touch-down and take-off and passes mid-stance
+/// at twice the mean speed; on the ground that is slip.
+///
+/// A quadratic Bézier curve has `dx/du = 2[(1 − u)(x₁ − x₀) + u(x₂ − x₁)]`, which is the same for
+/// all u if and only if its control point lies midway, `x₁ = (x₀ + x₂)/2`. So the control points
+/// of both stance curves keep their height and move to the middle of their x-interval. Then
+/// with `s = Θ/π − 1`
+///
+/// ```text
+/// x = x_o + L/2 − L·s                        z = −H − (1 − c)·h·4s(1 − s)
+/// ```
+///
+/// one parabola through the three key points of table 3.2, traversed at the even speed −L/π per
+/// radian of phase. In time that is L·f/d for a gait of frequency f and duty factor d: the speed
+/// at which a body passes over its feet without slip. The two incidence angles act on the swing
+/// side only, which is where the leg retraction they are there for takes place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootLocus {
+    hip_height: f64,
+    step_height: f64,
+    step_length: f64,
+    mid_stance_offset: f64,
+    take_off_reach: f64,
+    touch_down_reach: f64,
+    stance_depth: f64,
+}
+
+impl FootLocus {
+    /// The flattest incidence angle \[rad\]. Table 3.3 allows `[0, π]`, but `tan(θ − π/2)` has poles
+    /// at both ends; 0.05 rad away from them the control point is 20 step heights off, which is
+    /// beyond any leg.
+    pub const INCIDENCE_MIN: f64 = 0.05;
+    /// The steepest incidence angle \[rad\], π less [`FootLocus::INCIDENCE_MIN`].
+    pub const INCIDENCE_MAX: f64 = PI - Self::INCIDENCE_MIN;
+
+    /// Prepares the curve of `shape`.
+    ///
+    /// # Errors
+    ///
+    /// A parameter that is not finite, an incidence angle at which the curve has no finite control
+    /// point, or a negative `step_height`.
+    pub fn new(shape: &LocusShape) -> Result<Self, GaitError> {
+        for (what, value) in [
+            ("hip_height", shape.hip_height),
+            ("step_height", shape.step_height),
+            ("step_length", shape.step_length),
+            ("mid_stance_offset", shape.mid_stance_offset),
+            ("compression", shape.compression),
+        ] {
+            if !value.is_finite() {
+                return Err(GaitError::NotFinite { what, value });
+            }
+        }
+        if shape.step_height < 0.0 {
+            return Err(GaitError::OutOfRange {
+                what: "step_height",
+                value: shape.step_height,
+                min: 0.0,
+                max: f64::INFINITY,
+            });
+        }
+        let take_off = Self::incidence("take_off_angle", shape.take_off_angle)?;
+        let touch_down = Self::incidence("touch_down_angle", shape.touch_down_angle)?;
+        Ok(Self {
+            hip_height: shape.hip_height,
+            step_height: shape.step_height,
+            step_length: shape.step_length,
+            mid_stance_offset: shape.mid_stance_offset,
+            take_off_reach: shape.step_height * take_off,
+            touch_down_reach: shape.step_height * touch_down,
+            stance_depth: (1.0 - shape.compression) * shape.step_height,
+        })
+    }
+
+    /// tan(θ − π/2), where that is finite and not absurd.
+    fn incidence(what: &'static str, angle: f64) -> Result<f64, GaitError> {
+        let (min, max) = (Self::INCIDENCE_MIN, Self::INCIDENCE_MAX);
+        if !(min..=max).contains(&angle) {
+            return Err(GaitError::FlatIncidence {
+                what,
+                value: angle,
+                min,
+                max,
+            });
+        }
+        Ok(libm::tan(angle - FRAC_PI_2))
+    }
+
+    /// The same curve with another step length \[m\], for a ramp that changes it at every step.
+    #[must_use]
+    pub fn with_step_length(mut self, step_length: f64) -> Self {
+        self.step_length = step_length;
+        self
+    }
+
+    /// The same curve with the hip `by` \[m\] lower above it.
+    #[must_use]
+    pub fn lowered(mut self, by: f64) -> Self {
+        self.hip_height -= by;
+        self
+    }
+
+    /// The foot at phase Θ in `[0, 2π]`: `[x, z]` seen from the hip \[m\].
+    ///
+    /// ```
+    /// use std::f64::consts::PI;
+    /// use twinrig_gait::{FootLocus, LocusShape};
+    ///
+    /// let locus = FootLocus::new(&LocusShape { step_length: 0.1, ..LocusShape::default() })?;
+    /// let [x, z] = locus.point(PI);
+    /// assert_eq!([x, z], [0.05, -0.138]); // touch-down: half a step in front of the hip
+    /// # Ok::<(), twinrig_gait::GaitError>(())
+    /// ```
+    #[inline]
+    pub fn point(&self, phase: f64) -> [f64; 2] {
+        let half = 0.5 * self.step_length;
+        let turn = phase * (1.0 / PI);
+        if turn >= 1.0 {
+            let s = turn - 1.0;
+            let x = self.mid_stance_offset + half - self.step_length * s;
+            return [
+                x,
+                -self.hip_height - self.stance_depth * 4.0 * s * (1.0 - s),
+            ];
+        }
+        let (u, end, reach) = if turn < 0.5 {
+            (2.0 * turn, -half, self.take_off_reach)
+        } else {
+            (2.0 - 2.0 * turn, half, self.touch_down_reach)
+        };
+        let x = self.mid_stance_offset + end * (1.0 - u * u) + 2.0 * u * (1.0 - u) * reach;
+        [x, -self.hip_height + self.step_height * u * (2.0 - u)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn shapes() -> impl Strategy<Value = LocusShape> {
+        (
+            0.05..0.15_f64,
+            0.0..0.05_f64,
+            0.0..0.2_f64,
+            -0.05..0.05_f64,
+            0.3..2.8_f64,
+            0.3..2.8_f64,
+            0.0..=1.0_f64,
+        )
+            .prop_map(|(hip, step, length, offset, down, off, c)| LocusShape {
+                hip_height: hip,
+                step_height: step,
+                step_length: length,
+                mid_stance_offset: offset,
+                touch_down_angle: down,
+                take_off_angle: off,
+                compression: c,
+            })
+    }
+
+    fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+        let (x, z) = (a[0] - b[0], a[1] - b[1]);
+        (x * x + z * z).sqrt()
+    }
+
+    proptest! {
+        #[test]
+        fn curve_is_continuous_at_every_joint(shape in shapes()) {
+            let locus = FootLocus::new(&shape).unwrap();
+            for joint in [FRAC_PI_2, PI, 1.5 * PI] {
+                let gap = distance(locus.point(joint - 1e-9), locus.point(joint + 1e-9));
+                prop_assert!(gap < 1e-8, "{gap} at {joint}");
+            }
+            prop_assert!(distance(locus.point(0.0), locus.point(2.0 * PI)) < 1e-15);
+        }
+
+        #[test]
+        fn stance_has_even_speed(shape in shapes(), phase in PI..1.98 * PI) {
+            let locus = FootLocus::new(&shape).unwrap();
+            let h = 0.01;
+            let slope = (locus.point(phase + h)[0] - locus.point(phase)[0]) / h;
+            prop_assert!((slope + shape.step_length / PI).abs() < 1e-12, "{slope}");
+        }
+
+        #[test]
+        fn key_points_are_those_of_table_3_2(shape in shapes()) {
+            let locus = FootLocus::new(&shape).unwrap();
+            let LocusShape { hip_height, step_height, step_length, mid_stance_offset: x_o, compression, .. } = shape;
+            let depth = (1.0 - compression) * step_height;
+            for (phase, x, z) in [
+                (0.0, x_o - step_length / 2.0, -hip_height),
+                (FRAC_PI_2, x_o, step_height - hip_height),
+                (PI, x_o + step_length / 2.0, -hip_height),
+                (1.5 * PI, x_o, -hip_height - depth),
+            ] {
+                prop_assert!(distance(locus.point(phase), [x, z]) < 1e-15);
+            }
+        }
+
+        #[test]
+        fn incidence_is_the_slope_at_the_ends_of_swing(shape in shapes()) {
+            prop_assume!(shape.step_height > 1e-3);
+            let locus = FootLocus::new(&shape).unwrap();
+            let h = 1e-7;
+            let off = locus.point(h);
+            let start = locus.point(0.0);
+            // The tangent of take-off makes the angle θ_to with the backward direction, that of
+            // touch-down the angle θ_td with the forward direction, seen backwards in time.
+            let leaving = libm::atan2(off[1] - start[1], -(off[0] - start[0]));
+            prop_assert!((leaving - shape.take_off_angle).abs() < 1e-3);
+            let down = locus.point(PI - h);
+            let end = locus.point(PI);
+            let coming = libm::atan2(down[1] - end[1], -(down[0] - end[0]));
+            prop_assert!((coming - shape.touch_down_angle).abs() < 1e-3, "{coming}");
+        }
+
+        #[test]
+        fn swing_stays_between_ground_and_step_height(shape in shapes(), phase in 0.0..PI) {
+            let locus = FootLocus::new(&shape).unwrap();
+            let lift = locus.point(phase)[1] + shape.hip_height;
+            prop_assert!((-1e-15..=shape.step_height + 1e-15).contains(&lift));
+        }
+    }
+
+    #[test]
+    fn retraction_moves_the_foot_backwards_before_touch_down() {
+        let shape = LocusShape {
+            touch_down_angle: 1.9,
+            ..LocusShape::default()
+        };
+        let locus = FootLocus::new(&shape).unwrap();
+        assert!(locus.point(PI - 0.05)[0] > locus.point(PI)[0]);
+    }
+
+    #[test]
+    fn flat_incidence_is_a_typed_error() {
+        for angle in [0.0, PI, 0.049, f64::NAN, -1.0] {
+            let shape = LocusShape {
+                touch_down_angle: angle,
+                ..LocusShape::default()
+            };
+            let error = FootLocus::new(&shape).unwrap_err();
+            assert!(matches!(
+                error,
+                GaitError::FlatIncidence {
+                    what: "touch_down_angle",
+                    ..
+                }
+            ));
+        }
+        let shape = LocusShape {
+            step_length: f64::INFINITY,
+            ..LocusShape::default()
+        };
+        assert!(matches!(
+            FootLocus::new(&shape),
+            Err(GaitError::NotFinite { .. })
+        ));
+    }
+}

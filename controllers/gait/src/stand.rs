@@ -1,0 +1,183 @@
+//! The controller `stand`: it holds still.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
+use twinrig_robot::Robot;
+use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
+
+use crate::GaitError;
+use crate::cpg::lengths_max;
+use crate::limb::Limb;
+
+/// Holds every foot at a place below its hip.
+///
+/// Outputs as those of [`crate::Cpg`]; variables `hip_height/fore`, `hip_height/hind` and
+/// `mid_stance_offset/fore`, `mid_stance_offset/hind` \[m\], with the same ranges. A new value takes
+/// effect at the next step.
+#[derive(Debug, Clone)]
+pub struct Stand {
+    limbs: Vec<Limb>,
+    variables: Vec<ProcessVariable>,
+    state: State,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct State {
+    /// The commands of the active legs, found when a variable was last set.
+    commands: Vec<[f64; 2]>,
+}
+
+impl Stand {
+    /// The name under which a scenario asks for it.
+    pub const NAME: &'static str = "stand";
+
+    /// A controller for `legs` of `robot`.
+    ///
+    /// # Errors
+    /// A leg that the robot does not have, or whose geometry is impossible.
+    pub fn new(robot: &Robot, legs: &[&str]) -> Result<Self, GaitError> {
+        let mut limbs = Limb::of_robot(robot, legs)?;
+        let lengths = lengths_max(&limbs);
+        limbs.retain(|limb| limb.active);
+        let mut variables = Vec::new();
+        for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
+            let range = (Bound::Excluded(0.0), Bound::Included(length));
+            variables.push(ProcessVariable::new(
+                format!("hip_height/{end}"),
+                Unit::Meter,
+                range,
+                0.93 * length,
+            ));
+        }
+        for end in ["fore", "hind"] {
+            variables.push(ProcessVariable::new(
+                format!("mid_stance_offset/{end}"),
+                Unit::Meter,
+                ..,
+                0.0,
+            ));
+        }
+        let mut stand = Self {
+            state: State {
+                commands: vec![[0.0; 2]; limbs.len()],
+            },
+            limbs,
+            variables,
+        };
+        stand.pose();
+        Ok(stand)
+    }
+
+    fn pose(&mut self) {
+        for (limb, command) in self.limbs.iter().zip(&mut self.state.commands) {
+            let end = limb.corner.end();
+            let target = [
+                self.variables[2 + end].value(),
+                -self.variables[end].value(),
+            ];
+            limb.command(target, command);
+        }
+    }
+}
+
+impl Process for Stand {
+    fn name(&self) -> &str {
+        Self::NAME
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.limbs.iter().flat_map(Limb::ports).collect()
+    }
+
+    fn variables(&self) -> &[ProcessVariable] {
+        &self.variables
+    }
+
+    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
+        let count = self.variables.len();
+        self.variables
+            .get_mut(index)
+            .ok_or(VariableError::NoSuchIndex { index, count })?
+            .set(value)?;
+        self.pose();
+        Ok(())
+    }
+
+    fn step(&mut self, _elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
+        for (output, command) in outputs.chunks_exact_mut(2).zip(&self.state.commands) {
+            output.copy_from_slice(command);
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        let values: Vec<f64> = self.variables.iter().map(ProcessVariable::value).collect();
+        Snapshot::of(&(values, &self.state))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (values, state): (Vec<f64>, State) = snapshot.read()?;
+        let mismatch = |found: String| SnapshotError::Mismatch {
+            expected: format!("a stand on {} legs", self.limbs.len()),
+            found,
+        };
+        if values.len() != self.variables.len() || state.commands.len() != self.limbs.len() {
+            return Err(mismatch(format!(
+                "a stand on {} legs",
+                state.commands.len()
+            )));
+        }
+        let mut variables = self.variables.clone();
+        for (variable, value) in variables.iter_mut().zip(values) {
+            variable
+                .set(value)
+                .map_err(|error| mismatch(error.to_string()))?;
+        }
+        self.variables = variables;
+        self.state = state;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example_robot;
+
+    #[test]
+    fn feet_are_where_the_variables_say() {
+        let robot = example_robot();
+        let mut stand = Stand::new(&robot, &["LF", "RH"]).unwrap();
+        stand.set_variable(1, 0.12).unwrap();
+        stand.set_variable(3, -0.01).unwrap();
+        let mut outputs = [0.0; 4];
+        stand.step(SimDuration::ZERO, &[], &mut outputs);
+        let leg = twinrig_leg::Pantograph::new(&robot.legs[3].leg).unwrap();
+        let expected = leg
+            .inverse_closed(twinrig_leg::Planar::new(-0.01, -0.12))
+            .unwrap();
+        assert_eq!(outputs[2..], [expected.hip, expected.knee]);
+        let names: Vec<_> = stand.ports().into_iter().map(|port| port.name).collect();
+        assert_eq!(
+            names,
+            [
+                "leg/LF/hip/command",
+                "leg/LF/knee/command",
+                "leg/RH/hip/command",
+                "leg/RH/knee/command"
+            ]
+        );
+    }
+
+    #[test]
+    fn it_holds_still_and_comes_back_bit_for_bit() {
+        let mut stand = Stand::new(&example_robot(), &["LF", "RF"]).unwrap();
+        let mut first = [0.0; 4];
+        stand.step(SimDuration::ZERO, &[], &mut first);
+        let saved = stand.save();
+        stand.set_variable(0, 0.1).unwrap();
+        stand.restore(&saved).unwrap();
+        let mut later = [0.0; 4];
+        stand.step(SimDuration::from_secs(5), &[], &mut later);
+        assert_eq!(first.map(f64::to_bits), later.map(f64::to_bits));
+    }
+}
