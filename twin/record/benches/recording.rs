@@ -5,6 +5,7 @@ use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
 use twinrig_record::{
     Cadence, Fingerprint, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg,
 };
+use twinrig_runtime::Group;
 
 fn main() {
     divan::main();
@@ -95,7 +96,7 @@ fn record(bencher: Bencher, frames: bool, hash: bool) {
         ..Cadence::default()
     };
     let group = RecordedGroup {
-        name: "plant",
+        group: Group::Plant,
         layout: &layout,
         keep: &|_| true,
     };
@@ -110,7 +111,11 @@ fn record(bencher: Bencher, frames: bool, hash: bool) {
             if hash {
                 fingerprint.sample(now, 0, divan::black_box(values));
             }
-            recorder.sample(SimTime::from_nanos(now), 0, divan::black_box(values));
+            recorder.sample(
+                SimTime::from_nanos(now),
+                Group::Plant,
+                divan::black_box(values),
+            );
         }
     });
     recorder

@@ -16,6 +16,14 @@ pub enum RecordError {
         /// Why not.
         source: std::io::Error,
     },
+    /// A file cannot be created.
+    #[error("cannot create {}", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
     /// The MCAP writer gave up, for instance because the disk is full.
     #[error("cannot write the recording")]
     Write(#[from] mcap::McapError),

@@ -7,18 +7,19 @@
 //! ```
 //! use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
 //! use twinrig_record::*;
+//! use twinrig_runtime::{Group, Observer};
 //!
 //! let ports = [Port::output("body/position", Unit::Meter, 3)];
 //! let layout = Layout::of(&ports, Direction::Output);
-//! let group = RecordedGroup { name: "plant", layout: &layout, keep: &|_| true };
+//! let group = RecordedGroup { group: Group::Plant, layout: &layout, keep: &|_| true };
 //! let info = RunInfo { seed: 1, ..RunInfo::default() };
 //! let mut recorder = Recorder::new(Vec::new(), &info, &[group], &Skeleton::default(), Cadence::default())?;
 //! let mut fingerprint = Fingerprint::new();
 //! for step in 0..10 {
 //!     let now = SimTime::from_nanos(2_000_000 * step);
 //!     let values = [0.1 * step as f64, 0.0, 0.14];
-//!     recorder.sample(now, 0, &values);
-//!     fingerprint.sample(now.as_nanos(), 0, &values);
+//!     recorder.samples(now, Group::Plant, &values); // as a rig does
+//!     fingerprint.samples(now, Group::Plant, &values);
 //! }
 //! let file = recorder.finish(fingerprint.digest(), SimTime::from_nanos(18_000_000))?;
 //!
@@ -51,6 +52,7 @@ mod error;
 mod fingerprint;
 mod frames;
 mod framing;
+mod observe;
 mod recorder;
 mod recording;
 mod schema;
@@ -60,7 +62,8 @@ pub use divergence::{Comparison, Divergence, first_divergence};
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
 pub use frames::{Skeleton, SkeletonLeg};
-pub use recorder::{Cadence, RecordedGroup, Recorder, RunInfo};
+pub use observe::{ChangeMessage, EventMessage};
+pub use recorder::{Cadence, RecordedGroup, Recorder, RunInfo, group_name};
 pub use recording::{Recording, Sample, SampledGroup, Series};
 pub use schema::{EPOCH, Signal};
 pub use topic::Topic;

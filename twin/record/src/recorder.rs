@@ -11,6 +11,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions, Writer};
 use serde::Serialize;
 use twinrig_kernel::{Layout, SimDuration, SimTime};
+use twinrig_runtime::Group;
 
 use crate::frames::Frames;
 use crate::schema::{self, CDR_HEADER};
@@ -27,16 +28,29 @@ pub struct RunInfo {
     pub build: String,
     /// Whatever else tells this run from others: overridden keys, the plant.
     pub notes: BTreeMap<String, String>,
+    /// The names of its tasks, by their numbers in [`twinrig_runtime::RunEvent`].
+    pub tasks: Vec<String>,
+    /// The names of the process variables, by their numbers in [`twinrig_runtime::RunEvent`].
+    pub variables: Vec<String>,
 }
 
 /// A group of signals that are sampled together, and which of them are kept.
 pub struct RecordedGroup<'a> {
-    /// Its name, which is that of its channel: `plant`.
-    pub name: &'a str,
+    /// Which group.
+    pub group: Group,
     /// How the values of a sample are laid out.
     pub layout: &'a Layout,
     /// Whether the signal of that name is recorded.
     pub keep: &'a dyn Fn(&str) -> bool,
+}
+
+/// The name under which a group is recorded, which is that of its channel without the slash.
+pub const fn group_name(group: Group) -> &'static str {
+    match group {
+        Group::Plant => "plant",
+        Group::ProcessInputs => "process-inputs",
+        Group::ProcessOutputs => "process-outputs",
+    }
 }
 
 /// How often what is written.
@@ -71,7 +85,7 @@ const CHUNK_BYTES_MAX: usize = 4 << 20;
 /// recorder that is merely dropped still closes the file, but without fingerprint.
 pub struct Recorder<W: Write> {
     writer: Writer<NoSeek<W>>,
-    groups: Vec<Group>,
+    groups: [Option<Sampled>; 3],
     topics: Vec<Channel>,
     frames: Option<(Frames, SimDuration)>,
     frames_due: SimTime,
@@ -80,6 +94,8 @@ pub struct Recorder<W: Write> {
     unflushed_bytes: usize,
     text: Vec<u8>,
     failure: Option<RecordError>,
+    pub(crate) tasks: Vec<String>,
+    pub(crate) variables: Vec<String>,
 }
 
 struct Channel {
@@ -87,7 +103,7 @@ struct Channel {
     sequence: u32,
 }
 
-struct Group {
+struct Sampled {
     channel: Channel,
     ranges: Vec<Range<usize>>,
     message: Vec<u8>,
@@ -105,13 +121,16 @@ impl Recorder<BufWriter<File>> {
         skeleton: &Skeleton,
         cadence: Cadence,
     ) -> Result<Self, RecordError> {
-        let file = File::create(path).map_err(mcap::McapError::Io)?;
+        let file = File::create(path).map_err(|source| RecordError::Create {
+            path: path.to_owned(),
+            source,
+        })?;
         Self::new(BufWriter::new(file), info, groups, skeleton, cadence)
     }
 }
 
 impl<W: Write> Recorder<W> {
-    /// Records into `out`. The first of `groups` is the plant, from which the frames are taken.
+    /// Records into `out`. The frames are taken from the plant, if that is among `groups`.
     ///
     /// # Errors
     /// An `out` that cannot be written.
@@ -141,19 +160,23 @@ impl<W: Write> Recorder<W> {
         writer.write_metadata(&run_metadata(info))?;
         let frames = cadence
             .frames
-            .zip(groups.first())
+            .zip(
+                groups
+                    .iter()
+                    .find(|declared| declared.group == Group::Plant),
+            )
             .map(|(period, plant)| (Frames::new(skeleton, plant.layout), period));
-        let groups: Vec<Group> = groups
-            .iter()
-            .map(|group| add_group(&mut writer, group))
-            .collect::<Result<_, _>>()?;
+        let mut sampled = [const { None }; 3];
+        for declared in groups {
+            sampled[declared.group as usize] = Some(add_group(&mut writer, declared)?);
+        }
         let topics = Topic::ALL
             .map(|topic| add_topic(&mut writer, topic))
             .into_iter()
             .collect::<Result<_, _>>()?;
         let mut recorder = Self {
             writer,
-            groups,
+            groups: sampled,
             topics,
             frames,
             frames_due: SimTime::ZERO,
@@ -162,16 +185,18 @@ impl<W: Write> Recorder<W> {
             unflushed_bytes: 0,
             text: Vec::with_capacity(8192),
             failure: None,
+            tasks: info.tasks.clone(),
+            variables: info.variables.clone(),
         };
         // What a run was made from is on disk before it starts.
         recorder.writer.flush()?;
         Ok(recorder)
     }
 
-    /// Records the kept signals of group number `group`, whose layout `values` has, at `now`. A group
-    /// that was not declared is not recorded.
+    /// Records the kept signals of `group`, whose layout `values` has, at `now`. A group that was not
+    /// declared is not recorded.
     #[inline]
-    pub fn sample(&mut self, now: SimTime, group: usize, values: &[f64]) {
+    pub fn sample(&mut self, now: SimTime, group: Group, values: &[f64]) {
         if self.failure.is_none()
             && let Err(error) = self.try_sample(now, group, values)
         {
@@ -182,15 +207,15 @@ impl<W: Write> Recorder<W> {
     fn try_sample(
         &mut self,
         now: SimTime,
-        group: usize,
+        group: Group,
         values: &[f64],
     ) -> Result<(), RecordError> {
         self.flush_if_due(now)?;
-        let Some(Group {
+        let Some(Sampled {
             channel,
             ranges,
             message,
-        }) = self.groups.get_mut(group)
+        }) = &mut self.groups[group as usize]
         else {
             return Ok(());
         };
@@ -208,7 +233,7 @@ impl<W: Write> Recorder<W> {
             self.writer
                 .write_to_known_channel(&channel.header(now), message)?;
         }
-        if group == 0 && now >= self.frames_due {
+        if group == Group::Plant && now >= self.frames_due {
             self.write_frames(now, values)?;
         }
         Ok(())
@@ -306,7 +331,7 @@ fn run_metadata(info: &RunInfo) -> Metadata {
 fn add_group<W: Write>(
     writer: &mut Writer<NoSeek<W>>,
     group: &RecordedGroup<'_>,
-) -> Result<Group, RecordError> {
+) -> Result<Sampled, RecordError> {
     let (signals, ranges) = schema::select(group.layout, group.keep);
     let mut metadata = BTreeMap::new();
     let described = serde_json::to_string(&signals).map_err(|source| RecordError::Encode {
@@ -314,13 +339,18 @@ fn add_group<W: Write>(
         source,
     })?;
     metadata.insert("signals".to_owned(), described);
-    let name = format!("twinrig/msg/{}", schema::type_name(group.name));
+    let name = format!("twinrig/msg/{}", schema::type_name(group_name(group.group)));
     let schema = writer.add_schema(&name, "ros2msg", schema::definition(&signals).as_bytes())?;
-    let id = writer.add_channel(schema, &format!("/{}", group.name), "cdr", &metadata)?;
+    let id = writer.add_channel(
+        schema,
+        &format!("/{}", group_name(group.group)),
+        "cdr",
+        &metadata,
+    )?;
     let count: usize = signals.iter().map(|signal| signal.size).sum();
     let mut message = CDR_HEADER.to_vec();
     message.resize(CDR_HEADER.len() + 8 * count, 0);
-    Ok(Group {
+    Ok(Sampled {
         channel: Channel { id, sequence: 0 },
         ranges,
         message,

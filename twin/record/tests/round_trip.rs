@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use serde_json::Value;
 use twinrig_kernel::SimTime;
-use twinrig_record::{Recording, Topic};
+use twinrig_record::{ChangeMessage, EventMessage, Recording, Topic};
 
 #[test]
 fn every_bit_of_every_sample_comes_back() {
@@ -96,6 +96,18 @@ fn files_notes_messages_and_result_come_back() {
         steps[1],
         (SimTime::from_nanos(49 * PERIOD_NS), footstep(49))
     );
+    let at = SimTime::from_nanos(40 * PERIOD_NS);
+    let change = ChangeMessage {
+        variable: "step_length".to_owned(),
+        value: 0.11,
+    };
+    assert_eq!(recording.messages(Topic::Changes).unwrap(), [(at, change)]);
+    let skipped = EventMessage {
+        event: "task skipped".to_owned(),
+        part: Some("direct".to_owned()),
+        count: None,
+    };
+    assert_eq!(recording.messages(Topic::Events).unwrap(), [(at, skipped)]);
     let frames: Vec<(SimTime, Value)> = recording.messages(Topic::Frames).unwrap();
     assert_eq!(frames.len(), 10, "50 a second");
     assert_eq!(frames[0].1["transforms"][0]["child_frame_id"], "body");

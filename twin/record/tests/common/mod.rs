@@ -7,6 +7,7 @@ use twinrig_record::{
     Cadence, Fingerprint, RecordError, RecordedGroup, Recorder, Recording, RunInfo, Skeleton,
     SkeletonLeg, Topic,
 };
+use twinrig_runtime::{Group, Observer, RunEvent};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Footstep {
@@ -41,6 +42,8 @@ pub fn info() -> RunInfo {
         seed: 7,
         build: "0.1.0 (abc)".to_owned(),
         notes: [("plant".to_owned(), "massless".to_owned())].into(),
+        tasks: vec!["direct".to_owned()],
+        variables: vec!["frequency".to_owned(), "step_length".to_owned()],
     }
 }
 
@@ -108,12 +111,12 @@ pub fn record<W: std::io::Write>(
     let commands = layout(&[Port::output("leg/LF/hip/command", Unit::Radian, 1)]);
     let groups = [
         RecordedGroup {
-            name: "plant",
+            group: Group::Plant,
             layout: &plant,
             keep,
         },
         RecordedGroup {
-            name: "process-outputs",
+            group: Group::ProcessOutputs,
             layout: &commands,
             keep: &|_| true,
         },
@@ -124,9 +127,20 @@ pub fn record<W: std::io::Write>(
         let now = SimTime::from_nanos(step * PERIOD_NS);
         let mut values = plant_values(step);
         change(step, &mut values);
-        fingerprint.sample(now.as_nanos(), 0, &values);
-        recorder.sample(now, 0, &values);
-        recorder.sample(now, 1, &command_values(step));
+        fingerprint.samples(now, Group::Plant, &values);
+        recorder.samples(now, Group::Plant, &values);
+        recorder.samples(now, Group::ProcessOutputs, &command_values(step));
+        recorder.event(now, RunEvent::ProcessEnd);
+        if step == 40 {
+            recorder.event(
+                now,
+                RunEvent::Change {
+                    variable: 1,
+                    value: 0.11,
+                },
+            );
+            recorder.event(now, RunEvent::TaskSkipped { task: 0 });
+        }
         if step % 25 == 24 {
             recorder.json(now, Topic::Footsteps, &footstep(step));
         }

@@ -1,0 +1,39 @@
+//! Recording allocates when a chunk is closed, not when a sample is taken.
+
+mod common;
+
+use common::*;
+use twinrig_kernel::{Direction, Layout, SimTime};
+use twinrig_record::{Cadence, Fingerprint, RecordedGroup, Recorder};
+use twinrig_runtime::{Group, Observer};
+
+#[test]
+fn samples_and_hashing_do_not_allocate() {
+    let layout = Layout::of(&plant_ports(), Direction::Output);
+    let group = RecordedGroup {
+        group: Group::Plant,
+        layout: &layout,
+        keep: &|_| true,
+    };
+    let cadence = Cadence::default();
+    let mut recorder =
+        Recorder::new(std::io::sink(), &info(), &[group], &skeleton(), cadence).unwrap();
+    let mut fingerprint = Fingerprint::new();
+    let values = plant_values(3);
+    let mut step = 0;
+    let mut seconds = |count: u64| {
+        for _ in 0..500 * count {
+            let now = SimTime::from_nanos(step * PERIOD_NS);
+            recorder.samples(now, Group::Plant, &values);
+            fingerprint.samples(now, Group::Plant, &values);
+            step += 1;
+        }
+    };
+    seconds(10); // buffers grow to their size
+    let counted = allocation_counter::measure(|| seconds(100));
+    let a_second = counted.count_total / 100;
+    assert!(
+        a_second < 50,
+        "{a_second} allocations for 500 samples, 50 frames and one chunk"
+    );
+}

@@ -1,0 +1,97 @@
+//! The packages `mcap` and `mcap-ros2-support` from `PyPI` read what we write.
+//!
+//! They live in `target/venv` (`pip install -r twin/record/tests/requirements.txt`), or in the Python
+//! that `TWINRIG_PYTHON` names. Without them the test says so and passes, except on CI.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use common::*;
+use serde_json::{Value, json};
+use twinrig_record::{EPOCH, Recording};
+
+fn python() -> Option<PathBuf> {
+    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
+    let named = std::env::var_os("TWINRIG_PYTHON").map(PathBuf::from);
+    let python = named.unwrap_or(venv);
+    let check = Command::new(&python)
+        .args(["-c", "import mcap, mcap_ros2"])
+        .output();
+    if check.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    let why = format!(
+        "{} does not have the packages mcap and mcap-ros2-support",
+        python.display()
+    );
+    assert!(std::env::var_os("CI").is_none(), "{why}");
+    eprintln!("SKIPPED: {why}");
+    None
+}
+
+fn hex(values: &[f64]) -> Value {
+    values
+        .iter()
+        .map(|value| format!("{:016x}", value.to_bits()))
+        .collect()
+}
+
+#[test]
+fn python_reads_every_bit() {
+    let Some(python) = python() else { return };
+    let file = std::env::temp_dir().join(format!("twinrig-python-{}.mcap", std::process::id()));
+    let bytes = recorded(100);
+    std::fs::write(&file, &bytes).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/read_recording.py");
+    let output = Command::new(python)
+        .arg(script)
+        .arg(&file)
+        .output()
+        .unwrap();
+    std::fs::remove_file(&file).unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+
+    let plant = found["samples"]["/plant"].as_array().unwrap();
+    assert_eq!(plant.len(), 100);
+    let commands = found["samples"]["/process-outputs"].as_array().unwrap();
+    for ((step, sample), command) in (0..).zip(plant).zip(commands) {
+        let values = plant_values(step);
+        assert_eq!(sample[0], json!(EPOCH.as_nanos() + step * PERIOD_NS));
+        assert_eq!(sample[1]["body/position"], hex(&values[0..3]));
+        assert_eq!(sample[1]["body/orientation"], hex(&values[3..7]));
+        assert_eq!(sample[1]["leg/LF/angles"], hex(&values[7..10]));
+        assert_eq!(sample[1]["leg/LF/foot/load"], hex(&values[10..11]));
+        let command =
+            &found["samples"]["/process-outputs"][sample_index(step)][1]["leg/LF/hip/command"];
+        assert_eq!(*command, hex(&command_values(step)));
+    }
+    assert_eq!(
+        found["json"]["/footsteps"][1],
+        serde_json::to_value(footstep(49)).unwrap()
+    );
+    assert_eq!(
+        found["json"]["/changes"][0],
+        json!({"variable": "step_length", "value": 0.11})
+    );
+    assert_eq!(
+        found["json"]["/tf"][9]["transforms"][4]["parent_frame_id"],
+        "LF/ankle"
+    );
+    assert_eq!(found["schemas"]["foxglove.FrameTransforms"], "jsonschema");
+    assert_eq!(found["schemas"]["twinrig/msg/Plant"], "ros2msg");
+    assert_eq!(found["attachments"]["scenario.toml"], "name = \"test\"\n");
+    assert_eq!(found["metadata"]["run"]["seed"], "7");
+    let fingerprint = Recording::from_bytes(bytes)
+        .unwrap()
+        .fingerprint()
+        .unwrap()
+        .to_owned();
+    assert_eq!(found["metadata"]["result"]["fingerprint"], fingerprint);
+}
