@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, Snapshot};
-use twinrig_leg::{Pantograph, Planar};
+use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape, example_robot};
@@ -152,6 +152,18 @@ fn a_target_out_of_reach_becomes_the_nearest_and_is_counted() {
     let rows = run(&mut cpg, 500, 8);
     assert!(rows.iter().flatten().all(|value| value.is_finite()));
     assert!(cpg.out_of_reach() > 500);
+
+    set(&mut cpg, "frequency", 0.0);
+    set(&mut cpg, "mid_stance_offset/fore", 30.0); // so far ahead that the leg points forward
+    let leg = Pantograph::new(&example_robot().legs[0].leg).unwrap();
+    let LegCommand { hip, knee } = leg
+        .inverse_closed(Planar::new(leg.length_max(), 0.0))
+        .unwrap();
+    let row = run(&mut cpg, 1, 8).remove(0);
+    assert!(
+        (row[0] - hip).abs() < 0.01 && (row[1] - knee).abs() < 1e-6,
+        "{row:?}"
+    );
 }
 
 #[test]

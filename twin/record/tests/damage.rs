@@ -114,3 +114,14 @@ fn a_compressed_file_is_refused_by_name() {
         "{error}"
     );
 }
+
+#[test]
+fn a_file_without_its_last_byte_is_not_complete() {
+    for missing in 1..100 {
+        assert!(
+            !read(&WHOLE[..WHOLE.len() - missing]).is_complete(),
+            "{missing}"
+        );
+    }
+    assert!(read(&WHOLE).is_complete());
+}

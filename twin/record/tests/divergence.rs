@@ -6,8 +6,9 @@ use common::*;
 use proptest::prelude::*;
 use twinrig_kernel::SimTime;
 use twinrig_record::{Divergence, Recording, first_divergence};
+use twinrig_runtime::Group;
 
-fn with_change(change: &dyn Fn(u64, &mut [f64])) -> Recording {
+fn with_change(change: &dyn Fn(Group, u64, &mut [f64])) -> Recording {
     read(&record(Vec::new(), 100, &|_| true, change).expect("writing to memory"))
 }
 
@@ -19,7 +20,7 @@ proptest! {
         let next = |values: &mut [f64]| values[index] = f64::from_bits(values[index].to_bits() ^ 1);
         let a = read(&recorded(100));
         // From there on everything is different; the first difference counts.
-        let b = with_change(&|now, values| if now >= step { next(values) });
+        let b = with_change(&|group, now, values| if group == Group::Plant && now >= step { next(values) });
         let comparison = first_divergence(&a, &b);
         let (signal, component) = match index {
             0..3 => ("body/position", index),
@@ -52,8 +53,8 @@ fn equal_recordings_have_no_divergence() {
 
 #[test]
 fn zero_and_minus_zero_differ() {
-    let b = with_change(&|step, values| {
-        if step == 3 {
+    let b = with_change(&|group, step, values| {
+        if group == Group::Plant && step == 3 {
             values[5] = 0.0;
         }
     });
@@ -71,7 +72,7 @@ fn a_signal_of_one_only_is_listed_and_is_no_difference() {
             Vec::new(),
             100,
             &|name| name != "body/orientation",
-            &|_, _| (),
+            &|_, _, _| (),
         )
         .unwrap(),
     );
@@ -90,4 +91,31 @@ fn a_run_that_ends_earlier_differs_at_the_first_sample_it_lacks() {
         .unwrap();
     assert_eq!(first.time, SimTime::from_nanos(60 * PERIOD_NS));
     assert_eq!((first.a, first.b), (Some(plant_values(60)[0]), None));
+}
+
+#[test]
+fn the_group_that_differs_first_counts() {
+    for (plant, outputs) in [(70, 40), (40, 70), (40, 40)] {
+        let b = with_change(&|group, step, values| {
+            if step
+                == if group == Group::Plant {
+                    plant
+                } else {
+                    outputs
+                }
+            {
+                values[0] += 1.0;
+            }
+        });
+        let first = first_divergence(&read(&recorded(100)), &b).first.unwrap();
+        assert_eq!(first.time, SimTime::from_nanos(40 * PERIOD_NS));
+        assert_eq!(
+            first.group,
+            if plant <= outputs {
+                "plant"
+            } else {
+                "process-outputs"
+            }
+        );
+    }
 }

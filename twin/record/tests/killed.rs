@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use common::*;
 use twinrig_record::Recording;
+use twinrig_runtime::Group;
 
 const FILE_VARIABLE: &str = "TWINRIG_TEST_KILLED_FILE";
 
@@ -18,7 +19,7 @@ fn record_until_killed() {
         return;
     };
     let out = std::io::BufWriter::new(std::fs::File::create(file).unwrap());
-    let slowly = |step: u64, _: &mut [f64]| {
+    let slowly = |_: Group, step: u64, _: &mut [f64]| {
         if step.is_multiple_of(10) {
             std::thread::sleep(Duration::from_millis(1));
         }

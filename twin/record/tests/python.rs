@@ -64,6 +64,7 @@ fn python_reads_every_bit() {
     for ((step, sample), command) in (0..).zip(plant).zip(commands) {
         let values = plant_values(step);
         assert_eq!(sample[0], json!(EPOCH.as_nanos() + step * PERIOD_NS));
+        assert_eq!(sample[2], step);
         assert_eq!(sample[1]["body/position"], hex(&values[0..3]));
         assert_eq!(sample[1]["body/orientation"], hex(&values[3..7]));
         assert_eq!(sample[1]["leg/LF/angles"], hex(&values[7..10]));

@@ -34,7 +34,9 @@ def main(path):
         ):
             signals = json.loads(channel.metadata["signals"])
             values = {signal["name"]: bits(decoded, signal["field"]) for signal in signals}
-            found["samples"].setdefault(channel.topic, []).append([message.log_time, values])
+            found["samples"].setdefault(channel.topic, []).append(
+                [message.log_time, values, message.sequence]
+            )
         found["attachments"] = {a.name: a.data.decode() for a in reader.iter_attachments()}
         found["metadata"] = {m.name: m.metadata for m in reader.iter_metadata()}
     json.dump(found, sys.stdout)

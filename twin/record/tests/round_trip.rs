@@ -5,7 +5,8 @@ mod common;
 use common::*;
 use serde_json::Value;
 use twinrig_kernel::SimTime;
-use twinrig_record::{ChangeMessage, EventMessage, Recording, Topic};
+use twinrig_record::{ChangeMessage, EventMessage, Recorder, Recording, Topic};
+use twinrig_runtime::Group;
 
 #[test]
 fn every_bit_of_every_sample_comes_back() {
@@ -28,8 +29,10 @@ fn odd_numbers_come_back_bit_for_bit() {
         f64::NEG_INFINITY,
         f64::MIN_POSITIVE / 3.0,
     ];
-    let bytes = record(Vec::new(), 1, &|_| true, &|_, values| {
-        values[..3].copy_from_slice(&odd);
+    let bytes = record(Vec::new(), 1, &|_| true, &|group, _, values| {
+        if group == Group::Plant {
+            values[..3].copy_from_slice(&odd);
+        }
     })
     .unwrap();
     let series = read(&bytes).series("body/position").unwrap();
@@ -46,7 +49,7 @@ fn odd_numbers_come_back_bit_for_bit() {
 #[test]
 fn only_what_is_kept_is_there_and_keeps_its_name_and_unit() {
     let keep = |name: &str| name != "body/orientation";
-    let recording = read(&record(Vec::new(), 30, &keep, &|_, _| ()).unwrap());
+    let recording = read(&record(Vec::new(), 30, &keep, &|_, _, _| ()).unwrap());
     let signals: Vec<_> = recording
         .groups()
         .iter()
@@ -128,8 +131,15 @@ fn the_same_run_gives_the_same_bytes() {
 #[test]
 fn leaving_a_signal_out_changes_no_other_signal() {
     let all = read(&recorded(50));
-    let fewer =
-        read(&record(Vec::new(), 50, &|name| !name.contains("angles"), &|_, _| ()).unwrap());
+    let fewer = read(
+        &record(
+            Vec::new(),
+            50,
+            &|name| !name.contains("angles"),
+            &|_, _, _| (),
+        )
+        .unwrap(),
+    );
     for name in [
         "body/position",
         "body/orientation",
@@ -156,13 +166,13 @@ fn a_full_disk_is_an_error_of_finish_and_not_a_panic() {
             Ok(())
         }
     }
-    let result = record(Small(40_000), 5_000, &|_| true, &|_, _| ());
+    let result = record(Small(40_000), 5_000, &|_| true, &|_, _, _| ());
     assert!(matches!(result, Err(twinrig_record::RecordError::Write(_))));
 }
 
 #[test]
 fn a_run_without_any_recorded_signal_still_has_its_files() {
-    let recording = read(&record(Vec::new(), 10, &|_| false, &|_, _| ()).unwrap());
+    let recording = read(&record(Vec::new(), 10, &|_| false, &|_, _, _| ()).unwrap());
     assert!(recording.group("plant").unwrap().is_empty());
     assert_eq!(recording.seed(), Some(7));
 }
@@ -171,4 +181,16 @@ fn a_run_without_any_recorded_signal_still_has_its_files() {
 fn a_file_that_is_not_there_is_named() {
     let error = Recording::open(std::path::Path::new("/nowhere/run.mcap")).unwrap_err();
     assert!(error.to_string().contains("/nowhere/run.mcap"));
+}
+
+#[test]
+fn the_files_are_on_disk_before_the_first_sample() {
+    let file = std::env::temp_dir().join(format!("twinrig-early-{}.mcap", std::process::id()));
+    let recorder = Recorder::create(&file, &info(), &[], &skeleton(), cadence()).unwrap();
+    let recording = Recording::open(&file).unwrap();
+    drop(recorder);
+    std::fs::remove_file(&file).unwrap();
+    assert!(!recording.is_complete());
+    assert_eq!(recording.seed(), Some(7));
+    assert_eq!(recording.attachments().count(), 2);
 }

@@ -100,12 +100,12 @@ pub fn footstep(step: u64) -> Footstep {
     }
 }
 
-/// Records `steps` samples; `change` may falsify one, `keep` chooses among the signals of the plant.
+/// Records `steps` samples; `change` may falsify some, `keep` chooses among the signals of the plant.
 pub fn record<W: std::io::Write>(
     out: W,
     steps: u64,
     keep: &dyn Fn(&str) -> bool,
-    change: &dyn Fn(u64, &mut [f64]),
+    change: &dyn Fn(Group, u64, &mut [f64]),
 ) -> Result<W, RecordError> {
     let plant = layout(&plant_ports());
     let commands = layout(&[Port::output("leg/LF/hip/command", Unit::Radian, 1)]);
@@ -126,10 +126,12 @@ pub fn record<W: std::io::Write>(
     for step in 0..steps {
         let now = SimTime::from_nanos(step * PERIOD_NS);
         let mut values = plant_values(step);
-        change(step, &mut values);
+        change(Group::Plant, step, &mut values);
         fingerprint.samples(now, Group::Plant, &values);
         recorder.samples(now, Group::Plant, &values);
-        recorder.samples(now, Group::ProcessOutputs, &command_values(step));
+        let mut commands = command_values(step);
+        change(Group::ProcessOutputs, step, &mut commands);
+        recorder.samples(now, Group::ProcessOutputs, &commands);
         recorder.event(now, RunEvent::ProcessEnd);
         if step == 40 {
             recorder.event(
@@ -149,7 +151,7 @@ pub fn record<W: std::io::Write>(
 }
 
 pub fn recorded(steps: u64) -> Vec<u8> {
-    record(Vec::new(), steps, &|_| true, &|_, _| ()).expect("writing to memory")
+    record(Vec::new(), steps, &|_| true, &|_, _, _| ()).expect("writing to memory")
 }
 
 pub fn read(bytes: &[u8]) -> Recording {
