@@ -1,6 +1,6 @@
-//! How a controller, its input and output, and a plant run together: one scheduling rule, told to no
-//! clock, and its executor in virtual time. The same parts, seed and schedule give the same run, bit for
-//! bit; compute and transfer times are part of the model, so overruns happen again when they are run again.
+//! How a controller, its input and output, and a plant run together: one scheduling rule, and its executor
+//! in virtual time. The same parts, seed and schedule give the same run, bit for bit; the times that
+//! computing and transferring take are part of the model, so that an overrun can be had again.
 //!
 //! A [`Process`] (a controller) meets [`IoTask`]s (transfers with a device) through named signals; the
 //! [`Manager`] decides who runs when; the [`Rig`] does it, with a [`Plant`] at the far end and an
@@ -72,7 +72,6 @@ mod observer;
 mod plant;
 mod process;
 mod rig;
-mod rig_snapshot;
 mod schedule;
 mod task;
 mod timing;

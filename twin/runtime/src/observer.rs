@@ -22,7 +22,7 @@ pub enum Group {
     ProcessOutputs,
 }
 
-/// What happens in a run. Tasks and variables are numbers in the order of [`crate::Rig::task_name`] and
+/// What happens in a run. Tasks and variables are numbers in the order of [`crate::Rig::task_names`] and
 /// [`crate::Process::variables`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RunEvent {

@@ -1,14 +1,17 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
-    Agenda, Direction, EventQueue, Layout, PartId, Rank, SimDuration, SimTime, Wake, near_misses,
+    Agenda, EventQueue, Layout, PartId, Rank, SimDuration, SimTime, Wake, near_misses,
 };
 
 use crate::far_end::FarEnd;
-use crate::wiring::{TaskLinks, check_names, wire};
+use crate::wiring::TaskLinks;
 use crate::{
     Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, ProcessVariable,
-    Progress, RigError, RunEvent, Schedule, TaskError, TimeSource,
+    Progress, RigError, RunEvent, TaskError, TimeSource,
 };
+
+mod assembly;
+mod snapshot;
 
 /// Events of one instant, in order.
 mod rank {
@@ -36,36 +39,36 @@ mod rank {
 ///
 /// An iteration or a transfer that takes no time ends at the instant it began at, before the observation.
 /// The plant is moved to exactly the instants at which a task samples or actuates and to those of the
-/// observation grid, so observing with another period is another run unless the plant's own step
-/// divides both.
+/// observation grid, under the commands that were last actuated, zeros at first. So observing with
+/// another period is another run, unless the plant's own step divides both.
 pub struct Rig {
-    pub(crate) process: Box<dyn Process>,
-    pub(crate) tasks: Vec<TaskSlot>,
-    pub(crate) far_end: FarEnd,
-    pub(crate) state: RigState,
+    process: Box<dyn Process>,
+    tasks: Vec<TaskSlot>,
+    far_end: FarEnd,
+    state: RigState,
     inputs: Layout,
     outputs: Layout,
-    pub(crate) period: SimDuration,
-    pub(crate) observe: SimDuration,
+    period: SimDuration,
+    observe: SimDuration,
     parts: Parts,
     /// Why the run ended, if it did.
-    pub(crate) failed: Option<RigError>,
+    failed: Option<RigError>,
 }
 
 /// What of a rig changes, apart from its parts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct RigState {
+struct RigState {
     manager: Manager,
     agenda: Agenda,
     compute: TimeSource,
     changes: EventQueue<PendingChange>,
-    pub(crate) inputs: Vec<f64>,
-    pub(crate) outputs: Vec<f64>,
+    inputs: Vec<f64>,
+    outputs: Vec<f64>,
 }
 
-pub(crate) struct TaskSlot {
-    pub(crate) task: Box<dyn IoTask>,
-    pub(crate) name: String,
+struct TaskSlot {
+    task: Box<dyn IoTask>,
+    name: String,
     links: TaskLinks,
     /// Its inputs, laid out for it at the beginning of a transfer.
     from_process: Vec<f64>,
@@ -86,64 +89,6 @@ struct PendingChange {
 }
 
 impl Rig {
-    /// Wires the parts by name and puts the first control step and the first observation at time 0.
-    ///
-    /// # Errors
-    /// [`RigError::Wiring`] if a signal does not connect, [`RigError::BadPeriod`] and
-    /// [`RigError::Compute`] if the schedule cannot be.
-    pub fn new(
-        schedule: &Schedule,
-        process: Box<dyn Process>,
-        tasks: Vec<Box<dyn IoTask>>,
-        plant: Box<dyn Plant>,
-    ) -> Result<Self, RigError> {
-        let period = schedule.period()?;
-        if schedule.observe.is_zero() {
-            return Err(RigError::BadPeriod {
-                what: "observation",
-            });
-        }
-        let compute = schedule
-            .compute
-            .clone()
-            .source(schedule.seed, "process/compute");
-        let process_ports = process.ports();
-        check_names(plant.name(), &plant.ports())?;
-        let mut agenda = Agenda::new(schedule.events_max);
-        let far_end = FarEnd::new(plant);
-        let tasks = connect(process.name(), &process_ports, tasks, &far_end, &mut agenda)?;
-        let parts = Parts {
-            process_end: agenda.register("process end", rank::PROCESS_END),
-            control_step: agenda.register("control step", rank::CONTROL_STEP),
-            observation: agenda.register("observation", rank::OBSERVATION),
-        };
-        agenda.arm(parts.control_step, SimTime::ZERO);
-        agenda.arm(parts.observation, SimTime::ZERO);
-        let inputs = Layout::of(&process_ports, Direction::Input);
-        let outputs = Layout::of(&process_ports, Direction::Output);
-        let state = RigState {
-            manager: Manager::new(tasks.len()),
-            agenda,
-            compute: compute.map_err(RigError::Compute)?,
-            changes: EventQueue::new(),
-            inputs: vec![0.0; inputs.len()],
-            outputs: vec![0.0; outputs.len()],
-        };
-        let observe = schedule.observe;
-        Ok(Self {
-            process,
-            tasks,
-            far_end,
-            state,
-            inputs,
-            outputs,
-            period,
-            observe,
-            parts,
-            failed: None,
-        })
-    }
-
     /// Sets a process variable before the first iteration that begins at `at` or later. Changes due at
     /// one iteration are made in the order of their times, then in the order they were scheduled.
     ///
@@ -418,33 +363,4 @@ impl Rig {
     pub fn plant_mut(&mut self) -> &mut dyn Plant {
         &mut *self.far_end.plant
     }
-}
-
-/// Wires the tasks to the process and to the plant, and registers them.
-fn connect(
-    process_name: &str,
-    process_ports: &[twinrig_kernel::Port],
-    tasks: Vec<Box<dyn IoTask>>,
-    far_end: &FarEnd,
-    agenda: &mut Agenda,
-) -> Result<Vec<TaskSlot>, RigError> {
-    let named: Vec<_> = tasks
-        .iter()
-        .map(|task| (task.name().to_string(), task.ports()))
-        .collect();
-    let links = wire((process_name, process_ports), &named)?;
-    let mut slots = Vec::new();
-    for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
-        task.connect(&far_end.signals)?;
-        let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
-        let part = agenda.register(name.clone(), rank::TASK);
-        slots.push(TaskSlot {
-            task,
-            name,
-            links,
-            from_process,
-            part,
-        });
-    }
-    Ok(slots)
 }

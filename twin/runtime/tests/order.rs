@@ -7,23 +7,16 @@ use toys::{Entry, Log, Scene, any_scene};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{RunEvent, Timing};
 
-/// The run as it looks to one task: what begins, ends and skips it.
-fn of_task(log: &Log, task: usize) -> Vec<(SimTime, RunEvent)> {
+/// The run as it looks to one task: when it begins, ends and is skipped.
+fn of_task(log: &Log, task: usize) -> Vec<(SimTime, char)> {
+    let mark = |event| match event {
+        RunEvent::TaskBegin { task: of } => (of == task).then_some('b'),
+        RunEvent::TaskEnd { task: of } => (of == task).then_some('e'),
+        RunEvent::TaskSkipped { task: of } => (of == task).then_some('s'),
+        _ => None,
+    };
     log.events()
-        .filter_map(|(time, event)| {
-            let of = match event {
-                RunEvent::TaskBegin { task }
-                | RunEvent::TaskEnd { task }
-                | RunEvent::TaskSkipped { task } => task,
-                _ => return None,
-            };
-            let anonymous = match event {
-                RunEvent::TaskBegin { .. } => RunEvent::TaskBegin { task: 0 },
-                RunEvent::TaskEnd { .. } => RunEvent::TaskEnd { task: 0 },
-                _ => RunEvent::TaskSkipped { task: 0 },
-            };
-            (of == task).then_some((time, anonymous))
-        })
+        .filter_map(|(time, event)| Some((time, mark(event)?)))
         .collect()
 }
 

@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Snapshot, SnapshotError};
 
+use super::{Rig, RigState};
 use crate::far_end::FarEndState;
-use crate::rig::RigState;
-use crate::{Group, Rig, RigError};
+use crate::{Group, RigError};
 
 /// A whole rig between two events.
 #[derive(Serialize, Deserialize)]
