@@ -115,3 +115,9 @@ fn at_one_instant_transfers_end_then_the_process_then_it_begins_then_the_plant_i
     ];
     assert_eq!(last, expected);
 }
+
+#[test]
+fn a_rig_may_be_built_here_and_run_on_another_thread() {
+    fn is_send<T: Send>() {}
+    is_send::<twinrig_runtime::Rig>();
+}

@@ -1,3 +1,5 @@
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Snapshot, SnapshotError};
 
@@ -76,5 +78,12 @@ impl Rig {
             self.period,
             self.observe,
         )
+    }
+}
+
+/// Says what the rig is made of and what time it is there.
+impl fmt::Debug for Rig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, at {}", self.make(), self.now())
     }
 }
