@@ -199,7 +199,7 @@ fn schedules_that_cannot_be_are_refused() {
             vec![toy_task()],
             Box::new(plant),
         );
-        rig.err().expect("it cannot be").to_string()
+        rig.expect_err("it cannot be").to_string()
     };
     assert_eq!(
         refused(Schedule::with_period(SimDuration::ZERO)),
