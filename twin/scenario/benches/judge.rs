@@ -1,0 +1,112 @@
+//! What it costs to watch a run: one observation of a trotting quadruped, every 2 ms of simulated time, and ten
+//! expectations. The aim is 0.3 µs.
+
+use std::path::Path;
+
+use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
+use twinrig_scenario::{Catalogue, Channel, Facts, Judge, Kind, Layouts, LegFact, Scenario, Scene};
+
+fn main() {
+    divan::main();
+}
+
+const SCENARIO: &str = r#"
+robot = "cheetah-cub"
+duration = "200 s"
+plant = { model = "massless", ground = {} }
+expect = [
+    { body = { fall = false } },
+    { body = { speed = { min = "0.8 m/s" } }, after = "2 s" },
+    { body = { pitch_range = { max = "4 deg" } }, after = "2 s" },
+    { body = { roll_range = { max = "8 deg" } }, after = "2 s" },
+    { body = { yaw_drift = { max = "90 deg" } } },
+    { footstep = { slip = { max = "5 mm" } } },
+    { footstep = { duty_factor = { min = 0.4 } } },
+    { footstep = { phase = "trot", tolerance = 0.05 } },
+    { footstep = { frequency = { near = "3.5 Hz", within = "2 %" } } },
+    { signal = { name = "leg/*/cable/tension", always = { min = "0 N" } } },
+]
+"#;
+
+fn scene() -> Scene {
+    let catalogue = Catalogue {
+        plants: vec![Kind::new("massless", "")],
+        ..Catalogue::default()
+    };
+    let scenario = Scenario::parse("bench.toml", SCENARIO, Path::new("."), &[], &catalogue);
+    let legs: Vec<LegFact> = ["LF", "RF", "LH", "RH"]
+        .into_iter()
+        .map(|name| LegFact {
+            name: name.into(),
+            fore: name.ends_with('F'),
+            left: name.starts_with('L'),
+        })
+        .collect();
+    let mut plant_outputs = vec![
+        Port::output("body/position", Unit::Meter, 3),
+        Port::output("body/rpy", Unit::Radian, 3),
+        Port::output("body/velocity", Unit::MeterPerSecond, 3),
+    ];
+    for leg in &legs {
+        let name = |what: &str| format!("leg/{}/{what}", leg.name);
+        plant_outputs.push(Port::output(name("foot/position"), Unit::Meter, 3));
+        plant_outputs.push(Port::output(name("foot/load"), Unit::Newton, 1));
+        plant_outputs.push(Port::output(name("cable/tension"), Unit::Newton, 1));
+        plant_outputs.push(Port::output(name("foot/force"), Unit::Newton, 3));
+    }
+    let facts = Facts {
+        legs,
+        weight: 10.8,
+        plant_outputs,
+        process_ports: Vec::new(),
+        frame_signals: Vec::new(),
+    };
+    scenario
+        .and_then(|scenario| scenario.scene(&facts))
+        .expect("the scenario above is right")
+}
+
+/// A second of observations.
+#[divan::bench]
+fn five_hundred_observations(bencher: divan::Bencher) {
+    let scene = scene();
+    let ports: Vec<Port> = wanted_ports(&scene);
+    let layout = Layout::of(&ports, Direction::Output);
+    let none = Layout::default();
+    let layouts = Layouts {
+        plant: &layout,
+        process_inputs: &none,
+        process_outputs: &none,
+    };
+    let samples: Vec<Vec<f64>> = (0..500).map(|index| sample(&layout, index)).collect();
+    bencher
+        .counter(divan::counter::ItemsCount::new(500_usize))
+        .with_inputs(|| Judge::new(&scene, layouts))
+        .bench_local_refs(|judge| {
+            let mut now = SimTime::ZERO;
+            for values in &samples {
+                judge.samples(now, Channel::Plant, values);
+                now += SimDuration::from_millis(2);
+            }
+        });
+}
+
+fn wanted_ports(scene: &Scene) -> Vec<Port> {
+    let port = |name: &String| match name.rsplit('/').next() {
+        Some("load" | "tension") => Port::output(name, Unit::Newton, 1),
+        _ => Port::output(name, Unit::Meter, 3),
+    };
+    scene.wanted.iter().map(port).collect()
+}
+
+/// Legs that stand and swing in turn at 3.5 Hz.
+fn sample(layout: &Layout, index: usize) -> Vec<f64> {
+    let mut values = vec![0.1; layout.len()];
+    for (leg, name) in ["LF", "RF", "LH", "RH"].into_iter().enumerate() {
+        if let Some(range) = layout.find(&format!("leg/{name}/foot/load")) {
+            let stands = (index + 71 * leg) % 143 < 70;
+            values[range.start] = if stands { 5.0 } else { 0.0 };
+        }
+    }
+    values
+}

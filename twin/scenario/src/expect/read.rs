@@ -1,0 +1,329 @@
+//! Reading expectations.
+
+use std::f64::consts::PI;
+
+use twinrig_document::{Item, Range, Reported, Table};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
+
+use super::read_footstep;
+use super::{
+    Along, BodyClaim, Claim, CostMeasure, Expectation, SignalClaim, SignalMode, TimingMeasure,
+    Until,
+};
+use crate::limits::Limits;
+use crate::scenario::Placed;
+
+const SUBJECTS: [&str; 6] = ["footstep", "body", "timing", "signal", "energy", "cost"];
+
+/// What expectations of one scenario have in common.
+pub(crate) struct Context {
+    /// The length of the run.
+    pub duration: SimDuration,
+    /// The time of the first change.
+    pub first_change: Option<SimTime>,
+}
+
+/// One `[[expect]]`.
+pub(crate) fn expectation(item: &Item<'_>, context: &Context) -> Result<Expectation, Reported> {
+    let table = item.table()?;
+    let name = table.optional("name", |item| item.text().map(str::to_owned));
+    let after = table.optional("after", |item| instant(item, context));
+    let before = table.optional("before", |item| instant(item, context));
+    let optional = table.optional("optional", Item::boolean);
+    let subject = one_of(item, &table, &SUBJECTS, "nothing is expected")?;
+    let claim = table.required(subject, |item| match subject {
+        "footstep" => read_footstep::claim(item).map(Claim::Footstep),
+        "body" => body(item).map(Claim::Body),
+        "timing" => timing(item),
+        "signal" => signal(item).map(Claim::Signal),
+        "energy" => energy(item),
+        _ => cost(item),
+    });
+    let (given_after, before, claim) = (after?, before?, claim?);
+    let mut expectation = Expectation {
+        name: String::new(),
+        after: given_after.unwrap_or(SimTime::ZERO),
+        before,
+        optional: optional?.unwrap_or(false),
+        claim,
+    };
+    if expectation.needs_reference() {
+        match (given_after, context.first_change) {
+            (None, Some(first)) => expectation.after = first,
+            (_, None) => {
+                let message =
+                    "a displacement against the run without changes, and there is no [[change]]";
+                return Err(item.report(message, "add a [[change]]"));
+            }
+            _ => {}
+        }
+    }
+    if before.is_some_and(|before| before <= expectation.after) {
+        return Err(table.report("before", "`before` is not later than `after`", ""));
+    }
+    let measure = table
+        .get(subject)
+        .map_or(String::new(), |item| measure_name(&item));
+    expectation.name = match name? {
+        Some(name) => name,
+        None => format!("{subject} {measure}").trim_end().replace('_', " "),
+    };
+    Ok(expectation)
+}
+
+/// The word that names what is measured, for an expectation without a name.
+fn measure_name(item: &Item<'_>) -> String {
+    const OTHERS: [&str; 9] = [
+        "leg",
+        "tolerance",
+        "cycle",
+        "axis",
+        "against",
+        "along",
+        "of",
+        "component",
+        "name",
+    ];
+    let Some(keys) = item.keys() else {
+        return String::new();
+    };
+    let words: Vec<_> = keys.filter(|key| !OTHERS.contains(key)).collect();
+    words.join(" ")
+}
+
+/// The one key of `keys` that `table` has.
+pub(super) fn one_of<'k>(
+    item: &Item<'_>,
+    table: &Table<'_>,
+    keys: &[&'k str],
+    nothing: &str,
+) -> Result<&'k str, Reported> {
+    table.expect(keys.iter().copied());
+    let given: Vec<&str> = keys
+        .iter()
+        .copied()
+        .filter(|key| table.keys().any(|known| known == *key))
+        .collect();
+    match given[..] {
+        [key] => Ok(key),
+        [] => {
+            table.give_up();
+            Err(item.report(nothing, format!("give one of {}", keys.join(", "))))
+        }
+        [first, second, ..] => {
+            table.give_up();
+            let message = format!("`{first}` and `{second}` are two expectations");
+            Err(table.report(second, message, "write a second [[expect]]"))
+        }
+    }
+}
+
+/// A time since the start, within the run.
+fn instant(item: &Item<'_>, context: &Context) -> Result<SimTime, Reported> {
+    let since = item.duration()?;
+    if since > context.duration {
+        let message = format!("`{}` is later than the end of the run", item.key());
+        return Err(item.report(message, format!("the run lasts {}", context.duration)));
+    }
+    Ok(SimTime::ZERO + since)
+}
+
+fn body(item: &Item<'_>) -> Result<BodyClaim, Reported> {
+    const MEASURES: [&str; 10] = [
+        "speed",
+        "height",
+        "roll",
+        "pitch",
+        "roll_range",
+        "pitch_range",
+        "height_range",
+        "yaw_drift",
+        "fall",
+        "settles",
+    ];
+    let table = item.table()?;
+    let measure = one_of(item, &table, &MEASURES, "nothing of the body is expected")?;
+    let limits = |unit| table.required(measure, |item| Limits::read(item, unit));
+    Ok(match measure {
+        "speed" => {
+            let choices = [("heading", Along::Heading), ("path", Along::Path)];
+            let along = table.optional("along", |item| item.choice(&choices));
+            let limits = limits(Unit::MeterPerSecond)?;
+            BodyClaim::Speed(along?.unwrap_or(Along::Heading), limits)
+        }
+        "height" => BodyClaim::Height(limits(Unit::Meter)?),
+        "roll" => BodyClaim::Roll(limits(Unit::Radian)?),
+        "pitch" => BodyClaim::Pitch(limits(Unit::Radian)?),
+        "roll_range" => BodyClaim::RollRange(limits(Unit::Radian)?),
+        "pitch_range" => BodyClaim::PitchRange(limits(Unit::Radian)?),
+        "height_range" => BodyClaim::HeightRange(limits(Unit::Meter)?),
+        "yaw_drift" => BodyClaim::YawDrift(limits(Unit::Radian)?),
+        "fall" => table.required("fall", fall)?,
+        _ => table.required("settles", |item| {
+            let (within, by) = settles(item, Unit::Meter)?;
+            Ok(BodyClaim::Settles { within, by })
+        })?,
+    })
+}
+
+fn fall(item: &Item<'_>) -> Result<BodyClaim, Reported> {
+    const HEIGHT: f64 = 0.5;
+    const TILT: f64 = PI / 4.0;
+    if !item.is_table() {
+        if item.boolean()? {
+            let message = "a fall cannot be expected";
+            return Err(item.report(message, "write `fall = false`: the robot does not fall"));
+        }
+        return Ok(BodyClaim::Upright {
+            height: HEIGHT,
+            tilt: TILT,
+        });
+    }
+    let table = item.table()?;
+    let share = Range::between(0.0, 1.0);
+    let height = table.optional("height", |item| item.number(&share));
+    let half_turn = Range::between(0.0, PI);
+    let tilt = table.optional("tilt", |item| item.quantity(Unit::Radian, &half_turn));
+    Ok(BodyClaim::Upright {
+        height: height?.unwrap_or(HEIGHT),
+        tilt: tilt?.unwrap_or(TILT),
+    })
+}
+
+fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {
+    let table = item.table()?;
+    let within = table.required("within", |item| item.quantity(unit, &Range::NOT_NEGATIVE));
+    let by = table.required("by", Item::duration);
+    Ok((within?, SimTime::ZERO + by?))
+}
+
+fn timing(item: &Item<'_>) -> Result<Claim, Reported> {
+    const MEASURES: [(&str, TimingMeasure); 4] = [
+        ("deadline_misses", TimingMeasure::DeadlineMisses),
+        ("cycle_rate", TimingMeasure::CycleRate),
+        ("jitter", TimingMeasure::Jitter),
+        ("latency", TimingMeasure::Latency),
+    ];
+    let table = item.table()?;
+    let of = table.required("of", |item| item.choice(&[("control", ())]));
+    let keys = MEASURES.map(|(key, _)| key);
+    let key = one_of(item, &table, &keys, "nothing of the timing is expected")?;
+    let measure = MEASURES
+        .into_iter()
+        .find(|(known, _)| *known == key)
+        .map_or(TimingMeasure::Latency, |(_, measure)| measure);
+    let limits = table.required(key, |item| Limits::read(item, measure.unit()));
+    of?;
+    Ok(Claim::Timing(measure, limits?))
+}
+
+fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
+    let table = item.table()?;
+    let name = table.required("name", placed_text);
+    let component = table.optional("component", element);
+    let within = table.optional("within", Item::positive_duration);
+    let until = table.optional("until", until);
+    let modes = ["always", "eventually", "settles"];
+    let mode = one_of(item, &table, &modes, "nothing of the signal is expected")?;
+    let (within, until) = (within?, until?);
+    if within.is_some() && mode != "eventually" {
+        let help = "`within` goes with `eventually`";
+        return Err(table.report(
+            "within",
+            format!("`within` has no meaning with `{mode}`"),
+            help,
+        ));
+    }
+    if until.is_some() && mode != "always" {
+        let help = "`until` goes with `always`";
+        return Err(table.report(
+            "until",
+            format!("`until` has no meaning with `{mode}`"),
+            help,
+        ));
+    }
+    let (unit, mode) = table.required(mode, |item| {
+        // Limits are written in the unit of the signal, which only the scene knows; it compares the two.
+        let unit = unit_of_limits(item);
+        let mode = match mode {
+            "settles" => {
+                let (within, by) = settles(item, unit)?;
+                SignalMode::Settles { within, by }
+            }
+            "eventually" => SignalMode::Eventually(Limits::read(item, unit)?, within),
+            _ => {
+                let limits = Limits::read(item, unit)?;
+                match until {
+                    None => SignalMode::Always(limits),
+                    Some(until) => SignalMode::Until(limits, until),
+                }
+            }
+        };
+        Ok((unit, mode))
+    })?;
+    Ok(SignalClaim {
+        name: name?,
+        component: component?,
+        unit,
+        mode,
+    })
+}
+
+fn until(item: &Item<'_>) -> Result<Until, Reported> {
+    let table = item.table()?;
+    let name = table.required("name", placed_text);
+    let component = table.optional("component", element);
+    let unit = unit_of_limits(item);
+    let limits = Limits::read_from(&table, unit, &|message, help| item.report(message, help));
+    Ok(Until {
+        name: name?,
+        component: component?.unwrap_or(0),
+        unit,
+        limits: limits?,
+    })
+}
+
+/// The unit of the first limit of a table of limits.
+fn unit_of_limits(item: &Item<'_>) -> Unit {
+    let keys = ["min", "max", "near", "within"];
+    let first = keys.iter().find_map(|key| item.peek(key));
+    first.map_or(Unit::One, |first| first.spelled_unit())
+}
+
+/// An element of a signal: its index, or `x`, `y`, `z` for the first three.
+fn element(item: &Item<'_>) -> Result<usize, Reported> {
+    if item.is_text() {
+        return item.choice(&[("x", 0), ("y", 1), ("z", 2)]);
+    }
+    let index = item.natural()?;
+    usize::try_from(index).map_err(|_| item.report("no signal has that many elements", ""))
+}
+
+fn energy(item: &Item<'_>) -> Result<Claim, Reported> {
+    let table = item.table()?;
+    let limits = table.required("residual", |item| Limits::read(item, Unit::One));
+    Ok(Claim::EnergyResidual(limits?))
+}
+
+fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
+    const FACTOR: &str = "real_time_factor";
+    let table = item.table()?;
+    let mut keys = CostMeasure::COUNTS.to_vec();
+    keys.push(FACTOR);
+    let key = one_of(item, &table, &keys, "nothing of the cost is expected")?;
+    let limits = table.required(key, |item| Limits::read(item, Unit::One))?;
+    let measure = if key == FACTOR {
+        CostMeasure::RealTimeFactor
+    } else {
+        CostMeasure::Count(key)
+    };
+    Ok(Claim::Cost(measure, limits))
+}
+
+/// A text with its place.
+pub(crate) fn placed_text(item: &Item<'_>) -> Result<Placed<String>, Reported> {
+    Ok(Placed {
+        value: item.text()?.to_owned(),
+        place: item.place(),
+    })
+}

@@ -1,0 +1,87 @@
+//! Watching the controller's cycle.
+
+use twinrig_kernel::{SimDuration, SimTime};
+
+use super::Happening;
+use super::outcome::Finding;
+use super::tracker::Extremes;
+use crate::expect::TimingMeasure;
+use crate::limits::Limits;
+
+/// Watches the events of the controller's cycle.
+#[derive(Clone, Debug)]
+pub(crate) struct CycleMeter {
+    measure: TimingMeasure,
+    limits: Limits,
+    period: SimDuration,
+    first_begin: Option<SimTime>,
+    last_begin: Option<SimTime>,
+    begins: u64,
+    missed: u64,
+    /// Jitter or latency [s].
+    seen: Extremes,
+    first_miss: Option<SimTime>,
+}
+
+impl CycleMeter {
+    pub fn new(measure: TimingMeasure, limits: Limits, period: SimDuration) -> Self {
+        CycleMeter {
+            measure,
+            limits,
+            period,
+            first_begin: None,
+            last_begin: None,
+            begins: 0,
+            missed: 0,
+            seen: Extremes::default(),
+            first_miss: None,
+        }
+    }
+
+    pub fn event(&mut self, now: SimTime, happening: Happening) {
+        match happening {
+            Happening::CycleBegin => {
+                if let (TimingMeasure::Jitter, Some(last)) = (self.measure, self.last_begin) {
+                    let off = (now - last).as_nanos().abs_diff(self.period.as_nanos());
+                    let off = SimDuration::from_nanos(off).as_secs_f64();
+                    self.seen.add_within(now, off, &self.limits);
+                }
+                self.first_begin.get_or_insert(now);
+                self.last_begin = Some(now);
+                self.begins += 1;
+            }
+            Happening::CycleEnd => {
+                if let (TimingMeasure::Latency, Some(begin)) = (self.measure, self.last_begin) {
+                    let latency = (now - begin).as_secs_f64();
+                    self.seen.add_within(now, latency, &self.limits);
+                }
+            }
+            Happening::CyclesMissed(count) => {
+                self.missed += count;
+                let missed = self.missed as f64;
+                if self.first_miss.is_none() && !self.limits.hold(missed) {
+                    self.first_miss = Some(now);
+                }
+            }
+        }
+    }
+
+    pub fn finding(&self) -> Finding {
+        let (Some(first), Some(last)) = (self.first_begin, self.last_begin) else {
+            return Finding::unobserved("the controller did not run in its time");
+        };
+        match self.measure {
+            TimingMeasure::Jitter | TimingMeasure::Latency => self.seen.finding(&self.limits, ""),
+            TimingMeasure::DeadlineMisses => {
+                let missed = self.missed as f64;
+                let detail = format!("of {} cycles", self.begins + self.missed);
+                Finding::of(self.limits.compare(missed, missed), self.first_miss, detail)
+            }
+            TimingMeasure::CycleRate if last > first => {
+                let rate = (self.begins - 1) as f64 / (last - first).as_secs_f64();
+                Finding::of(self.limits.compare(rate, rate), None, "")
+            }
+            TimingMeasure::CycleRate => Finding::unobserved("the controller ran once"),
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! From an expectation to what watches for it.
+
+use std::ops::Range;
+
+use twinrig_kernel::{SimTime, Unit};
+
+use super::cycle::CycleMeter;
+use super::meter::{Meter, Nearest};
+use super::tracker::{Extremes, Settling, Window};
+use super::{Channel, Layouts, Watch, Watcher};
+use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::glob::matches;
+use crate::limits::Limits;
+use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
+
+/// Channel and place of the signal `name`: the plant's, or else what the controller is told or says of it.
+pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Channel, Range<usize>)> {
+    let channels = [
+        (Channel::Plant, layouts.plant),
+        (Channel::ProcessInputs, layouts.process_inputs),
+        (Channel::ProcessOutputs, layouts.process_outputs),
+    ];
+    let mut found = channels
+        .into_iter()
+        .filter_map(|(channel, layout)| Some((channel, layout.find(name)?)));
+    found.next()
+}
+
+/// What watches for `expectation`.
+pub(super) fn watch(expectation: &Expectation, scene: &Scene, layouts: &Layouts<'_>) -> Watch {
+    let mut window = Window {
+        after: expectation.after,
+        before: expectation.before.unwrap_or(SimTime::MAX),
+    };
+    let watched = match &expectation.claim {
+        Claim::Body(claim) => body(claim, layouts),
+        Claim::Signal(claim) => {
+            if let SignalMode::Eventually(_, Some(within)) = claim.mode {
+                let until = window.after.checked_add(within).unwrap_or(SimTime::MAX);
+                window.before = window.before.min(until);
+            }
+            signal(claim, layouts)
+        }
+        Claim::Timing(measure, limits) => match &scene.scenario.controller {
+            Some(control) => {
+                let meter = CycleMeter::new(*measure, *limits, control.period);
+                Ok((Channel::Plant, Watcher::Cycle(meter)))
+            }
+            None => Err("there is no controller".to_owned()),
+        },
+        Claim::Footstep(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => {
+            Ok((Channel::Plant, Watcher::AtEnd))
+        }
+    };
+    let (channel, meter) = watched.unwrap_or_else(|why| (Channel::Plant, Watcher::Absent(why)));
+    Watch {
+        window,
+        channel,
+        meter,
+    }
+}
+
+/// The unit of what a claim measures.
+pub(super) fn unit(claim: &Claim) -> Unit {
+    match claim {
+        Claim::Footstep(claim) => claim.measure.unit(),
+        Claim::Body(claim) => match claim {
+            BodyClaim::Speed(..) => Unit::MeterPerSecond,
+            BodyClaim::Height(_)
+            | BodyClaim::HeightRange(_)
+            | BodyClaim::Upright { .. }
+            | BodyClaim::Settles { .. } => Unit::Meter,
+            BodyClaim::Roll(_)
+            | BodyClaim::Pitch(_)
+            | BodyClaim::RollRange(_)
+            | BodyClaim::PitchRange(_)
+            | BodyClaim::YawDrift(_) => Unit::Radian,
+        },
+        Claim::Timing(measure, _) => measure.unit(),
+        Claim::Signal(claim) => claim.unit,
+        Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
+    }
+}
+
+fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), String> {
+    let three = |name: &str| match find(layouts, name) {
+        Some((channel, range)) if range.len() == 3 => Ok((channel, range.start)),
+        _ => Err(format!("there is no signal {name}")),
+    };
+    let position = || three(BODY_POSITION);
+    let rpy = || three(BODY_RPY);
+    let both = || {
+        let (channel, position) = position()?;
+        let (other, rpy) = rpy()?;
+        if channel == other {
+            Ok((channel, position, rpy))
+        } else {
+            Err(format!(
+                "{BODY_POSITION} and {BODY_RPY} do not come together"
+            ))
+        }
+    };
+    let always = |element, absolute, limits: &Limits| Meter::Always {
+        elements: vec![element],
+        absolute,
+        limits: *limits,
+        seen: Extremes::default(),
+    };
+    let range = |element, limits: &Limits| Meter::Range {
+        element,
+        limits: *limits,
+        seen: Extremes::default(),
+    };
+    let (channel, meter) = match claim {
+        BodyClaim::Height(limits) => {
+            position().map(|(c, at)| (c, always(at + 2, false, limits)))?
+        }
+        BodyClaim::Roll(limits) => rpy().map(|(c, at)| (c, always(at, true, limits)))?,
+        BodyClaim::Pitch(limits) => rpy().map(|(c, at)| (c, always(at + 1, true, limits)))?,
+        BodyClaim::HeightRange(limits) => position().map(|(c, at)| (c, range(at + 2, limits)))?,
+        BodyClaim::RollRange(limits) => rpy().map(|(c, at)| (c, range(at, limits)))?,
+        BodyClaim::PitchRange(limits) => rpy().map(|(c, at)| (c, range(at + 1, limits)))?,
+        BodyClaim::YawDrift(limits) => rpy().map(|(channel, at)| {
+            let meter = Meter::Yaw {
+                yaw: at + 2,
+                limits: *limits,
+                turn: None,
+                seen: Extremes::default(),
+            };
+            (channel, meter)
+        })?,
+        BodyClaim::Speed(along, limits) => both().map(|(channel, position, rpy)| {
+            let meter = Meter::Speed {
+                position,
+                yaw: rpy + 2,
+                along: *along,
+                limits: *limits,
+                trip: None,
+            };
+            (channel, meter)
+        })?,
+        BodyClaim::Upright { height, tilt } => both().map(|(channel, position, rpy)| {
+            let meter = Meter::Upright {
+                height: position + 2,
+                roll: rpy,
+                share: *height,
+                tilt: *tilt,
+                standing: None,
+                lowest: Extremes::default(),
+                tilted: Extremes::default(),
+                fallen_at: None,
+            };
+            (channel, meter)
+        })?,
+        BodyClaim::Settles { within, by } => position().map(|(channel, at)| {
+            let meter = Meter::Settles {
+                elements: (at..at + 3).collect(),
+                settling: Settling::new(*within, *by, 3),
+            };
+            (channel, meter)
+        })?,
+    };
+    Ok((channel, Watcher::Signal(meter)))
+}
+
+fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), String> {
+    let (channel, elements) = elements(&claim.name.value, claim.component, layouts)
+        .ok_or_else(|| format!("there is no signal {}", claim.name.value))?;
+    let meter = match &claim.mode {
+        SignalMode::Always(limits) => Meter::Always {
+            elements,
+            absolute: false,
+            limits: *limits,
+            seen: Extremes::default(),
+        },
+        SignalMode::Eventually(limits, _) => Meter::Eventually {
+            elements: elements.into_iter().map(Nearest::new).collect(),
+            limits: *limits,
+        },
+        SignalMode::Settles { within, by } => Meter::Settles {
+            settling: Settling::new(*within, *by, elements.len()),
+            elements,
+        },
+        SignalMode::Until(limits, until) => {
+            let (other_channel, other) = find(layouts, &until.name.value)
+                .filter(|(_, range)| until.component < range.len())
+                .ok_or_else(|| format!("there is no signal {}", until.name.value))?;
+            if other_channel != channel {
+                let (a, b) = (&claim.name.value, &until.name.value);
+                return Err(format!("{a} and {b} do not come together"));
+            }
+            Meter::Until {
+                elements,
+                limits: *limits,
+                seen: Extremes::default(),
+                other: other.start + until.component,
+                other_limits: until.limits,
+                over_at: None,
+            }
+        }
+    };
+    Ok((channel, Watcher::Signal(meter)))
+}
+
+/// The elements that `name` (a name or a pattern) and `component` mean, in the first channel that has any.
+fn elements(
+    name: &str,
+    component: Option<usize>,
+    layouts: &Layouts<'_>,
+) -> Option<(Channel, Vec<usize>)> {
+    let channels = [
+        (Channel::Plant, layouts.plant),
+        (Channel::ProcessInputs, layouts.process_inputs),
+        (Channel::ProcessOutputs, layouts.process_outputs),
+    ];
+    channels.into_iter().find_map(|(channel, layout)| {
+        let fields = layout
+            .fields()
+            .filter(|field| matches(name, &field.port.name));
+        let elements: Vec<usize> = fields
+            .flat_map(|field| {
+                let range = field.range();
+                match component {
+                    Some(component) if component < range.len() => {
+                        let element = range.start + component;
+                        element..element + 1
+                    }
+                    Some(_) => range.start..range.start,
+                    None => range,
+                }
+            })
+            .collect();
+        (!elements.is_empty()).then_some((channel, elements))
+    })
+}

@@ -1,0 +1,127 @@
+//! Watching numbers go by.
+
+use twinrig_kernel::SimTime;
+
+use super::outcome::Finding;
+use crate::limits::{Comparison, Limits};
+
+/// The time in which an expectation counts, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Window {
+    pub after: SimTime,
+    pub before: SimTime,
+}
+
+impl Window {
+    pub fn contains(&self, now: SimTime) -> bool {
+        self.after <= now && now <= self.before
+    }
+}
+
+/// Least and greatest of the numbers seen, whether any was none, and when limits were first violated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extremes {
+    pub least: f64,
+    pub greatest: f64,
+    pub broken_at: Option<SimTime>,
+    pub first_violation: Option<SimTime>,
+}
+
+impl Default for Extremes {
+    fn default() -> Self {
+        Extremes {
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+            broken_at: None,
+            first_violation: None,
+        }
+    }
+}
+
+impl Extremes {
+    pub fn is_empty(&self) -> bool {
+        self.least > self.greatest
+    }
+
+    pub fn range(&self) -> f64 {
+        self.greatest - self.least
+    }
+
+    #[inline]
+    pub fn add(&mut self, now: SimTime, value: f64) {
+        if !value.is_finite() {
+            self.broken_at.get_or_insert(now);
+        }
+        if value < self.least {
+            self.least = value;
+        }
+        if value > self.greatest {
+            self.greatest = value;
+        }
+    }
+
+    #[inline]
+    pub fn add_within(&mut self, now: SimTime, value: f64, limits: &Limits) {
+        self.add(now, value);
+        if self.first_violation.is_none() && !limits.hold(value) {
+            self.first_violation = Some(now);
+        }
+    }
+
+    pub fn finding(&self, limits: &Limits, detail: &str) -> Finding {
+        if self.broken_at.is_some() {
+            return Finding::not_a_number(self.broken_at);
+        }
+        if self.is_empty() {
+            return Finding::unobserved("nothing was observed in its time");
+        }
+        let comparison = limits.compare(self.least, self.greatest);
+        Finding::of(comparison, self.first_violation, detail)
+    }
+}
+
+/// Numbers that are to stay near where they end.
+#[derive(Clone, Debug)]
+pub(crate) struct Settling {
+    within: f64,
+    by: SimTime,
+    elements: Vec<(Extremes, f64)>,
+}
+
+impl Settling {
+    pub fn new(within: f64, by: SimTime, elements: usize) -> Self {
+        Settling {
+            within,
+            by,
+            elements: vec![(Extremes::default(), f64::NAN); elements],
+        }
+    }
+
+    #[inline]
+    pub fn add(&mut self, now: SimTime, values: impl Iterator<Item = f64>) {
+        if now < self.by {
+            return;
+        }
+        for ((extremes, last), value) in self.elements.iter_mut().zip(values) {
+            extremes.add(now, value);
+            *last = value;
+        }
+    }
+
+    pub fn finding(&self) -> Finding {
+        let mut worst = 0.0_f64;
+        for (extremes, last) in &self.elements {
+            if extremes.broken_at.is_some() {
+                return Finding::not_a_number(extremes.broken_at);
+            }
+            if extremes.is_empty() {
+                return Finding::unobserved("nothing was observed in its time");
+            }
+            worst = worst
+                .max(extremes.greatest - last)
+                .max(last - extremes.least);
+        }
+        let comparison: Comparison = Limits::at_most(self.within).compare(worst, worst);
+        Finding::of(comparison, None, "farthest from where it ends")
+    }
+}

@@ -1,0 +1,82 @@
+//! Scenario files: what is to be run and what is expected of it. A file becomes a [`Scenario`], checked against what a build
+//! offers (its [`Catalogue`]), every mistake shown where it stands; with the [`Facts`] of robot, plant and controller that
+//! becomes a [`Scene`], which holds only what something needs and says what was left out and why; and a [`Judge`] watches
+//! the run, sample by sample, and says what became of each expectation, with measured value, bound and margin. What could
+//! not be observed is never passed off as held.
+//!
+//! ```
+//! use std::path::Path;
+//! use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
+//! use twinrig_scenario::{Catalogue, Channel, Facts, Judge, Kind, Layouts, RunEnd, Scenario, Verdict};
+//!
+//! let text = r#"
+//!     robot = "cheetah-cub"
+//!     duration = "1 s"
+//!     plant = { model = "weightless" }
+//!     expect = [{ signal = { name = "body/position", component = "z", always = { min = "10 cm" } } }]
+//! "#;
+//! let catalogue = Catalogue {
+//!     plants: vec![Kind::new("weightless", "hangs in the air")],
+//!     ..Catalogue::default()
+//! };
+//! let scenario = Scenario::parse("hang.toml", text, Path::new("."), &[], &catalogue).unwrap();
+//!
+//! let ports = vec![
+//!     Port::output("body/position", Unit::Meter, 3),
+//!     Port::output("body/velocity", Unit::MeterPerSecond, 3),
+//! ];
+//! let facts = Facts {
+//!     legs: Vec::new(),
+//!     weight: 10.8,
+//!     plant_outputs: ports.clone(),
+//!     process_ports: Vec::new(),
+//!     frame_signals: Vec::new(),
+//! };
+//! let scene = scenario.scene(&facts).unwrap();
+//! assert_eq!(scene.wanted.len(), 2, "without a [record] table everything is recorded");
+//!
+//! let (plant, none) = (Layout::of(&ports, Direction::Output), Layout::default());
+//! let layouts = Layouts { plant: &plant, process_inputs: &none, process_outputs: &none };
+//! let mut judge = Judge::new(&scene, layouts);
+//! judge.samples(SimTime::ZERO, Channel::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
+//! let end = RunEnd {
+//!     at: scenario.end(),
+//!     energy: None,
+//!     work: &[],
+//!     real_time_factor: None,
+//!     reference: None,
+//! };
+//! let outcomes = judge.finish(&end);
+//! assert_eq!(outcomes[0].verdict, Verdict::Pass);
+//! assert!((outcomes[0].margin.unwrap() - 0.02).abs() < 1e-12);
+//! ```
+//!
+//! What it does not do: run anything; know a particular plant, controller or bus; find robots; look at a clock.
+
+mod catalogue;
+mod expect;
+mod glob;
+mod judge;
+mod limits;
+mod options;
+mod read;
+mod scenario;
+mod scene;
+mod schema;
+
+pub use catalogue::{Accepts, Catalogue, Kind, OptionSpec, VariableSpec};
+pub use expect::{
+    Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
+    LegChoice, Pattern, SignalClaim, SignalMode, TimingMeasure, Until,
+};
+pub use glob::matches;
+pub use judge::{Channel, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Verdict};
+pub use limits::{Comparison, Limits};
+pub use options::{OptionValue, Options};
+pub use scenario::{
+    ActuatorKind, ActuatorSpec, Base, Change, ChangeAmount, ControllerSpec, FootstepSpec, Ground,
+    Heights, IoSpec, LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario,
+    ServoOverride, Setting, TimeModel,
+};
+pub use scene::{Facts, LeftOut, LegFact, Scene};
+pub use schema::schema;

@@ -1,0 +1,112 @@
+//! The values of keys that a kind of part declares.
+
+use twinrig_document::{Item, Reported, Table};
+use twinrig_kernel::SimDuration;
+
+use crate::catalogue::{Accepts, OptionSpec};
+
+/// The value of an option.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OptionValue {
+    /// A quantity, in the unit that the option declares.
+    Number(f64),
+    /// A duration.
+    Duration(SimDuration),
+    /// A whole number.
+    Natural(u64),
+    /// True or false.
+    Boolean(bool),
+    /// A text, or one of several words.
+    Text(String),
+}
+
+/// The options of one part: those that the scenario gives, and the defaults of the others, in the order of declaration.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options(Vec<(String, OptionValue)>);
+
+impl Options {
+    /// The value of `name`; none if the scenario does not give it and it has no default.
+    pub fn get(&self, name: &str) -> Option<&OptionValue> {
+        let (_, value) = self.0.iter().find(|(known, _)| known == name)?;
+        Some(value)
+    }
+
+    /// The quantity `name`; none if it is absent or no quantity.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.get(name)? {
+            OptionValue::Number(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The duration `name`; none if it is absent or no duration.
+    pub fn duration(&self, name: &str) -> Option<SimDuration> {
+        match self.get(name)? {
+            OptionValue::Duration(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The whole number `name`; none if it is absent or no whole number.
+    pub fn natural(&self, name: &str) -> Option<u64> {
+        match self.get(name)? {
+            OptionValue::Natural(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The truth of `name`; none if it is absent or neither true nor false.
+    pub fn boolean(&self, name: &str) -> Option<bool> {
+        match self.get(name)? {
+            OptionValue::Boolean(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The text or word `name`; none if it is absent or no text.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match self.get(name)? {
+            OptionValue::Text(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Names and values, in the order of declaration.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &OptionValue)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), value))
+    }
+
+    /// The defaults of `specs`, where they have one.
+    pub fn defaults(specs: &[OptionSpec]) -> Self {
+        let default = |spec: &OptionSpec| Some((spec.name.clone(), spec.default.clone()?));
+        Options(specs.iter().filter_map(default).collect())
+    }
+
+    /// Reads the options that `specs` declare out of `table`.
+    pub(crate) fn read(table: &Table<'_>, specs: &[OptionSpec]) -> Result<Self, Reported> {
+        let values: Vec<_> = specs
+            .iter()
+            .map(|spec| {
+                let given = table.optional(&spec.name, |item| value(item, &spec.accepts))?;
+                let value = given.or_else(|| spec.default.clone());
+                Ok(value.map(|value| (spec.name.clone(), value)))
+            })
+            .collect();
+        let values: Result<Vec<_>, Reported> = values.into_iter().collect();
+        Ok(Options(values?.into_iter().flatten().collect()))
+    }
+}
+
+fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
+    Ok(match accepts {
+        Accepts::Quantity { unit, range } => OptionValue::Number(item.quantity(*unit, range)?),
+        Accepts::Duration => OptionValue::Duration(item.duration()?),
+        Accepts::Natural => OptionValue::Natural(item.natural()?),
+        Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
+        Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
+        Accepts::Choice(words) => {
+            let choices: Vec<_> = words.iter().map(|word| (word.as_str(), word)).collect();
+            OptionValue::Text(item.choice(&choices)?.clone())
+        }
+    })
+}

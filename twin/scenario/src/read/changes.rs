@@ -1,0 +1,122 @@
+//! Reading `[[change]]`.
+
+use twinrig_document::{Item, Range, Reported, Table, print_quantity};
+use twinrig_kernel::SimTime;
+
+use super::controller;
+use crate::catalogue::{Catalogue, Kind};
+use crate::scenario::{Change, ChangeAmount, ControllerSpec};
+
+/// Every change, by time, then in the order of the file. That no change takes a variable out of its range is checked here:
+/// nothing but the changes sets a variable.
+pub(super) fn changes(
+    table: &Table<'_>,
+    control: Result<Option<&ControllerSpec>, Reported>,
+    catalogue: &Catalogue,
+) -> Result<Vec<Change>, Reported> {
+    let Some(items) = table.optional("change", Item::list)? else {
+        return Ok(Vec::new());
+    };
+    let Some(control) = control? else {
+        let help = "add a [controller], or remove the changes";
+        return Err(table.report("change", "there is no controller to change", help));
+    };
+    let mut kinds = catalogue.controllers.iter();
+    let Some(kind) = kinds.find(|kind| kind.name == control.kind) else {
+        return Ok(Vec::new());
+    };
+    let read: Vec<_> = items.iter().map(|item| change(item, kind)).collect();
+    let read: Result<Vec<_>, Reported> = read.into_iter().collect();
+    let mut changes: Vec<(Change, &Item<'_>)> = Vec::new();
+    for (list, item) in read?.into_iter().zip(&items) {
+        changes.extend(list.into_iter().map(|change| (change, item)));
+    }
+    changes.sort_by_key(|(change, _)| change.at);
+    in_range(&changes, control, kind)?;
+    Ok(changes.into_iter().map(|(change, _)| change).collect())
+}
+
+fn change(item: &Item<'_>, kind: &Kind) -> Result<Vec<Change>, Reported> {
+    let table = item.table()?;
+    let at = table.required("at", Item::duration);
+    let variables = table.required("set", |item| controller::changed(item, kind));
+    table.expect(["to", "by"]);
+    let variables = variables.inspect_err(|_| table.give_up())?;
+    let amounts = |key: &str, amount: fn(f64) -> ChangeAmount| {
+        table.optional(key, |item| {
+            let read = variables.iter().map(|variable| {
+                let range = if key == "to" {
+                    variable.range
+                } else {
+                    Range::ANY
+                };
+                Ok((
+                    variable.name.clone(),
+                    amount(item.quantity(variable.unit, &range)?),
+                ))
+            });
+            read.collect::<Result<Vec<_>, Reported>>()
+        })
+    };
+    let (to, by) = (
+        amounts("to", ChangeAmount::To),
+        amounts("by", ChangeAmount::By),
+    );
+    let amounts = match (to?, by?) {
+        (Some(amounts), None) | (None, Some(amounts)) => amounts,
+        (Some(_), Some(_)) => {
+            let message = "`to` and `by` are two changes";
+            return Err(table.report("by", message, "give one of them"));
+        }
+        (None, None) => return Err(item.report("nothing is changed", "give `to` or `by`")),
+    };
+    let at = SimTime::ZERO + at?;
+    let change = |(variable, amount)| Change {
+        at,
+        variable,
+        amount,
+    };
+    Ok(amounts.into_iter().map(change).collect())
+}
+
+fn in_range(
+    changes: &[(Change, &Item<'_>)],
+    control: &ControllerSpec,
+    kind: &Kind,
+) -> Result<(), Reported> {
+    let mut values: Vec<(&str, f64)> = Vec::new();
+    for (change, item) in changes {
+        let Some(variable) = kind.variable(&change.variable) else {
+            continue;
+        };
+        let known = values.iter().position(|(name, _)| *name == variable.name);
+        let index = known.unwrap_or_else(|| {
+            let set = control
+                .variables
+                .iter()
+                .find(|(name, _)| *name == variable.name);
+            let start = set.map_or(variable.default, |(_, value)| *value);
+            values.push((&variable.name, start));
+            values.len() - 1
+        });
+        let value = &mut values[index].1;
+        *value = match change.amount {
+            ChangeAmount::To(to) => to,
+            ChangeAmount::By(by) => *value + by,
+        };
+        if !variable.range.contains(*value) {
+            let message = format!(
+                "at {} this takes `{}` to {}, out of its range",
+                change.at,
+                variable.name,
+                print_quantity(*value, variable.unit)
+            );
+            let help = format!(
+                "it must be {}",
+                variable.range.words(variable.unit.symbol())
+            );
+            return Err(item.report(message, help));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! Reading `[controller]`, its process variables, and how long things take.
+
+use twinrig_document::{Item, Reported, Table, suggestion};
+use twinrig_kernel::SimDuration;
+
+use super::kind;
+use crate::catalogue::{Kind, VariableSpec};
+use crate::options::Options;
+use crate::scenario::{ControllerSpec, IoSpec, TimeModel};
+
+/// `[controller]`; none if its kind is `none`.
+pub(super) fn controller(
+    item: &Item<'_>,
+    kinds: &[Kind],
+) -> Result<Option<ControllerSpec>, Reported> {
+    const NONE: &str = "none";
+    let table = item.table()?;
+    if item
+        .peek("kind")
+        .is_some_and(|kind| kind.text() == Ok(NONE))
+    {
+        table.required("kind", Item::text)?;
+        return Ok(None);
+    }
+    let kind = table.required("kind", |item| kind(item, "controller", kinds));
+    let period = table.required("period", Item::positive_duration);
+    let compute_time = table.optional("compute_time", time_model);
+    let kind = kind.inspect_err(|_| table.give_up())?;
+    let options = Options::read(&table, &kind.options);
+    let variables = variables(&table, kind);
+    Ok(Some(ControllerSpec {
+        kind: kind.name.clone(),
+        period: period?,
+        compute_time: compute_time?.unwrap_or(TimeModel::Constant(SimDuration::ZERO)),
+        options: options?,
+        variables: variables?,
+    }))
+}
+
+/// The process variables that the table sets.
+fn variables(table: &Table<'_>, kind: &Kind) -> Result<Vec<(String, f64)>, Reported> {
+    let mut keys: Vec<&str> = kind.variables.iter().map(VariableSpec::key).collect();
+    keys.dedup();
+    let values: Vec<Result<Vec<_>, Reported>> = keys
+        .into_iter()
+        .filter_map(|key| table.get(key).map(|item| of_key(&item, kind, key)))
+        .collect();
+    let values: Result<Vec<_>, Reported> = values.into_iter().collect();
+    Ok(values?.concat())
+}
+
+/// The variables that one key sets: `hip_height = "12 cm"` all of its groups, `hip_height = { fore = …, hind = … }` each.
+fn of_key(item: &Item<'_>, kind: &Kind, key: &str) -> Result<Vec<(String, f64)>, Reported> {
+    let variables = kind.variables_of(key);
+    let groups: Vec<&str> = variables.iter().filter_map(|v| v.group()).collect();
+    if !item.is_table() {
+        let read = |variable: &&VariableSpec| {
+            let value = item.quantity(variable.unit, &variable.range)?;
+            Ok((variable.name.clone(), value))
+        };
+        return variables.iter().map(read).collect();
+    }
+    if groups.is_empty() {
+        let message = format!("`{key}` is the same for all legs");
+        return Err(item.report(message, "give one value"));
+    }
+    let table = item.table()?;
+    let read: Vec<_> = variables
+        .iter()
+        .map(|variable| {
+            let group = variable.group().unwrap_or_default();
+            let value =
+                table.optional(group, |item| item.quantity(variable.unit, &variable.range))?;
+            Ok(value.map(|value| (variable.name.clone(), value)))
+        })
+        .collect();
+    let read: Result<Vec<_>, Reported> = read.into_iter().collect();
+    Ok(read?.into_iter().flatten().collect())
+}
+
+/// The variables that a `[[change]]` sets, whose `set` is `item`.
+pub(super) fn changed<'k>(
+    item: &Item<'_>,
+    kind: &'k Kind,
+) -> Result<Vec<&'k VariableSpec>, Reported> {
+    let name = item.text()?;
+    let variables = kind.variables_of(name);
+    if variables.is_empty() {
+        let mut known: Vec<&str> = Vec::new();
+        for variable in &kind.variables {
+            for word in [variable.key(), variable.name.as_str()] {
+                if !known.contains(&word) {
+                    known.push(word);
+                }
+            }
+        }
+        let message = format!(
+            "the controller `{}` has no process variable `{name}`",
+            kind.name
+        );
+        return Err(item.report(message, suggestion(name, "it has", known)));
+    }
+    Ok(variables)
+}
+
+/// `[io]` where the file has none: one exchange a control period, in no time.
+pub(super) fn io_default(control: Option<&ControllerSpec>) -> IoSpec {
+    const STEP: SimDuration = SimDuration::from_millis(1);
+    IoSpec {
+        step: control.map_or(STEP, |control| control.period),
+        transfer_time: TimeModel::Constant(SimDuration::ZERO),
+    }
+}
+
+/// How long something takes: a duration, or a table.
+pub(super) fn time_model(item: &Item<'_>) -> Result<TimeModel, Reported> {
+    if !item.is_table() {
+        return Ok(TimeModel::Constant(item.duration()?));
+    }
+    let table = item.table()?;
+    let [min, max, mean, deviation] =
+        ["min", "max", "mean", "deviation"].map(|key| table.optional(key, Item::duration));
+    let trace = table.optional("trace", |item| item.each(Item::duration));
+    match (min?, max?, mean?, deviation?, trace?) {
+        (None, None, None, None, Some(trace)) if !trace.is_empty() => Ok(TimeModel::Trace(trace)),
+        (Some(min), Some(max), None, None, None) if min <= max => {
+            Ok(TimeModel::Uniform { min, max })
+        }
+        (Some(min), Some(max), Some(mean), Some(deviation), None) if min <= mean && mean <= max => {
+            Ok(TimeModel::Normal {
+                mean,
+                deviation,
+                min,
+                max,
+            })
+        }
+        _ => {
+            let message = format!("`{}` says no time that something could take", item.key());
+            let help = "write a duration, { min, max }, { mean, deviation, min, max } with min ≤ mean ≤ max, or { trace = [ … ] }";
+            Err(item.report(message, help))
+        }
+    }
+}

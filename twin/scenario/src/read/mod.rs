@@ -1,0 +1,265 @@
+//! Reading scenario files.
+
+mod changes;
+mod controller;
+mod plant;
+
+use std::path::Path;
+
+use twinrig_document::{Document, DocumentError, Item, Overrides, Range, Reported, Table};
+use twinrig_kernel::{SimDuration, Unit};
+
+use crate::catalogue::{Catalogue, Kind};
+use crate::expect::{Context, Expectation, expectation, placed_text};
+use crate::scenario::{
+    ControllerSpec, FootstepSpec, IoSpec, LoadThreshold, ObserveSpec, Placed, RecordSpec, Scenario,
+    Setting,
+};
+
+/// Reads a scenario out of a document.
+pub(crate) fn scenario(
+    mut document: Document,
+    folder: &Path,
+    settings: &[Setting],
+    catalogue: &Catalogue,
+) -> Result<Scenario, DocumentError> {
+    let file = document.file().to_owned();
+    let text = document.text().to_owned();
+    for setting in settings {
+        document.set(&setting.origin, &setting.key, &setting.value)?;
+    }
+    document.check(|table| {
+        let source = Source {
+            file,
+            text,
+            folder,
+            settings,
+        };
+        read(table, source, catalogue)
+    })
+}
+
+struct Source<'s> {
+    file: String,
+    text: String,
+    folder: &'s Path,
+    settings: &'s [Setting],
+}
+
+fn read(
+    table: &Table<'_>,
+    source: Source<'_>,
+    catalogue: &Catalogue,
+) -> Result<Scenario, Reported> {
+    let name = table.optional("name", |item| item.text().map(str::to_owned));
+    let robot = table.required("robot", placed_text);
+    let overrides = table.optional("override", Item::overrides);
+    let duration = table.required("duration", Item::positive_duration);
+    let seed = table.optional("seed", Item::natural);
+    let plant = table.required("plant", |item| plant::plant(item, catalogue));
+    let actuator = table.optional("actuator", |item| plant::actuator(&item.table()?));
+    let controller = table.optional("controller", |item| {
+        controller::controller(item, &catalogue.controllers)
+    });
+    let bus = table.optional("bus", |item| bus(item, &catalogue.buses));
+    let observe = table.optional("observe", |item| observe(&item.table()?));
+    let footsteps = table.optional("footsteps", |item| footsteps(&item.table()?));
+    let record = table.optional("record", |item| record(&item.table()?));
+    let controller = controller.map(Option::flatten);
+    let control = controller
+        .as_ref()
+        .map(Option::as_ref)
+        .map_err(|reported| *reported);
+    let io = table.optional("io", |item| io(&item.table()?, control.unwrap_or(None)));
+    let changes = changes::changes(table, control, catalogue);
+    let faults = table.optional("fault", |item| item.each(fault));
+    let context = Context {
+        duration: *duration.as_ref().unwrap_or(&SimDuration::MAX),
+        first_change: changes
+            .as_ref()
+            .map_or(None, |changes| changes.first().map(|c| c.at)),
+    };
+    let expectations = table.optional("expect", |item| {
+        item.each(|item| expectation(item, &context))
+    });
+    let (controller, io) = (controller?, io?);
+    bus?;
+    faults?;
+    let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
+    Ok(Scenario {
+        name: name?.unwrap_or_else(|| stem(&source.file)),
+        file: source.file,
+        text: source.text,
+        settings: source.settings.to_vec(),
+        folder: source.folder.to_owned(),
+        robot: robot?,
+        overrides: overrides?.unwrap_or_else(Overrides::default),
+        duration: duration?,
+        seed: seed?.unwrap_or(1),
+        plant: plant?,
+        actuator: actuator?.unwrap_or_default(),
+        controller,
+        io,
+        observe: ObserveSpec {
+            period: observe?.unwrap_or(OBSERVE_PERIOD),
+            footsteps: footsteps?.unwrap_or(FOOTSTEPS),
+        },
+        record: record?.unwrap_or(RECORD),
+        changes: changes?,
+        expectations: distinct(expectations?.unwrap_or_default()),
+    })
+}
+
+const OBSERVE_PERIOD: SimDuration = SimDuration::from_millis(2);
+
+const RECORD: RecordSpec = RecordSpec {
+    signals: None,
+    frames: Some(50.0),
+};
+
+/// Body weight on a foot is a quarter in standing and up to one in a trot: a twentieth is no rest of a swing, and a
+/// fiftieth no stance. A swing of the gaits takes 100 ms and more, a bounce 30 ms and less.
+const FOOTSTEPS: FootstepSpec = FootstepSpec {
+    touch_down: LoadThreshold::OfWeight(0.05),
+    lift_off: LoadThreshold::OfWeight(0.02),
+    shortest_swing: SimDuration::from_millis(40),
+    least_impulse: 5e-3,
+};
+
+fn stem(file: &str) -> String {
+    let stem = Path::new(file).file_stem();
+    stem.map_or_else(
+        || file.to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    )
+}
+
+/// Expectations of the same name are told apart by a number.
+fn distinct(mut expectations: Vec<Expectation>) -> Vec<Expectation> {
+    for index in 1..expectations.len() {
+        let name = expectations[index].name.clone();
+        let taken = |name: &str| expectations[..index].iter().any(|other| other.name == name);
+        let mut count = 1;
+        let mut distinct = name.clone();
+        while taken(&distinct) {
+            count += 1;
+            distinct = format!("{name} ({count})");
+        }
+        expectations[index].name = distinct;
+    }
+    expectations
+}
+
+/// The kind of the word `item`, if the build has it.
+fn kind<'k>(item: &Item<'_>, what: &str, kinds: &'k [Kind]) -> Result<&'k Kind, Reported> {
+    let word = item.text()?;
+    let Some(kind) = kinds.iter().find(|kind| kind.name == word) else {
+        let names = kinds.iter().map(|kind| kind.name.as_str());
+        let message = format!("there is no {what} `{word}`");
+        return Err(item.report_word(message, word, &format!("{what}s"), names));
+    };
+    if let Some(feature) = &kind.missing_feature {
+        let message = format!("this build has no {what} `{word}`");
+        let help = format!("build with `--features {feature}`");
+        return Err(item.report(message, help));
+    }
+    Ok(kind)
+}
+
+fn bus(item: &Item<'_>, buses: &[Kind]) -> Result<(), Reported> {
+    let table = item.table()?;
+    if buses.is_empty() {
+        table.give_up();
+        let help = "leave [bus] out: signals go straight to the actuators";
+        return Err(item.report("this build has no bus", help));
+    }
+    let kind = table.required("kind", |item| kind(item, "bus", buses));
+    crate::options::Options::read(&table, &kind?.options)?;
+    Ok(())
+}
+
+fn observe(table: &Table<'_>) -> Result<SimDuration, Reported> {
+    let period = table.optional("period", Item::positive_duration)?;
+    Ok(period.unwrap_or(OBSERVE_PERIOD))
+}
+
+fn footsteps(table: &Table<'_>) -> Result<FootstepSpec, Reported> {
+    let touch_down = table.optional("touch_down", load);
+    let lift_off = table.optional("lift_off", load);
+    let shortest_swing = table.optional("shortest_swing", Item::duration);
+    let least_impulse = table.optional("least_impulse", |item| {
+        item.quantity(Unit::Second, &Range::NOT_NEGATIVE)
+    });
+    let spec = FootstepSpec {
+        touch_down: touch_down?.unwrap_or(FOOTSTEPS.touch_down),
+        lift_off: lift_off?.unwrap_or(FOOTSTEPS.lift_off),
+        shortest_swing: shortest_swing?.unwrap_or(FOOTSTEPS.shortest_swing),
+        least_impulse: least_impulse?.unwrap_or(FOOTSTEPS.least_impulse),
+    };
+    let order = match (spec.lift_off, spec.touch_down) {
+        (LoadThreshold::OfWeight(low), LoadThreshold::OfWeight(high))
+        | (LoadThreshold::Newton(low), LoadThreshold::Newton(high)) => low <= high,
+        _ => {
+            let message =
+                "`touch_down` and `lift_off` are not both forces or both shares of the weight";
+            let help = "as in \"0.5 N\" and \"0.2 N\", or 0.05 and 0.02";
+            return Err(table.report("touch_down", message, help));
+        }
+    };
+    if !order {
+        let message = "`lift_off` is more than `touch_down`";
+        let help = "a foot lifts off at a lower load than it touches down at, or it would flutter";
+        return Err(table.report("lift_off", message, help));
+    }
+    Ok(spec)
+}
+
+fn load(item: &Item<'_>) -> Result<LoadThreshold, Reported> {
+    if item.spelled_unit() == Unit::Newton {
+        let load = item.quantity(Unit::Newton, &Range::POSITIVE)?;
+        return Ok(LoadThreshold::Newton(load));
+    }
+    Ok(LoadThreshold::OfWeight(item.number(&Range::POSITIVE)?))
+}
+
+fn record(table: &Table<'_>) -> Result<RecordSpec, Reported> {
+    let signals = table.optional("signals", |item| item.each(placed_text));
+    let frames = table.optional("frames", |item| {
+        item.quantity(Unit::Hertz, &Range::NOT_NEGATIVE)
+    });
+    let frames = frames?.map_or(RECORD.frames, |rate| (rate > 0.0).then_some(rate));
+    Ok(RecordSpec {
+        signals: signals?,
+        frames,
+    })
+}
+
+fn io(table: &Table<'_>, control: Option<&ControllerSpec>) -> Result<IoSpec, Reported> {
+    let default = controller::io_default(control);
+    let step = table.optional("step", Item::positive_duration);
+    let transfer_time = table.optional("transfer_time", controller::time_model);
+    let step = step?.unwrap_or(default.step);
+    if let Some(control) = control
+        && !control.period.is_multiple_of(step)
+    {
+        let message = "the controller's period is not a multiple of the step of its I/O";
+        let help = format!("the period is {}; the step must divide it", control.period);
+        return Err(table.report("step", message, help));
+    }
+    Ok(IoSpec {
+        step,
+        transfer_time: transfer_time?.unwrap_or(default.transfer_time),
+    })
+}
+
+/// A fault. There is no wire yet that it could be on.
+fn fault(item: &Item<'_>) -> Result<(), Reported> {
+    let table = item.table()?;
+    let on: Result<Placed<String>, _> = table.required("on", placed_text);
+    let _ = table.required("at", Item::duration);
+    let _ = table.required("kind", Item::text);
+    let _ = table.optional("for", Item::duration);
+    let message = format!("there is no wire `{}` in this scene", on?.value);
+    let help = "a fault happens on the wire of a bus; this scene has no [bus], signals go straight to the actuators";
+    Err(table.report("on", message, help))
+}

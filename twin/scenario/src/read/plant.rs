@@ -1,0 +1,181 @@
+//! Reading `[plant]` and `[actuator]`.
+
+use twinrig_document::{Item, Range, Reported, Table};
+use twinrig_kernel::Unit;
+
+use super::kind;
+use crate::catalogue::Catalogue;
+use crate::expect::placed_text;
+use crate::options::Options;
+use crate::scenario::{
+    ActuatorKind, ActuatorSpec, Base, Ground, Heights, PlantSpec, Profile, ServoOverride,
+};
+
+/// `[plant]`
+pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec, Reported> {
+    let table = item.table()?;
+    let model = table.required("model", |item| kind(item, "plant", &catalogue.plants));
+    let base = table.optional("base", |item| {
+        item.choice(&[
+            ("free", Base::Free),
+            ("planar", Base::Planar),
+            ("fixed", Base::Fixed),
+        ])
+    });
+    let legs = table.optional("legs", |item| item.each(placed_text));
+    let ground = table.optional("ground", ground);
+    let step = table.optional("step", Item::positive_duration);
+    let model = model.inspect_err(|_| table.give_up())?;
+    let options = Options::read(&table, &model.options);
+    Ok(PlantSpec {
+        model: model.name.clone(),
+        base: base?.unwrap_or(Base::Free),
+        legs: legs?,
+        ground: ground?,
+        step: step?,
+        options: options?,
+    })
+}
+
+fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
+    #[derive(Clone, Copy)]
+    enum Shape {
+        Flat,
+        StepDown,
+        Heights,
+    }
+    let table = item.table()?;
+    let friction = table.optional("friction", |item| item.number(&Range::NOT_NEGATIVE));
+    let shape = table.optional("profile", |item| {
+        item.choice(&[
+            ("flat", Shape::Flat),
+            ("step-down", Shape::StepDown),
+            ("heights", Shape::Heights),
+        ])
+    });
+    let shape = shape
+        .inspect_err(|_| table.give_up())?
+        .unwrap_or(Shape::Flat);
+    let length =
+        |key: &str, range: Range| table.required(key, |item| item.quantity(Unit::Meter, &range));
+    let profile = match shape {
+        Shape::Flat => Profile::Flat,
+        Shape::StepDown => {
+            let (at, height) = (
+                length("at", Range::ANY),
+                length("height", Range::NOT_NEGATIVE),
+            );
+            Profile::StepDown {
+                at: at?,
+                height: height?,
+            }
+        }
+        Shape::Heights => {
+            let spacing = length("spacing", Range::POSITIVE);
+            let heights = heights(&table);
+            Profile::Heights {
+                spacing: spacing?,
+                heights: heights?,
+            }
+        }
+    };
+    Ok(Ground {
+        friction: friction?,
+        profile,
+    })
+}
+
+fn heights(table: &Table<'_>) -> Result<Heights, Reported> {
+    let values = table.optional("values", |item| {
+        let rows = item.each(|row| {
+            row.each(|height| height.quantity(Unit::Meter, &Range::ANY))
+        })?;
+        let columns = rows.first().map_or(0, Vec::len);
+        if columns == 0 || rows.iter().any(|row| row.len() != columns) {
+            let help = "as in [[\"0 mm\", \"5 mm\"], [\"2 mm\", \"0 mm\"]]: rows of the same length, each along x";
+            return Err(item.report("`values` is not a grid", help));
+        }
+        Ok(rows)
+    });
+    let amplitude = table.optional("amplitude", |item| {
+        item.quantity(Unit::Meter, &Range::NOT_NEGATIVE)
+    });
+    let seed = table.optional("seed", Item::natural);
+    match (values?, amplitude?, seed?) {
+        (Some(rows), None, None) => Ok(Heights::Given(rows)),
+        (None, Some(amplitude), seed) => Ok(Heights::Random { amplitude, seed }),
+        (Some(_), _, _) => {
+            let message = "heights are either given or drawn";
+            Err(table.report(
+                "values",
+                message,
+                "give `values`, or `amplitude` and perhaps `seed`",
+            ))
+        }
+        (None, None, _) => {
+            let message = "the ground has no heights";
+            Err(table.report(
+                "profile",
+                message,
+                "give `values`, or `amplitude` and perhaps `seed`",
+            ))
+        }
+    }
+}
+
+/// `[actuator]`
+pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
+    let kind = table.optional("kind", |item| {
+        item.choice(&[
+            ("ideal", ActuatorKind::Ideal),
+            ("servo", ActuatorKind::Servo),
+        ])
+    });
+    let both = servo(table);
+    let hip = table.optional("hip", |item| servo(&item.table()?));
+    let knee = table.optional("knee", |item| servo(&item.table()?));
+    let (kind, both) = (kind?.unwrap_or_default(), both?);
+    let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
+    let given = [both, hip, knee]
+        .iter()
+        .any(|servo| *servo != ServoOverride::default());
+    if kind == ActuatorKind::Ideal && given {
+        let message = "an ideal actuator has no lag, speed, torque or dead band";
+        return Err(table.report(
+            "kind",
+            message,
+            "write kind = \"servo\", or leave the figures out",
+        ));
+    }
+    Ok(ActuatorSpec {
+        kind,
+        hip: hip.over(both),
+        knee: knee.over(both),
+    })
+}
+
+impl ServoOverride {
+    fn over(self, other: Self) -> Self {
+        ServoOverride {
+            lag: self.lag.or(other.lag),
+            speed: self.speed.or(other.speed),
+            torque: self.torque.or(other.torque),
+            dead_band: self.dead_band.or(other.dead_band),
+        }
+    }
+}
+
+fn servo(table: &Table<'_>) -> Result<ServoOverride, Reported> {
+    let figure =
+        |key: &str, unit, range: Range| table.optional(key, |item| item.quantity(unit, &range));
+    let lag = figure("lag", Unit::Second, Range::NOT_NEGATIVE);
+    let speed = figure("speed", Unit::RadianPerSecond, Range::POSITIVE);
+    let torque = figure("torque", Unit::NewtonMeter, Range::POSITIVE);
+    let dead_band = figure("dead_band", Unit::Radian, Range::NOT_NEGATIVE);
+    Ok(ServoOverride {
+        lag: lag?,
+        speed: speed?,
+        torque: torque?,
+        dead_band: dead_band?,
+    })
+}

@@ -1,0 +1,355 @@
+//! A scenario: the meaning of a scenario file.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_document::{Document, DocumentError, Overrides, Place, Problem};
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::catalogue::Catalogue;
+use crate::expect::Expectation;
+use crate::options::Options;
+use crate::read;
+
+/// A value and where the file says it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed<T> {
+    /// The value.
+    pub value: T,
+    /// Where it stands, for messages that can only be written later (there is no such robot).
+    pub place: Place,
+}
+
+impl<T> Placed<T> {
+    /// The error that the value is wrong.
+    pub fn error(&self, message: impl Into<String>, help: impl Into<String>) -> DocumentError {
+        Problem::at(&self.place, message, help).into()
+    }
+}
+
+/// A value that is set on top of a scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// What messages show for a file: `--set`.
+    pub origin: String,
+    /// Dotted key: `plant.step`.
+    pub key: String,
+    /// TOML, or else taken as a text.
+    pub value: String,
+}
+
+/// A scenario, read and checked against what a build offers. What needs the robot to be checked (names of legs, names of
+/// signals) is checked by [`Scenario::scene`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// The file, as it was named.
+    pub file: String,
+    /// The text of the file, without settings.
+    pub text: String,
+    /// The settings on top of it.
+    pub settings: Vec<Setting>,
+    /// The folder that paths and robots are seen from.
+    pub folder: PathBuf,
+    /// A line for a person.
+    pub name: String,
+    /// Name or path of the robot file.
+    pub robot: Placed<String>,
+    /// What replaces values of the robot file.
+    pub overrides: Overrides,
+    /// How long to run.
+    pub duration: SimDuration,
+    /// What all random streams spring from.
+    pub seed: u64,
+    /// The physics.
+    pub plant: PlantSpec,
+    /// What stands between a command and a joint.
+    pub actuator: ActuatorSpec,
+    /// The controller; none if the file has none.
+    pub controller: Option<ControllerSpec>,
+    /// The exchange between controller and plant.
+    pub io: IoSpec,
+    /// What is looked at, and how often.
+    pub observe: ObserveSpec,
+    /// What is written down.
+    pub record: RecordSpec,
+    /// Changes of process variables, by time, then in the order of the file.
+    pub changes: Vec<Change>,
+    /// What is expected, in the order of the file.
+    pub expectations: Vec<Expectation>,
+}
+
+/// `[plant]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantSpec {
+    /// One of [`Catalogue::plants`].
+    pub model: String,
+    /// How the trunk may move.
+    pub base: Base,
+    /// The legs to simulate; none: all that the robot has.
+    pub legs: Option<Vec<Placed<String>>>,
+    /// The ground; none: the robot hangs in the air.
+    pub ground: Option<Ground>,
+    /// The time step; none: the plant's own.
+    pub step: Option<SimDuration>,
+    /// What the model declares.
+    pub options: Options,
+}
+
+/// How the trunk may move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Base {
+    /// In all six degrees of freedom.
+    Free,
+    /// Forward, up and in pitch.
+    Planar,
+    /// Not at all.
+    Fixed,
+}
+
+/// `[plant] ground`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ground {
+    /// Coulomb coefficient; none: the robot file's.
+    pub friction: Option<f64>,
+    /// Its shape.
+    pub profile: Profile,
+}
+
+/// The shape of the ground. x is forward from where the robot starts, y to its left, height is 0 at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Profile {
+    /// Height 0 everywhere.
+    Flat,
+    /// Height 0 up to `at`, `-height` from there on [m].
+    StepDown {
+        /// Distance from the start [m].
+        at: f64,
+        /// Depth of the step [m].
+        height: f64,
+    },
+    /// Heights on a square grid.
+    Heights {
+        /// Side of a square [m].
+        spacing: f64,
+        /// Where the heights come from.
+        heights: Heights,
+    },
+}
+
+/// Heights of a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heights {
+    /// One row per line in y, each along x [m]; all rows have the same length.
+    Given(Vec<Vec<f64>>),
+    /// Drawn evenly between `-amplitude` and `amplitude` [m].
+    Random {
+        /// Greatest height [m].
+        amplitude: f64,
+        /// Seed of the heights; none: the scenario's.
+        seed: Option<u64>,
+    },
+}
+
+/// `[actuator]`
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ActuatorSpec {
+    /// What kind it is.
+    pub kind: ActuatorKind,
+    /// Replaces figures of the robot's hip servos.
+    pub hip: ServoOverride,
+    /// Replaces figures of the robot's knee servos.
+    pub knee: ServoOverride,
+}
+
+/// What stands between a command and a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ActuatorKind {
+    /// The joint is where it is commanded to be.
+    Ideal,
+    /// A position servo with lag, limits and dead band.
+    #[default]
+    Servo,
+}
+
+/// Figures of a servo that replace the robot file's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ServoOverride {
+    /// [s]
+    pub lag: Option<f64>,
+    /// [rad/s]
+    pub speed: Option<f64>,
+    /// [N·m]
+    pub torque: Option<f64>,
+    /// [rad]
+    pub dead_band: Option<f64>,
+}
+
+/// `[controller]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControllerSpec {
+    /// One of [`Catalogue::controllers`].
+    pub kind: String,
+    /// Time between two steps of it.
+    pub period: SimDuration,
+    /// How long a step takes it.
+    pub compute_time: TimeModel,
+    /// What the kind declares.
+    pub options: Options,
+    /// Process variables that the scenario sets from the start, by their full names.
+    pub variables: Vec<(String, f64)>,
+}
+
+/// `[io]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct IoSpec {
+    /// The step Δt of the scheduling rule; the controller's period is a multiple of it.
+    pub step: SimDuration,
+    /// How long a transfer takes.
+    pub transfer_time: TimeModel,
+}
+
+/// How long something takes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeModel {
+    /// Always as long.
+    Constant(SimDuration),
+    /// Evenly between two durations.
+    Uniform {
+        /// Shortest.
+        min: SimDuration,
+        /// Longest.
+        max: SimDuration,
+    },
+    /// Normally distributed, cut at both ends.
+    Normal {
+        /// Mean before the cut.
+        mean: SimDuration,
+        /// Standard deviation before the cut.
+        deviation: SimDuration,
+        /// Shortest.
+        min: SimDuration,
+        /// Longest.
+        max: SimDuration,
+    },
+    /// These, in turn, again and again.
+    Trace(Vec<SimDuration>),
+}
+
+/// `[observe]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObserveSpec {
+    /// Time between two observations of the plant.
+    pub period: SimDuration,
+    /// What counts as a footstep.
+    pub footsteps: FootstepSpec,
+}
+
+/// What counts as a footstep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FootstepSpec {
+    /// A foot touches down when its load reaches this.
+    pub touch_down: LoadThreshold,
+    /// A foot lifts off when its load falls below this.
+    pub lift_off: LoadThreshold,
+    /// A foot that touches down again within this has not lifted off.
+    pub shortest_swing: SimDuration,
+    /// A contact of less impulse is no footstep [s of body weight].
+    pub least_impulse: f64,
+}
+
+/// A load of a foot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadThreshold {
+    /// A share of the body's weight.
+    OfWeight(f64),
+    /// [N]
+    Newton(f64),
+}
+
+impl LoadThreshold {
+    /// The load for a robot that weighs `weight` [N].
+    pub fn newton(self, weight: f64) -> f64 {
+        match self {
+            LoadThreshold::OfWeight(share) => share * weight,
+            LoadThreshold::Newton(load) => load,
+        }
+    }
+}
+
+/// `[record]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordSpec {
+    /// Patterns of the signals to write down; none: all.
+    pub signals: Option<Vec<Placed<String>>>,
+    /// How often the pose of every body is written down [Hz]; none: never.
+    pub frames: Option<f64>,
+}
+
+/// `[[change]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// When.
+    pub at: SimTime,
+    /// Full name of the process variable.
+    pub variable: String,
+    /// What becomes of it.
+    pub amount: ChangeAmount,
+}
+
+/// What becomes of a process variable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ChangeAmount {
+    /// It is set to this.
+    To(f64),
+    /// It grows by this.
+    By(f64),
+}
+
+impl Scenario {
+    /// Reads the scenario in the file at `path`, with `settings` on top.
+    ///
+    /// # Errors
+    /// The file cannot be read, or what it says is wrong: everything that is, each at its place.
+    pub fn load(
+        path: &Path,
+        settings: &[Setting],
+        catalogue: &Catalogue,
+    ) -> Result<Self, DocumentError> {
+        let document = Document::read(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        read::scenario(document, folder, settings, catalogue)
+    }
+
+    /// Reads the scenario `text`, which messages call `file`; robots are looked for from `folder`.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each at its place.
+    pub fn parse(
+        file: &str,
+        text: &str,
+        folder: &Path,
+        settings: &[Setting],
+        catalogue: &Catalogue,
+    ) -> Result<Self, DocumentError> {
+        read::scenario(Document::parse(file, text)?, folder, settings, catalogue)
+    }
+
+    /// The end of the run.
+    pub fn end(&self) -> SimTime {
+        SimTime::ZERO + self.duration
+    }
+
+    /// Whether an expectation compares with a run without the changes.
+    pub fn needs_reference(&self) -> bool {
+        self.expectations.iter().any(Expectation::needs_reference)
+    }
+
+    /// The reference run: the same scenario without its changes and expectations.
+    #[must_use]
+    pub fn without_changes(&self) -> Self {
+        Scenario {
+            changes: Vec::new(),
+            expectations: Vec::new(),
+            ..self.clone()
+        }
+    }
+}

@@ -1,0 +1,323 @@
+//! The JSON schema of scenario files, for editors.
+//!
+//! It is built by hand beside the reader, because the reader accepts what no derive could say (quantities, near misses,
+//! limits); a test compares the keys of every table with those that the reader knows.
+
+use serde_json::{Map, Value, json};
+use twinrig_document::quantity_name;
+use twinrig_kernel::Unit;
+
+use crate::catalogue::{Accepts, Catalogue, Kind, OptionSpec, VariableSpec};
+use crate::expect::CostMeasure;
+
+/// The schema of the scenarios that a build with this catalogue accepts.
+pub fn schema(catalogue: &Catalogue) -> Value {
+    let properties = json!({
+        "name": described("A line for a person.", json!({ "type": "string" })),
+        "robot": described("A robot's name, or the path of its file.", json!({ "type": "string" })),
+        "override": described("Values of the robot file to replace, by dotted key.", json!({ "type": "object" })),
+        "duration": described("How long to run.", duration()),
+        "seed": described("What all random streams spring from.", natural()),
+        "plant": plant(&catalogue.plants),
+        "actuator": actuator(),
+        "controller": controller(&catalogue.controllers),
+        "bus": with_kinds(&catalogue.buses, "kind", &json!({})),
+        "io": object(&json!({
+            "step": duration(),
+            "transfer_time": time(),
+        }), &[]),
+        "observe": object(&json!({ "period": duration() }), &[]),
+        "footsteps": object(&json!({
+            "touch_down": load(),
+            "lift_off": load(),
+            "shortest_swing": duration(),
+            "least_impulse": described("Body weight times this, an impulse.", quantity(Unit::Second)),
+        }), &[]),
+        "record": object(&json!({
+            "signals": described("Names of signals; * and ** are wild.", texts()),
+            "frames": described("How often poses are written.", quantity(Unit::Hertz)),
+        }), &[]),
+        "change": list(&object(&json!({
+            "at": duration(),
+            "set": { "type": "string" },
+            "to": any_quantity(),
+            "by": any_quantity(),
+        }), &["at", "set"])),
+        "fault": list(&object(&json!({
+            "at": duration(),
+            "on": { "type": "string" },
+            "kind": { "type": "string" },
+            "for": duration(),
+        }), &["at", "on", "kind"])),
+        "expect": list(&expect()),
+    });
+    let mut schema = object(&properties, &["robot", "duration", "plant"]);
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("Twinrig scenario");
+    schema
+}
+
+fn plant(kinds: &[Kind]) -> Value {
+    let ground = object(
+        &json!({
+            "friction": number(),
+            "profile": { "enum": ["flat", "step-down", "heights"] },
+            "at": quantity(Unit::Meter),
+            "height": quantity(Unit::Meter),
+            "spacing": quantity(Unit::Meter),
+            "values": list(&texts()),
+            "amplitude": quantity(Unit::Meter),
+            "seed": natural(),
+        }),
+        &[],
+    );
+    let common = json!({
+        "base": { "enum": ["free", "planar", "fixed"] },
+        "legs": described("The legs to simulate; without it, all.", texts()),
+        "ground": described("Without it, the robot hangs in the air.", ground),
+        "step": duration(),
+    });
+    with_kinds(kinds, "model", &common)
+}
+
+fn actuator() -> Value {
+    let figures = json!({
+        "lag": quantity(Unit::Second),
+        "speed": quantity(Unit::RadianPerSecond),
+        "torque": quantity(Unit::NewtonMeter),
+        "dead_band": quantity(Unit::Radian),
+    });
+    let joint = object(&figures, &[]);
+    let mut properties = figures;
+    properties["kind"] = json!({ "enum": ["ideal", "servo"] });
+    properties["hip"] = joint.clone();
+    properties["knee"] = joint;
+    object(&properties, &[])
+}
+
+fn controller(kinds: &[Kind]) -> Value {
+    let common = json!({
+        "period": duration(),
+        "compute_time": time(),
+    });
+    let mut schema = with_kinds(kinds, "kind", &common);
+    if let Some(Value::Array(words)) = schema.pointer_mut("/properties/kind/enum") {
+        words.push(json!("none"));
+    }
+    schema
+}
+
+/// The table of a part that comes in kinds: the keys of all kinds together, so that a schema stays one a person can read;
+/// which kind has which key, the reader says. Without a catalogue any key goes.
+fn with_kinds(kinds: &[Kind], key: &str, common: &Value) -> Value {
+    let mut properties = common.clone();
+    if kinds.is_empty() {
+        properties[key] = json!({ "type": "string" });
+        return json!({ "type": "object", "properties": properties, "required": [key] });
+    }
+    let names: Vec<&str> = kinds.iter().map(|kind| kind.name.as_str()).collect();
+    properties[key] = json!({ "enum": names });
+    for kind in kinds {
+        for option in &kind.options {
+            properties[&option.name] = described(&option.about, accepted(option));
+        }
+        for variable in &kind.variables {
+            properties[variable.key()] = described(&variable.about, of_variable(kind, variable));
+        }
+    }
+    object(&properties, &[key])
+}
+
+fn accepted(option: &OptionSpec) -> Value {
+    match &option.accepts {
+        Accepts::Quantity { unit, .. } => quantity(*unit),
+        Accepts::Duration => duration(),
+        Accepts::Natural => natural(),
+        Accepts::Boolean => json!({ "type": "boolean" }),
+        Accepts::Text => json!({ "type": "string" }),
+        Accepts::Choice(words) => json!({ "enum": words }),
+    }
+}
+
+fn of_variable(kind: &Kind, variable: &VariableSpec) -> Value {
+    let one = quantity(variable.unit);
+    let variables = kind.variables_of(variable.key());
+    let groups = variables.iter().filter_map(|variable| variable.group());
+    let groups: Map<String, Value> = groups
+        .map(|group| (group.to_owned(), one.clone()))
+        .collect();
+    if groups.is_empty() {
+        return one;
+    }
+    json!({ "anyOf": [one, object(&Value::Object(groups), &[])] })
+}
+
+fn expect() -> Value {
+    let axis = json!({ "enum": ["x", "y", "z", "horizontal"] });
+    let leg = json!({ "anyOf": [{ "type": "string" }, texts()] });
+    let phases = json!({ "type": "object", "additionalProperties": { "type": "number" } });
+    let patterns = json!({ "enum": ["trot", "pace", "walk", "bound"] });
+    let footstep = json!({
+        "leg": leg,
+        "slip": limits(Unit::Meter),
+        "duty_factor": limits(Unit::One),
+        "stance": limits(Unit::Second),
+        "swing": limits(Unit::Second),
+        "frequency": limits(Unit::Hertz),
+        "stride": limits(Unit::Meter),
+        "impulse": limits(Unit::NewtonSecond),
+        "peak_load": limits(Unit::Newton),
+        "position": limits(Unit::Meter),
+        "axis": axis,
+        "count": limits(Unit::One),
+        "phase": { "anyOf": [patterns, phases] },
+        "tolerance": number(),
+        "phase_spread": limits(Unit::One),
+        "order": list(&json!({ "anyOf": [{ "type": "string" }, texts()] })),
+        "displacement": limits(Unit::Meter),
+        "against": { "enum": ["without changes"] },
+        "cycle": natural(),
+    });
+    let settles = |within: Value| {
+        object(
+            &json!({ "within": within, "by": duration() }),
+            &["within", "by"],
+        )
+    };
+    let fall = json!({ "anyOf": [
+        { "const": false },
+        object(&json!({ "height": number(), "tilt": quantity(Unit::Radian) }), &[]),
+    ] });
+    let body = json!({
+        "speed": limits(Unit::MeterPerSecond),
+        "along": { "enum": ["heading", "path"] },
+        "height": limits(Unit::Meter),
+        "height_range": limits(Unit::Meter),
+        "roll": limits(Unit::Radian),
+        "roll_range": limits(Unit::Radian),
+        "pitch": limits(Unit::Radian),
+        "pitch_range": limits(Unit::Radian),
+        "yaw_drift": limits(Unit::Radian),
+        "fall": fall,
+        "settles": settles(quantity(Unit::Meter)),
+    });
+    let timing = json!({
+        "of": { "enum": ["control"] },
+        "deadline_misses": limits(Unit::One),
+        "cycle_rate": limits(Unit::Hertz),
+        "jitter": limits(Unit::Second),
+        "latency": limits(Unit::Second),
+    });
+    let component = json!({ "anyOf": [{ "enum": ["x", "y", "z"] }, natural()] });
+    let until = json!({
+        "name": { "type": "string" }, "component": component,
+        "min": any_quantity(), "max": any_quantity(), "near": any_quantity(), "within": any_quantity(),
+    });
+    let signal = json!({
+        "name": { "type": "string" },
+        "component": component,
+        "always": limits_of(&any_quantity()),
+        "until": object(&until, &["name"]),
+        "eventually": limits_of(&any_quantity()),
+        "within": duration(),
+        "settles": settles(any_quantity()),
+    });
+    let mut cost = Map::new();
+    for count in CostMeasure::COUNTS.iter().chain(&["real_time_factor"]) {
+        cost.insert((*count).to_owned(), limits(Unit::One));
+    }
+    object(
+        &json!({
+            "name": { "type": "string" },
+            "after": duration(),
+            "before": duration(),
+            "optional": { "type": "boolean" },
+            "footstep": object(&footstep, &[]),
+            "body": object(&body, &[]),
+            "timing": object(&timing, &["of"]),
+            "signal": object(&signal, &["name"]),
+            "energy": object(&json!({ "residual": limits(Unit::One) }), &["residual"]),
+            "cost": object(&Value::Object(cost), &[]),
+        }),
+        &[],
+    )
+}
+
+fn limits(unit: Unit) -> Value {
+    limits_of(&quantity(unit))
+}
+
+fn limits_of(value: &Value) -> Value {
+    object(
+        &json!({ "min": value, "max": value, "near": value, "within": any_quantity() }),
+        &[],
+    )
+}
+
+fn object(properties: &Value, required: &[&str]) -> Value {
+    let mut object = json!({
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
+    });
+    if !required.is_empty() {
+        object["required"] = json!(required);
+    }
+    object
+}
+
+fn described(about: &str, mut value: Value) -> Value {
+    if !about.is_empty() {
+        value["description"] = json!(about);
+    }
+    value
+}
+
+fn list(of: &Value) -> Value {
+    json!({ "type": "array", "items": of })
+}
+
+fn texts() -> Value {
+    list(&json!({ "type": "string" }))
+}
+
+fn natural() -> Value {
+    json!({ "type": "integer", "minimum": 0 })
+}
+
+fn number() -> Value {
+    quantity(Unit::One)
+}
+
+fn quantity(unit: Unit) -> Value {
+    if unit == Unit::One {
+        return json!({ "type": ["number", "string"] });
+    }
+    json!({ "type": "string", "pattern": "^[+-]?[0-9]", "title": quantity_name(unit) })
+}
+
+fn any_quantity() -> Value {
+    json!({ "type": ["number", "string"], "title": "a quantity" })
+}
+
+fn duration() -> Value {
+    quantity(Unit::Second)
+}
+
+fn load() -> Value {
+    json!({ "type": ["number", "string"], "title": "a force, or a share of the body's weight" })
+}
+
+fn time() -> Value {
+    let table = object(
+        &json!({
+            "min": duration(),
+            "max": duration(),
+            "mean": duration(),
+            "deviation": duration(),
+            "trace": list(&duration()),
+        }),
+        &[],
+    );
+    json!({ "anyOf": [duration(), table] })
+}

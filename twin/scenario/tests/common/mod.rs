@@ -1,0 +1,118 @@
+//! A catalogue to test with, which has one of everything, and a scene.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::path::Path;
+
+use twinrig_document::{DocumentError, Range};
+use twinrig_kernel::{Port, Unit};
+use twinrig_scenario::{
+    Accepts, Catalogue, Facts, Kind, LegFact, OptionSpec, OptionValue, Scenario, Scene,
+    VariableSpec,
+};
+
+/// A catalogue with a plant, one that is not built in, and a controller.
+pub fn catalogue() -> Catalogue {
+    let option = |name: &str, accepts, default| OptionSpec {
+        name: name.into(),
+        about: format!("the {name}"),
+        accepts,
+        default,
+    };
+    let mut massless = Kind::new("massless", "legs without mass");
+    massless.options = vec![
+        option(
+            "force",
+            Accepts::Choice(vec!["solve".into(), "lookup".into()]),
+            Some(OptionValue::Text("solve".into())),
+        ),
+        option(
+            "crouch",
+            Accepts::Quantity {
+                unit: Unit::Meter,
+                range: Range::NOT_NEGATIVE,
+            },
+            None,
+        ),
+    ];
+    let mut mujoco = Kind::new("mujoco", "somebody else's physics");
+    mujoco.missing_feature = Some("mujoco".into());
+    let mut cpg = Kind::new("cpg", "oscillators");
+    cpg.options = vec![option(
+        "gait",
+        Accepts::Choice(["trot", "pace", "walk", "bound"].map(String::from).into()),
+        Some(OptionValue::Text("trot".into())),
+    )];
+    let variable = |name: &str, unit, range, default| VariableSpec {
+        name: name.into(),
+        unit,
+        range,
+        default,
+        about: format!("the {name}"),
+    };
+    let height = Range::between(0.05, 0.148);
+    cpg.variables = vec![
+        variable("frequency", Unit::Hertz, Range::NOT_NEGATIVE, 3.0),
+        variable("step_length", Unit::Meter, Range::NOT_NEGATIVE, 0.08),
+        variable("hip_height/fore", Unit::Meter, height, 0.138),
+        variable("hip_height/hind", Unit::Meter, height, 0.138),
+    ];
+    Catalogue {
+        plants: vec![massless, mujoco],
+        controllers: vec![cpg],
+        buses: Vec::new(),
+    }
+}
+
+/// The smallest scenario, with `more` behind it.
+pub fn text(more: &str) -> String {
+    format!(
+        "robot = \"cheetah-cub\"\nduration = \"10 s\"\n\n[plant]\nmodel = \"massless\"\nground = {{}}\n\n\
+         [controller]\nkind = \"cpg\"\nperiod = \"2 ms\"\n\n{more}"
+    )
+}
+
+pub fn parse(text: &str) -> Result<Scenario, DocumentError> {
+    Scenario::parse("run.toml", text, Path::new("."), &[], &catalogue())
+}
+
+/// The legs of a robot.
+pub fn legs() -> Vec<LegFact> {
+    ["LF", "RF", "LH", "RH"]
+        .into_iter()
+        .map(|name| LegFact {
+            name: name.into(),
+            fore: name.ends_with('F'),
+            left: name.starts_with('L'),
+        })
+        .collect()
+}
+
+pub fn facts(legs: Vec<LegFact>) -> Facts {
+    let mut outputs = vec![
+        Port::output("body/position", Unit::Meter, 3),
+        Port::output("body/rpy", Unit::Radian, 3),
+    ];
+    let mut process = Vec::new();
+    for leg in &legs {
+        let name = |what: &str| format!("leg/{}/{what}", leg.name);
+        outputs.push(Port::output(name("foot/position"), Unit::Meter, 3));
+        outputs.push(Port::output(name("foot/load"), Unit::Newton, 1));
+        outputs.push(Port::output(name("cable/tension"), Unit::Newton, 1));
+        process.push(Port::output(name("hip/command"), Unit::Radian, 1));
+    }
+    Facts {
+        legs,
+        weight: 10.8,
+        plant_outputs: outputs,
+        process_ports: process,
+        frame_signals: vec!["body/position".into()],
+    }
+}
+
+/// The scene of a scenario.
+pub fn scene(text: &str) -> Result<Scene, DocumentError> {
+    let scenario = parse(text)?;
+    let legs = scenario.legs(&legs())?;
+    scenario.scene(&facts(legs))
+}
