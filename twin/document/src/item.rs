@@ -70,6 +70,33 @@ impl<'d> Item<'d> {
         matches!(self.node.value, Value::Table(_))
     }
 
+    /// The keys of a table, in the order of the text; none if it is something else. Asks for none of them.
+    pub fn keys(&self) -> Option<impl Iterator<Item = &'d str> + use<'d>> {
+        match &self.node.value {
+            Value::Table(entries) => Some(entries.iter().map(|entry| entry.key.as_str())),
+            _ => None,
+        }
+    }
+
+    /// The value of `key`, if it is a table that has it. Unlike [`Table::get`] this does not ask for the key: it is for
+    /// looking before reading.
+    pub fn peek(&self, key: &str) -> Option<Item<'d>> {
+        let Value::Table(entries) = &self.node.value else {
+            return None;
+        };
+        let entry = entries.iter().find(|entry| entry.key == key)?;
+        let path = format!("{}.{key}", self.path);
+        Some(Item::new(&entry.node, path, self.problems))
+    }
+
+    /// The unit that a quantity is spelled in; [`Unit::One`] for a bare number and for what is no quantity.
+    pub fn spelled_unit(&self) -> Unit {
+        match &self.node.value {
+            Value::Text(text) => quantity::spelled_unit(text),
+            _ => Unit::One,
+        }
+    }
+
     /// Whether it is a list.
     pub fn is_list(&self) -> bool {
         matches!(self.node.value, Value::List(_))
@@ -198,7 +225,10 @@ impl<'d> Item<'d> {
     pub fn table(&self) -> Result<Table<'d>, Reported> {
         match &self.node.value {
             Value::Table(_) => Ok(Table::new(self.node, &self.path, self.problems)),
-            _ => Err(self.not("a table")),
+            _ => Err(self.not_help(
+                "a table",
+                format!("write it as in {} = {{ … }}", self.key()),
+            )),
         }
     }
 

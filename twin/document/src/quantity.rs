@@ -138,6 +138,12 @@ pub fn fitting_units(unit: Unit) -> String {
         .join(", ")
 }
 
+/// The unit that `text` is spelled in; [`Unit::One`] where none is.
+pub(crate) fn spelled_unit(text: &str) -> Unit {
+    let (_, spelling) = split(text);
+    units::kind_of_spelling(spelling).map_or(Unit::One, |kind| kind.unit)
+}
+
 /// What to write: for a length ``a length with its unit, as in "1 m"; units that fit: m, cm, …``.
 pub(crate) fn example(unit: Unit) -> String {
     let first = units::kind(unit).map_or("", |kind| kind.spellings[0].0);
