@@ -39,8 +39,12 @@ pub(super) fn controller(
 
 /// The process variables that the table sets.
 fn variables(table: &Table<'_>, kind: &Kind) -> Result<Vec<(String, f64)>, Reported> {
-    let mut keys: Vec<&str> = kind.variables.iter().map(VariableSpec::key).collect();
-    keys.dedup();
+    let mut keys: Vec<&str> = Vec::new();
+    for key in kind.variables.iter().map(VariableSpec::key) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
     let values: Vec<Result<Vec<_>, Reported>> = keys
         .into_iter()
         .filter_map(|key| table.get(key).map(|item| of_key(&item, kind, key)))
