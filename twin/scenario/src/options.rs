@@ -82,15 +82,6 @@ impl Options {
         Options(specs.iter().filter_map(default).collect())
     }
 
-    /// The defaults of `specs`, as of a scenario that gives none of them.
-    pub fn defaults(specs: &[OptionSpec]) -> Self {
-        let defaults = specs.iter().filter_map(|spec| {
-            let value = spec.default.clone()?;
-            Some((spec.name.clone(), value))
-        });
-        Options(defaults.collect())
-    }
-
     /// Reads the options that `specs` declare out of `table`.
     pub(crate) fn read(table: &Table<'_>, specs: &[OptionSpec]) -> Result<Self, Reported> {
         let values: Vec<_> = specs
