@@ -1,0 +1,423 @@
+//! From a scenario file to a rig.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_document::{Document, Item, Overrides};
+use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
+use twinrig_robot::{Robot, RobotError, RobotFile};
+use twinrig_runtime::{Change, DirectIo, Plant, Process, Rig, RigError, Schedule, Timing};
+use twinrig_scenario::{ChangeAmount, Facts, LegFact, Scenario, Scene, Setting, TimeModel};
+
+use crate::error::TwinError;
+use crate::idle::Idle;
+use crate::registry::{Given, Physics, Registry};
+
+/// Standard gravity \[m/s²\]: what makes a weight of a mass.
+const GRAVITY: f64 = 9.80665;
+/// The signals that poses are drawn from.
+const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/angles"];
+/// Names of the files in a recording.
+pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
+pub(crate) const ROBOT_FILE: &str = "robot.toml";
+
+/// A scenario that has become a scene, with everything it takes to build its rig as often as one likes.
+///
+/// ```no_run
+/// use std::path::Path;
+/// use twinrig::{Assembly, Registry};
+/// use twinrig::kernel::{SimDuration, SimTime};
+///
+/// let registry = Registry::standard();
+/// let assembly = Assembly::of_file(&registry, Path::new("scenarios/trot.toml"), &[])?;
+/// let mut rig = assembly.rig()?;
+/// rig.run_until(SimTime::ZERO + SimDuration::from_secs(1), &mut ())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Assembly<'r> {
+    registry: &'r Registry,
+    scene: Scene,
+    robot: Robot,
+    robot_file: String,
+    robot_text: String,
+    plant_outputs: Vec<Port>,
+}
+
+/// What an assembly is read from.
+struct Sources {
+    document: Document,
+    folder: PathBuf,
+    /// The text of the robot file; none: it is looked for.
+    robot: Option<String>,
+}
+
+impl<'r> Assembly<'r> {
+    /// Of the scenario in the file at `path`, with `settings` on top.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the scenario, its robot, or the parts that they ask for.
+    pub fn of_file(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
+        let sources = Sources {
+            document: Document::read(path)?,
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            robot: None,
+        };
+        Self::new(registry, &sources, settings)
+    }
+
+    /// Of texts, as a recording keeps them.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn of_texts(
+        registry: &'r Registry,
+        scenario: &str,
+        robot: &str,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
+        let sources = Sources {
+            document: Document::parse(SCENARIO_FILE, scenario)?,
+            folder: PathBuf::new(),
+            robot: Some(robot.to_owned()),
+        };
+        Self::new(registry, &sources, settings)
+    }
+
+    fn new(
+        registry: &'r Registry,
+        sources: &Sources,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
+        let (scenario, file) = read(registry, sources, settings)?;
+        let robot = file.robot().map_err(|error| placed(error, &scenario))?;
+        let legs = scenario.legs(&legs(&robot))?;
+        let mut assembly = Self {
+            registry,
+            // Nothing is left out until it is known what there is.
+            scene: Scene {
+                weight: GRAVITY * robot.mass(),
+                wanted: Vec::new(),
+                recorded: Vec::new(),
+                left_out: Vec::new(),
+                scenario,
+                legs,
+            },
+            robot_file: file.file().to_owned(),
+            robot_text: file.text().to_owned(),
+            plant_outputs: Vec::new(),
+            robot,
+        };
+        let facts = Facts {
+            legs: assembly.scene.legs.clone(),
+            weight: assembly.scene.weight,
+            plant_outputs: outputs(&*assembly.plant(&|_| true)?),
+            process_ports: assembly.process()?.ports(),
+            frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
+        };
+        assembly.scene = assembly.scene.scenario.scene(&facts)?;
+        assembly.plant_outputs = facts.plant_outputs;
+        Ok(assembly)
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scene.scenario
+    }
+
+    /// The robot, with what the scenario overrides.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// The robot file: its name and its text.
+    pub fn robot_file(&self) -> (&str, &str) {
+        (&self.robot_file, &self.robot_text)
+    }
+
+    /// Every output that the plant could give, wanted or not.
+    pub fn plant_outputs(&self) -> &[Port] {
+        &self.plant_outputs
+    }
+
+    /// The same without changes and expectations: the run that others are measured against.
+    #[must_use]
+    pub fn without_changes(&self) -> Self {
+        Self {
+            registry: self.registry,
+            scene: Scene {
+                scenario: self.scene.scenario.without_changes(),
+                ..self.scene.clone()
+            },
+            robot: self.robot.clone(),
+            robot_file: self.robot_file.clone(),
+            robot_text: self.robot_text.clone(),
+            plant_outputs: self.plant_outputs.clone(),
+        }
+    }
+
+    /// Builds the parts, wires them and schedules the changes.
+    ///
+    /// # Errors
+    /// A part that cannot be built, or signals that do not connect.
+    pub fn rig(&self) -> Result<Rig, TwinError> {
+        let scenario = self.scenario();
+        let wanted = |name: &str| self.scene.wanted.iter().any(|other| other == name);
+        let plant = self.plant(&wanted)?;
+        let process = self.process()?;
+        let transfer = timing(&scenario.io.transfer_time);
+        let io = DirectIo::for_process("io", &process.ports(), transfer, scenario.seed)
+            .map_err(|error| self.rig_error(RigError::Compute(error)))?;
+        let schedule = self.schedule();
+        let mut rig = Rig::new(&schedule, process, vec![Box::new(io)], plant)
+            .map_err(|error| self.rig_error(error))?;
+        for change in &scenario.changes {
+            let amount = match change.amount {
+                ChangeAmount::To(value) => Change::To(value),
+                ChangeAmount::By(step) => Change::By(step),
+            };
+            rig.schedule(change.at, &change.variable, amount)
+                .map_err(|error| self.rig_error(error))?;
+        }
+        Ok(rig)
+    }
+
+    /// When the rig does what.
+    pub fn schedule(&self) -> Schedule {
+        let scenario = self.scenario();
+        let step = scenario.io.step;
+        Schedule {
+            step,
+            every: self.period().as_nanos() / step.as_nanos().max(1),
+            observe: scenario.observe.period,
+            compute: scenario
+                .controller
+                .as_ref()
+                .map_or(Timing::ZERO, |spec| timing(&spec.compute_time)),
+            seed: scenario.seed,
+            ..Schedule::with_period(step)
+        }
+    }
+
+    /// The control period.
+    pub fn period(&self) -> SimDuration {
+        let scenario = self.scenario();
+        let controller = scenario.controller.as_ref();
+        controller.map_or(scenario.io.step, |spec| spec.period)
+    }
+
+    /// The end of the run.
+    pub fn end(&self) -> SimTime {
+        self.scenario().end()
+    }
+
+    fn leg_names(&self) -> Vec<&str> {
+        self.scene
+            .legs
+            .iter()
+            .map(|leg| leg.name.as_str())
+            .collect()
+    }
+
+    fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {
+        let scenario = self.scenario();
+        let first_commands = self.first_commands()?;
+        let physics = Physics {
+            robot: &self.robot,
+            legs: &self.leg_names(),
+            plant: &scenario.plant,
+            actuator: &scenario.actuator,
+            first_commands: &first_commands,
+            command_period: self.period(),
+            seed: scenario.seed,
+            wanted,
+        };
+        let name = &scenario.plant.model;
+        let built = self.registry.plant(&physics);
+        built
+            .unwrap_or_else(|| Err("there is none of that name".into()))
+            .map_err(|source| self.not_built("plant", name, source))
+    }
+
+    /// What the controller commands first, by the names of the signals: the pose that the run begins in.
+    fn first_commands(&self) -> Result<Vec<(String, f64)>, TwinError> {
+        let mut process = self.process()?;
+        let ports = process.ports();
+        let inputs = vec![0.0; Layout::of(&ports, Direction::Input).len()];
+        let layout = Layout::of(&ports, Direction::Output);
+        let mut outputs = vec![0.0; layout.len()];
+        process.step(SimDuration::ZERO, &inputs, &mut outputs);
+        let named = |field: &Field| {
+            let values = outputs[field.range()].iter();
+            let name = field.port.name.clone();
+            values
+                .map(move |&value| (name.clone(), value))
+                .collect::<Vec<_>>()
+        };
+        Ok(layout.fields().flat_map(named).collect())
+    }
+
+    /// The controller with the variables that the scenario sets; one that does nothing if it has none.
+    fn process(&self) -> Result<Box<dyn Process>, TwinError> {
+        let scenario = self.scenario();
+        let Some(spec) = &scenario.controller else {
+            return Ok(Box::new(Idle));
+        };
+        let given = Given {
+            robot: &self.robot,
+            legs: &self.leg_names(),
+            options: &spec.options,
+            seed: scenario.seed,
+        };
+        let built = self.registry.controller(&spec.kind, &given);
+        let mut process = built
+            .unwrap_or_else(|| Err("there is none of that name".into()))
+            .map_err(|source| self.not_built("controller", &spec.kind, source))?;
+        for (name, value) in &spec.variables {
+            set(&mut *process, name, *value).map_err(|error| self.rig_error(error))?;
+        }
+        Ok(process)
+    }
+
+    fn not_built(&self, what: &'static str, name: &str, source: crate::BuildError) -> TwinError {
+        TwinError::Build {
+            what,
+            name: name.to_owned(),
+            file: self.scenario().file.clone(),
+            source,
+        }
+    }
+
+    pub(crate) fn rig_error(&self, source: RigError) -> TwinError {
+        TwinError::Rig {
+            file: self.scenario().file.clone(),
+            source,
+        }
+    }
+}
+
+/// Reads the scenario. What its controllers may be told depends on the robot, and which robot that is stands in the
+/// scenario: so the robot is looked up first, and if it is wrong the scenario is still read for its own errors.
+fn read(
+    registry: &Registry,
+    sources: &Sources,
+    settings: &[Setting],
+) -> Result<(Scenario, RobotFile), TwinError> {
+    let (word, overrides) = peek(sources, settings);
+    let find = |word: &str| match &sources.robot {
+        Some(text) => RobotFile::parse(ROBOT_FILE, text),
+        None => RobotFile::find(word, &sources.folder),
+    };
+    let found = find(&word).and_then(|mut file| {
+        file.override_with(&overrides)?;
+        file.robot().map(|robot| (file, robot))
+    });
+    let robot = found.as_ref().ok().map(|(_, robot)| robot.clone());
+    // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
+    let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
+    let catalogue = registry.catalogue(robot.as_ref());
+    let scenario = Scenario::parse(
+        sources.document.file(),
+        sources.document.text(),
+        &sources.folder,
+        settings,
+        &catalogue,
+    )?;
+    match found {
+        Ok((file, _)) => Ok((scenario, file)),
+        Err(error) => Err(placed(error, &scenario)),
+    }
+}
+
+const ANY_ROBOT: &str = "cheetah-cub";
+
+/// The robot that a scenario names, and what it replaces of it, whatever else may be wrong with it.
+fn peek(sources: &Sources, settings: &[Setting]) -> (String, Overrides) {
+    let mut document = sources.document.clone();
+    for setting in settings {
+        // A setting that cannot be is reported when the scenario is read.
+        let _ = document.set(&setting.origin, &setting.key, &setting.value);
+    }
+    let mut found = (ANY_ROBOT.to_owned(), Overrides::default());
+    let _ = document.check(|table| {
+        if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
+            word.clone_into(&mut found.0);
+        }
+        if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
+            found.1 = overrides;
+        }
+        Ok(())
+    });
+    found
+}
+
+/// The error, at the place where the scenario names its robot.
+fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
+    match error {
+        RobotError::Document(error) => error.into(),
+        RobotError::NotFound { ref name, ref help } => scenario
+            .robot
+            .error(format!("there is no robot `{name}`"), help)
+            .into(),
+    }
+}
+
+fn legs(robot: &Robot) -> Vec<LegFact> {
+    let fact = |mount: &twinrig_robot::LegMount| LegFact {
+        name: mount.name.clone(),
+        fore: mount.hip[0] >= 0.0,
+        left: mount.hip[1] >= 0.0,
+    };
+    robot.legs.iter().map(fact).collect()
+}
+
+fn outputs(plant: &dyn Plant) -> Vec<Port> {
+    let mut ports = plant.ports();
+    ports.retain(|port| port.direction == Direction::Output);
+    ports
+}
+
+fn set(process: &mut dyn Process, name: &str, value: f64) -> Result<(), RigError> {
+    let known = process.variables().iter();
+    let Some(index) = known.clone().position(|variable| variable.name() == name) else {
+        return Err(RigError::NoSuchVariable {
+            process: process.name().to_owned(),
+            name: name.to_owned(),
+            near: Vec::new(),
+        });
+    };
+    let change = |source| RigError::Change {
+        at: SimTime::ZERO,
+        source,
+    };
+    process.set_variable(index, value).map_err(change)
+}
+
+fn timing(model: &TimeModel) -> Timing {
+    match model {
+        TimeModel::Constant(duration) => Timing::Constant(*duration),
+        TimeModel::Uniform { min, max } => Timing::Uniform {
+            min: *min,
+            max: *max,
+        },
+        TimeModel::Normal {
+            mean,
+            deviation,
+            min,
+            max,
+        } => Timing::Normal {
+            mean: *mean,
+            deviation: *deviation,
+            min: *min,
+            max: *max,
+        },
+        TimeModel::Trace(trace) => Timing::Trace(trace.clone()),
+    }
+}

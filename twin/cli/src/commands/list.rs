@@ -1,0 +1,137 @@
+//! `twin list`
+
+use std::path::Path;
+
+use serde::Serialize;
+use twinrig_robot::RobotFile;
+use twinrig_scenario::{Accepts, Kind, OptionSpec};
+
+use super::{FINE, Terminal};
+use crate::args::ListArgs;
+use crate::grid::{Cell, Grid, Side, Tint};
+use crate::registry::Registry;
+
+#[derive(Serialize)]
+struct Listing {
+    plants: Vec<Part>,
+    controllers: Vec<Part>,
+    buses: Vec<Part>,
+    robots: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Part {
+    name: String,
+    about: String,
+    /// Null if this build has it.
+    missing_feature: Option<String>,
+    options: Vec<Opt>,
+    variables: Vec<Variable>,
+}
+
+#[derive(Serialize)]
+struct Opt {
+    name: String,
+    about: String,
+    accepts: String,
+}
+
+#[derive(Serialize)]
+struct Variable {
+    name: String,
+    unit: &'static str,
+    range: String,
+    default: f64,
+}
+
+pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let robots = RobotFile::names(Path::new(""));
+    // Variables are shown for the robot that comes first.
+    let robot = robots.first().and_then(|name| {
+        let file = RobotFile::find(name, Path::new("")).ok()?;
+        file.robot().ok()
+    });
+    let catalogue = registry.catalogue(robot.as_ref());
+    let parts = |kinds: &[Kind]| kinds.iter().map(part).collect::<Vec<_>>();
+    let listing = Listing {
+        plants: parts(&catalogue.plants),
+        controllers: parts(&catalogue.controllers),
+        buses: parts(&catalogue.buses),
+        robots,
+    };
+    if args.json {
+        terminal.print_json(&listing);
+    } else {
+        let text = text(&listing, terminal);
+        terminal.print(&text);
+    }
+    FINE
+}
+
+fn part(kind: &Kind) -> Part {
+    let variables = kind.variables.iter().map(|variable| Variable {
+        name: variable.name.clone(),
+        unit: variable.unit.symbol(),
+        range: variable.range.to_string(),
+        default: variable.default,
+    });
+    let options = kind.options.iter().map(|option| Opt {
+        name: option.name.clone(),
+        about: option.about.clone(),
+        accepts: accepts(option),
+    });
+    Part {
+        name: kind.name.clone(),
+        about: kind.about.clone(),
+        missing_feature: kind.missing_feature.clone(),
+        options: options.collect(),
+        variables: variables.collect(),
+    }
+}
+
+fn accepts(option: &OptionSpec) -> String {
+    match &option.accepts {
+        Accepts::Quantity { unit, .. } => format!("a quantity in {unit}"),
+        Accepts::Duration => "a duration".to_owned(),
+        Accepts::Natural => "a whole number".to_owned(),
+        Accepts::Boolean => "true or false".to_owned(),
+        Accepts::Text => "a text".to_owned(),
+        Accepts::Choice(words) => words.join(" | "),
+    }
+}
+
+fn text(listing: &Listing, terminal: &Terminal<'_>) -> String {
+    let mut lines = Vec::new();
+    let mut section = |title: &str, parts: &[Part]| {
+        lines.push(terminal.paint.bold(title));
+        let mut grid = Grid::new(&[Side::Left, Side::Left]);
+        for part in parts {
+            let missing = part.missing_feature.as_ref();
+            let missing =
+                missing.map(|feature| format!(" (not in this build: feature `{feature}`)"));
+            let about = format!("{}{}", part.about, missing.unwrap_or_default());
+            grid.row([part.name.as_str().into(), about.into()]);
+            for option in &part.options {
+                let line = format!("{} = {}: {}", option.name, option.accepts, option.about);
+                grid.row(["".into(), Cell::new(line, Tint::Dim)]);
+            }
+            if !part.variables.is_empty() {
+                let names = part.variables.iter().map(|variable| variable.name.as_str());
+                let names = names.collect::<Vec<_>>().join(", ");
+                for line in crate::table::wrapped(&format!("variables: {names}"), 90) {
+                    grid.row(["".into(), Cell::new(line, Tint::Dim)]);
+                }
+            }
+        }
+        if parts.is_empty() {
+            grid.row([Cell::new("none in this build", Tint::Dim)]);
+        }
+        lines.extend(grid.lines(2, terminal.paint));
+    };
+    section("plants", &listing.plants);
+    section("controllers", &listing.controllers);
+    section("drivers", &listing.buses);
+    lines.push(terminal.paint.bold("robots"));
+    lines.extend(listing.robots.iter().map(|robot| format!("  {robot}")));
+    lines.join("\n")
+}

@@ -1,0 +1,138 @@
+//! The commands.
+
+mod check;
+mod diff;
+mod list;
+mod plan;
+mod replay;
+mod run;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use serde::Serialize;
+use twinrig_scenario::Setting;
+
+use crate::args::{Cli, Command, Settings};
+use crate::error::TwinError;
+use crate::paint::Paint;
+use crate::registry::Registry;
+
+/// All went well.
+const FINE: u8 = 0;
+/// What was asked for is not so: an expectation fails, two recordings differ.
+const NOT_SO: u8 = 1;
+/// It could not be found out.
+const WRONG: u8 = 2;
+
+/// Where a command talks to.
+struct Terminal<'a> {
+    out: &'a mut dyn Write,
+    err: &'a mut dyn Write,
+    paint: Paint,
+    /// Whether a person is looking on, who likes to see progress.
+    watched: bool,
+}
+
+impl Terminal<'_> {
+    /// Prints lines that end as they should. Whoever closed the pipe has seen enough.
+    fn print(&mut self, text: &str) {
+        let _ = writeln!(self.out, "{}", text.trim_end());
+    }
+
+    fn print_json(&mut self, value: &impl Serialize) {
+        // Nothing that is printed has keys that are no texts.
+        let text = serde_json::to_string(value).unwrap_or_default();
+        self.print(&text);
+    }
+
+    fn complain(&mut self, error: &TwinError) {
+        let _ = writeln!(self.err, "{error}");
+    }
+}
+
+/// The program: reads the command line, does what it says, and gives the exit code: 0 all expectations hold, 1 one fails,
+/// 2 something is wrong.
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "a `main` has no further use for it"
+)]
+pub fn run(registry: Registry) -> ExitCode {
+    let mut terminal = Terminal {
+        out: &mut std::io::stdout(),
+        err: &mut std::io::stderr(),
+        paint: Paint::of(&std::io::stdout()),
+        watched: true,
+    };
+    match Cli::try_parse() {
+        Ok(cli) => dispatch(&registry, cli, &mut terminal).into(),
+        Err(error) => {
+            let _ = error.print();
+            refused(&error).into()
+        }
+    }
+}
+
+/// The same for tests: with the words of a command line behind the name of the program, and without colour, progress and
+/// Ctrl-C.
+pub fn run_with(
+    registry: &Registry,
+    words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> u8 {
+    let mut terminal = Terminal {
+        out,
+        err,
+        paint: Paint::PLAIN,
+        watched: false,
+    };
+    let name = std::iter::once(OsString::from("twin"));
+    match Cli::try_parse_from(name.chain(words.into_iter().map(Into::into))) {
+        Ok(cli) => dispatch(registry, cli, &mut terminal),
+        Err(error) => {
+            let code = refused(&error);
+            let text = error.render().to_string();
+            let stream = if code == FINE {
+                terminal.out
+            } else {
+                terminal.err
+            };
+            let _ = write!(stream, "{text}");
+            code
+        }
+    }
+}
+
+/// Help and version are no errors.
+fn refused(error: &clap::Error) -> u8 {
+    if error.use_stderr() { WRONG } else { FINE }
+}
+
+fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
+    match cli.command {
+        Command::Run(args) => run::run(registry, &args, terminal),
+        Command::Plan(args) => plan::plan(registry, &args, terminal),
+        Command::Check(args) => check::check(registry, &args, terminal),
+        Command::List(args) => list::list(registry, &args, terminal),
+        Command::Diff(args) => diff::diff(&args, terminal),
+        Command::Replay(args) => replay::replay(registry, &args, terminal),
+    }
+}
+
+/// What the command line sets on top of a scenario.
+fn settings(args: &Settings) -> Vec<Setting> {
+    let plant = args.plant.iter().map(|model| Setting {
+        origin: "--plant".to_owned(),
+        key: "plant.model".to_owned(),
+        value: format!("{model:?}"),
+    });
+    let set = args.set.iter().map(|(key, value)| Setting {
+        origin: "--set".to_owned(),
+        key: key.clone(),
+        value: value.clone(),
+    });
+    plant.chain(set).collect()
+}

@@ -1,0 +1,234 @@
+//! `twin plan`
+
+use serde::Serialize;
+use twinrig_kernel::{Direction, Port};
+use twinrig_runtime::{Group, Rig};
+use twinrig_scenario::LeftOut;
+
+use super::{FINE, Terminal, WRONG, settings};
+use crate::args::PlanArgs;
+use crate::assembly::Assembly;
+use crate::error::TwinError;
+use crate::grid::{Cell, Grid, Side, Tint};
+use crate::paint::Paint;
+use crate::registry::Registry;
+
+#[derive(Serialize)]
+struct Plan {
+    scenario: String,
+    seed: u64,
+    duration_s: f64,
+    plant: String,
+    controller: Option<String>,
+    robot: String,
+    legs: Vec<String>,
+    schedule: Timetable,
+    wires: Vec<Wire>,
+    signals: Vec<Signal>,
+    changes: usize,
+    expectations: Vec<String>,
+    left_out: Vec<LeftOut>,
+}
+
+#[derive(Serialize)]
+struct Timetable {
+    io_step_s: f64,
+    control_period_s: f64,
+    observe_period_s: f64,
+    frames_hz: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Wire {
+    signal: String,
+    unit: &'static str,
+    from: String,
+    to: String,
+}
+
+/// An output of the plant.
+#[derive(Serialize)]
+struct Signal {
+    name: String,
+    unit: &'static str,
+    size: usize,
+    computed: bool,
+    recorded: bool,
+}
+
+pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
+    match of(registry, args) {
+        Ok(plan) => {
+            if args.json {
+                terminal.print_json(&plan);
+            } else {
+                let text = text(&plan, terminal.paint);
+                terminal.print(&text);
+            }
+            FINE
+        }
+        Err(error) => {
+            terminal.complain(&error);
+            WRONG
+        }
+    }
+}
+
+fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
+    let assembly = Assembly::of_file(registry, &args.scenario, &settings(&args.settings))?;
+    let rig = assembly.rig()?;
+    let (scene, scenario) = (assembly.scene(), assembly.scenario());
+    let signals = assembly.plant_outputs().iter().map(|port| Signal {
+        name: port.name.clone(),
+        unit: port.unit.symbol(),
+        size: port.size,
+        computed: scene.wanted.contains(&port.name),
+        recorded: scene.recorded.contains(&port.name),
+    });
+    Ok(Plan {
+        scenario: scenario.name.clone(),
+        seed: scenario.seed,
+        duration_s: scenario.duration.as_secs_f64(),
+        plant: scenario.plant.model.clone(),
+        controller: scenario.controller.as_ref().map(|spec| spec.kind.clone()),
+        robot: assembly.robot().name.clone(),
+        legs: scene.legs.iter().map(|leg| leg.name.clone()).collect(),
+        schedule: Timetable {
+            io_step_s: scenario.io.step.as_secs_f64(),
+            control_period_s: assembly.period().as_secs_f64(),
+            observe_period_s: scenario.observe.period.as_secs_f64(),
+            frames_hz: scenario.record.frames,
+        },
+        wires: wires(&rig),
+        signals: signals.collect(),
+        changes: scenario.changes.len(),
+        expectations: scenario
+            .expectations
+            .iter()
+            .map(|one| one.name.clone())
+            .collect(),
+        left_out: scene.left_out.clone(),
+    })
+}
+
+/// What the process reads and writes, and through which task.
+fn wires(rig: &Rig) -> Vec<Wire> {
+    let (process, plant) = (rig.process().name(), rig.plant().name());
+    let task = rig.task_names().next().unwrap_or("io").to_owned();
+    let wire = |port: &Port| {
+        let ends = [process.to_owned(), format!("{task} → {plant}")];
+        let [process, plant] = match port.direction {
+            Direction::Output => ends,
+            Direction::Input => [format!("{plant} → {task}"), process.to_owned()],
+        };
+        Wire {
+            signal: port.name.clone(),
+            unit: port.unit.symbol(),
+            from: process,
+            to: plant,
+        }
+    };
+    let fields = [Group::ProcessInputs, Group::ProcessOutputs];
+    let fields = fields
+        .into_iter()
+        .flat_map(|group| rig.layout(group).fields());
+    fields.map(|field| wire(&field.port)).collect()
+}
+
+fn text(plan: &Plan, paint: Paint) -> String {
+    let ms = |seconds: f64| format!("{} ms", 1e3 * seconds);
+    let times = &plan.schedule;
+    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut fact =
+        |name: &str, value: String| facts.row([Cell::new(name, Tint::Dim), value.into()]);
+    fact(
+        "robot",
+        format!("{}, legs {}", plan.robot, plan.legs.join(" ")),
+    );
+    fact(
+        "plant",
+        format!(
+            "{}, observed every {}",
+            plan.plant,
+            ms(times.observe_period_s)
+        ),
+    );
+    let controller = plan.controller.as_deref().unwrap_or("none");
+    let period = ms(times.control_period_s);
+    fact(
+        "controller",
+        format!(
+            "{controller}, every {period}; I/O step {}",
+            ms(times.io_step_s)
+        ),
+    );
+    fact(
+        "run",
+        format!(
+            "{} s, seed {}, {} changes",
+            plan.duration_s, plan.seed, plan.changes
+        ),
+    );
+    let mut lines = vec![paint.bold(&plan.scenario)];
+    lines.extend(facts.lines(2, paint));
+    section(&mut lines, paint, "wired", wired(plan));
+    section(&mut lines, paint, "signals of the plant", signals(plan));
+    let mut expected = Grid::new(&[Side::Left]);
+    for name in &plan.expectations {
+        expected.row([name.as_str().into()]);
+    }
+    section(&mut lines, paint, "expected", expected);
+    let mut left_out = Grid::new(&[Side::Left, Side::Left]);
+    for left in &plan.left_out {
+        left_out.row([
+            left.part.as_str().into(),
+            Cell::new(left.why.as_str(), Tint::Dim),
+        ]);
+    }
+    section(&mut lines, paint, "left out", left_out);
+    lines.join("\n")
+}
+
+fn section(lines: &mut Vec<String>, paint: Paint, title: &str, grid: Grid) {
+    let rows = grid.lines(4, paint);
+    if !rows.is_empty() {
+        lines.push(String::new());
+        lines.push(format!("  {}", paint.bold(title)));
+        lines.extend(rows);
+    }
+}
+
+fn wired(plan: &Plan) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left, Side::Left]);
+    for wire in &plan.wires {
+        grid.row([
+            Cell::new(wire.from.as_str(), Tint::Dim),
+            wire.signal.as_str().into(),
+            Cell::new(format!("[{}]", wire.unit), Tint::Dim),
+            Cell::new(format!("→ {}", wire.to), Tint::Dim),
+        ]);
+    }
+    grid
+}
+
+fn signals(plan: &Plan) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left]);
+    for signal in &plan.signals {
+        let (fate, tint) = match (signal.computed, signal.recorded) {
+            (true, true) => ("recorded", Tint::None),
+            (true, false) => ("computed, not recorded", Tint::Yellow),
+            (false, _) => ("not computed", Tint::Dim),
+        };
+        let size = if signal.size == 1 {
+            String::new()
+        } else {
+            format!(" × {}", signal.size)
+        };
+        grid.row([
+            signal.name.as_str().into(),
+            Cell::new(format!("[{}]{size}", signal.unit), Tint::Dim),
+            Cell::new(fate, tint),
+        ]);
+    }
+    grid
+}

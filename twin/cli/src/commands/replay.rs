@@ -1,0 +1,154 @@
+//! `twin replay`
+
+use std::path::Path;
+
+use serde::Serialize;
+use twinrig_record::Recording;
+use twinrig_scenario::Setting;
+
+use super::diff::{Difference, open};
+use super::{FINE, NOT_SO, Terminal, WRONG};
+use crate::args::ReplayArgs;
+use crate::assembly::{Assembly, ROBOT_FILE, SCENARIO_FILE};
+use crate::error::TwinError;
+use crate::execute::{Execution, SETTINGS_NOTE, execute};
+use crate::interrupt;
+use crate::registry::Registry;
+use crate::report::Report;
+
+#[derive(Serialize)]
+struct Replayed {
+    recording: String,
+    scenario: String,
+    identical: bool,
+    fingerprint_recorded: Option<String>,
+    fingerprint: Option<String>,
+    verdict: crate::report::Status,
+    error: Option<String>,
+    difference: Difference,
+}
+
+pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Terminal<'_>) -> u8 {
+    if terminal.watched {
+        interrupt::listen();
+    }
+    match again(registry, args, terminal.watched && !args.json) {
+        Ok(replayed) => {
+            let code = if replayed.identical { FINE } else { NOT_SO };
+            if args.json {
+                terminal.print_json(&replayed);
+            } else {
+                let text = text(&replayed, terminal);
+                terminal.print(&text);
+            }
+            code
+        }
+        Err(error) => {
+            terminal.complain(&error);
+            WRONG
+        }
+    }
+}
+
+fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Replayed, TwinError> {
+    let path = &args.recording;
+    let recorded = open(path)?;
+    let assembly = assembly(registry, path, &recorded)?;
+    let beside = Beside::new(path);
+    let execution = Execution {
+        recording: Some(beside.0.clone()),
+        progress,
+    };
+    let report: Report = execute(&assembly, &execution)?;
+    let new = open(&beside.0)?;
+    drop(beside);
+    let difference = Difference::of(&recorded, &new);
+    let same_end = recorded.fingerprint() == new.fingerprint();
+    Ok(Replayed {
+        recording: path.display().to_string(),
+        scenario: report.scenario,
+        identical: recorded.fingerprint().is_some() && same_end,
+        fingerprint_recorded: recorded.fingerprint().map(str::to_owned),
+        fingerprint: report.fingerprint,
+        verdict: report.verdict,
+        error: report.error,
+        difference,
+    })
+}
+
+/// A new recording next to the old one, gone when it has been compared.
+struct Beside(std::path::PathBuf);
+
+impl Beside {
+    fn new(path: &Path) -> Self {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".replay");
+        Self(path.with_file_name(name))
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        // It may not have come into being.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// The assembly that the recording was made with.
+fn assembly<'r>(
+    registry: &'r Registry,
+    path: &Path,
+    recorded: &Recording,
+) -> Result<Assembly<'r>, TwinError> {
+    let lacks = |why: String| TwinError::NotReplayable {
+        path: path.to_owned(),
+        why,
+    };
+    let text = |name: &str| {
+        let bytes = recorded.attachment(name);
+        let text = bytes.and_then(|bytes| std::str::from_utf8(bytes).ok());
+        text.ok_or_else(|| lacks(format!("it has no attachment `{name}`")))
+    };
+    let settings = recorded.note(SETTINGS_NOTE).unwrap_or("[]");
+    let settings: Vec<[String; 2]> = serde_json::from_str(settings)
+        .map_err(|error| lacks(format!("its settings do not read: {error}")))?;
+    let settings = settings.into_iter().map(|[key, value]| Setting {
+        origin: "--set".to_owned(),
+        key,
+        value,
+    });
+    let settings: Vec<Setting> = settings.collect();
+    Assembly::of_texts(registry, text(SCENARIO_FILE)?, text(ROBOT_FILE)?, &settings)
+}
+
+fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {
+    let paint = terminal.paint;
+    let mut lines = vec![paint.bold(&replayed.scenario)];
+    if replayed.identical {
+        let word = paint.green("identical");
+        let fingerprint = replayed.fingerprint.as_deref().unwrap_or_default();
+        lines.push(format!("  {word}: fingerprint {fingerprint}"));
+        return lines.join("\n");
+    }
+    if replayed.fingerprint_recorded.is_none() {
+        let word = paint.yellow("cut off");
+        lines.push(format!(
+            "  {word}: the recording has no fingerprint; as far as it goes:"
+        ));
+    } else {
+        lines.push(format!("  {}", paint.red("not the same run")));
+        for (name, print) in [
+            ("recorded", &replayed.fingerprint_recorded),
+            ("again", &replayed.fingerprint),
+        ] {
+            let print = print.as_deref().unwrap_or("none");
+            lines.push(format!("    {name:<9} {print}"));
+        }
+    }
+    let difference = replayed.difference.text(paint);
+    lines.extend(difference.lines().map(|line| format!("  {line}")));
+    if let Some(error) = &replayed.error {
+        lines.extend(error.lines().map(|line| format!("  {line}")));
+    }
+    lines.join("\n")
+}

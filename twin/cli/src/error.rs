@@ -1,0 +1,87 @@
+//! What can be wrong before, during and after a run.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+use twinrig_document::DocumentError;
+use twinrig_record::RecordError;
+use twinrig_runtime::RigError;
+
+use crate::registry::BuildError;
+
+/// Why something could not be done. Every one of them is exit code 2.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// A scenario or robot file is wrong; the message shows where.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// A part refuses what it is built from.
+    #[error("error: the {what} `{name}` cannot be built: {}\n --> {file}", chain(source.as_ref()))]
+    Build {
+        /// `plant` or `controller`.
+        what: &'static str,
+        /// Which kind.
+        name: String,
+        /// The scenario.
+        file: String,
+        /// Why not.
+        source: BuildError,
+    },
+    /// The parts do not go together, or one of them stopped.
+    #[error("error: {source}\n --> {file}")]
+    Rig {
+        /// The scenario.
+        file: String,
+        /// What happened.
+        source: RigError,
+    },
+    /// Hardware is asked for, and this build cannot speak to any.
+    #[error(
+        "error: `--port {bus}={device}`: this build has no drivers for hardware\n  = help: a driver that speaks the protocol of `{bus}` on a serial port is not part of it yet; run without --port to run on the twin"
+    )]
+    NoDriver {
+        /// The bus.
+        bus: String,
+        /// The device.
+        device: String,
+    },
+    /// A recording cannot be written or read.
+    #[error("error: {}\n --> {}", chain(source), path.display())]
+    Record {
+        /// The recording.
+        path: PathBuf,
+        /// Why not.
+        source: RecordError,
+    },
+    /// A recording lacks what it takes to run it again.
+    #[error("error: this recording cannot be run again: {why}\n --> {}", path.display())]
+    NotReplayable {
+        /// The recording.
+        path: PathBuf,
+        /// What is missing.
+        why: String,
+    },
+    /// A file or folder cannot be written.
+    #[error("error: cannot write: {source}\n --> {}", path.display())]
+    Write {
+        /// Where.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+}
+
+/// An error with all its causes in one line.
+pub(crate) fn chain(error: &dyn std::error::Error) -> String {
+    let mut line = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let text = error.to_string();
+        if !line.ends_with(&text) {
+            line = format!("{line}: {text}");
+        }
+        cause = error.source();
+    }
+    line
+}

@@ -1,0 +1,314 @@
+//! From a rig to a report.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::Serialize;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
+use twinrig_runtime::{Group, Observer, Rig, WorkCounts};
+use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
+
+use crate::assembly::{Assembly, ROBOT_FILE, SCENARIO_FILE};
+use crate::error::TwinError;
+use crate::interrupt;
+use crate::progress::Progress;
+use crate::report::{Line, Report, Status};
+use crate::watch::Watch;
+
+/// How often a run looks up from its work: for Ctrl-C, for the progress line, for a full disk.
+const SLICE: SimDuration = SimDuration::from_millis(100);
+/// A chunk of the recording is closed so often, and what it holds then survives the process.
+const FLUSH: SimDuration = SimDuration::from_secs(1);
+
+/// Note of a recording under which the settings of its run stand.
+pub(crate) const SETTINGS_NOTE: &str = "settings";
+
+/// How a scenario is to be run.
+#[derive(Clone, Debug, Default)]
+pub struct Execution {
+    /// Where the recording goes; none: nowhere.
+    pub recording: Option<PathBuf>,
+    /// Show how far the run is, if there is a terminal.
+    pub progress: bool,
+}
+
+/// Runs `assembly`, and the run that its expectations compare with, if they do.
+///
+/// # Errors
+/// [`TwinError`] if the run cannot begin. A run that begins and does not end is a report, too.
+pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+    let reference = if assembly.scenario().needs_reference() {
+        Some(reference(assembly, execution)?)
+    } else {
+        None
+    };
+    let mut rig = assembly.rig()?;
+    let recorder = match &execution.recording {
+        Some(path) => Some(create(assembly, &rig, path)?),
+        None => None,
+    };
+    let mut watch = Watch::new(judge(assembly, &rig), recorder);
+    let title = &assembly.scenario().name;
+    let mut progress = Progress::new(title, assembly.end().as_secs_f64(), execution.progress);
+    let started = Instant::now();
+    let mut error = run(assembly, &mut rig, &mut watch, &mut progress).err();
+    let wall_s = started.elapsed().as_secs_f64();
+    drop(progress);
+    let reached = if error.is_none() {
+        assembly.end()
+    } else {
+        rig.now()
+    };
+    let mut report = judged(
+        assembly,
+        &rig,
+        &mut watch,
+        reached,
+        wall_s,
+        reference.as_deref(),
+    );
+    let verdict = Closing {
+        verdict: if error.is_some() {
+            Status::Error
+        } else {
+            report.verdict
+        },
+        error: error.as_ref(),
+        expectations: &report.expectations,
+    };
+    let path = execution.recording.as_deref();
+    match (watch.close(reached, &verdict), path) {
+        (Ok(_), path) => report.recording = path.map(|path| path.display().to_string()),
+        (Err(source), path) => {
+            let path = path.map_or_else(PathBuf::new, Path::to_owned);
+            error = Some(TwinError::Record { path, source }.to_string());
+        }
+    }
+    if error.is_some() {
+        report.verdict = Status::Error;
+        report.error = error;
+    }
+    Ok(report)
+}
+
+/// The last message of a recording. No wall clock in it: the same run makes the same file.
+#[derive(Serialize)]
+struct Closing<'a> {
+    verdict: Status,
+    error: Option<&'a String>,
+    expectations: &'a [Line],
+}
+
+/// Runs to the end, or to what keeps the run from it.
+fn run<O: Observer>(
+    assembly: &Assembly<'_>,
+    rig: &mut Rig,
+    watch: &mut O,
+    progress: &mut Progress,
+) -> Result<(), String>
+where
+    O: Lookout,
+{
+    let end = assembly.end();
+    let mut now = SimTime::ZERO;
+    while now < end {
+        now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
+        rig.run_until(now, watch)
+            .map_err(|error| assembly.rig_error(error).to_string())?;
+        if watch.is_lost() {
+            // Closing the recording tells why.
+            return Ok(());
+        }
+        if interrupt::asked() {
+            return Err(format!("interrupted at {now}"));
+        }
+        progress.at(now.as_secs_f64());
+    }
+    Ok(())
+}
+
+/// Something that may find that going on is of no use.
+trait Lookout {
+    fn is_lost(&self) -> bool;
+}
+
+impl<W: std::io::Write> Lookout for Watch<W> {
+    fn is_lost(&self) -> bool {
+        self.is_broken()
+    }
+}
+
+/// The footsteps of the run without changes.
+fn reference(assembly: &Assembly<'_>, execution: &Execution) -> Result<Vec<Footstep>, TwinError> {
+    let assembly = assembly.without_changes();
+    let mut rig = assembly.rig()?;
+    let mut watch: Watch<Vec<u8>> = Watch::new(judge(&assembly, &rig), None);
+    let title = format!("{}, without changes", assembly.scenario().name);
+    let mut progress = Progress::new(&title, assembly.end().as_secs_f64(), execution.progress);
+    // What the reference does not reach cannot be compared with, and fails as unobserved.
+    let _ = run(&assembly, &mut rig, &mut watch, &mut progress);
+    let _ = watch.judge(&RunEnd {
+        at: rig.now(),
+        energy: None,
+        work: &[],
+        real_time_factor: None,
+        reference: None,
+    });
+    Ok(watch.footsteps().to_vec())
+}
+
+fn judge(assembly: &Assembly<'_>, rig: &Rig) -> Judge {
+    let layouts = Layouts {
+        plant: rig.layout(Group::Plant),
+        process_inputs: rig.layout(Group::ProcessInputs),
+        process_outputs: rig.layout(Group::ProcessOutputs),
+    };
+    Judge::new(assembly.scene(), layouts)
+}
+
+/// The report of a run that came to `reached`.
+fn judged<W: std::io::Write>(
+    assembly: &Assembly<'_>,
+    rig: &Rig,
+    watch: &mut Watch<W>,
+    reached: SimTime,
+    wall_s: f64,
+    reference: Option<&[Footstep]>,
+) -> Report {
+    let scenario = assembly.scenario();
+    let (energy, work) = (rig.plant().energy(), rig.plant().work());
+    let simulated_s = reached.as_secs_f64();
+    let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
+    let outcomes = watch.judge(&RunEnd {
+        at: reached,
+        energy: Some((energy.residual, energy.exchanged)),
+        work: &counts(&work),
+        real_time_factor,
+        reference,
+    });
+    let pass = outcomes.iter().all(twinrig_scenario::Outcome::holds);
+    Report {
+        scenario: scenario.name.clone(),
+        verdict: if pass { Status::Pass } else { Status::Fail },
+        seed: Some(scenario.seed),
+        plant: Some(scenario.plant.model.clone()),
+        fingerprint: Some(watch.digest().to_string()),
+        simulated_s: Some(simulated_s),
+        wall_s: Some(wall_s),
+        real_time_factor,
+        expectations: outcomes.into_iter().map(Line).collect(),
+        left_out: assembly.scene().left_out.clone(),
+        recording: None,
+        file: scenario.file.clone(),
+        error: None,
+        energy: Some(energy.into()),
+        work: Some(work),
+    }
+}
+
+fn counts(work: &WorkCounts) -> [(&'static str, u64); 6] {
+    [
+        ("steps", work.steps),
+        ("evaluations", work.evaluations),
+        ("factorisations", work.factorisations),
+        ("events", work.events),
+        ("solver_iterations", work.solver_iterations),
+        ("fallbacks", work.fallbacks),
+    ]
+}
+
+/// Begins the recording of a run.
+fn create(
+    assembly: &Assembly<'_>,
+    rig: &Rig,
+    path: &Path,
+) -> Result<Recorder<BufWriter<File>>, TwinError> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+    }
+    let scene = assembly.scene();
+    let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
+    let group = |group| RecordedGroup {
+        group,
+        layout: rig.layout(group),
+        keep: &keep,
+    };
+    let groups = [
+        group(Group::Plant),
+        group(Group::ProcessInputs),
+        group(Group::ProcessOutputs),
+    ];
+    let cadence = Cadence {
+        frames: scene
+            .scenario
+            .record
+            .frames
+            .and_then(|rate| SimDuration::try_from_secs_f64(1.0 / rate)),
+        flush: FLUSH,
+    };
+    Recorder::create(
+        path,
+        &info(assembly, rig),
+        &groups,
+        &skeleton(assembly),
+        cadence,
+    )
+    .map_err(|source| TwinError::Record {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn info(assembly: &Assembly<'_>, rig: &Rig) -> RunInfo {
+    let scenario = assembly.scenario();
+    let (robot_file, robot_text) = assembly.robot_file();
+    let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
+    let notes = [
+        ("scenario", scenario.name.clone()),
+        ("scenario_file", scenario.file.clone()),
+        ("robot_file", robot_file.to_owned()),
+        ("plant", scenario.plant.model.clone()),
+        // Pairs of texts are always JSON.
+        (
+            SETTINGS_NOTE,
+            serde_json::to_string(&settings).unwrap_or_default(),
+        ),
+    ];
+    let variables = rig.process().variables().iter();
+    RunInfo {
+        files: vec![
+            (SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes()),
+            (ROBOT_FILE.to_owned(), robot_text.to_owned().into_bytes()),
+        ],
+        seed: scenario.seed,
+        build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        notes: BTreeMap::from(notes.map(|(key, value)| (key.to_owned(), value))),
+        tasks: rig.task_names().map(str::to_owned).collect(),
+        variables: variables
+            .map(|variable| variable.name().to_owned())
+            .collect(),
+    }
+}
+
+fn pair(setting: &Setting) -> [&str; 2] {
+    [&setting.key, &setting.value]
+}
+
+fn skeleton(assembly: &Assembly<'_>) -> Skeleton {
+    let mounts = assembly.robot().legs.iter();
+    let legs = mounts.map(|mount| SkeletonLeg {
+        name: mount.name.clone(),
+        hip: mount.hip,
+        segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
+    });
+    Skeleton {
+        legs: legs.collect(),
+    }
+}

@@ -1,0 +1,27 @@
+//! No controller.
+
+use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError};
+use twinrig_runtime::Process;
+
+/// What stands where a scene has no controller: it reads nothing and commands nothing.
+pub(crate) struct Idle;
+
+impl Process for Idle {
+    fn name(&self) -> &'static str {
+        "none"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&())
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        snapshot.read()
+    }
+}

@@ -1,0 +1,58 @@
+//! The rig as a program: from scenario files to verdicts, recordings and comparisons of recordings. A crate with a
+//! controller or a plant of its own hands them to [`run`] and is a program with all the commands.
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//! use twinrig::kernel::{Port, SimDuration, Snapshot, SnapshotError};
+//! use twinrig::runtime::Process;
+//! use twinrig::{ControllerKind, Registry};
+//!
+//! /// Commands nothing.
+//! struct Lazy;
+//! impl Process for Lazy {
+//!     fn name(&self) -> &str { "lazy" }
+//!     fn ports(&self) -> Vec<Port> { Vec::new() }
+//!     fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
+//!     fn save(&self) -> Snapshot { Snapshot::of(&()) }
+//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> { snapshot.read() }
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     let lazy = ControllerKind::new("lazy", "commands nothing", |_| Ok(Lazy));
+//!     twinrig::run(Registry::standard().with_controller(lazy))
+//! }
+//! ```
+//!
+//! What it does not do: it holds no physics, no controller and no protocol; it knows them, and nobody knows it. Clocks of
+//! the machine appear in its reports and nowhere else.
+
+mod args;
+mod assembly;
+mod commands;
+mod error;
+mod execute;
+mod grid;
+mod idle;
+mod interrupt;
+mod junit;
+mod massless;
+mod paint;
+mod progress;
+mod registry;
+mod report;
+mod standard;
+mod table;
+mod watch;
+
+pub use twinrig_kernel as kernel;
+pub use twinrig_robot as robot;
+pub use twinrig_runtime as runtime;
+pub use twinrig_scenario as scenario;
+
+pub use assembly::Assembly;
+pub use commands::{run, run_with};
+pub use error::TwinError;
+pub use execute::{Execution, execute};
+pub use massless::massless;
+pub use registry::{BuildError, ControllerKind, Given, Physics, PlantKind, Registry};
+pub use report::{Energy, Line, Report, Status};

@@ -1,0 +1,9 @@
+//! The program `twin`.
+
+use std::process::ExitCode;
+
+use twinrig::Registry;
+
+fn main() -> ExitCode {
+    twinrig::run(Registry::standard())
+}

@@ -1,0 +1,87 @@
+//! A line that says how far a long run is, on a terminal only.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Runs that end before this show nothing.
+const QUIET: Duration = Duration::from_millis(400);
+/// Time between two updates.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// The progress of one run.
+#[derive(Debug)]
+pub struct Progress {
+    title: String,
+    end_s: f64,
+    started: Instant,
+    shown: Option<Instant>,
+    on: bool,
+}
+
+impl Progress {
+    /// Of a run called `title` that ends at `end_s` of simulated time \[s\]; it shows something only if it is wanted and
+    /// there is a terminal.
+    pub fn new(title: &str, end_s: f64, wanted: bool) -> Self {
+        Self {
+            title: title.to_owned(),
+            end_s,
+            started: Instant::now(),
+            shown: None,
+            on: wanted && std::io::stderr().is_terminal(),
+        }
+    }
+
+    /// Tells that the run has come to `now_s` \[s\].
+    pub fn at(&mut self, now_s: f64) {
+        if !self.on {
+            return;
+        }
+        let wall = self.started.elapsed();
+        let due = match self.shown {
+            None => wall >= QUIET,
+            Some(last) => last.elapsed() >= PAUSE,
+        };
+        if due {
+            self.shown = Some(Instant::now());
+            let line = line(&self.title, now_s, self.end_s, wall.as_secs_f64());
+            let mut terminal = std::io::stderr().lock();
+            // Whoever closed stderr does not want to know.
+            let _ = write!(terminal, "\r\x1b[2K{line}").and_then(|()| terminal.flush());
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.shown.is_some() {
+            let mut terminal = std::io::stderr().lock();
+            let _ = write!(terminal, "\r\x1b[2K").and_then(|()| terminal.flush());
+        }
+    }
+}
+
+/// `trot  [#####...............]  5.0 of 20.0 s  412 × real time`
+fn line(title: &str, now_s: f64, end_s: f64, wall_s: f64) -> String {
+    const WIDTH: usize = 24;
+    let share = if end_s > 0.0 { now_s / end_s } else { 1.0 };
+    let full = (1..=WIDTH)
+        .filter(|&n| n as f64 <= share * WIDTH as f64)
+        .count();
+    let bar: String = "█".repeat(full) + &"·".repeat(WIDTH - full);
+    let speed = now_s / wall_s;
+    format!("{title}  {bar}  {now_s:.1} of {end_s:.1} s  {speed:.0} × real time")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_says_how_far_and_how_fast() {
+        let bar = format!("{}{}", "█".repeat(6), "·".repeat(18));
+        assert_eq!(
+            line("trot", 5.0, 20.0, 0.0125),
+            format!("trot  {bar}  5.0 of 20.0 s  400 × real time")
+        );
+    }
+}

@@ -1,0 +1,235 @@
+//! What a build is made of.
+
+use twinrig_document::Range;
+use twinrig_kernel::SimDuration;
+use twinrig_robot::Robot;
+use twinrig_runtime::{Plant, Process};
+use twinrig_scenario::{
+    ActuatorSpec, Catalogue, Kind, OptionSpec, Options, PlantSpec, VariableSpec,
+};
+
+use crate::standard;
+
+/// Why a part could not be built; `?` makes one of any error.
+pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
+
+type BuildController = Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError>>;
+type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError>>;
+
+/// What a controller is built from.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<'a> {
+    /// The robot, with what the scenario overrides.
+    pub robot: &'a Robot,
+    /// The legs of the scene, in the robot's order.
+    pub legs: &'a [&'a str],
+    /// The options that the kind declares, as the scenario's `[controller]` table has them.
+    pub options: &'a Options,
+    /// Seed of the run, for named streams ([`twinrig_kernel::stream`]).
+    pub seed: u64,
+}
+
+/// What a plant is built from.
+#[derive(Clone, Copy)]
+pub struct Physics<'a> {
+    /// The robot, with what the scenario overrides.
+    pub robot: &'a Robot,
+    /// The legs of the scene, in the robot's order.
+    pub legs: &'a [&'a str],
+    /// The scenario's `[plant]` table.
+    pub plant: &'a PlantSpec,
+    /// The scenario's `[actuator]` table.
+    pub actuator: &'a ActuatorSpec,
+    /// The signals that the controller commands first, by name: a vector's elements each have its name.
+    pub first_commands: &'a [(String, f64)],
+    /// Time between two commands.
+    pub command_period: SimDuration,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Whether somebody wants the signal of that name; what nobody wants need not be computed.
+    pub wanted: &'a dyn Fn(&str) -> bool,
+}
+
+/// A kind of controller.
+pub struct ControllerKind {
+    name: String,
+    about: String,
+    options: Vec<OptionSpec>,
+    build: BuildController,
+}
+
+/// A kind of plant.
+pub struct PlantKind {
+    name: String,
+    about: String,
+    options: Vec<OptionSpec>,
+    build: BuildPlant,
+}
+
+/// The plants and controllers of a build.
+///
+/// ```
+/// use twinrig::Registry;
+///
+/// let registry = Registry::standard();
+/// assert!(registry.plants().any(|name| name == "massless"));
+/// assert!(registry.controllers().any(|name| name == "cpg"));
+/// ```
+#[derive(Default)]
+pub struct Registry {
+    plants: Vec<PlantKind>,
+    controllers: Vec<ControllerKind>,
+}
+
+impl ControllerKind {
+    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `build` makes one.
+    ///
+    /// Its process variables need no mention: they are asked of the process, and become keys of the scenario's
+    /// `[controller]` table by themselves.
+    pub fn new<P: Process + 'static>(
+        name: impl Into<String>,
+        about: impl Into<String>,
+        build: impl Fn(&Given<'_>) -> Result<P, BuildError> + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: about.into(),
+            options: Vec::new(),
+            build: Box::new(move |given| Ok(Box::new(build(given)?))),
+        }
+    }
+
+    /// Accepts another key in its table, which [`Given::options`] brings.
+    #[must_use]
+    pub fn with_option(mut self, option: OptionSpec) -> Self {
+        self.options.push(option);
+        self
+    }
+}
+
+impl PlantKind {
+    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `build` makes one.
+    pub fn new<P: Plant + 'static>(
+        name: impl Into<String>,
+        about: impl Into<String>,
+        build: impl Fn(&Physics<'_>) -> Result<P, BuildError> + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: about.into(),
+            options: Vec::new(),
+            build: Box::new(move |physics| Ok(Box::new(build(physics)?))),
+        }
+    }
+
+    /// Accepts another key in its table, which [`PlantSpec::options`] brings.
+    #[must_use]
+    pub fn with_option(mut self, option: OptionSpec) -> Self {
+        self.options.push(option);
+        self
+    }
+}
+
+impl Registry {
+    /// Nothing at all.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// Everything that comes with this crate.
+    pub fn standard() -> Self {
+        standard::registry()
+    }
+
+    /// Adds a controller; one of the same name is replaced.
+    #[must_use]
+    pub fn with_controller(mut self, kind: ControllerKind) -> Self {
+        self.controllers.retain(|known| known.name != kind.name);
+        self.controllers.push(kind);
+        self
+    }
+
+    /// Adds a plant; one of the same name is replaced.
+    #[must_use]
+    pub fn with_plant(mut self, kind: PlantKind) -> Self {
+        self.plants.retain(|known| known.name != kind.name);
+        self.plants.push(kind);
+        self
+    }
+
+    /// The names of its plants.
+    pub fn plants(&self) -> impl Iterator<Item = &str> {
+        self.plants.iter().map(|kind| kind.name.as_str())
+    }
+
+    /// The names of its controllers.
+    pub fn controllers(&self) -> impl Iterator<Item = &str> {
+        self.controllers.iter().map(|kind| kind.name.as_str())
+    }
+
+    /// Builds the controller `name`; none if there is no such controller.
+    pub(crate) fn controller(
+        &self,
+        name: &str,
+        given: &Given<'_>,
+    ) -> Option<Result<Box<dyn Process>, BuildError>> {
+        let kind = self.controllers.iter().find(|kind| kind.name == name)?;
+        Some((kind.build)(given))
+    }
+
+    /// Builds the plant of `physics`; none if there is no such plant.
+    pub(crate) fn plant(
+        &self,
+        physics: &Physics<'_>,
+    ) -> Option<Result<Box<dyn Plant>, BuildError>> {
+        let name = &physics.plant.model;
+        let kind = self.plants.iter().find(|kind| kind.name == *name)?;
+        Some((kind.build)(physics))
+    }
+
+    /// What scenarios for `robot` may say. Ranges and defaults of process variables depend on the robot; without one, the
+    /// kinds have none.
+    pub(crate) fn catalogue(&self, robot: Option<&Robot>) -> Catalogue {
+        let plants = self.plants.iter().map(|kind| Kind {
+            options: kind.options.clone(),
+            ..Kind::new(&kind.name, &kind.about)
+        });
+        let controllers = self.controllers.iter().map(|kind| Kind {
+            options: kind.options.clone(),
+            variables: robot.map_or_else(Vec::new, |robot| variables(kind, robot)),
+            ..Kind::new(&kind.name, &kind.about)
+        });
+        Catalogue {
+            plants: plants.collect(),
+            controllers: controllers.collect(),
+            buses: Vec::new(),
+        }
+    }
+}
+
+/// The process variables of a controller for all legs of `robot`. One that cannot be built without a scenario has none
+/// here, and none can be set.
+fn variables(kind: &ControllerKind, robot: &Robot) -> Vec<VariableSpec> {
+    let legs: Vec<&str> = robot.legs.iter().map(|leg| leg.name.as_str()).collect();
+    let options = Options::defaults(&kind.options);
+    let given = Given {
+        robot,
+        legs: &legs,
+        options: &options,
+        seed: 1,
+    };
+    let Ok(process) = (kind.build)(&given) else {
+        return Vec::new();
+    };
+    let spec = |variable: &twinrig_runtime::ProcessVariable| {
+        let (min, max) = variable.range();
+        VariableSpec {
+            name: variable.name().to_owned(),
+            unit: variable.unit(),
+            range: Range { min, max },
+            default: variable.default(),
+            about: String::new(),
+        }
+    };
+    process.variables().iter().map(spec).collect()
+}

@@ -1,0 +1,163 @@
+//! What became of a scenario: what `--json` prints, what the table and the JUnit file are made from.
+
+use serde::{Serialize, Serializer};
+use twinrig_runtime::{EnergyBooks, WorkCounts};
+use twinrig_scenario::{LeftOut, Outcome, Verdict};
+
+/// What became of a scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// All expectations hold.
+    Pass,
+    /// One does not.
+    Fail,
+    /// It did not run to its end.
+    Error,
+}
+
+impl Status {
+    /// The exit code that says so.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Pass => 0,
+            Self::Fail => 1,
+            Self::Error => 2,
+        }
+    }
+
+    /// The word for a person.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "PASS",
+            Self::Fail => "FAIL",
+            Self::Error => "ERROR",
+        }
+    }
+}
+
+/// The report of one scenario. Scripts rely on the names of its keys.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// What the scenario calls itself; its path if it could not be read.
+    pub scenario: String,
+    /// What became of it.
+    pub verdict: Status,
+    /// Its seed.
+    pub seed: Option<u64>,
+    /// Its plant.
+    pub plant: Option<String>,
+    /// The fingerprint of the run, of as much as there is of it.
+    pub fingerprint: Option<String>,
+    /// Simulated time reached \[s\].
+    pub simulated_s: Option<f64>,
+    /// Time that took \[s\].
+    pub wall_s: Option<f64>,
+    /// Simulated over wall time.
+    pub real_time_factor: Option<f64>,
+    /// What became of the expectations.
+    pub expectations: Vec<Line>,
+    /// What is not in the scene.
+    pub left_out: Vec<LeftOut>,
+    /// Path of the recording.
+    pub recording: Option<String>,
+    /// Path of the scenario, as it was given.
+    pub file: String,
+    /// Why it did not run to its end.
+    pub error: Option<String>,
+    /// Where the energy went.
+    pub energy: Option<Energy>,
+    /// What the plant did.
+    pub work: Option<WorkCounts>,
+}
+
+/// The outcome of an expectation, as it is written down.
+#[derive(Clone, Debug)]
+pub struct Line(pub Outcome);
+
+/// Where the energy of a run went \[J\].
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Energy {
+    /// What the books lack.
+    pub residual_j: f64,
+    /// Sum of the magnitudes of all transfers.
+    pub exchanged_j: f64,
+    /// What the actuators put in.
+    pub actuator_j: f64,
+    /// What friction took out.
+    pub dissipated_j: f64,
+    /// What impacts took out.
+    pub impact_j: f64,
+}
+
+impl From<EnergyBooks> for Energy {
+    fn from(books: EnergyBooks) -> Self {
+        Self {
+            residual_j: books.residual,
+            exchanged_j: books.exchanged,
+            actuator_j: books.actuator,
+            dissipated_j: books.dissipated,
+            impact_j: books.impact,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct WrittenLine<'a> {
+    name: &'a str,
+    verdict: Verdict,
+    measured: Option<f64>,
+    bound: Option<f64>,
+    unit: &'a str,
+    margin: Option<f64>,
+    first_violation_s: Option<f64>,
+    optional: bool,
+    detail: &'a str,
+}
+
+impl Serialize for Line {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let outcome = &self.0;
+        WrittenLine {
+            name: &outcome.name,
+            verdict: outcome.verdict,
+            measured: outcome.measured,
+            bound: outcome.bound,
+            unit: outcome.unit.symbol(),
+            margin: outcome.margin,
+            first_violation_s: outcome.first_violation.map(|at| at.as_secs_f64()),
+            optional: outcome.optional,
+            detail: &outcome.detail,
+        }
+        .serialize(serializer)
+    }
+}
+
+impl Report {
+    /// The report of a scenario that did not come as far as to run.
+    pub fn of_error(file: &str, error: String) -> Self {
+        Self {
+            scenario: file.to_owned(),
+            verdict: Status::Error,
+            seed: None,
+            plant: None,
+            fingerprint: None,
+            simulated_s: None,
+            wall_s: None,
+            real_time_factor: None,
+            expectations: Vec::new(),
+            left_out: Vec::new(),
+            recording: None,
+            file: file.to_owned(),
+            error: Some(error),
+            energy: None,
+            work: None,
+        }
+    }
+
+    /// How many expectations hold.
+    pub fn held(&self) -> usize {
+        let lines = self.expectations.iter();
+        lines.filter(|line| line.0.holds()).count()
+    }
+}

@@ -1,0 +1,51 @@
+//! The parts that come with the program, a line each.
+
+use twinrig_gait::{Cpg, Gait, Stand};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+
+use crate::massless;
+use crate::registry::{ControllerKind, Registry};
+
+pub(crate) fn registry() -> Registry {
+    Registry::empty()
+        .with_plant(massless::kind())
+        .with_controller(cpg())
+        .with_controller(stand())
+}
+
+fn cpg() -> ControllerKind {
+    let about = "open-loop gait: coupled oscillators, foot locus, inverse kinematics";
+    let gaits = Gait::ALL.map(|gait| gait.name().to_owned());
+    ControllerKind::new(Cpg::NAME, about, |given| {
+        let gait = given.options.text("gait").unwrap_or_default().parse()?;
+        let cpg = Cpg::new(given.robot, given.legs, gait)?;
+        Ok(match given.options.text("start") {
+            Some("random") => cpg.with_random_phases(given.seed),
+            _ => cpg,
+        })
+    })
+    .with_option(choice("gait", "which legs step together", &gaits))
+    .with_option(choice(
+        "start",
+        "in step with the gait, or at random phases",
+        &START.map(str::to_owned),
+    ))
+}
+
+const START: [&str; 2] = ["in-step", "random"];
+
+fn stand() -> ControllerKind {
+    ControllerKind::new(Stand::NAME, "holds the feet below the hips", |given| {
+        Ok(Stand::new(given.robot, given.legs)?)
+    })
+}
+
+/// An option that is one of `words`, by default the first.
+pub(crate) fn choice(name: &str, about: &str, words: &[String]) -> OptionSpec {
+    OptionSpec {
+        name: name.to_owned(),
+        about: about.to_owned(),
+        accepts: Accepts::Choice(words.to_vec()),
+        default: words.first().cloned().map(OptionValue::Text),
+    }
+}

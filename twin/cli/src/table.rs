@@ -1,0 +1,350 @@
+//! Verdicts for a person.
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+
+use twinrig_kernel::Unit;
+use twinrig_scenario::{Outcome, Verdict};
+
+use crate::grid::{Cell, Grid, Side, Tint};
+use crate::paint::Paint;
+use crate::report::{Report, Status};
+
+/// Lines are broken here.
+const WIDTH: usize = 100;
+
+/// The whole report of a scenario.
+pub fn report(report: &Report, paint: Paint) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}", heading(report, paint));
+    if !report.expectations.is_empty() {
+        let _ = writeln!(out);
+        for line in expectations(report).lines(2, paint) {
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    let _ = writeln!(out);
+    if let Some(error) = &report.error {
+        for line in error.lines() {
+            let _ = writeln!(out, "  {}", paint.red(line));
+        }
+        let _ = writeln!(out);
+    }
+    let _ = writeln!(out, "  {}", verdict(report, paint));
+    for line in facts(report).lines(2, paint) {
+        let _ = writeln!(out, "{line}");
+    }
+    out
+}
+
+/// A row for each of several scenarios.
+pub fn summary(reports: &[Report], paint: Paint) -> String {
+    let mut grid = Grid::new(&[
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+    ]);
+    for report in reports {
+        let count = report.expectations.len();
+        let held = if count == 0 {
+            String::new()
+        } else {
+            format!("{} of {count} hold", report.held())
+        };
+        let speed = report
+            .real_time_factor
+            .map(|factor| format!("{factor:.0} × real time"));
+        let tint = status_tint(report.verdict);
+        let what = worst(report).unwrap_or_default();
+        grid.row([
+            Cell::new(report.verdict.word(), tint),
+            report.scenario.as_str().into(),
+            held.into(),
+            "".into(),
+            speed.unwrap_or_default().into(),
+            Cell::new(what, Tint::Dim),
+        ]);
+    }
+    let mut out = String::new();
+    for line in grid.lines(2, paint) {
+        let _ = writeln!(out, "{line}");
+    }
+    out
+}
+
+/// The first thing that went wrong.
+fn worst(report: &Report) -> Option<String> {
+    if let Some(error) = &report.error {
+        return error.lines().next().map(str::to_owned);
+    }
+    let failed = report.expectations.iter().find(|line| !line.0.holds());
+    failed.map(|line| line.0.name.clone())
+}
+
+fn status_tint(status: Status) -> Tint {
+    match status {
+        Status::Pass => Tint::Green,
+        Status::Fail => Tint::Red,
+        Status::Error => Tint::Yellow,
+    }
+}
+
+fn heading(report: &Report, paint: Paint) -> String {
+    let mut heading = paint.bold(&report.scenario);
+    let plant = report.plant.as_deref();
+    let details: Vec<String> = [
+        plant.map(|plant| format!("{plant} plant")),
+        report.seed.map(|seed| format!("seed {seed}")),
+        (report.file != report.scenario).then(|| report.file.clone()),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    if !details.is_empty() {
+        let _ = write!(heading, "  {}", paint.dim(&details.join(" · ")));
+    }
+    heading
+}
+
+fn verdict(report: &Report, paint: Paint) -> String {
+    let count = report.expectations.len();
+    let told = match count {
+        0 => "nothing is expected".to_owned(),
+        1 => format!("{} of 1 expectation holds", report.held()),
+        _ => format!("{} of {count} expectations hold", report.held()),
+    };
+    let word = report.verdict.word();
+    let word = match report.verdict {
+        Status::Pass => paint.green(word),
+        Status::Fail => paint.red(word),
+        Status::Error => paint.yellow(word),
+    };
+    format!("{word}  {told}")
+}
+
+fn expectations(report: &Report) -> Grid {
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let sides = [
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+    ];
+    let mut grid = Grid::new(&sides);
+    grid.row([
+        "".into(),
+        dim("expectation"),
+        dim("measured"),
+        "".into(),
+        dim("bound"),
+        "".into(),
+        dim("margin"),
+        "".into(),
+    ]);
+    for line in &report.expectations {
+        let outcome = &line.0;
+        let (mark, tint) = mark(outcome);
+        let shown = Shown::of(outcome);
+        let number =
+            |value: Option<f64>| value.map(|value| shown.number(value)).unwrap_or_default();
+        let bad = if outcome.holds() { Tint::None } else { tint };
+        grid.row([
+            Cell::new(mark, tint),
+            outcome.name.as_str().into(),
+            Cell::new(number(outcome.measured), bad),
+            Cell::new(sign(outcome), Tint::Dim),
+            number(outcome.bound).into(),
+            shown.symbol.into(),
+            Cell::new(number(outcome.margin), bad),
+            Cell::new(remark(outcome), Tint::Dim),
+        ]);
+    }
+    grid
+}
+
+fn mark(outcome: &Outcome) -> (&'static str, Tint) {
+    match (outcome.verdict, outcome.holds()) {
+        (Verdict::Pass, _) => ("✓", Tint::Green),
+        (Verdict::Fail, _) => ("✗", Tint::Red),
+        (Verdict::Unobserved, true) => ("–", Tint::Yellow),
+        (Verdict::Unobserved, false) => ("?", Tint::Red),
+    }
+}
+
+/// On which side of its bound the measured value should be.
+fn sign(outcome: &Outcome) -> &'static str {
+    match (outcome.measured, outcome.bound, outcome.margin) {
+        (Some(measured), Some(bound), Some(margin)) => {
+            // The margin is the bound less the value below an upper bound, and the other way round above a lower one.
+            let upper = (bound - measured - margin).abs() <= (measured - bound - margin).abs();
+            if upper { "≤" } else { "≥" }
+        }
+        _ => "",
+    }
+}
+
+fn remark(outcome: &Outcome) -> String {
+    let mut parts = Vec::new();
+    if outcome.verdict == Verdict::Unobserved {
+        parts.push("unobserved".to_owned());
+    }
+    if let Some(at) = outcome.first_violation {
+        parts.push(format!("first at {:.3} s", at.as_secs_f64()));
+    }
+    if !outcome.detail.is_empty() {
+        parts.push(outcome.detail.clone());
+    }
+    parts.join(": ")
+}
+
+/// An outcome in one line, for places that have no columns.
+pub fn sentence(outcome: &Outcome) -> String {
+    let shown = Shown::of(outcome);
+    let mut parts = Vec::new();
+    if let (Some(measured), Some(bound)) = (outcome.measured, outcome.bound) {
+        let (measured, bound) = (shown.number(measured), shown.number(bound));
+        let sign = sign(outcome);
+        parts.push(
+            format!("{measured} is not {sign} {bound} {}", shown.symbol)
+                .trim_end()
+                .to_owned(),
+        );
+    }
+    let remark = remark(outcome);
+    if !remark.is_empty() {
+        parts.push(remark);
+    }
+    parts.join(", ")
+}
+
+/// How the numbers of one row are shown: in a unit that suits their size, all with the same number of decimals.
+struct Shown {
+    factor: f64,
+    symbol: &'static str,
+    decimals: Option<usize>,
+}
+
+impl Shown {
+    fn of(outcome: &Outcome) -> Self {
+        let numbers = [outcome.measured, outcome.bound, outcome.margin];
+        let numbers = numbers.into_iter().flatten();
+        let greatest = numbers.clone().map(f64::abs).fold(0.0, f64::max);
+        let (factor, symbol) = scale(outcome.unit, greatest);
+        let whole = numbers
+            .clone()
+            .all(|number| (number * factor).fract() == 0.0);
+        let greatest = greatest * factor;
+        let decimals = if whole && greatest < 1e9 {
+            Some(0)
+        } else if greatest < 1e-3 || greatest >= 1e9 {
+            None
+        } else {
+            // Three digits, and more where the margin would vanish.
+            let margin = outcome.margin.unwrap_or(0.0).abs() * factor;
+            let vanishing = if margin > 0.0 { -exponent(margin) } else { 0 };
+            let decimals = (2 - exponent(greatest)).max(vanishing);
+            usize::try_from(decimals.clamp(0, 9)).ok()
+        };
+        Self {
+            factor,
+            symbol,
+            decimals,
+        }
+    }
+
+    fn number(&self, value: f64) -> String {
+        let value = value * self.factor;
+        match self.decimals {
+            Some(decimals) => format!("{value:.decimals$}"),
+            None if value == 0.0 => "0".to_owned(),
+            None => format!("{value:.2e}"),
+        }
+    }
+}
+
+/// The exponent of ten of `value`, which is positive.
+fn exponent(value: f64) -> i32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "exponents of ten are small"
+    )]
+    let exponent = libm::log10(value).floor() as i32;
+    exponent
+}
+
+/// What a number in `unit` is multiplied by to be shown, and in what it then is.
+fn scale(unit: Unit, greatest: f64) -> (f64, &'static str) {
+    match unit {
+        Unit::Radian => (180.0 / PI, "°"),
+        Unit::Meter if greatest < 0.1 => (1e3, "mm"),
+        Unit::Second if greatest < 1e-4 => (1e6, "µs"),
+        Unit::Second if greatest < 0.1 => (1e3, "ms"),
+        Unit::One => (1.0, ""),
+        other => (1.0, other.symbol()),
+    }
+}
+
+fn facts(report: &Report) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut fact = |name: &str, value: String| {
+        let mut name = name;
+        for line in wrapped(&value, WIDTH) {
+            grid.row([Cell::new(name, Tint::Dim), line.into()]);
+            name = "";
+        }
+    };
+    if let (Some(simulated), Some(wall)) = (report.simulated_s, report.wall_s) {
+        let factor = report
+            .real_time_factor
+            .map(|factor| format!(": {factor:.0} × real time"));
+        let factor = factor.unwrap_or_default();
+        fact(
+            "time",
+            format!("{simulated} s simulated in {wall:.3} s{factor}"),
+        );
+    }
+    if let Some(energy) = report.energy.filter(|energy| energy.exchanged_j > 0.0) {
+        let share = energy.residual_j.abs() / energy.exchanged_j;
+        let exchanged = energy.exchanged_j;
+        fact(
+            "energy",
+            format!("{exchanged:.1} J exchanged, of which {share:.1e} unaccounted for"),
+        );
+    }
+    if !report.left_out.is_empty() {
+        let parts = report.left_out.iter().map(|left| left.part.as_str());
+        fact("left out", parts.collect::<Vec<_>>().join("; "));
+    }
+    if let Some(path) = &report.recording {
+        fact("recording", path.clone());
+    }
+    if let Some(fingerprint) = &report.fingerprint {
+        fact("fingerprint", fingerprint.clone());
+    }
+    grid
+}
+
+/// `text` in lines of at most `width` letters, broken at blanks where that is possible.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let Some(line) = lines.last_mut() else { break };
+        let len = line.chars().count();
+        if len > 0 && len + 1 + word.chars().count() > width {
+            lines.push(word.to_owned());
+        } else {
+            if len > 0 {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}

@@ -1,0 +1,141 @@
+//! Everything that looks on while a rig runs.
+
+use std::io::Write;
+
+use serde::Serialize;
+use twinrig_kernel::SimTime;
+use twinrig_record::{Digest, Fingerprint, RecordError, Recorder, Topic};
+use twinrig_runtime::{Group, Observer, RunEvent};
+use twinrig_scenario::{Channel, Footstep, Happening, Judge, Outcome, RunEnd};
+
+/// Fingerprint, recorder and judge in one.
+pub(crate) struct Watch<W: Write> {
+    fingerprint: Fingerprint,
+    recorder: Option<Recorder<W>>,
+    judge: Judge,
+    legs: Vec<String>,
+    /// How many of the judge's footsteps are in the recording.
+    written: usize,
+}
+
+/// A footstep as it stands in a recording.
+#[derive(Serialize)]
+struct FootstepMessage<'a> {
+    leg: &'a str,
+    touch_down_s: f64,
+    lift_off_s: f64,
+    position_m: [f64; 3],
+    slip_m: f64,
+    impulse_ns: f64,
+    peak_load_n: f64,
+}
+
+impl<W: Write> Watch<W> {
+    pub(crate) fn new(judge: Judge, recorder: Option<Recorder<W>>) -> Self {
+        Self {
+            fingerprint: Fingerprint::new(),
+            legs: judge.legs().map(str::to_owned).collect(),
+            recorder,
+            judge,
+            written: 0,
+        }
+    }
+
+    /// Whether the recording is lost.
+    pub(crate) fn is_broken(&self) -> bool {
+        let recorder = self.recorder.as_ref();
+        recorder.is_some_and(|recorder| recorder.failure().is_some())
+    }
+
+    /// Judges the run; the footsteps that it left open are recorded, if they ended at all.
+    pub(crate) fn judge(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
+        let before = self.judge.footsteps().to_vec();
+        let outcomes = self.judge.finish(run);
+        let late = self.judge.footsteps().iter();
+        for footstep in late.filter(|step| !before.contains(step)) {
+            write(&mut self.recorder, &self.legs, run.at, footstep);
+        }
+        outcomes
+    }
+
+    pub(crate) fn footsteps(&self) -> &[Footstep] {
+        self.judge.footsteps()
+    }
+
+    pub(crate) fn digest(&self) -> Digest {
+        self.fingerprint.digest()
+    }
+
+    /// Writes the verdict and closes the recording.
+    pub(crate) fn close(
+        self,
+        reached: SimTime,
+        verdict: &impl Serialize,
+    ) -> Result<Option<W>, RecordError> {
+        let digest = self.digest();
+        let close = |mut recorder: Recorder<W>| {
+            recorder.json(reached, Topic::Verdict, verdict);
+            recorder.finish(digest, reached)
+        };
+        self.recorder.map(close).transpose()
+    }
+}
+
+fn write<W: Write>(
+    recorder: &mut Option<Recorder<W>>,
+    legs: &[String],
+    now: SimTime,
+    footstep: &Footstep,
+) {
+    let (Some(recorder), Some(lift_off)) = (recorder, footstep.lift_off) else {
+        return;
+    };
+    let message = FootstepMessage {
+        leg: legs.get(footstep.leg).map_or("", String::as_str),
+        touch_down_s: footstep.touch_down.as_secs_f64(),
+        lift_off_s: lift_off.as_secs_f64(),
+        position_m: footstep.position,
+        slip_m: footstep.slip,
+        impulse_ns: footstep.impulse,
+        peak_load_n: footstep.peak_load,
+    };
+    recorder.json(now, Topic::Footsteps, &message);
+}
+
+impl<W: Write> Observer for Watch<W> {
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        Observer::samples(&mut self.fingerprint, now, group, values);
+        let channel = match group {
+            Group::Plant => Channel::Plant,
+            Group::ProcessInputs => Channel::ProcessInputs,
+            Group::ProcessOutputs => Channel::ProcessOutputs,
+        };
+        self.judge.samples(now, channel, values);
+        if let Some(recorder) = &mut self.recorder {
+            Observer::samples(recorder, now, group, values);
+            let footsteps = self.judge.footsteps();
+            if self.written < footsteps.len() {
+                for footstep in &footsteps[self.written..] {
+                    write(&mut self.recorder, &self.legs, now, footstep);
+                }
+                self.written = footsteps.len();
+            }
+        }
+    }
+
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        Observer::event(&mut self.fingerprint, now, event);
+        let happening = match event {
+            RunEvent::ProcessBegin { .. } => Some(Happening::CycleBegin),
+            RunEvent::ProcessEnd => Some(Happening::CycleEnd),
+            RunEvent::Overrun { missed } => Some(Happening::CyclesMissed(missed)),
+            _ => None,
+        };
+        if let Some(happening) = happening {
+            self.judge.event(now, happening);
+        }
+        if let Some(recorder) = &mut self.recorder {
+            Observer::event(recorder, now, event);
+        }
+    }
+}
