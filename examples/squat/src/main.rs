@@ -1,0 +1,96 @@
+//! A controller of one's own, in a program with all the commands:
+//! `cargo run --release -p squat -- run examples/squat/squat.toml`
+
+use std::f64::consts::TAU;
+use std::process::ExitCode;
+
+use twinrig::kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
+use twinrig::runtime::{Process, ProcessVariable, VariableError};
+use twinrig::{ControllerKind, Registry};
+use twinrig_leg::{LegCommand, Pantograph, Planar};
+
+/// Lets the robot bend and stretch its legs, its feet below its hips.
+struct Squat {
+    legs: Vec<(String, Pantograph)>,
+    variables: [ProcessVariable; 3],
+    /// The part of the cycle that is done, in [0, 1).
+    cycle: f64,
+}
+
+const FREQUENCY: usize = 0;
+const HIGHEST: usize = 1;
+const LOWEST: usize = 2;
+
+impl Process for Squat {
+    fn name(&self) -> &'static str {
+        "squat"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        let command =
+            |leg: &str, joint| Port::output(format!("leg/{leg}/{joint}/command"), Unit::Radian, 1);
+        self.legs
+            .iter()
+            .flat_map(|(leg, _)| [command(leg, "hip"), command(leg, "knee")])
+            .collect()
+    }
+
+    fn variables(&self) -> &[ProcessVariable] {
+        &self.variables
+    }
+
+    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
+        let count = self.variables.len();
+        self.variables
+            .get_mut(index)
+            .ok_or(VariableError::NoSuchIndex { index, count })?
+            .set(value)
+    }
+
+    fn step(&mut self, elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
+        let [frequency, highest, lowest] =
+            [FREQUENCY, HIGHEST, LOWEST].map(|index| self.variables[index].value());
+        self.cycle = (self.cycle + frequency * elapsed.as_secs_f64()).fract();
+        let depth = 0.5 - 0.5 * libm::cos(TAU * self.cycle); // 0 stretched, 1 bent
+        let foot = Planar::new(0.0, -(highest + depth * (lowest - highest)));
+        for ((_, leg), output) in self.legs.iter().zip(outputs.chunks_exact_mut(2)) {
+            if let Ok(LegCommand { hip, knee }) = leg.inverse_closed(leg.nearest_reachable(foot)) {
+                output.copy_from_slice(&[hip, knee]);
+            }
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.variables, self.cycle))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.variables, self.cycle) = snapshot.read()?;
+        Ok(())
+    }
+}
+
+fn main() -> ExitCode {
+    let squat = ControllerKind::new("squat", "bends and stretches all legs together", |given| {
+        let mut legs = Vec::new();
+        for mount in given
+            .robot
+            .legs
+            .iter()
+            .filter(|mount| given.legs.contains(&mount.name.as_str()))
+        {
+            legs.push((mount.name.clone(), Pantograph::new(&mount.leg)?));
+        }
+        let variables = [
+            ProcessVariable::new("frequency", Unit::Hertz, 0.0..=10.0, 1.0),
+            ProcessVariable::new("highest", Unit::Meter, 0.0.., 0.14),
+            ProcessVariable::new("lowest", Unit::Meter, 0.0.., 0.11),
+        ];
+        Ok(Squat {
+            legs,
+            variables,
+            cycle: 0.0,
+        })
+    });
+    twinrig::run(Registry::standard().with_controller(squat))
+}
