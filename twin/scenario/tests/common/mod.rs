@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod run;
+
 use std::path::Path;
 
 use twinrig_document::{DocumentError, Range};

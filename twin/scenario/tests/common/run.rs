@@ -1,0 +1,135 @@
+//! Runs made up for the judge: bodies that glide and feet that stand and swing by the clock.
+
+use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
+use twinrig_scenario::{Channel, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Scene};
+
+/// Time between two observations.
+pub const PERIOD_MS: u64 = 2;
+
+/// A run of 10 s, as functions of time in milliseconds.
+pub struct Run<'r> {
+    pub body: &'r dyn Fn(u64) -> [f64; 3],
+    pub rpy: &'r dyn Fn(u64) -> [f64; 3],
+    /// Load of a leg's foot [N].
+    pub load: &'r dyn Fn(&str, u64) -> f64,
+    /// Place of a leg's foot [m].
+    pub foot: &'r dyn Fn(&str, u64) -> [f64; 3],
+    /// Tension of a leg's cable [N].
+    pub tension: &'r dyn Fn(&str, u64) -> f64,
+    pub end_ms: u64,
+}
+
+impl Default for Run<'_> {
+    fn default() -> Self {
+        Run {
+            body: &|_| [0.0, 0.0, 0.12],
+            rpy: &|_| [0.0; 3],
+            load: &trot_load,
+            foot: &|_, _| [0.0; 3],
+            tension: &|_, _| 1.0,
+            end_ms: 10_000,
+        }
+    }
+}
+
+/// Cycle of the made-up trot.
+pub const CYCLE_MS: u64 = 300;
+/// Stance of the made-up trot.
+pub const STANCE_MS: u64 = 160;
+
+/// A trot: diagonal legs together, the others half a cycle later.
+pub fn trot_load(leg: &str, ms: u64) -> f64 {
+    let late = if matches!(leg, "LF" | "RH") {
+        0
+    } else {
+        CYCLE_MS / 2
+    };
+    let phase = (ms + CYCLE_MS - late) % CYCLE_MS;
+    if phase < STANCE_MS { 5.4 } else { 0.0 }
+}
+
+pub fn at(ms: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_millis(ms)
+}
+
+/// Judges `run`; the outcomes and the footsteps.
+pub fn judge_with(
+    scene: &Scene,
+    run: &Run<'_>,
+    reference: Option<&[Footstep]>,
+) -> (Vec<Outcome>, Vec<Footstep>) {
+    let ports: Vec<Port> = super::facts(scene.legs.clone())
+        .plant_outputs
+        .into_iter()
+        .filter(|port| scene.wanted.contains(&port.name))
+        .collect();
+    let layout = Layout::of(&ports, Direction::Output);
+    let none = Layout::default();
+    let mut judge = Judge::new(
+        scene,
+        Layouts {
+            plant: &layout,
+            process_inputs: &none,
+            process_outputs: &none,
+        },
+    );
+    let mut values = vec![0.0; layout.len()];
+    for ms in (0..=run.end_ms).step_by(usize::try_from(PERIOD_MS).unwrap()) {
+        for field in layout.fields() {
+            let name = &field.port.name;
+            let slot = &mut values[field.range()];
+            let leg = name.split('/').nth(1).unwrap();
+            match name.as_str() {
+                "body/position" => slot.copy_from_slice(&(run.body)(ms)),
+                "body/rpy" => slot.copy_from_slice(&(run.rpy)(ms)),
+                _ if name.ends_with("load") => slot[0] = (run.load)(leg, ms),
+                _ if name.ends_with("tension") => slot[0] = (run.tension)(leg, ms),
+                _ => slot.copy_from_slice(&(run.foot)(leg, ms)),
+            }
+        }
+        judge.samples(at(ms), Channel::Plant, &values);
+    }
+    let end = RunEnd {
+        at: at(run.end_ms),
+        energy: Some((2e-7, 1.0)),
+        work: &[("steps", 10_000), ("evaluations", 40_000)],
+        real_time_factor: Some(400.0),
+        reference,
+    };
+    let outcomes = judge.finish(&end);
+    (outcomes, judge.footsteps().to_vec())
+}
+
+/// The outcome of the one expectation `expect` (the inside of an `[[expect]]`) of `run`.
+pub fn outcome(expect: &str, run: &Run<'_>) -> Outcome {
+    let scene = super::scene(&super::text(&format!("[[expect]]\n{expect}")))
+        .unwrap_or_else(|error| panic!("{error}"));
+    judge_with(&scene, run, None).0.remove(0)
+}
+
+/// The events of a controller's cycle, judged.
+pub fn cycles(expect: &str, events: &[(u64, Happening)]) -> Outcome {
+    let scene = super::scene(&super::text(&format!("[[expect]]\n{expect}")))
+        .unwrap_or_else(|error| panic!("{error}"));
+    let none = Layout::default();
+    let mut judge = Judge::new(
+        &scene,
+        Layouts {
+            plant: &none,
+            process_inputs: &none,
+            process_outputs: &none,
+        },
+    );
+    for (micros, happening) in events {
+        let now = SimTime::ZERO + SimDuration::from_micros(*micros);
+        judge.event(now, *happening);
+    }
+    let end = RunEnd {
+        at: scene.scenario.end(),
+        energy: None,
+        work: &[],
+        real_time_factor: None,
+        reference: None,
+    };
+    judge.finish(&end).remove(0)
+}

@@ -1,0 +1,201 @@
+//! Scenes hold what something needs, and say what they leave out.
+
+mod common;
+
+use common::{facts, legs, parse, scene, text};
+use twinrig_kernel::SimDuration;
+use twinrig_scenario::{ChangeAmount, LegFact, Profile, Scenario, Setting, TimeModel};
+
+fn left_out(text: &str) -> Vec<String> {
+    let scene = scene(text).unwrap();
+    scene
+        .left_out
+        .into_iter()
+        .map(|left| format!("{}: {}", left.part, left.why))
+        .collect()
+}
+
+#[test]
+fn a_scene_without_a_record_table_keeps_every_signal() {
+    let scene = scene(&text("")).unwrap();
+    assert_eq!(scene.wanted.len(), 2 + 3 * 4);
+    assert_eq!(scene.recorded.len(), 2 + 4 * 4);
+    assert_eq!(
+        left_out(&text("")),
+        ["bus, packets and boards: there is no [bus]: signals go straight to the actuators"]
+    );
+}
+
+#[test]
+fn signals_that_nothing_needs_are_left_out_and_said_to_be() {
+    let more = "[record]\nsignals = ['leg/*/hip/command']\nframes = '0 Hz'\n\n\
+                [[expect]]\nfootstep = { slip = { max = '5 mm' } }";
+    let scene = scene(&text(more)).unwrap();
+    let feet: Vec<String> = ["LF", "RF", "LH", "RH"]
+        .iter()
+        .flat_map(|leg| {
+            [
+                format!("leg/{leg}/foot/position"),
+                format!("leg/{leg}/foot/load"),
+            ]
+        })
+        .collect();
+    assert_eq!(scene.wanted, feet);
+    insta::assert_snapshot!(left_out(&text(more)).join("\n"));
+}
+
+#[test]
+fn poses_keep_the_signals_they_are_drawn_from() {
+    let scene = scene(&text("[record]\nsignals = []\nframes = '50 Hz'")).unwrap();
+    assert_eq!(scene.wanted, ["body/position"]);
+}
+
+#[test]
+fn a_leg_that_is_not_named_is_not_there() {
+    let text = text("[record]\nsignals = []").replace("ground = {}", "legs = ['RH', 'LF']");
+    let scenario = parse(&text).unwrap();
+    let kept: Vec<String> = scenario
+        .legs(&legs())
+        .unwrap()
+        .into_iter()
+        .map(|leg| leg.name)
+        .collect();
+    assert_eq!(kept, ["LF", "RH"], "in the robot's order");
+    let left = left_out(&text);
+    assert!(
+        left.iter()
+            .any(|left| left.starts_with("every leg but the named ones")),
+        "{left:?}"
+    );
+    assert!(
+        left.iter().any(|left| left.starts_with("ground, contacts")),
+        "{left:?}"
+    );
+}
+
+#[test]
+fn an_expectation_of_a_leg_that_is_left_out_is_an_error() {
+    let text = text("[[expect]]\nfootstep = { leg = 'RF', slip = { max = '1 mm' } }")
+        .replace("ground = {}", "legs = ['RH', 'LF']");
+    let scenario = parse(&text).unwrap();
+    let kept: Vec<LegFact> = scenario.legs(&legs()).unwrap();
+    let error = scenario.scene(&facts(kept)).unwrap_err();
+    insta::assert_snapshot!(error);
+}
+
+#[test]
+fn everything_a_file_says_arrives() {
+    let more = r#"
+        gait = "walk"
+        compute_time = { mean = "0.3 ms", deviation = "0.1 ms", min = "0.1 ms", max = "0.9 ms" }
+        frequency = "3 Hz"
+        hip_height = { hind = "121.4 mm" }
+
+        [actuator]
+        lag = "5 ms"
+        hip = { speed = "20 rad/s" }
+
+        [io]
+        step = "0.5 ms"
+        transfer_time = { trace = ["0.1 ms", "0.2 ms"] }
+
+        [observe]
+        period = "4 ms"
+
+        [[change]]
+        at = "8 s"
+        set = "hip_height"
+        by = "-1 cm"
+
+        [[change]]
+        at = "4 s"
+        set = "frequency"
+        to = "2 Hz"
+    "#;
+    let text = text(more).replace(
+        "ground = {}",
+        "ground = { profile = 'step-down', at = '1 m', height = '20 mm' }",
+    );
+    let scenario = parse(&text).unwrap();
+    let control = scenario.controller.as_ref().unwrap();
+    assert_eq!(control.options.text("gait"), Some("walk"));
+    assert_eq!(
+        control.variables,
+        [
+            ("frequency".to_owned(), 3.0),
+            ("hip_height/hind".to_owned(), 0.1214)
+        ]
+    );
+    assert_eq!(
+        scenario.plant.options.text("force"),
+        Some("solve"),
+        "by default"
+    );
+    assert_eq!(scenario.plant.options.number("crouch"), None);
+    let (hip, knee) = (scenario.actuator.hip, scenario.actuator.knee);
+    assert_eq!((hip.lag, hip.speed), (Some(0.005), Some(20.0)));
+    assert_eq!((knee.lag, knee.speed), (Some(0.005), None));
+    assert_eq!(scenario.io.step, SimDuration::from_micros(500));
+    assert!(matches!(&scenario.io.transfer_time, TimeModel::Trace(times) if times.len() == 2));
+    assert_eq!(scenario.observe.period, SimDuration::from_millis(4));
+    let ground = scenario.plant.ground.as_ref().unwrap();
+    assert_eq!(
+        ground.profile,
+        Profile::StepDown {
+            at: 1.0,
+            height: 0.02
+        }
+    );
+    let changes: Vec<_> = scenario
+        .changes
+        .iter()
+        .map(|c| (c.variable.as_str(), c.amount))
+        .collect();
+    assert_eq!(
+        changes,
+        [
+            ("frequency", ChangeAmount::To(2.0)),
+            ("hip_height/fore", ChangeAmount::By(-0.01)),
+            ("hip_height/hind", ChangeAmount::By(-0.01)),
+        ],
+        "by time, a key without a group meaning all groups"
+    );
+    assert!(scenario.without_changes().changes.is_empty());
+}
+
+#[test]
+fn settings_go_on_top_and_are_shown_where_they_come_from() {
+    let with = |key: &str, value: &str| {
+        let setting = Setting {
+            origin: "--set".into(),
+            key: key.into(),
+            value: value.into(),
+        };
+        Scenario::parse(
+            "run.toml",
+            &text(""),
+            ".".as_ref(),
+            &[setting],
+            &common::catalogue(),
+        )
+    };
+    let scenario = with("duration", "20 s").unwrap();
+    assert_eq!(scenario.duration, SimDuration::from_secs(20));
+    assert_eq!(
+        with("plant.ground.friction", "0.3")
+            .unwrap()
+            .plant
+            .ground
+            .unwrap()
+            .friction,
+        Some(0.3)
+    );
+    insta::assert_snapshot!(with("controller.frequency", "3 mm").unwrap_err());
+    insta::assert_snapshot!(with("controller.frequncy", "3 Hz").unwrap_err());
+}
+
+#[test]
+fn overrides_are_handed_on_to_the_robot_file() {
+    let scenario = parse(&text("[override.leg.aslp]\nparallel.preload = '0 mm'")).unwrap();
+    assert!(!scenario.overrides.is_empty());
+}
