@@ -153,11 +153,28 @@ fn of_variable(kind: &Kind, variable: &VariableSpec) -> Value {
 }
 
 fn expect() -> Value {
-    let axis = json!({ "enum": ["x", "y", "z", "horizontal"] });
+    object(
+        &json!({
+            "name": { "type": "string" },
+            "after": duration(),
+            "before": duration(),
+            "optional": { "type": "boolean" },
+            "footstep": footstep(),
+            "body": body(),
+            "timing": timing(),
+            "signal": signal(),
+            "energy": object(&json!({ "residual": limits(Unit::One) }), &["residual"]),
+            "cost": cost(),
+        }),
+        &[],
+    )
+}
+
+fn footstep() -> Value {
     let leg = json!({ "anyOf": [{ "type": "string" }, texts()] });
     let phases = json!({ "type": "object", "additionalProperties": { "type": "number" } });
     let patterns = json!({ "enum": ["trot", "pace", "walk", "bound"] });
-    let footstep = json!({
+    let properties = json!({
         "leg": leg,
         "slip": limits(Unit::Meter),
         "duty_factor": limits(Unit::One),
@@ -168,27 +185,22 @@ fn expect() -> Value {
         "impulse": limits(Unit::NewtonSecond),
         "peak_load": limits(Unit::Newton),
         "position": limits(Unit::Meter),
-        "axis": axis,
+        "axis": { "enum": ["x", "y", "z", "horizontal"] },
         "count": limits(Unit::One),
         "phase": { "anyOf": [patterns, phases] },
         "tolerance": number(),
         "phase_spread": limits(Unit::One),
-        "order": list(&json!({ "anyOf": [{ "type": "string" }, texts()] })),
+        "order": list(&leg),
         "displacement": limits(Unit::Meter),
         "against": { "enum": ["without changes"] },
         "cycle": natural(),
     });
-    let settles = |within: Value| {
-        object(
-            &json!({ "within": within, "by": duration() }),
-            &["within", "by"],
-        )
-    };
-    let fall = json!({ "anyOf": [
-        { "const": false },
-        object(&json!({ "height": number(), "tilt": quantity(Unit::Radian) }), &[]),
-    ] });
-    let body = json!({
+    object(&properties, &[])
+}
+
+fn body() -> Value {
+    let thresholds = json!({ "height": number(), "tilt": quantity(Unit::Radian) });
+    let properties = json!({
         "speed": limits(Unit::MeterPerSecond),
         "along": { "enum": ["heading", "path"] },
         "height": limits(Unit::Meter),
@@ -198,48 +210,55 @@ fn expect() -> Value {
         "pitch": limits(Unit::Radian),
         "pitch_range": limits(Unit::Radian),
         "yaw_drift": limits(Unit::Radian),
-        "fall": fall,
-        "settles": settles(quantity(Unit::Meter)),
+        "fall": { "anyOf": [{ "const": false }, object(&thresholds, &[])] },
+        "settles": settles(&quantity(Unit::Meter)),
     });
-    let timing = json!({
+    object(&properties, &[])
+}
+
+fn timing() -> Value {
+    let properties = json!({
         "of": { "enum": ["control"] },
         "deadline_misses": limits(Unit::One),
         "cycle_rate": limits(Unit::Hertz),
         "jitter": limits(Unit::Second),
         "latency": limits(Unit::Second),
     });
+    object(&properties, &["of"])
+}
+
+fn signal() -> Value {
+    let any = any_quantity();
     let component = json!({ "anyOf": [{ "enum": ["x", "y", "z"] }, natural()] });
     let until = json!({
-        "name": { "type": "string" }, "component": component,
-        "min": any_quantity(), "max": any_quantity(), "near": any_quantity(), "within": any_quantity(),
-    });
-    let signal = json!({
         "name": { "type": "string" },
         "component": component,
-        "always": limits_of(&any_quantity()),
-        "until": object(&until, &["name"]),
-        "eventually": limits_of(&any_quantity()),
-        "within": duration(),
-        "settles": settles(any_quantity()),
+        "min": any, "max": any, "near": any, "within": any,
     });
-    let mut cost = Map::new();
-    for count in CostMeasure::COUNTS.iter().chain(&["real_time_factor"]) {
-        cost.insert((*count).to_owned(), limits(Unit::One));
-    }
+    let properties = json!({
+        "name": { "type": "string" },
+        "component": component,
+        "always": limits_of(&any),
+        "until": object(&until, &["name"]),
+        "eventually": limits_of(&any),
+        "within": duration(),
+        "settles": settles(&any),
+    });
+    object(&properties, &["name"])
+}
+
+fn cost() -> Value {
+    let measures = CostMeasure::COUNTS.iter().chain(&["real_time_factor"]);
+    let properties: Map<String, Value> = measures
+        .map(|measure| ((*measure).to_owned(), limits(Unit::One)))
+        .collect();
+    object(&Value::Object(properties), &[])
+}
+
+fn settles(within: &Value) -> Value {
     object(
-        &json!({
-            "name": { "type": "string" },
-            "after": duration(),
-            "before": duration(),
-            "optional": { "type": "boolean" },
-            "footstep": object(&footstep, &[]),
-            "body": object(&body, &[]),
-            "timing": object(&timing, &["of"]),
-            "signal": object(&signal, &["name"]),
-            "energy": object(&json!({ "residual": limits(Unit::One) }), &["residual"]),
-            "cost": object(&Value::Object(cost), &[]),
-        }),
-        &[],
+        &json!({ "within": within, "by": duration() }),
+        &["within", "by"],
     )
 }
 

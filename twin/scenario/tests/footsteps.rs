@@ -103,6 +103,30 @@ fn a_walk_is_in_lateral_sequence() {
 }
 
 #[test]
+fn a_leg_that_steps_now_and_then_has_no_phase() {
+    let lame = Run {
+        load: &|leg, ms| {
+            if leg == "RH" && ms > 4000 {
+                0.0
+            } else {
+                trot_load(leg, ms)
+            }
+        },
+        ..Run::default()
+    };
+    for expect in [
+        "phase = 'trot', tolerance = 0.5",
+        "phase_spread = { max = 1 }",
+    ] {
+        let phase = outcome(&format!("footstep = {{ {expect} }}"), &lame);
+        assert_eq!(
+            (phase.verdict, phase.detail.as_str()),
+            (Verdict::Unobserved, "RH touched down 14 times")
+        );
+    }
+}
+
+#[test]
 fn a_phase_that_wraps_is_no_far_phase() {
     // RH touches down 4 ms before or after LF in turn: its phase is near 0 from both sides.
     let jittery = Run {
@@ -244,6 +268,23 @@ fn a_displacement_is_against_the_same_cycle_of_the_run_without_the_change() {
         (outcome.measured.unwrap() + 0.03).abs() < 1e-9,
         "{outcome:?}"
     );
+    // It misses the third cycle: its footsteps before and after are those of other cycles.
+    let misses = Run {
+        load: &|leg, ms| {
+            if (5500..6100).contains(&ms) {
+                0.0
+            } else {
+                trot_load(leg, ms)
+            }
+        },
+        foot: &walker(-0.01),
+        ..Run::default()
+    };
+    let missed = judged(
+        "leg = 'LF', displacement = { max = '9 m' }, cycle = 3",
+        &misses,
+    );
+    assert_eq!(missed.verdict, Verdict::Unobserved);
     let beyond = judged("displacement = { max = '0 mm' }, cycle = 99", &shorter);
     assert_eq!(beyond.verdict, Verdict::Unobserved);
 }

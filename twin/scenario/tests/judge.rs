@@ -170,7 +170,11 @@ fn signals_hold_always_eventually_or_until() {
             "name = 'leg/LF/cable/tension', always = {{ max = '5 N' }}, until = {{ name = 'leg/LF/cable/tension', {other} }}"
         ))
     };
-    assert_eq!(until("min = '4 N'").verdict, Verdict::Pass);
+    let over = until("min = '4 N'");
+    assert_eq!(
+        (over.verdict, over.detail.as_str()),
+        (Verdict::Pass, "until 4.000 s")
+    );
     assert_eq!(until("min = '7 N'").verdict, Verdict::Fail);
     let never = until("min = '70 N'");
     assert_eq!(never.verdict, Verdict::Fail);

@@ -1,12 +1,10 @@
 //! One expectation of a signal or the trunk, fed sample by sample. Nothing here allocates once the run has begun.
 
-use std::f64::consts::PI;
-
 use twinrig_kernel::SimTime;
 
 use super::outcome::Finding;
 use super::tracker::{Extremes, Settling};
-use crate::expect::Along;
+use super::trunk::{Speed, Upright, Yaw};
 use crate::limits::{Comparison, Limits};
 
 /// Watches the samples of one channel.
@@ -45,32 +43,12 @@ pub(crate) enum Meter {
         elements: Vec<usize>,
         settling: Settling,
     },
-    /// Mean speed; x is element `position`, y the one after it.
-    Speed {
-        position: usize,
-        yaw: usize,
-        along: Along,
-        limits: Limits,
-        trip: Option<Trip>,
-    },
+    /// Mean speed.
+    Speed(Speed),
     /// Greatest turn away from the first yaw.
-    Yaw {
-        yaw: usize,
-        limits: Limits,
-        turn: Option<Turn>,
-        seen: Extremes,
-    },
-    /// The trunk stays up. `height` and the two elements from `roll` on are watched.
-    Upright {
-        height: usize,
-        roll: usize,
-        share: f64,
-        tilt: f64,
-        standing: Option<f64>,
-        lowest: Extremes,
-        tilted: Extremes,
-        fallen_at: Option<SimTime>,
-    },
+    Yaw(Yaw),
+    /// The trunk stays up.
+    Upright(Upright),
 }
 
 /// How near an element has come to the limits.
@@ -80,25 +58,6 @@ pub(crate) struct Nearest {
     /// The best so far; none before the first sample.
     pub best: Option<Comparison>,
     pub broken_at: Option<SimTime>,
-}
-
-/// A way through the plane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Trip {
-    start: SimTime,
-    now: SimTime,
-    from: [f64; 2],
-    at: [f64; 2],
-    heading: f64,
-    path: f64,
-    broken_at: Option<SimTime>,
-}
-
-/// An angle that counts whole turns.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Turn {
-    last: f64,
-    turned: f64,
 }
 
 impl Meter {
@@ -156,76 +115,24 @@ impl Meter {
             Meter::Settles { elements, settling } => {
                 settling.add(now, elements.iter().map(|&element| values[element]));
             }
-            Meter::Speed {
-                position,
-                yaw,
-                trip,
-                ..
-            } => {
-                let at = [values[*position], values[*position + 1]];
-                match trip {
-                    Some(trip) => trip.go(now, at),
-                    None => *trip = Some(Trip::new(now, at, values[*yaw])),
-                }
-            }
-            Meter::Yaw {
-                yaw,
-                limits,
-                turn,
-                seen,
-            } => {
-                let yaw = values[*yaw];
-                let turned = turn.get_or_insert(Turn::new(yaw)).to(yaw);
-                seen.add_within(now, turned.abs(), limits);
-            }
-            Meter::Upright { .. } => self.look_for_fall(now, values),
+            Meter::Speed(speed) => speed.sample(now, values),
+            Meter::Yaw(yaw) => yaw.sample(now, values),
+            Meter::Upright(upright) => upright.sample(now, values),
         }
     }
 
     /// Takes samples outside the meter's window.
     #[inline]
     pub fn outside(&mut self, values: &[f64]) {
-        if let Meter::Upright {
-            height, standing, ..
-        } = self
-        {
-            standing.get_or_insert(values[*height]);
-        }
-    }
-
-    fn look_for_fall(&mut self, now: SimTime, values: &[f64]) {
-        let Meter::Upright {
-            height,
-            roll,
-            share,
-            tilt,
-            standing,
-            lowest,
-            tilted,
-            fallen_at,
-        } = self
-        else {
-            return;
-        };
-        let height = values[*height];
-        let standing = *standing.get_or_insert(height);
-        lowest.add(now, height);
-        let tilt_now = values[*roll].abs().max(values[*roll + 1].abs());
-        // `f64::max` prefers a number to a NaN.
-        let broken = values[*roll].is_nan() || values[*roll + 1].is_nan();
-        tilted.add(now, if broken { f64::NAN } else { tilt_now });
-        let up = height >= *share * standing && tilt_now <= *tilt;
-        if !up && fallen_at.is_none() {
-            *fallen_at = Some(now);
+        if let Meter::Upright(upright) = self {
+            upright.stand(values);
         }
     }
 
     /// What was found.
     pub fn finding(&self) -> Finding {
         match self {
-            Meter::Always { limits, seen, .. } | Meter::Yaw { limits, seen, .. } => {
-                seen.finding(limits, "")
-            }
+            Meter::Always { limits, seen, .. } => seen.finding(limits, ""),
             Meter::Range { limits, seen, .. } => range_finding(seen, limits),
             Meter::Eventually { elements, .. } => eventually_finding(elements),
             Meter::Until {
@@ -235,48 +142,12 @@ impl Meter {
                 ..
             } => until_finding(limits, seen, *over_at),
             Meter::Settles { settling, .. } => settling.finding(),
-            Meter::Speed {
-                along,
-                limits,
-                trip,
-                ..
-            } => speed_finding(*along, limits, trip.as_ref()),
-            Meter::Upright {
-                share,
-                tilt,
-                standing,
-                lowest,
-                tilted,
-                fallen_at,
-                ..
-            } => {
-                let broken_at = lowest.broken_at.or(tilted.broken_at);
-                if broken_at.is_some() {
-                    return Finding::not_a_number(broken_at);
-                }
-                let Some(standing) = standing.filter(|_| !lowest.is_empty()) else {
-                    return Finding::unobserved("nothing was observed in its time");
-                };
-                // Two limits of different units: the one that is nearer as a share of itself is shown.
-                let floor = share * standing;
-                let low = Limits {
-                    min: Some(floor),
-                    max: None,
-                }
-                .compare(lowest.least, lowest.greatest);
-                let tilted = Limits::at_most(*tilt).compare(tilted.least, tilted.greatest);
-                if tilted.margin / tilt < low.margin / standing {
-                    Finding::of(tilted, *fallen_at, TILT)
-                } else {
-                    Finding::of(low, *fallen_at, "lowest height")
-                }
-            }
+            Meter::Speed(speed) => speed.finding(),
+            Meter::Yaw(yaw) => yaw.finding(),
+            Meter::Upright(upright) => upright.finding(),
         }
     }
 }
-
-/// What a finding of [`Meter::Upright`] says when its numbers are angles and not heights.
-pub(crate) const TILT: &str = "greatest tilt";
 
 impl Nearest {
     pub fn new(element: usize) -> Self {
@@ -296,58 +167,6 @@ impl Nearest {
         if self.best.is_none_or(|best| here.margin > best.margin) {
             self.best = Some(here);
         }
-    }
-}
-
-impl Trip {
-    fn new(now: SimTime, at: [f64; 2], heading: f64) -> Self {
-        let mut trip = Trip {
-            start: now,
-            now,
-            from: at,
-            at,
-            heading,
-            path: 0.0,
-            broken_at: None,
-        };
-        trip.check(now, &[at[0], at[1], heading]);
-        trip
-    }
-
-    fn go(&mut self, now: SimTime, to: [f64; 2]) {
-        let (dx, dy) = (to[0] - self.at[0], to[1] - self.at[1]);
-        self.path += (dx * dx + dy * dy).sqrt();
-        self.at = to;
-        self.now = now;
-        self.check(now, &to);
-    }
-
-    fn check(&mut self, now: SimTime, values: &[f64]) {
-        if values.iter().any(|value| !value.is_finite()) {
-            self.broken_at.get_or_insert(now);
-        }
-    }
-}
-
-impl Turn {
-    fn new(yaw: f64) -> Self {
-        Turn {
-            last: yaw,
-            turned: 0.0,
-        }
-    }
-
-    /// The turn since the start, having come to `yaw` the short way.
-    fn to(&mut self, yaw: f64) -> f64 {
-        let mut step = yaw - self.last;
-        if step > PI {
-            step -= 2.0 * PI;
-        } else if step < -PI {
-            step += 2.0 * PI;
-        }
-        self.turned += step;
-        self.last = yaw;
-        self.turned
     }
 }
 
@@ -394,20 +213,4 @@ fn until_finding(limits: &Limits, seen: &Extremes, over_at: Option<SimTime>) -> 
         return Finding::unobserved("what is waited for held from the start");
     }
     seen.finding(limits, &format!("until {over_at}"))
-}
-
-fn speed_finding(along: Along, limits: &Limits, trip: Option<&Trip>) -> Finding {
-    let Some(trip) = trip.filter(|trip| trip.now > trip.start) else {
-        return Finding::unobserved("nothing was observed in its time");
-    };
-    if trip.broken_at.is_some() {
-        return Finding::not_a_number(trip.broken_at);
-    }
-    let (dx, dy) = (trip.at[0] - trip.from[0], trip.at[1] - trip.from[1]);
-    let distance = match along {
-        Along::Heading => dx * libm::cos(trip.heading) + dy * libm::sin(trip.heading),
-        Along::Path => trip.path,
-    };
-    let speed = distance / (trip.now - trip.start).as_secs_f64();
-    Finding::of(limits.compare(speed, speed), None, "")
 }

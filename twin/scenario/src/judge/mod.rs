@@ -8,6 +8,7 @@ mod outcome;
 mod phase;
 mod resolve;
 mod tracker;
+mod trunk;
 
 use twinrig_kernel::{Layout, SimTime, Unit};
 
@@ -17,9 +18,10 @@ use crate::scene::{LegFact, Scene, foot_load, foot_position};
 use cycle::CycleMeter;
 use footstep::{Detector, Thresholds};
 use gait::Gait;
-use meter::{Meter, TILT};
+use meter::Meter;
 use outcome::Finding;
 use tracker::Window;
+use trunk::TILT;
 
 pub use footstep::Footstep;
 pub use outcome::{Outcome, Verdict};

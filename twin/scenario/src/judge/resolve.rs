@@ -7,6 +7,7 @@ use twinrig_kernel::{SimTime, Unit};
 use super::cycle::CycleMeter;
 use super::meter::{Meter, Nearest};
 use super::tracker::{Extremes, Settling, Window};
+use super::trunk::{Speed, Upright, Yaw};
 use super::{Channel, Layouts, Watch, Watcher};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
 use crate::glob::matches;
@@ -82,83 +83,90 @@ pub(super) fn unit(claim: &Claim) -> Unit {
     }
 }
 
-fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), String> {
-    let three = |name: &str| match find(layouts, name) {
-        Some((channel, range)) if range.len() == 3 => Ok((channel, range.start)),
-        _ => Err(format!("there is no signal {name}")),
-    };
-    let position = || three(BODY_POSITION);
-    let rpy = || three(BODY_RPY);
-    let both = || {
-        let (channel, position) = position()?;
-        let (other, rpy) = rpy()?;
-        if channel == other {
-            Ok((channel, position, rpy))
-        } else {
-            Err(format!(
-                "{BODY_POSITION} and {BODY_RPY} do not come together"
-            ))
+/// Where the signals of the trunk are.
+struct Trunk<'l>(&'l Layouts<'l>);
+
+impl Trunk<'_> {
+    fn three(&self, name: &str) -> Result<(Channel, usize), String> {
+        match find(self.0, name) {
+            Some((channel, range)) if range.len() == 3 => Ok((channel, range.start)),
+            _ => Err(format!("there is no signal {name}")),
         }
+    }
+
+    fn position(&self) -> Result<(Channel, usize), String> {
+        self.three(BODY_POSITION)
+    }
+
+    fn rpy(&self) -> Result<(Channel, usize), String> {
+        self.three(BODY_RPY)
+    }
+
+    /// Both, which must come in one channel.
+    fn both(&self) -> Result<(Channel, usize, usize), String> {
+        let (channel, position) = self.position()?;
+        let (other, rpy) = self.rpy()?;
+        if channel != other {
+            return Err(format!(
+                "{BODY_POSITION} and {BODY_RPY} do not come together"
+            ));
+        }
+        Ok((channel, position, rpy))
+    }
+}
+
+fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), String> {
+    let trunk = Trunk(layouts);
+    let always = |(channel, start): (Channel, usize), element, absolute, limits: &Limits| {
+        let meter = Meter::Always {
+            elements: vec![start + element],
+            absolute,
+            limits: *limits,
+            seen: Extremes::default(),
+        };
+        (channel, meter)
     };
-    let always = |element, absolute, limits: &Limits| Meter::Always {
-        elements: vec![element],
-        absolute,
-        limits: *limits,
-        seen: Extremes::default(),
-    };
-    let range = |element, limits: &Limits| Meter::Range {
-        element,
-        limits: *limits,
-        seen: Extremes::default(),
+    let range = |(channel, start): (Channel, usize), element, limits: &Limits| {
+        let meter = Meter::Range {
+            element: start + element,
+            limits: *limits,
+            seen: Extremes::default(),
+        };
+        (channel, meter)
     };
     let (channel, meter) = match claim {
-        BodyClaim::Height(limits) => {
-            position().map(|(c, at)| (c, always(at + 2, false, limits)))?
+        BodyClaim::Height(limits) => always(trunk.position()?, 2, false, limits),
+        BodyClaim::Roll(limits) => always(trunk.rpy()?, 0, true, limits),
+        BodyClaim::Pitch(limits) => always(trunk.rpy()?, 1, true, limits),
+        BodyClaim::HeightRange(limits) => range(trunk.position()?, 2, limits),
+        BodyClaim::RollRange(limits) => range(trunk.rpy()?, 0, limits),
+        BodyClaim::PitchRange(limits) => range(trunk.rpy()?, 1, limits),
+        BodyClaim::YawDrift(limits) => {
+            let (channel, rpy) = trunk.rpy()?;
+            (channel, Meter::Yaw(Yaw::new(rpy + 2, *limits)))
         }
-        BodyClaim::Roll(limits) => rpy().map(|(c, at)| (c, always(at, true, limits)))?,
-        BodyClaim::Pitch(limits) => rpy().map(|(c, at)| (c, always(at + 1, true, limits)))?,
-        BodyClaim::HeightRange(limits) => position().map(|(c, at)| (c, range(at + 2, limits)))?,
-        BodyClaim::RollRange(limits) => rpy().map(|(c, at)| (c, range(at, limits)))?,
-        BodyClaim::PitchRange(limits) => rpy().map(|(c, at)| (c, range(at + 1, limits)))?,
-        BodyClaim::YawDrift(limits) => rpy().map(|(channel, at)| {
-            let meter = Meter::Yaw {
-                yaw: at + 2,
-                limits: *limits,
-                turn: None,
-                seen: Extremes::default(),
-            };
-            (channel, meter)
-        })?,
-        BodyClaim::Speed(along, limits) => both().map(|(channel, position, rpy)| {
-            let meter = Meter::Speed {
-                position,
-                yaw: rpy + 2,
-                along: *along,
-                limits: *limits,
-                trip: None,
-            };
-            (channel, meter)
-        })?,
-        BodyClaim::Upright { height, tilt } => both().map(|(channel, position, rpy)| {
-            let meter = Meter::Upright {
-                height: position + 2,
-                roll: rpy,
-                share: *height,
-                tilt: *tilt,
-                standing: None,
-                lowest: Extremes::default(),
-                tilted: Extremes::default(),
-                fallen_at: None,
-            };
-            (channel, meter)
-        })?,
-        BodyClaim::Settles { within, by } => position().map(|(channel, at)| {
+        BodyClaim::Speed(along, limits) => {
+            let (channel, position, rpy) = trunk.both()?;
+            (
+                channel,
+                Meter::Speed(Speed::new(position, rpy + 2, *along, *limits)),
+            )
+        }
+        BodyClaim::Upright { height, tilt } => {
+            let (channel, position, rpy) = trunk.both()?;
+            (
+                channel,
+                Meter::Upright(Upright::new(position + 2, rpy, *height, *tilt)),
+            )
+        }
+        BodyClaim::Settles { within, by } => {
+            let (channel, position) = trunk.position()?;
             let meter = Meter::Settles {
-                elements: (at..at + 3).collect(),
+                elements: (position..position + 3).collect(),
                 settling: Settling::new(*within, *by, 3),
             };
             (channel, meter)
-        })?,
+        }
     };
     Ok((channel, Watcher::Signal(meter)))
 }
