@@ -1,3 +1,5 @@
+//! What a simulated second of the trot costs.
+
 fn main() {
     divan::main();
 }

@@ -1,4 +1,5 @@
-//! The command line.
+//! The command line. Its doc comments are the help that `--help` prints.
+#![allow(clippy::doc_markdown)]
 
 use std::path::PathBuf;
 
@@ -62,7 +63,7 @@ pub struct RunArgs {
     /// Print one JSON object a scenario, and no table
     #[arg(long)]
     pub json: bool,
-    /// Write the verdicts as JUnit XML, too
+    /// Write the verdicts to FILE, too, in the XML of JUnit
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
 }

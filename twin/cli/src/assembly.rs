@@ -298,7 +298,7 @@ impl<'r> Assembly<'r> {
     pub(crate) fn rig_error(&self, source: RigError) -> TwinError {
         TwinError::Rig {
             file: self.scenario().file.clone(),
-            source,
+            source: Box::new(source),
         }
     }
 }

@@ -34,7 +34,7 @@ pub enum TwinError {
         /// The scenario.
         file: String,
         /// What happened.
-        source: RigError,
+        source: Box<RigError>,
     },
     /// Hardware is asked for, and this build cannot speak to any.
     #[error(

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
-use twinrig_runtime::{Group, Observer, Rig, WorkCounts};
+use twinrig_runtime::{Group, Rig, WorkCounts};
 use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
 
 use crate::assembly::{Assembly, ROBOT_FILE, SCENARIO_FILE};
@@ -104,22 +104,19 @@ struct Closing<'a> {
 }
 
 /// Runs to the end, or to what keeps the run from it.
-fn run<O: Observer>(
+fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
-    watch: &mut O,
+    watch: &mut Watch<W>,
     progress: &mut Progress,
-) -> Result<(), String>
-where
-    O: Lookout,
-{
+) -> Result<(), String> {
     let end = assembly.end();
     let mut now = SimTime::ZERO;
     while now < end {
         now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
         rig.run_until(now, watch)
             .map_err(|error| assembly.rig_error(error).to_string())?;
-        if watch.is_lost() {
+        if watch.is_broken() {
             // Closing the recording tells why.
             return Ok(());
         }
@@ -129,17 +126,6 @@ where
         progress.at(now.as_secs_f64());
     }
     Ok(())
-}
-
-/// Something that may find that going on is of no use.
-trait Lookout {
-    fn is_lost(&self) -> bool;
-}
-
-impl<W: std::io::Write> Lookout for Watch<W> {
-    fn is_lost(&self) -> bool {
-        self.is_broken()
-    }
 }
 
 /// The footsteps of the run without changes.
@@ -171,7 +157,7 @@ fn judge(assembly: &Assembly<'_>, rig: &Rig) -> Judge {
 }
 
 /// The report of a run that came to `reached`.
-fn judged<W: std::io::Write>(
+fn judged<W: Write>(
     assembly: &Assembly<'_>,
     rig: &Rig,
     watch: &mut Watch<W>,

@@ -25,8 +25,6 @@ pub enum Tint {
     Yellow,
     /// In the background.
     Dim,
-    /// In the foreground.
-    Bold,
 }
 
 /// A text in a table.
@@ -52,7 +50,6 @@ impl Cell {
             Tint::Red => paint.red(&self.text),
             Tint::Yellow => paint.yellow(&self.text),
             Tint::Dim => paint.dim(&self.text),
-            Tint::Bold => paint.bold(&self.text),
         }
     }
 }
@@ -116,12 +113,13 @@ impl Grid {
                 Side::Right => (room, 0),
             };
             blanks += before;
-            if !cell.text.is_empty() {
+            // Blanks wait for a text behind them.
+            if cell.text.is_empty() {
+                blanks += wide - room;
+            } else {
                 line.push_str(&" ".repeat(blanks));
                 line.push_str(&cell.painted(paint));
                 blanks = 0;
-            } else {
-                blanks += wide - room;
             }
             blanks += after + 2;
         }

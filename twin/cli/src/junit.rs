@@ -1,4 +1,4 @@
-//! Verdicts as JUnit XML, which every CI system shows.
+//! Verdicts as `JUnit` XML, which every CI system shows.
 
 use std::fmt::Write as _;
 

@@ -1,6 +1,7 @@
-//! What became of a scenario: what `--json` prints, what the table and the JUnit file are made from.
+//! What became of a scenario: what `--json` prints, what the table and the `JUnit` file are made from.
 
 use serde::{Serialize, Serializer};
+use twinrig_kernel::SimTime;
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
 
@@ -125,7 +126,7 @@ impl Serialize for Line {
             bound: outcome.bound,
             unit: outcome.unit.symbol(),
             margin: outcome.margin,
-            first_violation_s: outcome.first_violation.map(|at| at.as_secs_f64()),
+            first_violation_s: outcome.first_violation.map(SimTime::as_secs_f64),
             optional: outcome.optional,
             detail: &outcome.detail,
         }

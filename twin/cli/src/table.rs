@@ -54,9 +54,6 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
         } else {
             format!("{} of {count} hold", report.held())
         };
-        let speed = report
-            .real_time_factor
-            .map(|factor| format!("{factor:.0} × real time"));
         let tint = status_tint(report.verdict);
         let what = worst(report).unwrap_or_default();
         grid.row([
@@ -64,7 +61,7 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
             report.scenario.as_str().into(),
             held.into(),
             "".into(),
-            speed.unwrap_or_default().into(),
+            speed(report).unwrap_or_default().into(),
             Cell::new(what, Tint::Dim),
         ]);
     }
@@ -243,7 +240,7 @@ impl Shown {
         let greatest = greatest * factor;
         let decimals = if whole && greatest < 1e9 {
             Some(0)
-        } else if greatest < 1e-3 || greatest >= 1e9 {
+        } else if !(1e-3..1e9).contains(&greatest) {
             None
         } else {
             // Three digits, and more where the margin would vanish.
@@ -291,6 +288,13 @@ fn scale(unit: Unit, greatest: f64) -> (f64, &'static str) {
     }
 }
 
+/// How fast it ran.
+fn speed(report: &Report) -> Option<String> {
+    let factor = report.real_time_factor?;
+    let decimals = usize::from(factor < 10.0);
+    Some(format!("{factor:.decimals$} × real time"))
+}
+
 fn facts(report: &Report) -> Grid {
     let mut grid = Grid::new(&[Side::Left, Side::Left]);
     let mut fact = |name: &str, value: String| {
@@ -301,13 +305,10 @@ fn facts(report: &Report) -> Grid {
         }
     };
     if let (Some(simulated), Some(wall)) = (report.simulated_s, report.wall_s) {
-        let factor = report
-            .real_time_factor
-            .map(|factor| format!(": {factor:.0} × real time"));
-        let factor = factor.unwrap_or_default();
+        let speed = speed(report).map_or_else(String::new, |speed| format!(", {speed}"));
         fact(
             "time",
-            format!("{simulated} s simulated in {wall:.3} s{factor}"),
+            format!("{simulated} s simulated in {wall:.3} s{speed}"),
         );
     }
     if let Some(energy) = report.energy.filter(|energy| energy.exchanged_j > 0.0) {

@@ -171,13 +171,13 @@ fn text(plan: &Plan, paint: Paint) -> String {
     );
     let mut lines = vec![paint.bold(&plan.scenario)];
     lines.extend(facts.lines(2, paint));
-    section(&mut lines, paint, "wired", wired(plan));
-    section(&mut lines, paint, "signals of the plant", signals(plan));
+    section(&mut lines, paint, "wired", &wired(plan));
+    section(&mut lines, paint, "signals of the plant", &signals(plan));
     let mut expected = Grid::new(&[Side::Left]);
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);
     }
-    section(&mut lines, paint, "expected", expected);
+    section(&mut lines, paint, "expected", &expected);
     let mut left_out = Grid::new(&[Side::Left, Side::Left]);
     for left in &plan.left_out {
         left_out.row([
@@ -185,11 +185,11 @@ fn text(plan: &Plan, paint: Paint) -> String {
             Cell::new(left.why.as_str(), Tint::Dim),
         ]);
     }
-    section(&mut lines, paint, "left out", left_out);
+    section(&mut lines, paint, "left out", &left_out);
     lines.join("\n")
 }
 
-fn section(lines: &mut Vec<String>, paint: Paint, title: &str, grid: Grid) {
+fn section(lines: &mut Vec<String>, paint: Paint, title: &str, grid: &Grid) {
     let rows = grid.lines(4, paint);
     if !rows.is_empty() {
         lines.push(String::new());

@@ -28,6 +28,9 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
             });
         if args.json {
             terminal.print_json(&report);
+        } else if let (None, Some(error)) = (&report.fingerprint, &report.error) {
+            // It did not begin: there is nothing to show but what is wrong.
+            let _ = writeln!(terminal.err, "{error}\n");
         } else {
             let text = table::report(&report, terminal.paint);
             terminal.print(&format!("{text}\n"));
@@ -106,6 +109,8 @@ fn recording(folder: &Path, scenario: &Scenario, taken: &[PathBuf]) -> PathBuf {
         1 => folder.join(format!("{name}.mcap")),
         _ => folder.join(format!("{name}-{count}.mcap")),
     };
-    let free = (1..).map(path).find(|path| !taken.contains(path));
-    free.unwrap_or_else(|| path(1))
+    let free = (1..=taken.len()).map(path);
+    free.into_iter()
+        .find(|path| !taken.contains(path))
+        .unwrap_or_else(|| path(taken.len() + 1))
 }

@@ -1,0 +1,374 @@
+//! The commands, end to end, in this process.
+
+mod common;
+
+use common::{Folder, SOUND, json, twin};
+use serde_json::json;
+
+#[test]
+fn run_prints_the_promised_keys_first_and_in_order() {
+    let folder = Folder::new("keys");
+    let scenario = folder.file("bob.toml", SOUND);
+    let done = twin(&["run", &scenario, "--json", "--out", &folder.join("out")]);
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    let report = &json(&done.out)[0];
+    let keys: Vec<&str> = report
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    assert_eq!(
+        keys[..11],
+        [
+            "scenario",
+            "verdict",
+            "seed",
+            "plant",
+            "fingerprint",
+            "simulated_s",
+            "wall_s",
+            "real_time_factor",
+            "expectations",
+            "left_out",
+            "recording"
+        ]
+    );
+    let first = report["expectations"][0].as_object().unwrap();
+    let keys: Vec<&str> = first.keys().map(String::as_str).collect();
+    let promised = [
+        "name",
+        "verdict",
+        "measured",
+        "bound",
+        "unit",
+        "margin",
+        "first_violation_s",
+    ];
+    assert_eq!(keys[..7], promised);
+    assert_eq!(report["verdict"], "pass");
+    assert_eq!(report["scenario"], "bobbing <& fast>");
+    assert_eq!(report["seed"], 7);
+    assert_eq!(report["simulated_s"], 1.0);
+    assert_eq!(first["unit"], "m/s");
+    let recording = report["recording"].as_str().unwrap();
+    assert!(recording.ends_with("bob-seed7.mcap"), "{recording}");
+    assert!(std::path::Path::new(recording).is_file());
+}
+
+#[test]
+fn exit_codes_tell_pass_fail_and_error_apart() {
+    let folder = Folder::new("codes");
+    let sound = folder.file("sound.toml", SOUND);
+    let failing = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
+    let wrong = folder.file("wrong.toml", &SOUND.replace("duration", "duratoin"));
+    let code = |words: &[&str]| twin(&[words, &["--no-record"]].concat()).code;
+    assert_eq!(code(&["run", &sound]), 0);
+    assert_eq!(code(&["run", &failing]), 1);
+    assert_eq!(code(&["run", &wrong]), 2);
+    assert_eq!(code(&["run", &sound, &failing]), 1);
+    assert_eq!(code(&["run", &failing, &wrong, &sound]), 2);
+    assert_eq!(twin(&["run"]).code, 2);
+    assert_eq!(twin(&["jump"]).code, 2);
+    assert_eq!(twin(&["--help"]).code, 0);
+}
+
+#[test]
+fn an_error_of_one_scenario_does_not_stop_the_others() {
+    let folder = Folder::new("others");
+    let wrong = folder.file("wrong.toml", &SOUND.replace("duration", "duratoin"));
+    let missing = folder.join("missing.toml");
+    let sound = folder.file("sound.toml", SOUND);
+    let done = twin(&["run", &wrong, &missing, &sound, "--json", "--no-record"]);
+    let reports = json(&done.out);
+    let verdicts: Vec<_> = reports.iter().map(|report| &report["verdict"]).collect();
+    assert_eq!(verdicts, ["error", "error", "pass"]);
+    let error = reports[0]["error"].as_str().unwrap();
+    assert!(
+        error.contains("did you mean `duration`?") && error.contains("wrong.toml:4:1"),
+        "{error}"
+    );
+    assert!(
+        reports[1]["error"]
+            .as_str()
+            .unwrap()
+            .contains("cannot be read")
+    );
+
+    let done = twin(&["run", &wrong, &sound, "--no-record"]);
+    let summary: Vec<&str> = done.out.lines().rev().take(2).collect();
+    assert!(
+        summary[0].contains("PASS") && summary[0].contains("2 of 2 hold"),
+        "{}",
+        done.out
+    );
+    assert!(summary[1].contains("ERROR"), "{}", done.out);
+    assert!(done.err.contains("^^^^^^^^"), "{}", done.err);
+}
+
+#[test]
+fn a_failure_tells_value_bound_margin_and_when_it_began() {
+    let folder = Folder::new("failure");
+    let scenario = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
+    let report = &json(&twin(&["run", &scenario, "--json", "--no-record"]).out)[0];
+    let height = &report["expectations"][1];
+    assert_eq!(height["verdict"], "fail");
+    assert_eq!(height["bound"], 0.119);
+    let (measured, margin) = (
+        height["measured"].as_f64().unwrap(),
+        height["margin"].as_f64().unwrap(),
+    );
+    assert!((0.1095..0.1105).contains(&measured) && (measured - 0.119 - margin).abs() < 1e-12);
+    // 10 mm cos(20 t) falls to −1 mm at 84 ms.
+    let at = height["first_violation_s"].as_f64().unwrap();
+    assert!((0.080..0.088).contains(&at), "{at}");
+    let text = twin(&["run", &scenario, "--no-record"]).out;
+    assert!(
+        text.contains("✗  height") && text.contains("first at 0.08"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_plant_that_fails_ends_the_run_with_a_verdict_and_its_recording() {
+    let folder = Folder::new("fault");
+    let scenario = folder.file("snap.toml", SOUND);
+    let out = folder.join("out");
+    let done = twin(&[
+        "run", &scenario, "--plant", "snapping", "--out", &out, "--json",
+    ]);
+    assert_eq!(done.code, 2);
+    let report = &json(&done.out)[0];
+    assert_eq!(report["verdict"], "error");
+    let error = report["error"].as_str().unwrap();
+    for told in ["toy/spring", "498", "1.500e0 J", "it snapped", "snap.toml"] {
+        assert!(error.contains(told), "{told} in {error}");
+    }
+    for line in report["expectations"].as_array().unwrap() {
+        assert_ne!(line["verdict"], "pass", "{line}");
+    }
+    let recording =
+        twinrig_record::Recording::open(report["recording"].as_str().unwrap().as_ref()).unwrap();
+    assert_eq!(recording.series("body/position").unwrap().times.len(), 250);
+    assert!(recording.is_complete());
+}
+
+#[test]
+fn what_cannot_run_on_hardware_yet_says_so() {
+    let folder = Folder::new("port");
+    let scenario = folder.file("bob.toml", SOUND);
+    let done = twin(&[
+        "run",
+        &scenario,
+        "--port",
+        "sbcp=/dev/ttyUSB0",
+        "--no-record",
+    ]);
+    assert_eq!(done.code, 2);
+    assert!(
+        done.err.contains("no drivers") && done.err.contains("sbcp=/dev/ttyUSB0"),
+        "{}",
+        done.err
+    );
+}
+
+#[test]
+fn settings_reach_the_scenario_and_name_the_recording() {
+    let folder = Folder::new("settings");
+    let scenario = folder.file("bob.toml", SOUND);
+    let out = folder.join("out");
+    let run = |words: &[&str]| {
+        let all = [&["run", &scenario, "--out", &out, "--json"], words].concat();
+        json(&twin(&all).out).remove(0)
+    };
+    let (plain, shorter) = (
+        run(&[]),
+        run(&["--set", "duration=500 ms", "--set", "seed=8"]),
+    );
+    assert_eq!(
+        (&shorter["simulated_s"], &shorter["seed"]),
+        (&json!(0.5), &json!(8))
+    );
+    assert_ne!(plain["recording"], shorter["recording"]);
+    assert_eq!(
+        shorter["recording"],
+        run(&["--set", "duration=500 ms", "--set", "seed=8"])["recording"]
+    );
+    let wrong = run(&["--set", "plant.modle=toy"]);
+    assert!(
+        wrong["error"]
+            .as_str()
+            .unwrap()
+            .contains("did you mean `model`?"),
+        "{wrong}"
+    );
+}
+
+#[test]
+fn junit_has_a_case_for_each_expectation_and_error() {
+    let folder = Folder::new("junit");
+    let failing = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
+    let scenario = folder.file("snap.toml", SOUND);
+    let file = folder.join("junit.xml");
+    twin(&["run", &failing, "--no-record", "--junit", &file]);
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(
+        text.contains(
+            r#"<testsuite name="bobbing &lt;&amp; fast&gt;" tests="2" failures="1" errors="0""#
+        ),
+        "{text}"
+    );
+    assert!(
+        text.contains("0.110 is not ≥ 0.119 m, first at 0.084 s"),
+        "{text}"
+    );
+    twin(&[
+        "run",
+        &scenario,
+        "--plant",
+        "snapping",
+        "--no-record",
+        "--junit",
+        &file,
+    ]);
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(
+        text.contains(r#"errors="1""#) && text.contains("<error message="),
+        "{text}"
+    );
+    let done = twin(&[
+        "run",
+        &scenario,
+        "--no-record",
+        "--junit",
+        &folder.join("no/such/folder.xml"),
+    ]);
+    assert_eq!(done.code, 2);
+}
+
+#[test]
+fn a_recording_replays_to_the_same_fingerprint() {
+    let folder = Folder::new("replay");
+    let scenario = folder.file("bob.toml", SOUND);
+    let out = folder.join("out");
+    let words = ["run", &scenario, "--out", &out, "--json", "--set", "seed=9"];
+    let report = json(&twin(&words).out).remove(0);
+    let recording = report["recording"].as_str().unwrap();
+    std::fs::remove_file(&scenario).unwrap(); // the recording holds all it takes
+    let done = twin(&["replay", recording, "--json"]);
+    assert_eq!(done.code, 0, "{done:?}");
+    let replayed = &json(&done.out)[0];
+    assert_eq!(replayed["fingerprint"], report["fingerprint"]);
+    assert_eq!(replayed["identical"], true);
+    assert!(twin(&["replay", recording]).out.contains("identical"));
+    assert_eq!(
+        std::fs::read_dir(&out).unwrap().count(),
+        1,
+        "nothing is left lying"
+    );
+}
+
+#[test]
+fn a_recording_that_was_cut_off_is_compared_as_far_as_it_goes() {
+    let folder = Folder::new("cut");
+    let scenario = folder.file("bob.toml", &SOUND.replace("1 s", "4 s"));
+    let done = twin(&["run", &scenario, "--json", "--out", &folder.join("out")]);
+    let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
+    let bytes = std::fs::read(&recording).unwrap();
+    std::fs::write(&recording, &bytes[..bytes.len() / 2]).unwrap();
+    let done = twin(&["replay", &recording]);
+    assert_eq!(done.code, 1, "{done:?}");
+    assert!(done.out.contains("cut off"), "{}", done.out);
+    std::fs::write(&recording, b"no recording").unwrap();
+    assert_eq!(twin(&["replay", &recording]).code, 2);
+    assert_eq!(twin(&["diff", &recording, &recording]).code, 2);
+}
+
+#[test]
+fn diff_finds_the_first_difference() {
+    let folder = Folder::new("diff");
+    let scenario = folder.file("bob.toml", SOUND);
+    let out = folder.join("out");
+    let run = |words: &[&str]| {
+        let all = [&["run", &scenario, "--json", "--out", &out], words].concat();
+        json(&twin(&all).out)[0]["recording"]
+            .as_str()
+            .unwrap()
+            .to_owned()
+    };
+    let (a, b) = (
+        run(&[]),
+        run(&["--set", "record.signals=[\"body/position\"]"]),
+    );
+    let same = twin(&["diff", &a, &a]);
+    assert!(same.code == 0 && same.out.contains("equal"), "{same:?}");
+    let done = twin(&["diff", &a, &b, "--json"]);
+    let difference = &json(&done.out)[0];
+    assert_eq!(done.code, 1);
+    assert_eq!(difference["first"], json!(null));
+    assert_eq!(difference["only_in_a"], json!(["plant: body/rpy"]));
+}
+
+#[test]
+fn check_finds_every_mistake_and_runs_nothing() {
+    let folder = Folder::new("check");
+    let sound = folder.file("sound.toml", SOUND);
+    let wrong = folder.file("wrong.toml", &SOUND.replace("cheetah-cub", "cheetah-cup"));
+    let done = twin(&["check", &sound, &wrong]);
+    assert_eq!(done.code, 2);
+    assert!(
+        done.out.contains('✓') && done.err.contains("did you mean `cheetah-cub`?"),
+        "{done:?}"
+    );
+    let valid: Vec<_> = json(&twin(&["check", &sound, &wrong, "--json"]).out);
+    assert_eq!(
+        (&valid[0]["valid"], &valid[1]["valid"]),
+        (&json!(true), &json!(false))
+    );
+}
+
+#[test]
+fn plan_tells_what_is_left_out_and_why() {
+    let folder = Folder::new("plan");
+    let record = "record = { signals = [\"body/position\"], frames = \"0 Hz\" }";
+    let scenario = folder.file("lean.toml", &format!("{record}\n{SOUND}"));
+    let done = twin(&["plan", &scenario, "--json"]);
+    assert_eq!(done.code, 0, "{done:?}");
+    let plan = &json(&done.out)[0];
+    let parts = plan["left_out"].as_array().unwrap();
+    assert!(
+        parts
+            .iter()
+            .all(|part| part["why"].as_str().is_some_and(|why| !why.is_empty()))
+    );
+    assert!(
+        parts.iter().any(|part| part["part"] == "controller"),
+        "{parts:?}"
+    );
+    assert!(twin(&["plan", &scenario]).out.contains("left out"));
+}
+
+#[test]
+fn list_names_what_there_is() {
+    let done = twin(&["list", "--json"]);
+    let listing = &json(&done.out)[0];
+    let names = |key: &str| -> Vec<String> {
+        let parts = listing[key].as_array().unwrap().iter();
+        parts
+            .map(|part| part["name"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    assert_eq!(names("plants"), ["massless", "toy", "snapping"]);
+    assert_eq!(names("controllers"), ["cpg", "stand"]);
+    assert!(
+        listing["robots"]
+            .as_array()
+            .unwrap()
+            .contains(&json!("oncilla"))
+    );
+    let text = twin(&["list"]).out;
+    assert!(
+        text.contains("frequency") && text.contains("cheetah-cub"),
+        "{text}"
+    );
+}

@@ -1,0 +1,173 @@
+//! A plant that is fast to build and easy to break, and the commands around it.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use twinrig::kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig::runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig::{PlantKind, Registry, run_with};
+
+/// A trunk that bobs around 12 cm and drives forward at 0.5 m/s; from `fails_at` on it does no more.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Toy {
+    now: SimTime,
+    height: f64,
+    rate: f64,
+    forward: f64,
+    fails_at: Option<SimTime>,
+}
+
+impl Plant for Toy {
+    fn name(&self) -> &'static str {
+        "toy"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        vec![
+            Port::output("body/position", Unit::Meter, 3),
+            Port::output("body/rpy", Unit::Radian, 3),
+        ]
+    }
+
+    fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        let seconds = (to - self.now).as_secs_f64();
+        if self.fails_at.is_some_and(|at| to >= at) {
+            return Err(PlantFault {
+                time: self.now,
+                part: "toy/spring".to_owned(),
+                energy: 1.5,
+                why: "it snapped".to_owned(),
+            });
+        }
+        self.rate -= seconds * 400.0 * (self.height - 0.12);
+        self.height += seconds * self.rate;
+        self.forward += seconds * 0.5;
+        self.now = to;
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        outputs.copy_from_slice(&[self.forward, 0.0, self.height, 0.0, 0.01, 0.0]);
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        EnergyBooks {
+            exchanged: 2.0,
+            residual: 1e-9,
+            ..EnergyBooks::default()
+        }
+    }
+
+    fn work(&self) -> WorkCounts {
+        WorkCounts::default()
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(self)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        *self = snapshot.read()?;
+        Ok(())
+    }
+}
+
+/// The standard registry with `toy`, and with `snapping`, which fails at 0.5 s.
+pub fn registry() -> Registry {
+    let toy = |fails_at| {
+        move |_: &twinrig::Physics<'_>| {
+            Ok(Toy {
+                now: SimTime::ZERO,
+                height: 0.13,
+                rate: 0.0,
+                forward: 0.0,
+                fails_at,
+            })
+        }
+    };
+    let half = SimTime::from_nanos(500_000_000);
+    Registry::standard()
+        .with_plant(PlantKind::new("toy", "bobs", toy(None)))
+        .with_plant(PlantKind::new(
+            "snapping",
+            "bobs, then snaps",
+            toy(Some(half)),
+        ))
+}
+
+/// A scenario that passes.
+pub const SOUND: &str = r#"
+name = "bobbing <& fast>"
+robot = "cheetah-cub"
+duration = "1 s"
+seed = 7
+plant = { model = "toy" }
+
+[[expect]]
+name = "speed"
+body = { speed = { near = "0.5 m/s", within = "1 %" } }
+
+[[expect]]
+name = "height"
+body = { height = { min = "109 mm" } }
+"#;
+
+/// A folder of its own for a test, gone afterwards.
+pub struct Folder(PathBuf);
+
+impl Folder {
+    pub fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("twinrig-{test}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    /// The path of a new file in it.
+    pub fn file(&self, name: &str, text: &str) -> String {
+        let path = self.0.join(name);
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    }
+
+    pub fn join(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a command printed, and its exit code.
+#[derive(Debug)]
+pub struct Done {
+    pub code: u8,
+    pub out: String,
+    pub err: String,
+}
+
+/// Runs a command in this process.
+pub fn twin(words: &[&str]) -> Done {
+    twin_of(&registry(), words)
+}
+
+/// The same with another registry.
+pub fn twin_of(registry: &Registry, words: &[&str]) -> Done {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let code = run_with(registry, words.iter().copied(), &mut out, &mut err);
+    Done {
+        code,
+        out: String::from_utf8(out).unwrap(),
+        err: String::from_utf8(err).unwrap(),
+    }
+}
+
+/// The JSON objects of the lines of `text`.
+pub fn json(text: &str) -> Vec<serde_json::Value> {
+    let lines = text.lines();
+    lines
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
