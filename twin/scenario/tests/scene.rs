@@ -3,6 +3,7 @@
 mod common;
 
 use common::{facts, legs, parse, scene, text};
+use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::{ChangeAmount, LegFact, Profile, Scenario, Setting, TimeModel};
 
@@ -198,4 +199,68 @@ fn settings_go_on_top_and_are_shown_where_they_come_from() {
 fn overrides_are_handed_on_to_the_robot_file() {
     let scenario = parse(&text("[override.leg.aslp]\nparallel.preload = '0 mm'")).unwrap();
     assert!(!scenario.overrides.is_empty());
+}
+
+/// A file that has most of what a file may have.
+const RICH: &str = r#"
+[override]
+leg.aslp.l1 = "44 mm"
+[actuator]
+kind = "servo"
+hip = { lag = "5 ms" }
+[io]
+transfer_time = { min = "0.1 ms", max = "0.2 ms" }
+[footsteps]
+touch_down = "0.5 N"
+lift_off = "0.2 N"
+[record]
+signals = ["leg/*/foot/*", "**"]
+[[change]]
+at = "8 s"
+set = "hip_height"
+by = "-1 cm"
+[[expect]]
+footstep = { order = [["LF", "RH"], ["RF", "LH"]] }
+after = "2 s"
+[[expect]]
+footstep = { displacement = { max = "1 mm" }, against = "without changes", cycle = 2 }
+[[expect]]
+footstep = { phase = { LF = 0, RF = 0.5, LH = 0.5, RH = 0 }, tolerance = 0.1 }
+[[expect]]
+body = { fall = { height = 0.4, tilt = "30 deg" } }
+[[expect]]
+signal = { name = "leg/*/foot/load", always = { min = "0 N" }, until = { name = "body/position", component = "z", max = "1 cm" } }
+[[expect]]
+timing = { of = "control", jitter = { near = "0 s", within = "1 us" } }
+"#;
+
+#[test]
+fn the_rich_file_is_right() {
+    assert!(
+        scene(&text(RICH)).is_ok(),
+        "{}",
+        scene(&text(RICH)).unwrap_err()
+    );
+}
+
+proptest! {
+    /// Whatever a slip of the pen makes of a file, it is read or refused with a message.
+    #[test]
+    fn no_slip_of_the_pen_is_a_panic(
+        cut in 0..2000_usize,
+        length in 0..40_usize,
+        put in prop_oneof![
+            Just(String::new()), Just("0".into()), Just("nan".into()), Just("-1e300".into()), Just("\"\"".into()),
+            Just("[]".into()), Just("{}".into()), Just("\"1e999 s\"".into()), Just("[[plant]]".into()), "[ -~]{0,8}",
+        ],
+    ) {
+        let mut characters: Vec<char> = text(RICH).chars().collect();
+        let cut = cut % characters.len();
+        let end = (cut + length).min(characters.len());
+        characters.splice(cut..end, put.chars());
+        if let Err(error) = scene(&characters.into_iter().collect::<String>()) {
+            prop_assert!(!error.problems.is_empty());
+            prop_assert!(error.to_string().contains("run.toml"));
+        }
+    }
 }
