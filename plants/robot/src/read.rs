@@ -165,7 +165,7 @@ fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
     result
 }
 
-/// Length of the diagonal in the extended leg (thesis, appendix A: `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) [m].
+/// Length of the diagonal in the extended leg (thesis, appendix A: `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
 fn diagonal_length(leg: &Leg) -> f64 {
     let (l2, l_delta) = (leg.l2, leg.l_delta);
     (l2 * l2 + l_delta * l_delta + 2.0 * l2 * l_delta * libm::cos(leg.q2_ref)).sqrt()

@@ -119,16 +119,16 @@ pub struct Ground {
 pub enum Profile {
     /// Height 0 everywhere.
     Flat,
-    /// Height 0 up to `at`, `-height` from there on [m].
+    /// Height 0 up to `at`, `-height` from there on \[m\].
     StepDown {
-        /// Distance from the start [m].
+        /// Distance from the start \[m\].
         at: f64,
-        /// Depth of the step [m].
+        /// Depth of the step \[m\].
         height: f64,
     },
     /// Heights on a square grid.
     Heights {
-        /// Side of a square [m].
+        /// Side of a square \[m\].
         spacing: f64,
         /// Where the heights come from.
         heights: Heights,
@@ -138,11 +138,11 @@ pub enum Profile {
 /// Heights of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heights {
-    /// One row per line in y, each along x [m]; all rows have the same length.
+    /// One row per line in y, each along x \[m\]; all rows have the same length.
     Given(Vec<Vec<f64>>),
-    /// Drawn evenly between `-amplitude` and `amplitude` [m].
+    /// Drawn evenly between `-amplitude` and `amplitude` \[m\].
     Random {
-        /// Greatest height [m].
+        /// Greatest height \[m\].
         amplitude: f64,
         /// Seed of the heights; none: the scenario's.
         seed: Option<u64>,
@@ -173,13 +173,13 @@ pub enum ActuatorKind {
 /// Figures of a servo that replace the robot file's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoOverride {
-    /// [s]
+    /// \[s\]
     pub lag: Option<f64>,
-    /// [rad/s]
+    /// \[rad/s\]
     pub speed: Option<f64>,
-    /// [N·m]
+    /// \[N·m\]
     pub torque: Option<f64>,
-    /// [rad]
+    /// \[rad\]
     pub dead_band: Option<f64>,
 }
 
@@ -252,7 +252,7 @@ pub struct FootstepSpec {
     pub lift_off: LoadThreshold,
     /// A foot that touches down again within this has not lifted off.
     pub shortest_swing: SimDuration,
-    /// A contact of less impulse is no footstep [s of body weight].
+    /// A contact of less impulse is no footstep \[s of body weight\].
     pub least_impulse: f64,
 }
 
@@ -261,12 +261,12 @@ pub struct FootstepSpec {
 pub enum LoadThreshold {
     /// A share of the body's weight.
     OfWeight(f64),
-    /// [N]
+    /// \[N\]
     Newton(f64),
 }
 
 impl LoadThreshold {
-    /// The load for a robot that weighs `weight` [N].
+    /// The load for a robot that weighs `weight` \[N\].
     pub fn newton(self, weight: f64) -> f64 {
         match self {
             LoadThreshold::OfWeight(share) => share * weight,
@@ -280,7 +280,7 @@ impl LoadThreshold {
 pub struct RecordSpec {
     /// Patterns of the signals to write down; none: all.
     pub signals: Option<Vec<Placed<String>>>,
-    /// How often the pose of every body is written down [Hz]; none: never.
+    /// How often the pose of every body is written down \[Hz\]; none: never.
     pub frames: Option<f64>,
 }
 

@@ -24,7 +24,7 @@ pub struct LegFact {
 pub struct Facts {
     /// The legs that [`Scenario::legs`] keeps.
     pub legs: Vec<LegFact>,
-    /// The robot's weight [N].
+    /// The robot's weight \[N\].
     pub weight: f64,
     /// Every output that the plant could give for these legs.
     pub plant_outputs: Vec<Port>,
@@ -41,7 +41,7 @@ pub struct Scene {
     pub scenario: Scenario,
     /// The legs that are simulated, in the robot's order.
     pub legs: Vec<LegFact>,
-    /// The robot's weight [N].
+    /// The robot's weight \[N\].
     pub weight: f64,
     /// The plant outputs that something needs, in the plant's order: only these are computed.
     pub wanted: Vec<String>,
@@ -219,17 +219,17 @@ impl Scenario {
     }
 }
 
-/// World position of the trunk's centre of mass [m].
+/// World position of the trunk's centre of mass \[m\].
 pub(crate) const BODY_POSITION: &str = "body/position";
-/// Roll, pitch and yaw of the trunk [rad].
+/// Roll, pitch and yaw of the trunk \[rad\].
 pub(crate) const BODY_RPY: &str = "body/rpy";
 
-/// The signal with a foot's load [N].
+/// The signal with a foot's load \[N\].
 pub(crate) fn foot_load(leg: &str) -> String {
     format!("leg/{leg}/foot/load")
 }
 
-/// The signal with a foot's place in the world [m].
+/// The signal with a foot's place in the world \[m\].
 pub(crate) fn foot_position(leg: &str) -> String {
     format!("leg/{leg}/foot/position")
 }

@@ -67,25 +67,25 @@ pub enum LegChoice {
 /// What about footsteps.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FootstepMeasure {
-    /// Greatest horizontal distance moved while in contact, of every footstep [m].
+    /// Greatest horizontal distance moved while in contact, of every footstep \[m\].
     Slip(Limits),
-    /// Mean share of a leg's cycle, touch-down to touch-down, that it stands; of every leg [1].
+    /// Mean share of a leg's cycle, touch-down to touch-down, that it stands; of every leg \[1\].
     DutyFactor(Limits),
-    /// Touch-down to lift-off, of every footstep [s].
+    /// Touch-down to lift-off, of every footstep \[s\].
     StanceTime(Limits),
-    /// Lift-off to the next touch-down, of every footstep but a leg's last [s].
+    /// Lift-off to the next touch-down, of every footstep but a leg's last \[s\].
     SwingTime(Limits),
-    /// Mean number of touch-downs a second, of every leg [Hz].
+    /// Mean number of touch-downs a second, of every leg \[Hz\].
     Frequency(Limits),
-    /// Horizontal distance between successive touch-downs of a leg, of every footstep but a leg's last [m].
+    /// Horizontal distance between successive touch-downs of a leg, of every footstep but a leg's last \[m\].
     StrideLength(Limits),
-    /// Impulse of the ground, of every footstep [N·s].
+    /// Impulse of the ground, of every footstep \[N·s\].
     Impulse(Limits),
-    /// Greatest load, of every footstep [N].
+    /// Greatest load, of every footstep \[N\].
     PeakLoad(Limits),
-    /// Coordinate of the touch-down, of every footstep [m].
+    /// Coordinate of the touch-down, of every footstep \[m\].
     Position(Axis, Limits),
-    /// Number of touch-downs, of every leg [1].
+    /// Number of touch-downs, of every leg \[1\].
     Count(Limits),
     /// Each leg's mean phase (circular) in the cycle of the first leg is the pattern's.
     Phase {
@@ -94,12 +94,12 @@ pub enum FootstepMeasure {
         /// Greatest distance of any leg, as a share of the cycle.
         tolerance: f64,
     },
-    /// Circular standard deviation of each leg's phase in the cycle of the first leg [1, share of the cycle].
+    /// Circular standard deviation of each leg's phase in the cycle of the first leg \[1, share of the cycle\].
     PhaseSpread(Limits),
     /// Legs touch down in this order, again and again; legs of one group in any order among themselves. What is measured
     /// is the number of touch-downs out of order.
     Order(Vec<Vec<Placed<String>>>),
-    /// How far a footstep stands from the same footstep of the run without changes, by cycle [m].
+    /// How far a footstep stands from the same footstep of the run without changes, by cycle \[m\].
     Displacement {
         /// Along which axis.
         axis: Axis,
@@ -141,32 +141,32 @@ pub enum Pattern {
 /// A claim about the trunk.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BodyClaim {
-    /// Mean speed over the window [m/s].
+    /// Mean speed over the window \[m/s\].
     Speed(Along, Limits),
-    /// Height of its centre of mass [m].
+    /// Height of its centre of mass \[m\].
     Height(Limits),
-    /// Greatest angle about the x axis, either way [rad].
+    /// Greatest angle about the x axis, either way \[rad\].
     Roll(Limits),
-    /// Greatest angle about the y axis, either way [rad].
+    /// Greatest angle about the y axis, either way \[rad\].
     Pitch(Limits),
-    /// Greatest less least roll [rad].
+    /// Greatest less least roll \[rad\].
     RollRange(Limits),
-    /// Greatest less least pitch [rad].
+    /// Greatest less least pitch \[rad\].
     PitchRange(Limits),
-    /// Greatest less least height [m].
+    /// Greatest less least height \[m\].
     HeightRange(Limits),
-    /// Greatest turn away from the heading at the window's start, either way, whole turns counted [rad].
+    /// Greatest turn away from the heading at the window's start, either way, whole turns counted \[rad\].
     YawDrift(Limits),
     /// It does not fall.
     Upright {
         /// It has fallen when it is lower than this share of its height in the first observation of the run.
         height: f64,
-        /// It has fallen when it rolls or pitches beyond this [rad].
+        /// It has fallen when it rolls or pitches beyond this \[rad\].
         tilt: f64,
     },
     /// From `by` on to the window's end, each coordinate stays within `within` of where it ends.
     Settles {
-        /// [m]
+        /// \[m\]
         within: f64,
         /// Since the start of the run.
         by: SimTime,
@@ -185,13 +185,13 @@ pub enum Along {
 /// What about the controller's cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimingMeasure {
-    /// Number of cycles that began too late or not at all [1].
+    /// Number of cycles that began too late or not at all \[1\].
     DeadlineMisses,
-    /// Mean rate [Hz].
+    /// Mean rate \[Hz\].
     CycleRate,
-    /// Greatest distance of the time between two cycles from the period [s].
+    /// Greatest distance of the time between two cycles from the period \[s\].
     Jitter,
-    /// Greatest time from a cycle's begin to its end [s].
+    /// Greatest time from a cycle's begin to its end \[s\].
     Latency,
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct CycleMeter {
     last_begin: Option<SimTime>,
     begins: u64,
     missed: u64,
-    /// Jitter or latency [s].
+    /// Jitter or latency \[s\].
     seen: Extremes,
     first_miss: Option<SimTime>,
 }

@@ -13,13 +13,13 @@ pub struct Footstep {
     /// When the load last fell below the threshold of a lift-off; none if the run ended before.
     pub lift_off: Option<SimTime>,
     /// Place of the foot in the world at touch-down; of several contacts that count as one, at the touch-down of the one
-    /// with the largest impulse [m].
+    /// with the largest impulse \[m\].
     pub position: [f64; 3],
-    /// Greatest horizontal distance from the place of touch-down while in contact; of several contacts, the sum [m].
+    /// Greatest horizontal distance from the place of touch-down while in contact; of several contacts, the sum \[m\].
     pub slip: f64,
-    /// Integral of the load [N·s].
+    /// Integral of the load \[N·s\].
     pub impulse: f64,
-    /// Greatest load, as it was observed [N].
+    /// Greatest load, as it was observed \[N\].
     pub peak_load: f64,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Thresholds {
     pub touch_down: f64,
     pub lift_off: f64,
     pub shortest_swing: SimDuration,
-    /// [N·s]
+    /// \[N·s\]
     pub least_impulse: f64,
 }
 

@@ -64,7 +64,7 @@ pub enum Happening {
 pub struct RunEnd<'r> {
     /// When it ended. If that is before the scenario's end, nothing passes.
     pub at: SimTime,
-    /// The residual of the energy books and the energy exchanged [J]; none where nobody keeps books.
+    /// The residual of the energy books and the energy exchanged \[J\]; none where nobody keeps books.
     pub energy: Option<(f64, f64)>,
     /// The work that the plant took, by the names of [`CostMeasure::COUNTS`].
     pub work: &'r [(&'r str, u64)],
