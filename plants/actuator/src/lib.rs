@@ -1,16 +1,16 @@
-//! Position servos as the plants see them: the acceleration that the drive wants, and the torque it has for it.
+//! Position servos as the plants see them: the rate that the drive wants, and the torque it has for it.
 //!
 //! A [`PositionServo`] is a cascade. The outer loop asks for a rate in proportion to the position error, up to the
 //! speed limit; the inner loop asks for an acceleration in proportion to the rate error, four times faster, which makes
 //! the pair critically damped with a delay of exactly [`lag`](PositionServo::lag) behind a ramp. The drive rejects its
-//! load until its torque is used up: a plant gives it the acceleration it wants where the torque for that is within
+//! load until its torque is used up: a plant gives it the rate it wants where the torque for that is within
 //! [`torque`](PositionServo::torque), and the torque limit otherwise.
 //!
 //! ```
 //! use twinrig_actuator::PositionServo;
 //! let servo = PositionServo::ideal(2e-3, 1e-3).unwrap();
-//! assert_eq!(servo.acceleration(1.0, 1.0, 0.0), 0.0); // there, and at rest
-//! assert!(servo.acceleration(1.0, 0.9, 0.0) > 0.0);
+//! assert_eq!(servo.rate_after(1e-3, 1.0, 1.0, 0.0), 0.0); // there, and at rest
+//! assert!(servo.rate_after(1e-3, 1.0, 0.9, 0.0) > 0.0);
 //! ```
 //!
 //! What is not here: pulses, packets and clocks (drivers and boards), the motor's winding and gear losses, and the
@@ -104,16 +104,23 @@ impl PositionServo {
         })
     }
 
-    /// Acceleration the servo wants \[rad/s²\], from command and position \[rad\] and rate \[rad/s\].
-    pub fn acceleration(&self, command: f64, position: f64, rate: f64) -> f64 {
+    /// Rate the servo wants to have after `step` seconds \[rad/s\], from command and position \[rad\] and rate \[rad/s\].
+    ///
+    /// The implicit midpoint rule, which is stable at any step and exact in what it converges to.
+    pub fn rate_after(&self, step: f64, command: f64, position: f64, rate: f64) -> f64 {
         let error = command - position;
-        let heeded = if error.abs() > self.dead_band {
-            error
+        let heeded = if error.abs() > self.dead_band { error } else { 0.0 };
+        let inner = step * INNER_OVER_OUTER / self.lag;
+        let both = 0.5 * step / self.lag * inner;
+        let followed = (rate * (1.0 - 0.5 * inner - 0.5 * both) + 2.0 * both * heeded / step)
+            / (1.0 + 0.5 * inner + 0.5 * both);
+        // Where the error at the middle of the step asks for more than the greatest speed, that speed is the target.
+        let wanted = (heeded - 0.25 * step * (rate + followed)) / self.lag;
+        if wanted.abs() > self.speed {
+            (rate * (1.0 - 0.5 * inner) + inner * self.speed.copysign(wanted)) / (1.0 + 0.5 * inner)
         } else {
-            0.0
-        };
-        let wanted = (heeded / self.lag).clamp(-self.speed, self.speed);
-        (wanted - rate) * (INNER_OVER_OUTER / self.lag)
+            followed
+        }
     }
 
     /// Delay behind a ramp \[s\].
@@ -147,40 +154,66 @@ mod tests {
         .unwrap()
     }
 
-    /// Position after following `command(t)` for a second from rest.
-    fn follow(servo: &PositionServo, command: impl Fn(f64) -> f64) -> (f64, f64) {
-        let (h, mut position, mut rate) = (1e-5, 0.0, 0.0);
-        for i in 0..100_000 {
-            rate += h * servo.acceleration(command(h * f64::from(i)), position, rate);
-            position += h * rate;
+    /// Position and rate after following `command(t)` for a second from rest, in steps of `h`.
+    fn follow(servo: &PositionServo, h: f64, command: impl Fn(f64) -> f64) -> (f64, f64) {
+        let (mut time, mut position, mut rate) = (0.0, 0.0, 0.0);
+        while time < 1.0 - 0.5 * h {
+            let next = servo.rate_after(h, command(time + 0.5 * h), position, rate);
+            position += 0.5 * h * (rate + next);
+            rate = next;
+            time += h;
         }
         (position, rate)
     }
 
     #[test]
     fn the_delay_behind_a_ramp_is_the_lag() {
-        let (position, rate) = follow(&servo(0.02, 100.0, 0.0), |t| 3.0 * t);
-        assert!((rate - 3.0).abs() < 1e-6);
-        assert!((position - 3.0 * (1.0 - 0.02)).abs() < 1e-4, "{position}"); // 1e-5 s steps: 3e-5 rad
+        for h in [1e-5, 1e-3, 2e-3] {
+            let (position, rate) = follow(&servo(0.02, 100.0, 0.0), h, |t| 3.0 * t);
+            assert!((rate - 3.0).abs() < 1e-6);
+            assert!((position - 3.0 * (1.0 - 0.02)).abs() < 1e-6, "{position}");
+        }
     }
 
     #[test]
     fn a_step_is_followed_without_overshoot_at_no_more_than_the_greatest_speed() {
         let servo = servo(0.02, 6.545, 0.0);
-        let (h, mut position, mut rate) = (1e-5, 0.0_f64, 0.0_f64);
-        for _ in 0..100_000 {
-            rate += h * servo.acceleration(1.0, position, rate);
-            position += h * rate;
-            assert!(position <= 1.0 + 1e-9 && rate <= 6.545 + 1e-9);
+        let (h, mut position, mut rate) = (1e-4, 0.0_f64, 0.0_f64);
+        for _ in 0..10_000 {
+            let next = servo.rate_after(h, 1.0, position, rate);
+            position += 0.5 * h * (rate + next);
+            rate = next;
+            // The speed limit is left a step late: 6.5 rad/s · 1e-4 s.
+            assert!(position <= 1.0 + 1e-4 && rate <= 6.545 + 1e-9, "{position} {rate}");
         }
         assert!((position - 1.0).abs() < 1e-9);
     }
 
     #[test]
+    fn the_step_response_is_that_of_a_critically_damped_pair_and_converges_with_second_order() {
+        // Poles at −2/lag, twice: position after t is 1 − (1 + 2t/lag) e^(−2t/lag).
+        let lag = 0.05;
+        let servo = servo(lag, 1e9, 0.0);
+        let error = |h: f64| {
+            let (mut position, mut rate) = (0.0, 0.0);
+            let mut time = 0.0;
+            while time < 0.04 - 0.5 * h {
+                let next = servo.rate_after(h, 1.0, position, rate);
+                position += 0.5 * h * (rate + next);
+                rate = next;
+                time += h;
+            }
+            let x: f64 = 2.0 * 0.04 / lag;
+            (position - (1.0 - (1.0 + x) * (-x).exp())).abs()
+        };
+        assert!(error(1e-3) < 1e-3 && error(5e-4) < error(1e-3) / 3.5, "{} {}", error(1e-3), error(5e-4));
+    }
+
+    #[test]
     fn an_error_inside_the_dead_band_is_ignored() {
         let servo = servo(0.02, 6.545, 0.005);
-        assert_eq!(servo.acceleration(0.0049, 0.0, 0.0), 0.0);
-        assert!(servo.acceleration(0.0051, 0.0, 0.0) > 0.0);
+        assert_eq!(servo.rate_after(1e-3, 0.0049, 0.0, 0.0), 0.0);
+        assert!(servo.rate_after(1e-3, 0.0051, 0.0, 0.0) > 0.0);
     }
 
     #[test]

@@ -34,8 +34,14 @@ enum Place {
     Inside,
     Low,
     High,
-    /// On the border of the disc, in this direction.
-    Slipping([f64; 2]),
+    /// On the border of the disc, in this direction; the share is its radius over the distance of what it was projected
+    /// from.
+    Slipping {
+        /// Unit vector.
+        direction: [f64; 2],
+        /// At most one.
+        share: f64,
+    },
 }
 
 /// `w = G z + b` with a bound for every unknown; its memory is kept from one use to the next.
@@ -128,14 +134,19 @@ impl Problem {
         }
     }
 
+    /// Sets a guess of an unknown, such as its value in a problem much like this one.
+    pub fn guess(&mut self, row: usize, value: f64) {
+        self.unknowns[row] = value;
+    }
+
     /// The solution `z`.
     pub fn unknowns(&self) -> &[f64] {
         &self.unknowns
     }
 
-    /// Solves the problem: a few projected Gauss–Seidel sweeps guess where each unknown stands in its bound, direct
-    /// solves correct the guess until it confirms itself (a semismooth Newton iteration), and more sweeps follow where
-    /// it does not.
+    /// Solves the problem: the guess says where each unknown stands in its bound, direct solves correct it until it
+    /// confirms itself (a semismooth Newton iteration), and projected Gauss–Seidel sweeps make a better guess where it
+    /// does not.
     ///
     /// # Errors
     /// [`Unsolved`] where no guess confirms itself; the best approximation stays in [`Self::unknowns`].
@@ -154,13 +165,17 @@ impl Problem {
             return Ok(solution);
         }
         for round in 0..ROUNDS {
-            let sweeps = 4 << (2 * round.min(4));
+            let sweeps = if round == 0 {
+                0
+            } else {
+                1 << (2 * round.min(5))
+            };
             for _ in 0..sweeps {
                 self.sweep();
             }
             solution.sweeps += sweeps;
             self.swept.clone_from(&self.unknowns);
-            self.confirm(&mut solution.factorisations);
+            self.confirm(&mut solution.factorisations, TOLERANCE * scale);
             solution.residual = self.residual();
             if solution.residual <= TOLERANCE * scale {
                 return Ok(solution);
@@ -232,77 +247,60 @@ impl Problem {
         }
     }
 
-    /// Reads the places off the unknowns, solves for the unknowns at these places, and repeats until nothing moves.
-    fn confirm(&mut self, factorisations: &mut u32) {
-        const ROUNDS: usize = 40;
-        self.places.clear();
-        self.places.resize(self.len(), Place::Inside);
-        for round in 0..ROUNDS {
-            let moved = self.read_places();
-            if round > 0 && !moved {
-                return;
-            }
+    /// Newton's method from the present unknowns, until the conditions hold or the steps run out.
+    fn confirm(&mut self, factorisations: &mut u32, tolerance: f64) {
+        const STEPS: usize = 12;
+        for _ in 0..STEPS {
+            self.read_places();
             *factorisations += 1;
-            if !self.solve_at_places() {
+            if !self.solve_at_places() || self.residual() <= tolerance {
                 return;
             }
         }
     }
 
-    /// Updates the places; says whether one changed.
-    fn read_places(&mut self) -> bool {
-        const SAME_DIRECTION: f64 = 1e-13;
-        let mut moved = false;
+    /// Where each unknown stands in its bound, as its projection says.
+    fn read_places(&mut self) {
+        self.places.clear();
         for row in 0..self.len() {
             let step = self.step(row);
-            let target = |problem: &Self, row: usize| problem.unknowns[row] - step * problem.w(row);
+            let target = |row: usize| self.unknowns[row] - step * self.w(row);
             let place = match self.bounds[row] {
-                Bound::Free | Bound::DiscSecond => Place::Inside,
-                Bound::NonNegative if target(self, row) > 0.0 => Place::Inside,
+                Bound::Free => Place::Inside,
+                Bound::NonNegative if target(row) > 0.0 => Place::Inside,
                 Bound::NonNegative => Place::Low,
-                Bound::Between { low, high } => match target(self, row) {
+                Bound::Between { low, high } => match target(row) {
                     t if t <= low => Place::Low,
                     t if t >= high => Place::High,
                     _ => Place::Inside,
                 },
                 Bound::Disc { normal, friction } => {
-                    let t = [target(self, row), target(self, row + 1)];
+                    let t = [target(row), target(row + 1)];
                     let (radius, length) = (friction * self.unknowns[normal].max(0.0), norm(t));
                     if length > radius {
-                        Place::Slipping([t[0] / length, t[1] / length])
+                        Place::Slipping {
+                            direction: [t[0] / length, t[1] / length],
+                            share: radius / length,
+                        }
                     } else {
                         Place::Inside
                     }
                 }
+                Bound::DiscSecond => self.places[row - 1],
             };
-            moved |= match (self.places[row], place) {
-                (Place::Slipping(a), Place::Slipping(b)) => {
-                    norm([a[0] - b[0], a[1] - b[1]]) > SAME_DIRECTION
-                }
-                (a, b) => a != b,
-            };
-            self.places[row] = place;
+            self.places.push(place);
         }
-        moved
     }
 
-    /// Solves `w = 0` for the unknowns inside their bounds, the others at them. False where that system is singular.
+    /// One Newton step: the linear system that holds if all places are right. False where it is singular.
     fn solve_at_places(&mut self) -> bool {
-        let n = self.len();
         self.free.clear();
-        for row in 0..n {
-            let inside = match (self.bounds[row], self.places[row]) {
-                (Bound::DiscSecond, _) => self.places[row - 1] == Place::Inside,
-                (_, place) => place == Place::Inside,
-            };
-            if inside {
-                self.free.push(row);
-            } else {
-                self.unknowns[row] = match (self.bounds[row], self.places[row]) {
-                    (Bound::Between { low, .. }, Place::Low) => low,
-                    (Bound::Between { high, .. }, Place::High) => high,
-                    _ => 0.0,
-                };
+        for row in 0..self.len() {
+            match (self.bounds[row], self.places[row]) {
+                (Bound::Between { low, .. }, Place::Low) => self.unknowns[row] = low,
+                (Bound::Between { high, .. }, Place::High) => self.unknowns[row] = high,
+                (_, Place::Low | Place::High) => self.unknowns[row] = 0.0,
+                _ => self.free.push(row),
             }
         }
         self.assemble();
@@ -312,51 +310,71 @@ impl Problem {
         for (&row, &value) in self.free.iter().zip(&self.right) {
             self.unknowns[row] = value;
         }
-        for row in 0..n {
-            if let (Bound::Disc { normal, friction }, Place::Slipping(direction)) =
-                (self.bounds[row], self.places[row])
-            {
-                let radius = friction * self.unknowns[normal].max(0.0);
-                self.unknowns[row] = radius * direction[0];
-                self.unknowns[row + 1] = radius * direction[1];
-            }
-        }
         true
     }
 
-    /// The linear system of the free unknowns; a slipping friction force goes with its normal force.
+    /// The linear system of the unknowns that are not at a bound.
     fn assemble(&mut self) {
         let (n, m) = (self.len(), self.free.len());
         self.reduced.clear();
         self.reduced.resize(m * m, 0.0);
         self.right.clear();
-        for (i, &row) in self.free.iter().enumerate() {
+        self.right.resize(m, 0.0);
+        for i in 0..m {
+            let row = self.free[i];
             let fixed: f64 = (0..n)
-                .filter(|j| {
-                    matches!(self.bounds[*j], Bound::Between { .. })
-                        && self.places[*j] != Place::Inside
+                .filter(|&j| {
+                    matches!(self.bounds[j], Bound::Between { .. })
+                        && self.places[j] != Place::Inside
                 })
                 .map(|j| self.matrix[row * n + j] * self.unknowns[j])
                 .sum();
-            self.right.push(-self.offset[row] - fixed);
-            for (k, &column) in self.free.iter().enumerate() {
-                self.reduced[i * m + k] = self.matrix[row * n + column];
+            self.right[i] = -self.offset[row] - fixed;
+            for (entry, &column) in self.reduced[i * m..(i + 1) * m].iter_mut().zip(&self.free) {
+                *entry = self.matrix[row * n + column];
             }
         }
-        for disc in 0..n {
-            let (Bound::Disc { normal, friction }, Place::Slipping(direction)) =
-                (self.bounds[disc], self.places[disc])
-            else {
-                continue;
-            };
-            let Some(k) = self.free.iter().position(|&row| row == normal) else {
-                continue;
-            };
-            for (i, &row) in self.free.iter().enumerate() {
-                let along = self.matrix[row * n + disc] * direction[0]
-                    + self.matrix[row * n + disc + 1] * direction[1];
-                self.reduced[i * m + k] += friction * along;
+        for i in 0..m {
+            if let (Bound::Disc { normal, friction }, Place::Slipping { direction, share }) =
+                (self.bounds[self.free[i]], self.places[self.free[i]])
+            {
+                self.slip(i, normal, friction, direction, share);
             }
+        }
+    }
+
+    /// Turns the two rows of a friction force inside its disc into those of one on the border: with t = z − ρw, s = t/|t|
+    /// and P = I − s sᵀ, the derivative of z = µ zₙ t/|t| gives (I − βP) z + βρ P (G z + b) − µ s zₙ = 0, β = µ zₙ/|t|.
+    fn slip(&mut self, i: usize, normal: usize, friction: f64, s: [f64; 2], share: f64) {
+        let m = self.free.len();
+        let weight = share * self.step(self.free[i]);
+        let across = [[s[1] * s[1], -s[0] * s[1]], [-s[0] * s[1], s[0] * s[0]]];
+        let mixed = |a: f64, b: f64| {
+            [
+                across[0][0] * a + across[0][1] * b,
+                across[1][0] * a + across[1][1] * b,
+            ]
+        };
+        for column in 0..m {
+            let [a, b] = mixed(
+                self.reduced[i * m + column],
+                self.reduced[(i + 1) * m + column],
+            );
+            self.reduced[i * m + column] = weight * a;
+            self.reduced[(i + 1) * m + column] = weight * b;
+        }
+        let [a, b] = mixed(self.right[i], self.right[i + 1]);
+        self.right[i] = weight * a;
+        self.right[i + 1] = weight * b;
+        for (k, row) in across.iter().enumerate() {
+            for (l, entry) in row.iter().enumerate() {
+                let identity = if k == l { 1.0 } else { 0.0 };
+                self.reduced[(i + k) * m + i + l] += identity - share * entry;
+            }
+        }
+        if let Some(column) = self.free.iter().position(|&row| row == normal) {
+            self.reduced[i * m + column] -= friction * s[0];
+            self.reduced[(i + 1) * m + column] -= friction * s[1];
         }
     }
 

@@ -249,6 +249,16 @@ impl Pantograph {
         })
     }
 
+    /// Where the foot is with the pantograph closed and the cable just taut: the inverse of [`Self::inverse_closed`] \[m\].
+    ///
+    /// # Errors
+    /// [`LegError::NoAngle`] where the pulley asks for a cable that no knee angle has.
+    pub fn foot_of(&self, command: LegCommand) -> Result<Planar, LegError> {
+        let q2_bar = self.knee_of_cable(self.cable_length(command.knee))? - self.q2_ref;
+        let first = command.hip + self.hip_ref;
+        Ok(along(first) * (self.l1 + self.b) + along(first + q2_bar) * self.l2)
+    }
+
     /// The reachable point on the ray from the hip through `foot`; `foot` itself where it can be reached.
     pub fn nearest_reachable(&self, foot: Planar) -> Planar {
         let length = foot.norm();

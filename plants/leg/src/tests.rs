@@ -56,6 +56,9 @@ proptest! {
             let reached = pose_at(command.hip, Joints { q2, q3: opening - q2 }).foot;
             // acos loses half the digits where its cosine nears 1; 1e-12 holds because the knee stays 35° from straight.
             prop_assert!((reached - foot).norm() < 1e-12, "{reached} {foot}");
+            if opening == 0.0 {
+                prop_assert!((leg.foot_of(command).unwrap() - foot).norm() < 1e-12);
+            }
         }
     }
 

@@ -1,0 +1,251 @@
+//! The one-sided constraints of a step: stops, cables and contacts within reach, and the impulses that keep them.
+
+use twinrig_contact::{Bound, Problem, Unsolved};
+use twinrig_leg::Stop;
+
+use crate::midpoint::{Midpoint, Placement};
+use crate::mobility::{Mobility, Motion, Response};
+use crate::model::Model;
+use crate::rows::Row;
+use crate::state::{LEGS, State};
+
+/// Share of a gap that a step takes away, or of an overlap that it gives back. The rule of [`Constraints::offsets`] makes
+/// an overlap's recurrence g ← g − γ (g + g₋)/2; at γ = 3 − √8 + … ≈ 1/3 it decays without swinging.
+const RECOVERY: f64 = 1.0 / 3.0;
+
+/// Approach below which an impact gives nothing back \[m/s\].
+const RESTING: f64 = 0.05;
+
+/// Impulses of a leg's constraints in the last step, per second: stops in the order of [`Stop::ALL`], then the ground's
+/// along normal and tangents \[N\].
+pub(crate) type LegForces = [f64; Stop::ALL.len() + 3];
+
+/// Where the ground's forces begin in [`LegForces`].
+pub(crate) const GROUND: usize = Stop::ALL.len();
+
+/// What a row stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    Stop(Stop),
+    Normal,
+    First,
+    Second,
+}
+
+impl Role {
+    /// Its place among the forces of its leg.
+    const fn place(self) -> usize {
+        match self {
+            Self::Stop(stop) => stop as usize,
+            Self::Normal => GROUND,
+            Self::First => GROUND + 1,
+            Self::Second => GROUND + 2,
+        }
+    }
+}
+
+/// A constraint within reach.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    row: Row,
+    role: Role,
+    /// Gap at the start of the step.
+    gap: f64,
+    /// Rate of the gap at the start of the step.
+    rate: f64,
+}
+
+/// The constraints of one step, with the memory they need.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Constraints {
+    entries: Vec<Entry>,
+    responses: Vec<Response>,
+    problem: Problem,
+    pub(crate) sweeps: u64,
+    pub(crate) factorisations: u64,
+}
+
+impl Constraints {
+    /// Finds the constraints that the step may reach. `motion` is the acceleration without any.
+    pub(crate) fn find(
+        &mut self,
+        model: &Model,
+        before: &State,
+        start: &Placement,
+        middle: &Midpoint,
+        motion: &Motion,
+        seconds: f64,
+    ) {
+        self.entries.clear();
+        for (i, leg) in middle.legs.iter().enumerate() {
+            let constants = &model.legs[i];
+            let cable = constants.pantograph.cable_length(before.pulley(i));
+            for stop in Stop::ALL {
+                let gap = constants.pantograph.gap(&start.poses[i], stop, cable);
+                let rate = leg.gap_rate(constants, stop, before.pulley_rate(i));
+                if gap + seconds * rate < REACH {
+                    let row = leg.stop_row(constants, stop, i);
+                    self.consider(&[(row, Role::Stop(stop))], gap, before, motion, seconds);
+                }
+            }
+            let surface = &start.surfaces[i];
+            if surface.gap < REACH_OF_FOOT {
+                let [normal, first, second] = leg.contact_rows(surface, &middle.rotation, i);
+                let rows = [
+                    (normal, Role::Normal),
+                    (first, Role::First),
+                    (second, Role::Second),
+                ];
+                self.consider(&rows, surface.gap, before, motion, seconds);
+            }
+        }
+    }
+
+    /// Takes up a constraint whose gap would close by the end of the step.
+    fn consider(
+        &mut self,
+        rows: &[(Row, Role)],
+        gap: f64,
+        before: &State,
+        motion: &Motion,
+        seconds: f64,
+    ) {
+        let rate = rows[0].0.rate(before);
+        let closes = gap + seconds * (rate + 0.5 * seconds * motion.along(&rows[0].0)) < 0.0;
+        if closes {
+            self.entries.extend(rows.iter().map(|&(row, role)| Entry {
+                row,
+                role,
+                gap,
+                rate: row.rate(before),
+            }));
+        }
+    }
+
+    /// Prepares the problem's matrix; the forces of the last step are the first guess.
+    pub(crate) fn prepare(
+        &mut self,
+        model: &Model,
+        mobility: &Mobility,
+        last: &[LegForces; LEGS],
+        seconds: f64,
+    ) {
+        let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
+        self.problem.reset(self.entries.len());
+        self.responses.clear();
+        self.responses.extend(
+            self.entries
+                .iter()
+                .map(|entry| mobility.response(&entry.row)),
+        );
+        for (i, entry) in self.entries.iter().enumerate() {
+            for (j, (other, response)) in self
+                .entries
+                .iter()
+                .zip(&self.responses)
+                .enumerate()
+                .take(i + 1)
+            {
+                let mobile = mobility.between(&entry.row, &other.row, response);
+                self.problem.set(i, j, mobile);
+                self.problem.set(j, i, mobile);
+            }
+            match entry.role {
+                Role::Stop(_) | Role::Normal => self.problem.bound(i, Bound::NonNegative),
+                Role::First => self.problem.bound(
+                    i,
+                    Bound::Disc {
+                        normal: i - 1,
+                        friction,
+                    },
+                ),
+                Role::Second => {}
+            }
+            self.problem
+                .guess(i, last[entry.row.leg][entry.role.place()] * seconds);
+        }
+        self.problem.soften(model.compliance);
+    }
+
+    /// Finds the impulses, and adds what they do to the motion (per second of the step).
+    pub(crate) fn solve(
+        &mut self,
+        model: &Model,
+        mobility: &Mobility,
+        motion: &mut Motion,
+        seconds: f64,
+    ) -> Result<(), Unsolved> {
+        let restitution = model
+            .ground
+            .as_ref()
+            .map_or(0.0, |ground| ground.restitution);
+        for (i, entry) in self.entries.iter().enumerate() {
+            let free = entry.rate + seconds * motion.along(&entry.row);
+            let allowed = match entry.role {
+                Role::First | Role::Second => 0.0,
+                Role::Normal if entry.rate < -RESTING => {
+                    (restitution * entry.rate).max(RECOVERY * entry.gap / seconds)
+                }
+                Role::Stop(_) | Role::Normal => RECOVERY * entry.gap / seconds,
+            };
+            self.problem.offset(i, free + allowed);
+        }
+        let solution = self.problem.solve()?;
+        self.sweeps += u64::from(solution.sweeps);
+        self.factorisations += u64::from(solution.factorisations);
+        for ((entry, response), &impulse) in self
+            .entries
+            .iter()
+            .zip(&self.responses)
+            .zip(self.problem.unknowns())
+        {
+            motion.push(&entry.row, response, mobility, impulse / seconds);
+        }
+        Ok(())
+    }
+
+    /// Torque impulse of the constraints on a drive (0 the hip, 1 the pulley).
+    pub(crate) fn on_drive(&self, leg: usize, drive: usize) -> f64 {
+        self.entries
+            .iter()
+            .zip(self.problem.unknowns())
+            .filter(|(entry, _)| entry.row.leg == leg)
+            .map(|(entry, impulse)| {
+                impulse
+                    * if drive == 0 {
+                        entry.row.hip
+                    } else {
+                        entry.row.pulley
+                    }
+            })
+            .sum()
+    }
+
+    /// Energy that impacts and sliding have taken in the step, from the velocities at its end \[J\].
+    pub(crate) fn losses(&self, after: &State) -> (f64, f64) {
+        let (mut impact, mut sliding) = (0.0, 0.0);
+        for (entry, &impulse) in self.entries.iter().zip(self.problem.unknowns()) {
+            let work = 0.5 * impulse * (entry.rate + entry.row.rate(after));
+            match entry.role {
+                Role::Stop(_) | Role::Normal => impact -= work,
+                Role::First | Role::Second => sliding -= work,
+            }
+        }
+        (impact, sliding)
+    }
+
+    /// Mean forces over the step.
+    pub(crate) fn forces(&self, seconds: f64) -> [LegForces; LEGS] {
+        let mut forces = [LegForces::default(); LEGS];
+        for (entry, &impulse) in self.entries.iter().zip(self.problem.unknowns()) {
+            forces[entry.row.leg][entry.role.place()] = impulse / seconds;
+        }
+        forces
+    }
+}
+
+/// Gaps farther from closing than this after a step are not looked at \[m\].
+const REACH: f64 = 2e-3;
+
+/// Feet higher than this cannot reach the ground in a step \[m\].
+const REACH_OF_FOOT: f64 = 2e-2;

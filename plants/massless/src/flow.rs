@@ -1,0 +1,356 @@
+//! One step in time.
+
+use twinrig_contact::Unsolved;
+use twinrig_runtime::{EnergyBooks, WorkCounts};
+
+use crate::constraints::{Constraints, GROUND, LegForces};
+use crate::ledger::{Ledger, Stored};
+use crate::midpoint::{Midpoint, NoPose, Placement, carried};
+use crate::mobility::{Mobility, Motion};
+use crate::model::{GRAVITY, Model};
+use crate::state::{LEGS, State};
+
+/// What hip and pulley of each leg are told \[rad\].
+pub(crate) type Commands = [[f64; 2]; LEGS];
+
+/// Estimates of a step's end, at most. Each is (ωh/2)² times nearer than the one before: a hundredth, where the stiffest
+/// mode of the leg meets a step of 2 ms.
+const ESTIMATES_MAX: u32 = 12;
+
+/// What a step's springs may lose or gain unaccounted for \[J\]: 1e-8 of what a trot exchanges in a millisecond.
+const UNACCOUNTED: f64 = 1e-10;
+
+/// Halvings of a step that leads out of a leg's reach, at most.
+const HALVINGS_MAX: u32 = 8;
+
+/// Why time cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(crate) enum FlowError {
+    #[error(transparent)]
+    NoPose(#[from] NoPose),
+    #[error(transparent)]
+    Unsolved(#[from] Unsolved),
+    #[error("the state is not a number")]
+    NotFinite,
+}
+
+/// Whether a drive has torque to spare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Limit {
+    /// It has the rate it wants.
+    Within,
+    /// It pushes forwards with all it has.
+    Upper,
+    /// It pushes backwards with all it has.
+    Lower,
+}
+
+/// The plant in motion.
+#[derive(Debug, Clone)]
+pub(crate) struct Flow {
+    pub(crate) model: Model,
+    pub(crate) state: State,
+    pub(crate) commands: Commands,
+    /// Forces of the constraints in the last step.
+    pub(crate) forces: [LegForces; LEGS],
+    /// Mean torques of the drives in the last step.
+    pub(crate) torques: [[f64; 2]; LEGS],
+    /// Impulses of the ground on the feet since the start, world frame.
+    pub(crate) impulses: [[f64; 3]; LEGS],
+    pub(crate) ledger: Ledger,
+    pub(crate) counts: WorkCounts,
+    /// Where things are now.
+    pub(crate) here: Placement,
+    there: Placement,
+    middle: Midpoint,
+    constraints: Constraints,
+}
+
+impl Flow {
+    /// Starts at a state.
+    pub(crate) fn new(model: Model, state: State, commands: Commands) -> Result<Self, FlowError> {
+        let mut flow = Self {
+            model,
+            state,
+            commands,
+            forces: [LegForces::default(); LEGS],
+            torques: [[0.0; 2]; LEGS],
+            impulses: [[0.0; 3]; LEGS],
+            ledger: Ledger::default(),
+            counts: WorkCounts::default(),
+            here: Placement::new(),
+            there: Placement::new(),
+            middle: Midpoint::new(),
+            constraints: Constraints::default(),
+        };
+        flow.replace(state)?;
+        flow.ledger = Ledger::opened(flow.stored());
+        Ok(flow)
+    }
+
+    /// Puts another state in place of the present one.
+    pub(crate) fn replace(&mut self, state: State) -> Result<(), NoPose> {
+        self.state = state;
+        self.here.place(&self.model, &state)
+    }
+
+    /// Goes on counting from here.
+    pub(crate) fn resume(&mut self, counts: WorkCounts) {
+        self.counts = counts;
+        (self.constraints.sweeps, self.constraints.factorisations) =
+            (counts.solver_iterations, counts.factorisations);
+    }
+
+    /// Moves on by `seconds`, in halves where a whole step leads out of a leg's reach.
+    pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
+        self.run_halved(seconds, 0)
+    }
+
+    fn run_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), FlowError> {
+        match self.step(seconds) {
+            Err(_) if halvings < HALVINGS_MAX => {
+                self.counts.fallbacks += 1;
+                self.run_halved(0.5 * seconds, halvings + 1)?;
+                self.run_halved(0.5 * seconds, halvings + 1)
+            }
+            done => done,
+        }
+    }
+
+    /// A step of the midpoint rule: energy-conserving springs, constraints at velocity level, friction by the velocity at
+    /// the end.
+    fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
+        let before = self.state;
+        let mut after = before;
+        let wanted = self.wanted_rates(seconds);
+        let mut limits = [[Limit::Within; 2]; LEGS];
+        let mut mobility = Mobility::new(&self.model, &[]);
+        for estimate in 0..ESTIMATES_MAX {
+            self.counts.evaluations += 1;
+            self.middle.place(&self.model, &before, &after, seconds)?;
+            if estimate == 0 {
+                mobility = Mobility::new(&self.model, &self.middle.legs);
+            } else {
+                let lost = std::array::from_fn(|i| self.here.springs[i] - self.there.springs[i]);
+                self.middle.conserve(&self.model, &before, &after, &lost);
+            }
+            let motion = self.constrained_motion(
+                &before,
+                &wanted,
+                &mut mobility,
+                &mut limits,
+                estimate == 0,
+                seconds,
+            )?;
+            after = before;
+            motion.apply(&mut after, seconds, self.model.legs.len());
+            let mut mean = self.middle.state;
+            mean.take_mean_velocities(&before, &after, self.model.legs.len());
+            let moved = carried(&self.model, &before, &mean, seconds);
+            after.take_positions(&moved, self.model.legs.len());
+            self.there.place(&self.model, &after)?;
+            if estimate > 0 && self.unaccounted(&before, &after) < UNACCOUNTED {
+                break;
+            }
+        }
+        self.finish(after, seconds)
+    }
+
+    /// The rates that the drives want at the end of the step.
+    fn wanted_rates(&self, seconds: f64) -> [[f64; 2]; LEGS] {
+        let mut wanted = [[0.0; 2]; LEGS];
+        for (i, leg) in self.model.legs.iter().enumerate() {
+            let [hip, pulley] = self.commands[i];
+            let absolute = hip + leg.pantograph.hip_reference();
+            let state = &self.state;
+            wanted[i] = [
+                self.model
+                    .hip
+                    .rate_after(seconds, absolute, state.hip(i), state.hip_rate(i)),
+                self.model
+                    .knee
+                    .rate_after(seconds, pulley, state.pulley(i), state.pulley_rate(i)),
+            ];
+        }
+        wanted
+    }
+
+    /// The step's accelerations, with the impulses of the constraints and the torque limits of the drives in them.
+    fn constrained_motion(
+        &mut self,
+        before: &State,
+        wanted: &[[f64; 2]; LEGS],
+        mobility: &mut Mobility,
+        limits: &mut [[Limit; 2]; LEGS],
+        first: bool,
+        seconds: f64,
+    ) -> Result<Motion, FlowError> {
+        /// A drive that changes its mind more often is on the border of its torque; either answer is right there.
+        const CHANGES_MAX: usize = 6;
+        let free = self.middle.free_motion(&self.model, mobility);
+        let mut fresh = first;
+        for change in 0.. {
+            let mut motion = free;
+            self.drive(before, wanted, mobility, limits, &mut motion, seconds);
+            if first && change == 0 {
+                self.constraints.find(
+                    &self.model,
+                    before,
+                    &self.here,
+                    &self.middle,
+                    &motion,
+                    seconds,
+                );
+            }
+            if fresh {
+                self.constraints
+                    .prepare(&self.model, mobility, &self.forces, seconds);
+            }
+            let solved = self
+                .constraints
+                .solve(&self.model, mobility, &mut motion, seconds);
+            (self.counts.solver_iterations, self.counts.factorisations) =
+                (self.constraints.sweeps, self.constraints.factorisations);
+            solved?;
+            fresh = self.note_torques(before, wanted, &motion, limits, seconds);
+            if !fresh || change == CHANGES_MAX {
+                return Ok(motion);
+            }
+        }
+        unreachable!("the loop returns")
+    }
+
+    /// Gives each drive its acceleration: the one it wants, or what its greatest torque leaves.
+    fn drive(
+        &self,
+        before: &State,
+        wanted: &[[f64; 2]; LEGS],
+        mobility: &mut Mobility,
+        limits: &[[Limit; 2]; LEGS],
+        motion: &mut Motion,
+        seconds: f64,
+    ) {
+        for (i, leg) in self.middle.legs.iter().enumerate() {
+            let rates = [before.hip_rate(i), before.pulley_rate(i)];
+            for (drive, servo) in [&self.model.hip, &self.model.knee].into_iter().enumerate() {
+                let torque = match limits[i][drive] {
+                    Limit::Within => {
+                        mobility.drive[i][drive] = 0.0;
+                        motion.drive[i][drive] = (wanted[i][drive] - rates[drive]) / seconds;
+                        continue;
+                    }
+                    Limit::Upper => servo.torque(),
+                    Limit::Lower => -servo.torque(),
+                };
+                mobility.drive[i][drive] = 1.0 / servo.inertia();
+                motion.drive[i][drive] = (torque + leg.load(drive)) / servo.inertia();
+            }
+        }
+    }
+
+    /// Finds the torque each drive needs for its motion; says whether one is used up, or has some to spare again.
+    fn note_torques(
+        &mut self,
+        before: &State,
+        wanted: &[[f64; 2]; LEGS],
+        motion: &Motion,
+        limits: &mut [[Limit; 2]; LEGS],
+        seconds: f64,
+    ) -> bool {
+        let mut changed = false;
+        for (i, leg) in self.middle.legs.iter().enumerate() {
+            let rates = [before.hip_rate(i), before.pulley_rate(i)];
+            for (drive, servo) in [&self.model.hip, &self.model.knee].into_iter().enumerate() {
+                let acceleration = motion.drive[i][drive];
+                let held = self.constraints.on_drive(i, drive) / seconds;
+                let torque = servo.inertia() * acceleration - leg.load(drive) - held;
+                self.torques[i][drive] = torque;
+                let reached = rates[drive] + seconds * acceleration;
+                let next = match limits[i][drive] {
+                    Limit::Within if torque > servo.torque() => Limit::Upper,
+                    Limit::Within if torque < -servo.torque() => Limit::Lower,
+                    Limit::Upper if reached > wanted[i][drive] => Limit::Within,
+                    Limit::Lower if reached < wanted[i][drive] => Limit::Within,
+                    same => same,
+                };
+                changed |= next != limits[i][drive];
+                limits[i][drive] = next;
+            }
+        }
+        changed
+    }
+
+    /// Energy that the springs' work misses of what they lost \[J\].
+    fn unaccounted(&self, before: &State, after: &State) -> f64 {
+        let mut sum = 0.0;
+        for (i, leg) in self.middle.legs.iter().enumerate() {
+            let work = leg.spring.foot.dot(&(after.foot(i) - before.foot(i)))
+                + leg.spring.hip * (after.hip(i) - before.hip(i));
+            sum += (self.there.springs[i] - self.here.springs[i] - work).abs();
+        }
+        sum
+    }
+
+    /// Takes the step's end as the present and writes up what has flowed.
+    fn finish(&mut self, after: State, seconds: f64) -> Result<(), FlowError> {
+        if !after.is_finite() {
+            return Err(FlowError::NotFinite);
+        }
+        let before = self.state;
+        let (impact, sliding) = self.constraints.losses(&after);
+        self.ledger.impact += impact;
+        self.ledger.dissipated += sliding;
+        self.forces = self.constraints.forces(seconds);
+        for (i, leg) in self.middle.legs.iter().enumerate() {
+            self.ledger.dissipated += seconds * leg.friction_power;
+            let turned = [
+                after.hip(i) - before.hip(i),
+                after.pulley(i) - before.pulley(i),
+            ];
+            self.ledger.actuator += self.torques[i][0] * turned[0] + self.torques[i][1] * turned[1];
+            let surface = &self.here.surfaces[i];
+            let [along, across] = surface.tangents();
+            let [normal, first, second] = ground_force(&self.forces[i]);
+            let impulse = (surface.normal * normal + along * first + across * second) * seconds;
+            for (sum, part) in self.impulses[i].iter_mut().zip(impulse.iter()) {
+                *sum += part;
+            }
+        }
+        self.state = after;
+        std::mem::swap(&mut self.here, &mut self.there);
+        self.counts.steps += 1;
+        self.ledger.balance(self.stored());
+        Ok(())
+    }
+
+    /// Kinetic, spring and gravity energy \[J\].
+    fn stored(&self) -> Stored {
+        let (velocity, rate) = (self.state.velocity(), self.state.rate());
+        let height = self.state.position().z;
+        let mut twice = self.model.mass * velocity.norm_squared()
+            + rate.dot(&rate.component_mul(&self.model.inertia));
+        let (mut springs, mut gravity) = (0.0, self.model.mass * height);
+        for (i, leg) in self.model.legs.iter().enumerate() {
+            let foot = leg.foot_in_trunk(self.state.foot(i));
+            let own = self.state.foot_velocity(i);
+            let sideways = velocity.y + rate.z * foot.x - rate.x * foot.z;
+            let (hip, pulley) = (self.state.hip_rate(i), self.state.pulley_rate(i));
+            twice += leg.mass * (own.norm_squared() + sideways * sideways)
+                + self.model.hip.inertia() * hip * hip
+                + self.model.knee.inertia() * pulley * pulley;
+            springs += self.here.springs[i];
+            gravity += leg.mass * (height + (self.here.rotation * foot).z);
+        }
+        [0.5 * twice, springs, gravity * GRAVITY]
+    }
+
+    /// Where the energy is and where it went.
+    pub(crate) fn energy(&self) -> EnergyBooks {
+        self.ledger.books()
+    }
+}
+
+/// The ground's force on a foot along normal and tangents \[N\].
+pub(crate) fn ground_force(forces: &LegForces) -> [f64; 3] {
+    [forces[GROUND], forces[GROUND + 1], forces[GROUND + 2]]
+}

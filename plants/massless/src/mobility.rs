@@ -1,0 +1,157 @@
+//! The inverse of the mass matrix. Nothing but the feet's sideways inertia couples the coordinates, so it is short.
+
+use nalgebra::{Matrix3, Vector3};
+use twinrig_leg::Planar;
+
+use crate::model::{Base, Model};
+use crate::rows::{LegKinematics, Row};
+use crate::state::{LEGS, State};
+
+/// Inverse mass matrix: what an impulse along a row does to each velocity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Mobility {
+    sagittal: Vector3<f64>,
+    lateral: Matrix3<f64>,
+    foot: [f64; LEGS],
+    /// Of hip and pulley; zero where the drive imposes its acceleration.
+    pub(crate) drive: [[f64; 2]; LEGS],
+}
+
+/// Accelerations, or changes of velocity, of all coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion {
+    pub(crate) sagittal: Vector3<f64>,
+    pub(crate) lateral: Vector3<f64>,
+    pub(crate) foot: [Planar; LEGS],
+    pub(crate) drive: [[f64; 2]; LEGS],
+}
+
+/// A force's effect on the trunk, kept from the matrix to the accelerations.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Response {
+    sagittal: Vector3<f64>,
+    lateral: Vector3<f64>,
+}
+
+impl Mobility {
+    pub(crate) fn new(model: &Model, legs: &[LegKinematics]) -> Self {
+        let mut foot = [0.0; LEGS];
+        for (inverse, leg) in foot.iter_mut().zip(&model.legs) {
+            *inverse = 1.0 / leg.mass;
+        }
+        let heave = 1.0 / model.mass;
+        let sagittal = match model.base {
+            Base::Fixed => Vector3::zeros(),
+            Base::Free | Base::Planar => Vector3::new(heave, heave, 1.0 / model.inertia.y),
+        };
+        let lateral = if model.base == Base::Free {
+            let mut inertia =
+                Matrix3::from_diagonal(&Vector3::new(model.mass, model.inertia.x, model.inertia.z));
+            for (leg, kinematics) in model.legs.iter().zip(legs) {
+                let sideways = kinematics.sideways();
+                inertia += sideways * sideways.transpose() * leg.mass;
+            }
+            inverse_of_symmetric(&inertia)
+        } else {
+            Matrix3::zeros()
+        };
+        Self {
+            sagittal,
+            lateral,
+            foot,
+            drive: [[0.0; 2]; LEGS],
+        }
+    }
+
+    /// What the trunk does about forces on it.
+    pub(crate) fn trunk(
+        &self,
+        sagittal: &Vector3<f64>,
+        lateral: &Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        (
+            self.sagittal.component_mul(sagittal),
+            self.lateral * lateral,
+        )
+    }
+
+    /// What the trunk does about a unit force along a row.
+    pub(crate) fn response(&self, row: &Row) -> Response {
+        let (sagittal, lateral) = self.trunk(&row.sagittal, &row.lateral);
+        Response { sagittal, lateral }
+    }
+
+    /// Acceleration along `row` of a unit force along `force`, whose response is given.
+    pub(crate) fn between(&self, row: &Row, force: &Row, response: &Response) -> f64 {
+        let trunk = row.sagittal.dot(&response.sagittal) + row.lateral.dot(&response.lateral);
+        if row.leg != force.leg {
+            return trunk;
+        }
+        let [hip, pulley] = self.drive[row.leg];
+        trunk
+            + self.foot[row.leg] * row.foot.dot(&force.foot)
+            + hip * row.hip * force.hip
+            + pulley * row.pulley * force.pulley
+    }
+}
+
+impl Motion {
+    pub(crate) const fn zero() -> Self {
+        let still = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            sagittal: still,
+            lateral: still,
+            foot: [Planar::new(0.0, 0.0); LEGS],
+            drive: [[0.0; 2]; LEGS],
+        }
+    }
+
+    /// Component along a row.
+    pub(crate) fn along(&self, row: &Row) -> f64 {
+        let [hip, pulley] = self.drive[row.leg];
+        self.sagittal.dot(&row.sagittal)
+            + self.lateral.dot(&row.lateral)
+            + self.foot[row.leg].dot(&row.foot)
+            + hip * row.hip
+            + pulley * row.pulley
+    }
+
+    /// Adds what a force along a row does.
+    pub(crate) fn push(
+        &mut self,
+        force: &Row,
+        response: &Response,
+        mobility: &Mobility,
+        magnitude: f64,
+    ) {
+        self.sagittal += response.sagittal * magnitude;
+        self.lateral += response.lateral * magnitude;
+        self.foot[force.leg] += force.foot * (mobility.foot[force.leg] * magnitude);
+        let drive = &mut self.drive[force.leg];
+        drive[0] += mobility.drive[force.leg][0] * force.hip * magnitude;
+        drive[1] += mobility.drive[force.leg][1] * force.pulley * magnitude;
+    }
+
+    /// Adds the motion, `seconds` long, to a state's velocities.
+    pub(crate) fn apply(&self, state: &mut State, seconds: f64, legs: usize) {
+        let [x, z, pitch] = self.sagittal.into();
+        let [y, roll, yaw] = self.lateral.into();
+        state.set_velocity(state.velocity() + Vector3::new(x, y, z) * seconds);
+        state.set_rate(state.rate() + Vector3::new(roll, pitch, yaw) * seconds);
+        for leg in 0..legs {
+            state.set_foot_velocity(leg, state.foot_velocity(leg) + self.foot[leg] * seconds);
+            state.set_hip_rate(leg, state.hip_rate(leg) + self.drive[leg][0] * seconds);
+            state.set_pulley_rate(leg, state.pulley_rate(leg) + self.drive[leg][1] * seconds);
+        }
+    }
+}
+
+/// Inverse by cofactors; the matrix is an inertia, so its determinant is positive.
+fn inverse_of_symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
+    let (a, b, c) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
+    let (d, e, f) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);
+    let (aa, bb, cc) = (d * f - e * e, c * e - b * f, b * e - c * d);
+    let (dd, ee, ff) = (a * f - c * c, b * c - a * e, a * d - b * b);
+    let scale = 1.0 / (a * aa + b * bb + c * cc);
+    Matrix3::new(aa, bb, cc, bb, dd, ee, cc, ee, ff) * scale
+}

@@ -1,0 +1,164 @@
+//! Kinematics of a leg in one state, and the constraint rows that follow from it.
+
+use libm::sincos;
+use nalgebra::{Matrix3, Vector3};
+use twinrig_contact::Surface;
+use twinrig_leg::{Gradient, LegError, Planar, Pose, Stop, Velocity};
+
+use crate::model::LegModel;
+use crate::state::State;
+
+/// A leg in one state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LegKinematics {
+    pub(crate) pose: Pose,
+    pub(crate) joint_velocity: Velocity,
+    /// Foot from the centre of mass, trunk frame.
+    pub(crate) foot: Vector3<f64>,
+    /// Absolute velocity of the foot, trunk axes.
+    pub(crate) absolute: Vector3<f64>,
+    /// What of the foot's sideways acceleration does not come from the trunk's acceleration.
+    pub(crate) lateral_bias: f64,
+    /// Gradient of the springs' energy.
+    pub(crate) spring: Gradient,
+    /// Generalised force of the joints' friction, and the power it takes.
+    pub(crate) friction: Gradient,
+    pub(crate) friction_power: f64,
+}
+
+/// A constraint: a gap (or a tangential displacement) whose rate is linear in the velocities.
+///
+/// The trunk's velocities come in two groups that its inertia does not couple: sagittal (x, z, pitch) and lateral
+/// (y, roll, yaw).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) leg: usize,
+    pub(crate) sagittal: Vector3<f64>,
+    pub(crate) lateral: Vector3<f64>,
+    pub(crate) foot: Planar,
+    pub(crate) hip: f64,
+    pub(crate) pulley: f64,
+}
+
+impl LegKinematics {
+    pub(crate) fn new(model: &LegModel, state: &State, leg: usize) -> Result<Self, LegError> {
+        let foot_in_hip = state.foot(leg);
+        let (sine, cosine) = sincos(state.hip(leg));
+        let pose = model.pantograph.pose(sine, cosine, foot_in_hip)?;
+        let foot = model.hip + Vector3::new(foot_in_hip.x, 0.0, foot_in_hip.y);
+        let rate = state.rate();
+        let carried = state.velocity() + rate.cross(&foot);
+        let own = state.foot_velocity(leg);
+        let relative = Planar::new(own.x - carried.x, own.y - carried.z);
+        let joint_velocity = model
+            .pantograph
+            .velocity(&pose, state.hip_rate(leg), relative);
+        let spring = match &model.table {
+            None => model.pantograph.spring_gradient(&pose),
+            Some(table) => table.look_up(sine, cosine, foot_in_hip)?.1,
+        };
+        let [w1, w2, w3] = joint_velocity.omega;
+        let (knee, ankle) = (
+            model.friction.knee * (w2 - w1),
+            model.friction.ankle * (w3 - w2),
+        );
+        let hip = model.friction.hip * w1;
+        Ok(Self {
+            pose,
+            joint_velocity,
+            foot,
+            absolute: Vector3::new(own.x, carried.y, own.y),
+            lateral_bias: rate.z * relative.x - rate.x * relative.y,
+            spring,
+            friction: model
+                .pantograph
+                .torque_gradient(&pose, [knee - hip, ankle - knee, -ankle]),
+            friction_power: hip * w1 + knee * (w2 - w1) + ankle * (w3 - w2),
+        })
+    }
+
+    /// The trunk's share in the foot's sideways velocity: of (y, roll, yaw).
+    pub(crate) fn sideways(&self) -> Vector3<f64> {
+        Vector3::new(1.0, -self.foot.z, self.foot.x)
+    }
+
+    /// Force on the foot by springs and joint friction, in the leg plane.
+    pub(crate) fn leg_force(&self) -> Planar {
+        self.friction.foot - self.spring.foot
+    }
+
+    /// Torque of springs and joint friction on a drive (0 the hip, 1 the pulley); the cable is a constraint and comes apart.
+    pub(crate) fn load(&self, drive: usize) -> f64 {
+        if drive == 0 {
+            self.friction.hip - self.spring.hip
+        } else {
+            0.0
+        }
+    }
+
+    /// Rate of a stop's gap.
+    pub(crate) fn gap_rate(&self, model: &LegModel, stop: Stop, pulley_rate: f64) -> f64 {
+        let (length, sign) = stop.limits();
+        let cable = if stop == Stop::Cable {
+            model.pantograph.pulley_radius() * pulley_rate
+        } else {
+            0.0
+        };
+        sign * model
+            .pantograph
+            .length_rate(&self.pose, &self.joint_velocity, length)
+            - cable
+    }
+
+    /// The row of a stop.
+    pub(crate) fn stop_row(&self, model: &LegModel, stop: Stop, leg: usize) -> Row {
+        let (length, sign) = stop.limits();
+        let gradient = model.pantograph.length_gradient(&self.pose, length) * sign;
+        let (gx, gz, r) = (gradient.foot.x, gradient.foot.y, &self.foot);
+        Row {
+            leg,
+            sagittal: Vector3::new(-gx, -gz, r.x * gz - r.z * gx),
+            lateral: Vector3::new(0.0, -r.y * gz, r.y * gx),
+            foot: gradient.foot,
+            hip: gradient.hip,
+            pulley: if stop == Stop::Cable {
+                -model.pantograph.pulley_radius()
+            } else {
+                0.0
+            },
+        }
+    }
+
+    /// The rows of a contact: along the ground's normal and two tangents.
+    pub(crate) fn contact_rows(
+        &self,
+        surface: &Surface,
+        rotation: &Matrix3<f64>,
+        leg: usize,
+    ) -> [Row; 3] {
+        let [first, second] = surface.tangents();
+        [surface.normal, first, second].map(|direction| {
+            let d = rotation.tr_mul(&direction);
+            Row {
+                leg,
+                sagittal: Vector3::zeros(),
+                lateral: self.sideways() * d.y,
+                foot: Planar::new(d.x, d.z),
+                hip: 0.0,
+                pulley: 0.0,
+            }
+        })
+    }
+}
+
+impl Row {
+    /// Rate of the gap.
+    pub(crate) fn rate(&self, state: &State) -> f64 {
+        let (v, w, leg) = (state.velocity(), state.rate(), self.leg);
+        self.sagittal.dot(&Vector3::new(v.x, v.z, w.y))
+            + self.lateral.dot(&Vector3::new(v.y, w.x, w.z))
+            + self.foot.dot(&state.foot_velocity(leg))
+            + self.hip * state.hip_rate(leg)
+            + self.pulley * state.pulley_rate(leg)
+    }
+}
