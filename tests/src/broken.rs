@@ -9,7 +9,7 @@ pub struct Broken<P> {
     plant: P,
     now: SimTime,
     breaks_at: SimTime,
-    broken: bool,
+    done: bool,
 }
 
 /// The standard registry, its mass-less plant replaced by one that is broken at `breaks_at`.
@@ -19,7 +19,7 @@ pub fn with_broken_plant(breaks_at: SimTime) -> Registry {
             plant: massless(physics)?,
             now: SimTime::ZERO,
             breaks_at,
-            broken: false,
+            done: false,
         })
     };
     Registry::standard().with_plant(PlantKind::new("massless", "broken on purpose", build))
@@ -41,8 +41,8 @@ impl<P: Plant> Plant for Broken<P> {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         self.plant.observe(outputs);
-        if self.now >= self.breaks_at && !self.broken {
-            self.broken = true;
+        if self.now >= self.breaks_at && !self.done {
+            self.done = true;
             outputs[0] = f64::from_bits(outputs[0].to_bits() ^ 1);
         }
     }

@@ -1,5 +1,86 @@
-//! What a simulated second of the trot costs.
+//! What the trot of the repository costs. Items are simulated seconds, so items a second are the real time factor.
+
+use std::path::{Path, PathBuf};
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use twinrig::kernel::{SimDuration, SimTime};
+use twinrig::scenario::Setting;
+use twinrig::{Assembly, Execution, Registry, execute};
 
 fn main() {
     divan::main();
+}
+
+/// The trot, with these settings on top of it.
+fn with_trot(settings: &[(&str, &str)], body: impl FnOnce(&Assembly<'_>)) {
+    let registry = Registry::standard();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
+    let setting = |&(key, value): &(&str, &str)| Setting {
+        origin: "bench".to_owned(),
+        key: key.to_owned(),
+        value: value.to_owned(),
+    };
+    let settings: Vec<Setting> = settings.iter().map(setting).collect();
+    match Assembly::of_file(&registry, &path, &settings) {
+        Ok(assembly) => body(&assembly),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// The whole scenario, judged, from the assembly on.
+fn whole(bencher: Bencher<'_, '_>, settings: &[(&str, &str)], recording: Option<PathBuf>) {
+    with_trot(settings, |assembly| {
+        let execution = Execution {
+            recording,
+            progress: false,
+        };
+        bencher
+            .counter(ItemsCount::new(simulated_s(assembly.scenario().duration)))
+            .bench(|| execute(assembly, &execution).map(|report| report.verdict));
+    });
+}
+
+fn simulated_s(duration: SimDuration) -> u64 {
+    duration.as_nanos() / 1_000_000_000
+}
+
+#[divan::bench(sample_count = 20)]
+fn judged(bencher: Bencher<'_, '_>) {
+    whole(bencher, &[], None);
+}
+
+#[divan::bench(sample_count = 20)]
+fn judged_and_recorded(bencher: Bencher<'_, '_>) {
+    let path = std::env::temp_dir().join("twinrig-bench.mcap");
+    whole(bencher, &[], Some(path.clone()));
+    let _ = std::fs::remove_file(path);
+}
+
+/// What leaving out saves: signals that nobody needs are neither computed nor hashed.
+#[divan::bench(sample_count = 20)]
+fn judged_and_only_the_body_recorded(bencher: Bencher<'_, '_>) {
+    let lean = [
+        ("record.signals", "[\"body/*\"]"),
+        ("record.frames", "0 Hz"),
+    ];
+    whole(bencher, &lean, None);
+}
+
+/// The rig alone, with nobody looking on, through a second in the middle of the run.
+#[divan::bench(sample_count = 20)]
+fn rig_alone(bencher: Bencher<'_, '_>) {
+    with_trot(&[], |assembly| {
+        let from = SimTime::ZERO + SimDuration::from_secs(5);
+        let mut rig = match assembly.rig() {
+            Ok(rig) => rig,
+            Err(error) => panic!("{error}"),
+        };
+        rig.run_until(from, &mut ()).expect("the trot runs");
+        let saved = rig.save();
+        bencher.counter(ItemsCount::new(1_u64)).bench_local(|| {
+            rig.restore(&saved).expect("it was saved from this rig");
+            rig.run_until(from + SimDuration::from_secs(1), &mut ())
+        });
+    });
 }

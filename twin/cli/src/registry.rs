@@ -13,8 +13,9 @@ use crate::standard;
 /// Why a part could not be built; `?` makes one of any error.
 pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
 
-type BuildController = Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError>>;
-type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError>>;
+type BuildController =
+    Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
+type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
 
 /// What a controller is built from.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +90,7 @@ impl ControllerKind {
     pub fn new<P: Process + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
-        build: impl Fn(&Given<'_>) -> Result<P, BuildError> + 'static,
+        build: impl Fn(&Given<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),
@@ -112,7 +113,7 @@ impl PlantKind {
     pub fn new<P: Plant + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
-        build: impl Fn(&Physics<'_>) -> Result<P, BuildError> + 'static,
+        build: impl Fn(&Physics<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),

@@ -311,12 +311,11 @@ fn facts(report: &Report) -> Grid {
             format!("{simulated} s simulated in {wall:.3} s{speed}"),
         );
     }
-    if let Some(energy) = report.energy.filter(|energy| energy.exchanged_j > 0.0) {
-        let share = energy.residual_j.abs() / energy.exchanged_j;
-        let exchanged = energy.exchanged_j;
+    if let Some(energy) = report.energy {
+        let (residual, exchanged) = (energy.residual_j, energy.exchanged_j);
         fact(
             "energy",
-            format!("{exchanged:.1} J exchanged, of which {share:.1e} unaccounted for"),
+            format!("{exchanged:.4} J exchanged, {residual:.1e} J unaccounted for"),
         );
     }
     if !report.left_out.is_empty() {

@@ -33,7 +33,8 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
             let _ = writeln!(terminal.err, "{error}\n");
         } else {
             let text = table::report(&report, terminal.paint);
-            terminal.print(&format!("{text}\n"));
+            terminal.print(&text);
+            terminal.print("");
         }
         reports.push(report);
         if interrupt::asked() {

@@ -1,8 +1,6 @@
 //! The commands, end to end, in this process.
 
-mod common;
-
-use common::{Folder, SOUND, json, twin};
+use crate::common::{Folder, SOUND, json, twin};
 use serde_json::json;
 
 #[test]

@@ -1,0 +1,6 @@
+//! The program from outside.
+
+mod commands;
+mod common;
+#[cfg(unix)]
+mod interrupt;
