@@ -1,3 +1,109 @@
+//! Cost of one step of a millisecond. Each iteration goes on from the same saved instant, so that every machine and every
+//! version does the same work.
+
+#[allow(dead_code)] // the tests use the rest
+#[path = "../tests/plant/scene.rs"]
+mod scene;
+
+use divan::Bencher;
+use scene::{Scene, at, options, robot};
+use twinrig_massless::{Base, Force, Options};
+use twinrig_runtime::Plant;
+
 fn main() {
-    divan::main()
+    divan::main();
+}
+
+/// How a leg's force is found.
+const FORCES: [&str; 2] = ["solve", "lookup"];
+
+fn with(force: &str, base: Base) -> Options {
+    Options {
+        base,
+        force: match force {
+            "solve" => Force::Solve,
+            _ => Force::Lookup { cells: 64 },
+        },
+        ..options()
+    }
+}
+
+/// The mean over `steps` steps from where the scene is, restored each time.
+fn steps(bencher: Bencher, scene: &Scene, from_ms: u64, steps: u64) {
+    let saved = scene.plant.save();
+    let commands = scene.commands.clone();
+    bencher
+        .counter(divan::counter::ItemsCount::new(steps))
+        .with_inputs(|| {
+            let mut plant = scene.plant.clone();
+            plant.restore(&saved).unwrap();
+            plant
+        })
+        .bench_local_refs(|plant| {
+            plant.advance(at(from_ms + steps), &commands).unwrap();
+        });
+}
+
+/// Steps of an iteration: enough to hide the clock, few enough to stay in the same phase of the motion.
+const STEPS: u64 = 20;
+
+#[divan::bench(args = FORCES)]
+fn standing(bencher: Bencher, force: &str) {
+    let mut scene = Scene::new(&robot(), &with(force, Base::Free));
+    scene.to(500);
+    steps(bencher, &scene, 500, STEPS);
+}
+
+#[divan::bench(args = FORCES)]
+fn trotting(bencher: Bencher, force: &str) {
+    let scene = Scene::trotting(&robot(), &with(force, Base::Free), 480);
+    steps(bencher, &scene, 480, STEPS);
+}
+
+#[divan::bench(args = FORCES)]
+fn trotting_in_the_plane(bencher: Bencher, force: &str) {
+    let scene = Scene::trotting(&robot(), &with(force, Base::Planar), 480);
+    steps(bencher, &scene, 480, STEPS);
+}
+
+#[divan::bench(args = FORCES)]
+fn trotting_on_a_stand(bencher: Bencher, force: &str) {
+    let mut options = with(force, Base::Fixed);
+    options.ground = None;
+    let scene = Scene::trotting(&robot(), &options, 480);
+    steps(bencher, &scene, 480, STEPS);
+}
+
+#[divan::bench(args = FORCES)]
+fn in_flight(bencher: Bencher, force: &str) {
+    let mut options = with(force, Base::Free);
+    options.ground = None;
+    let mut scene = Scene::new(&robot(), &options);
+    scene.to(50);
+    steps(bencher, &scene, 50, STEPS);
+}
+
+/// A whole second of trot, commands every two milliseconds: what a run pays for.
+#[divan::bench(sample_count = 20)]
+fn a_second_of_trot(bencher: Bencher) {
+    let (robot, options) = (robot(), with("solve", Base::Free));
+    let scene = Scene::trotting(&robot, &options, 480);
+    let commands: Vec<Vec<f64>> = (240..740)
+        .map(|tick| {
+            let time_s = f64::from(tick) * 2e-3;
+            let commands = scene::Trot::START.commands(&robot, &options, time_s);
+            commands
+                .iter()
+                .flat_map(|(_, command)| [command.hip, command.knee])
+                .collect()
+        })
+        .collect();
+    bencher
+        .counter(divan::counter::ItemsCount::new(1000_u32))
+        .with_inputs(|| scene.plant.clone())
+        .bench_local_refs(|plant| {
+            for (tick, commands) in (241..).zip(&commands) {
+                plant.advance(at(2 * tick), commands).unwrap();
+            }
+        });
 }

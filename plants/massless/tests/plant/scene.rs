@@ -1,0 +1,219 @@
+//! The robot in motion: what the tests and the benchmark drive.
+
+use std::path::Path;
+
+use twinrig_contact::{Ground, Terrain};
+use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_massless::{Base, Drives, Force, Massless, Options};
+use twinrig_robot::{Robot, RobotFile, Servo};
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault};
+
+/// The robot of `robots/cheetah-cub.toml`.
+pub fn robot() -> Robot {
+    named_robot("cheetah-cub")
+}
+
+/// A robot of this repository.
+pub fn named_robot(name: &str) -> Robot {
+    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    RobotFile::find(name, beside).unwrap().robot().unwrap()
+}
+
+/// The same robot without any loss in its joints.
+pub fn lossless(mut robot: Robot) -> Robot {
+    for mount in &mut robot.legs {
+        let friction = &mut mount.leg.joint_friction;
+        (friction.hip, friction.knee, friction.ankle) = (0.0, 0.0, 0.0);
+    }
+    robot
+}
+
+/// A servo that a trot needs.
+pub const SERVO: Servo = Servo {
+    torque: 4.0,
+    speed: 25.0,
+    lag: 5e-3,
+    dead_band: 0.0,
+    inertia: 1e-3,
+};
+
+/// All four legs, free, on flat ground, in steps of a millisecond.
+pub fn options() -> Options {
+    Options {
+        base: Base::Free,
+        legs: ["LF", "RF", "LH", "RH"].map(str::to_owned).to_vec(),
+        ground: Some(Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()),
+        step: SimDuration::from_millis(1),
+        drives: Drives::Servos {
+            hip: SERVO,
+            knee: SERVO,
+        },
+        force: Force::Solve,
+        start: Vec::new(),
+    }
+}
+
+/// A plant with what is needed to drive and read it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub plant: Massless,
+    pub commands: Vec<f64>,
+    layout: Layout,
+    outputs: Vec<f64>,
+}
+
+impl Scene {
+    /// With every signal.
+    pub fn new(robot: &Robot, options: &Options) -> Self {
+        Self::wanting(robot, options, &|_| true)
+    }
+
+    /// With the signals that are wanted; the commands keep the drives where they start.
+    pub fn wanting(robot: &Robot, options: &Options, wanted: &dyn Fn(&str) -> bool) -> Self {
+        Self::driving(
+            Massless::new(robot, options, wanted).unwrap(),
+            robot,
+            options,
+        )
+    }
+
+    fn driving(plant: Massless, robot: &Robot, options: &Options) -> Self {
+        let layout = Layout::of(&plant.ports(), Direction::Output);
+        let outputs = vec![0.0; layout.len()];
+        let commands = legs_of(robot, options)
+            .flat_map(|(name, leg)| {
+                let upright = Planar::new(0.0, -0.9 * leg.length_max());
+                let given = options.start.iter().find(|(named, _)| *named == name);
+                let LegCommand { hip, knee } = given
+                    .map(|(_, command)| *command)
+                    .unwrap_or_else(|| leg.inverse_closed(upright).unwrap());
+                [hip, knee]
+            })
+            .collect();
+        Self {
+            plant,
+            commands,
+            layout,
+            outputs,
+        }
+    }
+
+    /// A scene in mid-trot.
+    pub fn trotting(robot: &Robot, options: &Options, since_ms: u64) -> Self {
+        let mut options = options.clone();
+        options.start = Trot::START.commands(robot, &options, 0.0);
+        let mut scene = Self::new(robot, &options);
+        for ms in 1..=since_ms {
+            scene.trot(robot, &options, Trot::START, ms);
+        }
+        scene
+    }
+
+    /// Advances to `ms` under the commands of a trot.
+    pub fn trot(&mut self, robot: &Robot, options: &Options, trot: Trot, ms: u64) {
+        let commands = trot.commands(robot, options, ms as f64 * 1e-3);
+        for (pair, (_, command)) in self.commands.chunks_mut(2).zip(commands) {
+            pair.copy_from_slice(&[command.hip, command.knee]);
+        }
+        self.to(ms);
+    }
+
+    /// Advances to `ms` milliseconds with the present commands.
+    pub fn to(&mut self, ms: u64) {
+        self.try_to(ms).unwrap();
+    }
+
+    /// Advances to `ms` milliseconds with the present commands.
+    pub fn try_to(&mut self, ms: u64) -> Result<(), PlantFault> {
+        self.plant.advance(at(ms), &self.commands)
+    }
+
+    /// Looks at everything.
+    pub fn observe(&mut self) -> &[f64] {
+        self.plant.observe(&mut self.outputs);
+        &self.outputs
+    }
+
+    /// A signal now.
+    pub fn read(&mut self, signal: &str) -> &[f64] {
+        self.plant.observe(&mut self.outputs);
+        let range = self.layout.find(signal).unwrap();
+        &self.outputs[range]
+    }
+
+    /// A signal with one number now.
+    pub fn value(&mut self, signal: &str) -> f64 {
+        let values = self.read(signal);
+        assert_eq!(values.len(), 1, "{signal}");
+        values[0]
+    }
+
+    pub fn energy(&self) -> EnergyBooks {
+        self.plant.energy()
+    }
+}
+
+/// An instant.
+pub fn at(ms: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_millis(ms)
+}
+
+/// Name and mechanism of the legs that are there, in the robot's order.
+pub fn legs_of<'a>(
+    robot: &'a Robot,
+    options: &'a Options,
+) -> impl Iterator<Item = (String, Pantograph)> + 'a {
+    robot
+        .legs
+        .iter()
+        .filter(|mount| options.legs.contains(&mount.name))
+        .map(|mount| (mount.name.clone(), Pantograph::new(&mount.leg).unwrap()))
+}
+
+/// A trot in the air: feet on ellipses, diagonal pairs half a cycle apart. It knows nothing of phases, duty or springs.
+#[derive(Clone, Copy, Debug)]
+pub struct Trot {
+    /// Cycles a second.
+    pub frequency: f64,
+    /// Half of the stroke, as a share of the greatest leg length.
+    pub stroke: f64,
+    /// How far the feet are lifted, as a share of the greatest leg length.
+    pub lift: f64,
+    /// Length of the leg in stance, as a share of the greatest.
+    pub length: f64,
+}
+
+impl Trot {
+    pub const START: Self = Self {
+        frequency: 3.0,
+        stroke: 0.25,
+        lift: 0.15,
+        length: 0.9,
+    };
+
+    /// What the drives of each leg are told at a time.
+    pub fn commands(
+        self,
+        robot: &Robot,
+        options: &Options,
+        time_s: f64,
+    ) -> Vec<(String, LegCommand)> {
+        legs_of(robot, options)
+            .map(|(name, leg)| {
+                let offset = if matches!(name.as_str(), "LF" | "RH") {
+                    0.0
+                } else {
+                    0.5
+                };
+                let angle = std::f64::consts::TAU * (self.frequency * time_s + offset);
+                let length = leg.length_max();
+                let foot = Planar::new(
+                    self.stroke * length * angle.cos(),
+                    length * (self.lift * angle.sin().max(0.0) - self.length),
+                );
+                (name, leg.inverse_closed(foot).unwrap())
+            })
+            .collect()
+    }
+}
