@@ -37,6 +37,10 @@ fn the_same_run_makes_the_same_file_byte_for_byte() {
 fn runs_side_by_side_do_not_disturb_one_another() {
     let alone = run(&Scene::default().assembly(&Registry::standard()));
     let run = || run(&Scene::default().assembly(&Registry::standard()));
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "what threads could do is what is tested"
+    )]
     let together = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..4).map(|_| scope.spawn(run)).collect();
         let digests = threads.into_iter().map(|thread| thread.join().unwrap());

@@ -330,7 +330,7 @@ mod tests {
         network.push(0, 1e-3);
         network.advance(0.1, 0.0, 2.5); // one time constant, 1/(4 · 2.5 s)
         let left = network.deviation(0) - network.deviation(1);
-        assert!((left / 1e-3 - (-1.0_f64).exp()).abs() < 1e-6, "{left}");
+        assert!((left / 1e-3 - libm::exp(-1.0)).abs() < 1e-6, "{left}");
     }
 
     #[test]

@@ -21,12 +21,14 @@ fn robots_weigh_what_their_sources_say() {
 fn extended_leg_is_148_mm_and_the_stop_is_at_130_degrees() {
     let leg = &robot("cheetah-cub").legs[0].leg;
     let side = leg.l1 + leg.l3 - leg.l_delta;
-    let reach = |q2: f64| (leg.l2 * leg.l2 + side * side + 2.0 * leg.l2 * side * q2.cos()).sqrt();
+    let reach =
+        |q2: f64| (leg.l2 * leg.l2 + side * side + 2.0 * leg.l2 * side * libm::cos(q2)).sqrt();
     assert!((reach(leg.q2_ref) - 0.148).abs() < 2e-4);
     let bent = 130_f64.to_radians();
-    let diagonal =
-        (leg.l2 * leg.l2 + leg.l_delta * leg.l_delta + 2.0 * leg.l2 * leg.l_delta * bent.cos())
-            .sqrt();
+    let diagonal = (leg.l2 * leg.l2
+        + leg.l_delta * leg.l_delta
+        + 2.0 * leg.l2 * leg.l_delta * libm::cos(bent))
+    .sqrt();
     assert!((leg.diagonal_min - diagonal).abs() < 1e-5);
     assert!(reach(bent) < 0.1, "the gaits need a leg of 100 mm");
 }
@@ -51,7 +53,7 @@ fn trunks_are_boxes_of_their_size() {
 fn oncilla_is_cheetah_cub_at_the_scale_that_its_file_states() {
     let (small, large) = (robot("cheetah-cub"), robot("oncilla"));
     let r = 5.1 / 1.1;
-    let s = f64::cbrt(r);
+    let s = libm::cbrt(r);
     let (a, b) = (&small.legs[0], &large.legs[0]);
     let ratios = [
         (b.leg.l1 / a.leg.l1, s),
@@ -68,7 +70,7 @@ fn oncilla_is_cheetah_cub_at_the_scale_that_its_file_states() {
         (b.leg.parallel.stiffness / a.leg.parallel.stiffness, r / s),
         (
             b.leg.joint_friction.hip / a.leg.joint_friction.hip,
-            r * s.powf(1.5),
+            r * libm::pow(s, 1.5),
         ),
         (b.leg.mass.l1 / a.leg.mass.l1, r),
         (b.leg.mass.lumped_foot / a.leg.mass.lumped_foot, r),

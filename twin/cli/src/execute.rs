@@ -54,6 +54,10 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
     let mut watch = Watch::new(judge(assembly, &rig), recorder);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, assembly.end().as_secs_f64(), execution.progress);
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the report says how long it took"
+    )]
     let started = Instant::now();
     let mut error = run(assembly, &mut rig, &mut watch, &mut progress).err();
     let wall_s = started.elapsed().as_secs_f64();

@@ -1,4 +1,8 @@
 //! A line that says how far a long run is, on a terminal only.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "a person waits for it, and nothing else depends on it"
+)]
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};

@@ -233,16 +233,16 @@ mod tests {
         ];
         let mut frames = Frames::new(&leg(), &Layout::of(&ports, Direction::Output));
         let angles = [0.6, -0.4, 0.5_f64];
-        let (sin, cos) = (0.3_f64.sin(), 0.3_f64.cos()); // yawed by 0.6 rad
+        let (sin, cos) = libm::sincos(0.3); // yawed by 0.6 rad
         let mut values = vec![1.0, 2.0, 0.14, cos, 0.0, 0.0, sin];
         values.extend(angles);
         let _ = frames.at(SimTime::from_nanos(1_500_000_000), &values);
         let (mut x, mut z) = (0.1, 0.14);
         for (angle, length) in angles.into_iter().zip([0.044, 0.071, 0.039]) {
-            x += length * angle.sin();
-            z -= length * angle.cos();
+            x += length * libm::sin(angle);
+            z -= length * libm::cos(angle);
         }
-        let (turn_sin, turn_cos) = (0.6_f64.sin(), 0.6_f64.cos());
+        let (turn_sin, turn_cos) = libm::sincos(0.6);
         let expected = [
             1.0 + turn_cos * x - turn_sin * 0.05,
             2.0 + turn_sin * x + turn_cos * 0.05,

@@ -30,7 +30,7 @@ fn speed_is_distance_over_time_along_the_heading_or_the_path() {
     let circle = Run {
         body: &|ms| {
             let turn = 2.0 * PI * ms as f64 / 10_000.0;
-            [turn.sin(), turn.cos(), 0.12]
+            [libm::sin(turn), libm::cos(turn), 0.12]
         },
         ..Run::default()
     };
@@ -126,7 +126,7 @@ fn a_fall_is_a_low_or_a_tilted_trunk_and_is_shown_in_its_unit() {
 #[test]
 fn what_settles_stays_near_where_it_ends() {
     let decays = Run {
-        body: &|ms| [0.0, 0.0, 0.12 + 0.01 * (-(ms as f64) / 1000.0).exp()],
+        body: &|ms| [0.0, 0.0, 0.12 + 0.01 * libm::exp(-(ms as f64) / 1000.0)],
         ..Run::default()
     };
     let by = |by: &str| {

@@ -27,6 +27,7 @@ fn an_interrupted_run_leaves_a_verdict_and_a_whole_recording() {
         .spawn()
         .unwrap();
     let recording = folder.join("out/endless-seed1.mcap");
+    #[expect(clippy::disallowed_methods, reason = "the test does not wait for ever")]
     let started = Instant::now();
     // Past the first flush the run is under way and its handler listens.
     while std::fs::metadata(&recording).map_or(0, |file| file.len()) < 100_000 {
