@@ -24,6 +24,6 @@ mod dense;
 mod ground;
 mod problem;
 
-pub use dense::{Singular, solve_in_place};
+pub use dense::{Factors, Singular};
 pub use ground::{Ground, GroundError, HeightField, Surface, Terrain};
 pub use problem::{Bound, Problem, Solution, Unsolved};

@@ -174,6 +174,7 @@ impl Constraints {
         mobility: &Mobility,
         motion: &mut Motion,
         seconds: f64,
+        tolerance: f64,
     ) -> Result<(), Unsolved> {
         let restitution = model
             .ground
@@ -190,7 +191,7 @@ impl Constraints {
             };
             self.problem.offset(i, free + allowed);
         }
-        let solution = self.problem.solve()?;
+        let solution = self.problem.solve_within(tolerance)?;
         self.sweeps += u64::from(solution.sweeps);
         self.factorisations += u64::from(solution.factorisations);
         for ((entry, response), &impulse) in self

@@ -140,6 +140,8 @@ pub(crate) struct Model {
     pub(crate) ground: Option<Ground>,
     /// Mobility given to redundant constraints \[1/kg\].
     pub(crate) compliance: f64,
+    /// Weight times leg length: the energy by which others are measured \[J\].
+    pub(crate) energy_scale: f64,
 }
 
 /// Acceleration of free fall \[m/s²\].
@@ -184,8 +186,14 @@ impl Model {
             .iter()
             .map(|leg| leg.mass)
             .fold(f64::INFINITY, f64::min);
+        let total = mass + legs.iter().map(|leg| leg.mass).sum::<f64>();
+        let reach = legs
+            .iter()
+            .map(|leg| leg.pantograph.length_max())
+            .fold(0.0, f64::max);
         Ok(Self {
             base: options.base,
+            energy_scale: total * GRAVITY * reach,
             mass,
             inertia,
             legs,

@@ -1,0 +1,348 @@
+//! Closed forms that need a start in motion, which nothing outside can give the plant.
+
+use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
+use twinrig_contact::{Ground, Terrain};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_robot::{Robot, RobotFile};
+use twinrig_runtime::Plant;
+
+use crate::model::GRAVITY;
+use crate::{Base, Drives, Force, Massless, Options};
+
+const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+
+/// Cheetah-cub without friction in its joints.
+fn robot() -> Robot {
+    let text = include_str!("../../../../robots/cheetah-cub.toml");
+    let mut robot = RobotFile::parse("cheetah-cub.toml", text)
+        .unwrap()
+        .robot()
+        .unwrap();
+    for mount in &mut robot.legs {
+        let friction = &mut mount.leg.joint_friction;
+        (friction.hip, friction.knee, friction.ankle) = (0.0, 0.0, 0.0);
+    }
+    robot
+}
+
+/// The same with springs so preloaded that nothing here moves them off their stops: a rigid body.
+fn rigid() -> Robot {
+    let mut robot = robot();
+    for mount in &mut robot.legs {
+        (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (0.05, 0.05);
+    }
+    robot
+}
+
+fn options(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) -> Options {
+    let straight = LegCommand {
+        hip: 0.0,
+        knee: 0.0,
+    };
+    Options {
+        base,
+        legs: legs.iter().map(|leg| (*leg).to_owned()).collect(),
+        ground: friction.map(|friction| Ground::new(Terrain::Flat, friction, 0.0).unwrap()),
+        step,
+        drives: Drives::Ideal { period: 5e-3 },
+        force: Force::Solve,
+        start: legs
+            .iter()
+            .map(|leg| ((*leg).to_owned(), straight))
+            .collect(),
+    }
+}
+
+fn plant(robot: &Robot, options: &Options) -> Massless {
+    Massless::new(robot, options, &|_| true).unwrap()
+}
+
+/// Gives the whole robot the motion of a rigid body (trunk frame).
+fn throw(plant: &mut Massless, velocity: Vector3<f64>, rate: Vector3<f64>) {
+    let mut state = plant.flow.state;
+    state.set_velocity(velocity);
+    state.set_rate(rate);
+    for (i, leg) in plant.flow.model.legs.iter().enumerate() {
+        let foot = velocity + rate.cross(&leg.foot_in_trunk(state.foot(i)));
+        state.set_foot_velocity(i, Planar::new(foot.x, foot.z));
+    }
+    plant.flow.replace(state).unwrap();
+}
+
+fn run(plant: &mut Massless, from: SimTime, steps: u64, step: SimDuration) -> SimTime {
+    let mut now = from;
+    let commands = [0.0; 8];
+    for _ in 0..steps {
+        now = now + step;
+        plant.advance(now, &commands).unwrap();
+    }
+    now
+}
+
+#[test]
+fn a_robot_that_slides_with_straight_legs_stops_after_v_squared_over_two_mu_g() {
+    let (friction, speed) = (0.2, 0.5);
+    let step = SimDuration::from_micros(500);
+    let mut plant = plant(&rigid(), &options(Base::Free, &LEGS, Some(friction), step));
+    throw(&mut plant, Vector3::new(speed, 0.0, 0.0), Vector3::zeros());
+    let (mut now, mut stopped) = (SimTime::ZERO, None);
+    while now < SimTime::from_nanos(400_000_000) {
+        now = run(&mut plant, now, 1, step);
+        if stopped.is_none() && plant.flow.state.velocity().x < 1e-9 {
+            stopped = Some(now);
+        }
+    }
+    // The start throws the load from four equal feet to the front pair: some micrometres of give in the stops' recovery,
+    // and a step more or less to the stop.
+    let time = speed / (friction * GRAVITY);
+    let distance = 0.5 * speed * time;
+    let (found, place) = (stopped.unwrap().as_secs_f64(), plant.flow.state.position().x);
+    assert!((found - time).abs() < 1e-3, "{found} s, not {time} s");
+    assert!((place - distance).abs() < 2e-3 * distance, "{place} m, not {distance} m");
+    assert!(plant.flow.state.velocity().norm() < 1e-9, "it stays");
+    // What moved is heat now.
+    let kinetic = 0.5 * 1.1 * speed * speed;
+    let books = plant.energy();
+    assert!((books.dissipated - kinetic).abs() < 1e-2 * kinetic, "{books:?}");
+}
+
+/// Mass, centre of mass, momentum and angular momentum about it, world frame, of trunk and feet.
+fn moments(plant: &Massless) -> (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>) {
+    let (state, model) = (&plant.flow.state, &plant.flow.model);
+    let turn = Rotation3::from_matrix_unchecked(state.rotation());
+    let (velocity, rate) = (state.velocity(), state.rate());
+    let mut parts = vec![(model.mass, state.position(), turn * velocity)];
+    for (i, leg) in model.legs.iter().enumerate() {
+        let foot = leg.foot_in_trunk(state.foot(i));
+        let own = state.foot_velocity(i);
+        let sideways = (velocity + rate.cross(&foot)).y;
+        let speed = Vector3::new(own.x, sideways, own.y);
+        parts.push((leg.mass, state.position() + turn * foot, turn * speed));
+    }
+    let mass: f64 = parts.iter().map(|(m, _, _)| m).sum();
+    let centre = parts.iter().map(|(m, r, _)| r * *m).sum::<Vector3<f64>>() / mass;
+    let momentum: Vector3<f64> = parts.iter().map(|(m, _, v)| v * *m).sum();
+    let spin = turn * rate.component_mul(&model.inertia)
+        + parts
+            .iter()
+            .map(|(m, r, v)| (r - centre).cross(v) * *m)
+            .sum::<Vector3<f64>>();
+    (mass, centre, momentum, spin)
+}
+
+/// Greatest errors of the parabola \[m\] and, as a share, of the angular momentum in a flight of 0.3 s.
+fn flight_errors(robot: &Robot, step_us: u64, rate: Vector3<f64>) -> (f64, f64) {
+    let step = SimDuration::from_micros(step_us);
+    let mut plant = plant(robot, &options(Base::Free, &LEGS, None, step));
+    throw(&mut plant, Vector3::new(0.4, -0.3, 1.5), rate);
+    let (mass, start, momentum, spin) = moments(&plant);
+    let (mut now, mut errors) = (SimTime::ZERO, (0.0_f64, 0.0_f64));
+    let hips = [0.4, -0.3, -0.5, 0.2];
+    while now < SimTime::from_nanos(300_000_000) {
+        now = now + step;
+        let commands: [f64; 8] =
+            std::array::from_fn(|i| if i % 2 == 0 { hips[i / 2] } else { 0.5 });
+        plant.advance(now, &commands).unwrap();
+        let time = now.as_secs_f64();
+        let (_, centre, _, now_spin) = moments(&plant);
+        let parabola =
+            start + momentum / mass * time - Vector3::z() * (0.5 * GRAVITY * time * time);
+        errors.0 = errors.0.max((centre - parabola).norm());
+        errors.1 = errors.1.max((now_spin - spin).norm() / spin.norm());
+    }
+    errors
+}
+
+#[test]
+fn in_flight_the_centre_of_mass_flies_a_parabola_and_the_angular_momentum_stays_whatever_the_legs_do() {
+    // Tumbling at 5 rad/s while the legs swing and the cables flex. Second order in the step: the bounds at 1 ms are what
+    // the rotation by Cayley's map leaves, (5 rad/s · 1 ms)²/12 of the way, and the swinging of the feet.
+    let rate = Vector3::new(3.0, 2.0, -4.0);
+    let (coarse, fine) = (flight_errors(&robot(), 1000, rate), flight_errors(&robot(), 500, rate));
+    assert!(coarse.0 < 2e-5 && coarse.1 < 2e-3, "{coarse:?}");
+    for ratio in [coarse.0 / fine.0, coarse.1 / fine.1] {
+        assert!((3.0..5.0).contains(&ratio), "{coarse:?} {fine:?}");
+    }
+}
+
+#[test]
+fn a_planar_robot_in_flight_with_rigid_legs_pitches_at_a_constant_rate() {
+    let step = SimDuration::from_millis(1);
+    let mut plant = plant(&rigid(), &options(Base::Planar, &LEGS, None, step));
+    throw(&mut plant, Vector3::new(0.2, 0.0, 1.0), Vector3::new(0.0, 4.0, 0.0));
+    run(&mut plant, SimTime::ZERO, 300, step);
+    let rate = plant.flow.state.rate();
+    // The stops are held at velocity level and recover drift: 1e-6 of the rate.
+    assert!((rate.y - 4.0).abs() < 4e-6 && rate.x == 0.0 && rate.z == 0.0, "{rate}");
+}
+
+/// The plant of one fixed leg whose foot hangs still where springs and weight balance, and the stiffness there.
+fn balanced(step: SimDuration, friction: Option<f64>) -> (Massless, Matrix2<f64>) {
+    let mut robot = robot();
+    for mount in &mut robot.legs {
+        (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (-0.004, -0.004);
+    }
+    let mut plant = plant(&robot, &options(Base::Fixed, &["LF"], friction, step));
+    let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
+    let weight = Planar::new(0.0, robot.legs[0].leg.mass.lumped_foot * GRAVITY);
+    let hip = leg.hip_reference();
+    let force = |foot: Planar| {
+        let pose = leg.pose(libm::sin(hip), libm::cos(hip), foot).unwrap();
+        leg.spring_gradient(&pose).foot + weight
+    };
+    let hessian = |foot: Planar| {
+        let h = 1e-6;
+        let column = |d: Planar| (force(foot + d) - force(foot - d)) / (2.0 * h);
+        Matrix2::from_columns(&[column(Planar::new(h, 0.0)), column(Planar::new(0.0, h))])
+    };
+    let mut foot = Planar::new(0.0, -0.9 * leg.length_max());
+    for _ in 0..50 {
+        foot -= hessian(foot).try_inverse().unwrap() * force(foot);
+    }
+    let pose = leg.pose(libm::sin(hip), libm::cos(hip), foot).unwrap();
+    assert!(leg.allows(&pose) && force(foot).norm() < 1e-9);
+    let mut state = plant.flow.state;
+    state.set_foot(0, foot);
+    let height = plant.flow.model.legs[0].hip.z + foot.y;
+    state.set_position(Vector3::new(0.0, 0.0, 0.001 - height));
+    plant.flow.replace(state).unwrap();
+    (plant, hessian(foot))
+}
+
+#[test]
+fn a_foot_swings_about_its_balance_with_the_frequencies_of_the_energys_hessian() {
+    let step = SimDuration::from_millis(1);
+    let h = step.as_secs_f64();
+    for mode in 0..2 {
+        let (mut plant, stiffness) = balanced(step, None);
+        let modes = SymmetricEigen::new((stiffness + stiffness.transpose()) * 0.5);
+        let exact = (modes.eigenvalues[mode] / plant.flow.model.legs[0].mass).sqrt();
+        let direction: Planar = modes.eigenvectors.column(mode).into();
+        let rest = plant.flow.state.foot(0);
+        let mut state = plant.flow.state;
+        state.set_foot(0, rest + direction * 1e-6);
+        plant.flow.replace(state).unwrap();
+        // The midpoint rule has this frequency instead: tan(ω'h/2) = ωh/2.
+        let expected = 2.0 / h * (0.5 * exact * h).atan();
+        let mut now = SimTime::ZERO;
+        let mut worst = 0.0_f64;
+        for k in 1..=200_u32 {
+            now = run(&mut plant, now, 1, step);
+            let place = (plant.flow.state.foot(0) - rest).dot(&direction);
+            let cosine = 1e-6 * (expected * h * f64::from(k)).cos();
+            worst = worst.max((place - cosine).abs());
+        }
+        // A micrometre of swing bends the springs by 1e-5 of their length.
+        assert!(worst < 2e-3 * 1e-6, "mode {mode} at {exact} rad/s: {worst:e} m");
+    }
+}
+
+/// The plant after its foot met the ground at 1 m/s; the speeds before and after.
+fn landed(restitution: f64) -> (Massless, f64, f64) {
+    let step = SimDuration::from_micros(1);
+    let (mut plant, _) = balanced(step, Some(0.0));
+    plant.flow.model.ground.as_mut().unwrap().restitution = restitution;
+    let mut state = plant.flow.state;
+    // 2 µm above the ground: what happens before the impact is small.
+    state.set_position(state.position() - Vector3::z() * 0.000_998);
+    state.set_foot_velocity(0, Planar::new(0.3, -1.0));
+    plant.flow.replace(state).unwrap();
+    let mut before = 1.0;
+    for tick in 1..=10 {
+        let speed = -plant.flow.state.foot_velocity(0).y;
+        plant
+            .advance(SimTime::from_nanos(1000 * tick), &[0.0; 2])
+            .unwrap();
+        if plant.flow.ledger.impact == 0.0 {
+            before = speed;
+        }
+    }
+    let after = plant.flow.state.foot_velocity(0).y;
+    (plant, before, after)
+}
+
+#[test]
+fn a_foot_that_lands_loses_the_energy_of_its_fall_and_nothing_else() {
+    let (plant, before, after) = landed(0.0);
+    let lost = 0.5 * plant.flow.model.legs[0].mass * before * before;
+    // Ten steps of a microsecond in which springs and weight push on: 0.7 km/s² · 10 µs are 7e-3 of the speed at most.
+    let impact = plant.energy().impact;
+    assert!((impact - lost).abs() < 1e-4 * lost, "{impact} of {lost}");
+    assert!(after.abs() < 1e-2, "{after}");
+    let along = plant.flow.state.foot_velocity(0).x;
+    assert!((along - 0.3).abs() < 1e-2, "no friction, {along}");
+}
+
+#[test]
+fn a_foot_rebounds_with_the_share_of_its_speed_that_the_ground_gives_back() {
+    for restitution in [0.3, 0.8, 1.0] {
+        let (plant, before, after) = landed(restitution);
+        assert!((after - restitution * before).abs() < 1e-2, "{after} of {before}");
+        let lost = 0.5
+            * plant.flow.model.legs[0].mass
+            * before
+            * before
+            * (1.0 - restitution * restitution);
+        let impact = plant.energy().impact;
+        assert!((impact - lost).abs() < 1e-4, "{impact} not {lost}");
+    }
+}
+
+#[test]
+fn springs_and_weight_lose_nothing_while_a_foot_swings() {
+    // Fixed, in the plane and free: the foot starts at 0.2 m/s, 1 mm of swing between the stops, the drive holds. What the
+    // iteration of the discrete gradient leaves is 1e-10 J a step, and mostly of changing sign.
+    for (base, bound) in [(Base::Fixed, 1e-9), (Base::Planar, 1e-9), (Base::Free, 1e-9)] {
+        for ms in [1, 2] {
+            let step = SimDuration::from_millis(ms);
+            let (mut plant, _) = balanced(step, None);
+            plant.flow.model.base = base;
+            let mut state = plant.flow.state;
+            state.set_foot_velocity(0, Planar::new(0.1, 0.2));
+            plant.flow.replace(state).unwrap();
+            run(&mut plant, SimTime::ZERO, 1, step);
+            let begun = plant.energy();
+            let (mut now, mut most) = (SimTime::ZERO + step, 0.0_f64);
+            for _ in 0..100 {
+                now = run(&mut plant, now, 1, step);
+                most = most.max((plant.energy().stored() - begun.stored()).abs());
+            }
+            let swing = plant.energy().exchanged;
+            assert_eq!(plant.energy().impact, 0.0);
+            assert!(most < bound * swing, "{base:?} {ms} ms: {most:e} of {swing:e}");
+        }
+    }
+}
+
+#[test]
+fn probe() {
+    let mut soft = robot();
+    for mount in &mut soft.legs {
+        (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (-0.004, -0.004);
+    }
+    let rate = Vector3::new(3.0, 2.0, -4.0);
+    for (name, robot) in [("normal", robot()), ("rigid", rigid()), ("soft", soft)] {
+        for us in [1000, 500, 250, 125] {
+            println!("{name} {us} {:?}", flight_errors(&robot, us, rate));
+        }
+    }
+    for (base, bound) in [(Base::Fixed, 1e-9), (Base::Planar, 1e-9), (Base::Free, 1e-9)] {
+        for ms in [1, 2] {
+            let step = SimDuration::from_millis(ms);
+            let (mut plant, _) = balanced(step, None);
+            plant.flow.model.base = base;
+            let mut state = plant.flow.state;
+            state.set_foot_velocity(0, Planar::new(0.1, 0.2));
+            plant.flow.replace(state).unwrap();
+            run(&mut plant, SimTime::ZERO, 1, step);
+            let begun = plant.energy();
+            let (mut now, mut most) = (SimTime::ZERO + step, 0.0_f64);
+            for _ in 0..100 {
+                now = run(&mut plant, now, 1, step);
+                most = most.max((plant.energy().stored() - begun.stored()).abs());
+            }
+            println!("{base:?} {ms} {most:e} {:?}", plant.energy());
+        }
+    }
+}
