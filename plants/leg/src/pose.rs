@@ -176,12 +176,17 @@ impl Pantograph {
         0.5 * (self.k_d * d * d + self.k_p * p * p)
     }
 
+    /// What diagonal and parallel spring pull with, along the vectors of the pose \[N\].
+    fn spring_pulls(&self, pose: &Pose) -> (Planar, Planar) {
+        (
+            pose.diagonal_vector * (self.k_d * (1.0 - self.diagonal_rest / pose.diagonal)),
+            pose.parallel_vector * (self.k_p * (1.0 - self.parallel_rest / pose.parallel)),
+        )
+    }
+
     /// Gradient of [`Self::spring_energy`] \[N·m, N\]: hip torque and foot force that hold the leg against its springs.
     pub fn spring_gradient(&self, pose: &Pose) -> Gradient {
-        let diagonal =
-            pose.diagonal_vector * (self.k_d * (1.0 - self.diagonal_rest / pose.diagonal));
-        let parallel =
-            pose.parallel_vector * (self.k_p * (1.0 - self.parallel_rest / pose.parallel));
+        let (diagonal, parallel) = self.spring_pulls(pose);
         let lever = self.l_delta / self.b;
         self.pulled_back(
             pose,
@@ -294,13 +299,9 @@ impl Pantograph {
         gradient
     }
 
-    /// Force in the second segment that a pull on the ankle leaves after the third has taken its share; see
-    /// [`Self::pulled_back`]. Tension is positive \[N\].
+    /// Force in the second segment: what the third leaves of the springs' pull on the ankle. Tension is positive \[N\].
     pub fn middle_segment_force(&self, pose: &Pose) -> f64 {
-        let diagonal =
-            pose.diagonal_vector * (self.k_d * (1.0 - self.diagonal_rest / pose.diagonal));
-        let parallel =
-            pose.parallel_vector * (self.k_p * (1.0 - self.parallel_rest / pose.parallel));
+        let (diagonal, parallel) = self.spring_pulls(pose);
         let on_ankle = diagonal + parallel * (1.0 + self.l_delta / self.b);
         -cross(on_ankle, pose.along[2]) / pose.ankle_sine
     }

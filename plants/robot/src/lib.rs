@@ -27,5 +27,5 @@ mod read;
 pub use error::RobotError;
 pub use file::RobotFile;
 pub use parameters::{
-    Actuators, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Toe, Trunk,
+    Actuators, GRAVITY, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Toe, Trunk,
 };

@@ -1,5 +1,8 @@
 //! What a robot is made of, in SI units.
 
+/// Acceleration of free fall, for every plant and for whatever is measured in weights \[m/s²\].
+pub const GRAVITY: f64 = 9.81;
+
 /// A quadruped: a trunk, its legs in the order of the file, and the actuators that drive them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -20,6 +23,11 @@ impl Robot {
     pub fn mass(&self) -> f64 {
         let legs: f64 = self.legs.iter().map(|mount| mount.leg.mass.total()).sum();
         self.trunk.mass + legs
+    }
+
+    /// Its weight \[N\].
+    pub fn weight(&self) -> f64 {
+        GRAVITY * self.mass()
     }
 }
 

@@ -2,23 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_document::{Document, Item, Overrides};
+use twinrig_document::Document;
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
-use twinrig_robot::{Robot, RobotError, RobotFile};
+use twinrig_robot::Robot;
 use twinrig_runtime::{Change, DirectIo, Plant, Process, Rig, RigError, Schedule, Timing};
 use twinrig_scenario::{ChangeAmount, Facts, LegFact, Scenario, Scene, Setting, TimeModel};
 
 use crate::error::TwinError;
 use crate::idle::Idle;
 use crate::registry::{Given, Physics, Registry};
+use crate::sources::{self, SCENARIO_FILE, Sources};
 
-/// Standard gravity \[m/s²\]: what makes a weight of a mass.
-const GRAVITY: f64 = 9.80665;
 /// The signals that poses are drawn from.
 const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/angles"];
-/// Names of the files in a recording.
-pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
-pub(crate) const ROBOT_FILE: &str = "robot.toml";
 
 /// A scenario that has become a scene, with everything it takes to build its rig as often as one likes.
 ///
@@ -40,14 +36,6 @@ pub struct Assembly<'r> {
     robot_file: String,
     robot_text: String,
     plant_outputs: Vec<Port>,
-}
-
-/// What an assembly is read from.
-struct Sources {
-    document: Document,
-    folder: PathBuf,
-    /// The text of the robot file; none: it is looked for.
-    robot: Option<String>,
 }
 
 impl<'r> Assembly<'r> {
@@ -91,14 +79,16 @@ impl<'r> Assembly<'r> {
         sources: &Sources,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let (scenario, file) = read(registry, sources, settings)?;
-        let robot = file.robot().map_err(|error| placed(error, &scenario))?;
+        let (scenario, file) = sources.read(registry, settings)?;
+        let robot = file
+            .robot()
+            .map_err(|error| sources::placed(error, &scenario))?;
         let legs = scenario.legs(&legs(&robot))?;
         let mut assembly = Self {
             registry,
             // Nothing is left out until it is known what there is.
             scene: Scene {
-                weight: GRAVITY * robot.mass(),
+                weight: robot.weight(),
                 wanted: Vec::new(),
                 recorded: Vec::new(),
                 left_out: Vec::new(),
@@ -300,72 +290,6 @@ impl<'r> Assembly<'r> {
             file: self.scenario().file.clone(),
             source: Box::new(source),
         }
-    }
-}
-
-/// Reads the scenario. What its controllers may be told depends on the robot, and which robot that is stands in the
-/// scenario: so the robot is looked up first, and if it is wrong the scenario is still read for its own errors.
-fn read(
-    registry: &Registry,
-    sources: &Sources,
-    settings: &[Setting],
-) -> Result<(Scenario, RobotFile), TwinError> {
-    let (word, overrides) = peek(sources, settings);
-    let find = |word: &str| match &sources.robot {
-        Some(text) => RobotFile::parse(ROBOT_FILE, text),
-        None => RobotFile::find(word, &sources.folder),
-    };
-    let found = find(&word).and_then(|mut file| {
-        file.override_with(&overrides)?;
-        file.robot().map(|robot| (file, robot))
-    });
-    let robot = found.as_ref().ok().map(|(_, robot)| robot.clone());
-    // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
-    let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
-    let catalogue = registry.catalogue(robot.as_ref());
-    let scenario = Scenario::parse(
-        sources.document.file(),
-        sources.document.text(),
-        &sources.folder,
-        settings,
-        &catalogue,
-    )?;
-    match found {
-        Ok((file, _)) => Ok((scenario, file)),
-        Err(error) => Err(placed(error, &scenario)),
-    }
-}
-
-const ANY_ROBOT: &str = "cheetah-cub";
-
-/// The robot that a scenario names, and what it replaces of it, whatever else may be wrong with it.
-fn peek(sources: &Sources, settings: &[Setting]) -> (String, Overrides) {
-    let mut document = sources.document.clone();
-    for setting in settings {
-        // A setting that cannot be is reported when the scenario is read.
-        let _ = document.set(&setting.origin, &setting.key, &setting.value);
-    }
-    let mut found = (ANY_ROBOT.to_owned(), Overrides::default());
-    let _ = document.check(|table| {
-        if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
-            word.clone_into(&mut found.0);
-        }
-        if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
-            found.1 = overrides;
-        }
-        Ok(())
-    });
-    found
-}
-
-/// The error, at the place where the scenario names its robot.
-fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
-    match error {
-        RobotError::Document(error) => error.into(),
-        RobotError::NotFound { ref name, ref help } => scenario
-            .robot
-            .error(format!("there is no robot `{name}`"), help)
-            .into(),
     }
 }
 

@@ -12,11 +12,12 @@ use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, Skelet
 use twinrig_runtime::{Group, Rig, WorkCounts};
 use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
 
-use crate::assembly::{Assembly, ROBOT_FILE, SCENARIO_FILE};
+use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::report::{Line, Report, Status};
+use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::watch::Watch;
 
 /// How often a run looks up from its work: for Ctrl-C, for the progress line, for a full disk.

@@ -9,12 +9,13 @@ use twinrig_scenario::Setting;
 use super::diff::{Difference, open};
 use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::ReplayArgs;
-use crate::assembly::{Assembly, ROBOT_FILE, SCENARIO_FILE};
+use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::execute::{Execution, SETTINGS_NOTE, execute};
 use crate::interrupt;
 use crate::registry::Registry;
 use crate::report::Report;
+use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 
 #[derive(Serialize)]
 struct Replayed {

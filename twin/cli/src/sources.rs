@@ -1,0 +1,91 @@
+//! What an assembly is read from: a scenario, and the robot that it names.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_document::{Document, Item, Overrides};
+use twinrig_robot::{RobotError, RobotFile};
+use twinrig_scenario::{Scenario, Setting};
+
+use crate::error::TwinError;
+use crate::registry::Registry;
+
+/// Names of the files in a recording.
+pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
+pub(crate) const ROBOT_FILE: &str = "robot.toml";
+
+/// The robot that stands in for one that is none.
+const ANY_ROBOT: &str = "cheetah-cub";
+
+/// What an assembly is read from.
+pub(crate) struct Sources {
+    pub(crate) document: Document,
+    pub(crate) folder: PathBuf,
+    /// The text of the robot file; none: it is looked for.
+    pub(crate) robot: Option<String>,
+}
+
+impl Sources {
+    /// Reads the scenario. What its controllers may be told depends on the robot, and which robot that is stands in the
+    /// scenario: so the robot is looked up first, and if it is wrong the scenario is still read for its own errors.
+    pub(crate) fn read(
+        &self,
+        registry: &Registry,
+        settings: &[Setting],
+    ) -> Result<(Scenario, RobotFile), TwinError> {
+        let (word, overrides) = self.peek(settings);
+        let find = |word: &str| match &self.robot {
+            Some(text) => RobotFile::parse(ROBOT_FILE, text),
+            None => RobotFile::find(word, &self.folder),
+        };
+        let found = find(&word).and_then(|mut file| {
+            file.override_with(&overrides)?;
+            file.robot().map(|robot| (file, robot))
+        });
+        let robot = found.as_ref().ok().map(|(_, robot)| robot.clone());
+        // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
+        let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
+        let catalogue = registry.catalogue(robot.as_ref());
+        let scenario = Scenario::parse(
+            self.document.file(),
+            self.document.text(),
+            &self.folder,
+            settings,
+            &catalogue,
+        )?;
+        match found {
+            Ok((file, _)) => Ok((scenario, file)),
+            Err(error) => Err(placed(error, &scenario)),
+        }
+    }
+
+    /// The robot that a scenario names, and what it replaces of it, whatever else may be wrong with it.
+    fn peek(&self, settings: &[Setting]) -> (String, Overrides) {
+        let mut document = self.document.clone();
+        for setting in settings {
+            // A setting that cannot be is reported when the scenario is read.
+            let _ = document.set(&setting.origin, &setting.key, &setting.value);
+        }
+        let mut found = (ANY_ROBOT.to_owned(), Overrides::default());
+        let _ = document.check(|table| {
+            if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
+                word.clone_into(&mut found.0);
+            }
+            if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
+                found.1 = overrides;
+            }
+            Ok(())
+        });
+        found
+    }
+}
+
+/// The error, at the place where the scenario names its robot.
+pub(crate) fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
+    match error {
+        RobotError::Document(error) => error.into(),
+        RobotError::NotFound { ref name, ref help } => scenario
+            .robot
+            .error(format!("there is no robot `{name}`"), help)
+            .into(),
+    }
+}
