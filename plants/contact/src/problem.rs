@@ -258,7 +258,7 @@ impl Problem {
                 Bound::Free => self.unknowns[row] = z - step * self.w_of(row),
                 Bound::NonNegative => self.unknowns[row] = (z - step * self.w_of(row)).max(0.0),
                 Bound::Between { low, high } => {
-                    self.unknowns[row] = (z - step * self.w_of(row)).clamp(low, high)
+                    self.unknowns[row] = (z - step * self.w_of(row)).clamp(low, high);
                 }
                 Bound::Disc { normal, friction } => {
                     let t = [
@@ -311,12 +311,11 @@ impl Problem {
         for (row, (&z, &step)) in self.unknowns.iter().zip(&self.steps).enumerate() {
             let target = z - step * self.w[row];
             let (place, error) = match self.bounds[row] {
-                Bound::Free => (Place::Inside, target - z),
                 Bound::NonNegative if target > 0.0 => (Place::Inside, target - z),
                 Bound::NonNegative => (Place::Low, z),
                 Bound::Between { low, .. } if target <= low => (Place::Low, low - z),
                 Bound::Between { high, .. } if target >= high => (Place::High, high - z),
-                Bound::Between { .. } => (Place::Inside, target - z),
+                Bound::Free | Bound::Between { .. } => (Place::Inside, target - z),
                 Bound::Disc { normal, friction } => {
                     let other = self.unknowns[row + 1];
                     let t = [target, other - step * self.w[row + 1]];

@@ -69,10 +69,10 @@ pub(crate) struct Flow {
 
 impl Flow {
     /// Starts at a state.
-    pub(crate) fn new(model: Model, state: State, commands: Commands) -> Result<Self, FlowError> {
+    pub(crate) fn new(model: Model, state: &State, commands: Commands) -> Result<Self, FlowError> {
         let mut flow = Self {
             model,
-            state,
+            state: *state,
             commands,
             forces: [LegForces::default(); LEGS],
             torques: [[0.0; 2]; LEGS],
@@ -90,9 +90,9 @@ impl Flow {
     }
 
     /// Puts another state in place of the present one.
-    pub(crate) fn replace(&mut self, state: State) -> Result<(), NoPose> {
-        self.state = state;
-        self.here.place(&self.model, &state)
+    pub(crate) fn replace(&mut self, state: &State) -> Result<(), NoPose> {
+        self.state = *state;
+        self.here.place(&self.model, state)
     }
 
     /// Goes on counting from here.
@@ -156,7 +156,7 @@ impl Flow {
                 break;
             }
         }
-        self.finish(after, seconds)
+        self.finish(&after, seconds)
     }
 
     /// The rates that the drives want at the end of the step.
@@ -194,7 +194,7 @@ impl Flow {
         let mut fresh = first;
         for change in 0.. {
             let mut motion = free;
-            self.drive(before, wanted, mobility, limits, &mut motion, seconds);
+            self.drive(before, wanted, mobility, *limits, &mut motion, seconds);
             if first && change == 0 {
                 self.constraints.find(
                     &self.model,
@@ -230,7 +230,7 @@ impl Flow {
         before: &State,
         wanted: &[[f64; 2]; LEGS],
         mobility: &mut Mobility,
-        limits: &[[Limit; 2]; LEGS],
+        limits: [[Limit; 2]; LEGS],
         motion: &mut Motion,
         seconds: f64,
     ) {
@@ -296,12 +296,12 @@ impl Flow {
     }
 
     /// Takes the step's end as the present and writes up what has flowed.
-    fn finish(&mut self, after: State, seconds: f64) -> Result<(), FlowError> {
+    fn finish(&mut self, after: &State, seconds: f64) -> Result<(), FlowError> {
         if !after.is_finite() {
             return Err(FlowError::NotFinite);
         }
         let before = self.state;
-        let (impact, sliding) = self.constraints.losses(&after);
+        let (impact, sliding) = self.constraints.losses(after);
         self.ledger.impact += impact;
         self.ledger.dissipated += sliding;
         self.forces = self.constraints.forces(seconds);
@@ -320,7 +320,7 @@ impl Flow {
                 *sum += part;
             }
         }
-        self.state = after;
+        self.state = *after;
         std::mem::swap(&mut self.here, &mut self.there);
         self.counts.steps += 1;
         self.ledger.balance(self.stored());

@@ -165,7 +165,13 @@ impl Model {
             .collect();
         let mass = robot.trunk.mass + hung.iter().map(|(m, _)| m).sum::<f64>();
         positive("trunk", mass)?;
-        let centre = hung.iter().map(|(m, r)| r * *m).sum::<Vector3<f64>>() / mass;
+        // A trunk that does not move has no use for its centre of mass; its hips are where the file has them, whichever legs
+        // are there.
+        let centre = if options.base == Base::Fixed {
+            Vector3::zeros()
+        } else {
+            hung.iter().map(|(m, r)| r * *m).sum::<Vector3<f64>>() / mass
+        };
         let around = |m: f64, r: Vector3<f64>| {
             Vector3::new(
                 r.y * r.y + r.z * r.z,

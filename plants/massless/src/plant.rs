@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_leg::Planar;
+use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
 use crate::constraints::LegForces;
 use crate::flow::{Commands, Flow, FlowError};
 use crate::ledger::Ledger;
-use crate::model::{MasslessError, Model, Options};
+use crate::model::{Base, MasslessError, Model, Options};
 use crate::signals::{Signals, Window};
 use crate::state::{LEGS, State};
 
@@ -52,9 +52,9 @@ impl Massless {
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Self, MasslessError> {
         let model = Model::new(robot, options)?;
-        let (state, commands) = start(&model, options)?;
+        let (state, commands) = start(robot, &model, options)?;
         let signals = Signals::new(&model, wanted);
-        let flow = Flow::new(model, state, commands)
+        let flow = Flow::new(model, &state, commands)
             .map_err(|error| MasslessError::Legs(error.to_string()))?;
         Ok(Self {
             flow,
@@ -80,39 +80,63 @@ impl Massless {
     }
 }
 
+/// The commands of a leg at the start, and where its foot is then.
+fn first_pose(
+    name: &str,
+    pantograph: &Pantograph,
+    options: &Options,
+) -> Result<(LegCommand, Planar), MasslessError> {
+    let wrong = |why| MasslessError::Leg {
+        leg: name.to_owned(),
+        why,
+    };
+    let given = options
+        .start
+        .iter()
+        .find(|(leg, _)| leg == name)
+        .map(|(_, command)| *command);
+    let upright = Planar::new(0.0, -START_SHARE * pantograph.length_max());
+    let command = given
+        .map_or_else(|| pantograph.inverse_closed(upright), Ok)
+        .map_err(wrong)?;
+    Ok((command, pantograph.foot_of(command).map_err(wrong)?))
+}
+
 /// The state at the start, and the commands that keep the drives there.
-fn start(model: &Model, options: &Options) -> Result<(State, Commands), MasslessError> {
+fn start(
+    robot: &Robot,
+    model: &Model,
+    options: &Options,
+) -> Result<(State, Commands), MasslessError> {
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
     let mut commands = [[0.0; 2]; LEGS];
     let mut height = 0.0_f64;
     for (i, leg) in model.legs.iter().enumerate() {
-        let wrong = |why| MasslessError::Leg {
-            leg: leg.name.clone(),
-            why,
-        };
-        let given = options
-            .start
-            .iter()
-            .find(|(name, _)| *name == leg.name)
-            .map(|(_, command)| *command);
-        let upright = Planar::new(0.0, -START_SHARE * leg.pantograph.length_max());
-        let command = given
-            .map_or_else(|| leg.pantograph.inverse_closed(upright), Ok)
-            .map_err(wrong)?;
-        let foot = leg.pantograph.foot_of(command).map_err(wrong)?;
+        let (command, foot) = first_pose(&leg.name, &leg.pantograph, options)?;
         commands[i] = [command.hip, command.knee];
         state.set_foot(i, foot);
         state.set_hip(i, command.hip + leg.pantograph.hip_reference());
         state.set_pulley(i, command.knee);
         height = height.max(-foot.y - leg.hip.z);
     }
+    if options.base == Base::Fixed {
+        // Where the trunk is held must not depend on which of the robot's legs are there.
+        for mount in &robot.legs {
+            let wrong = |why| MasslessError::Leg {
+                leg: mount.name.clone(),
+                why,
+            };
+            let pantograph = Pantograph::new(&mount.leg).map_err(wrong)?;
+            height = height.max(-first_pose(&mount.name, &pantograph, options)?.1.y - mount.hip[2]);
+        }
+    }
     state.set_position(nalgebra::Vector3::new(0.0, 0.0, height));
     Ok((state, commands))
 }
 
 impl Plant for Massless {
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         "massless"
     }
 
@@ -188,7 +212,7 @@ impl Plant for Massless {
         let state = State::from_numbers(&saved.state)
             .ok_or_else(|| mismatch(format!("{} numbers", saved.state.len())))?;
         let flow = &mut self.flow;
-        flow.replace(state)
+        flow.replace(&state)
             .map_err(|error| mismatch(error.to_string()))?;
         (flow.commands, flow.forces, flow.torques) = (saved.commands, saved.forces, saved.torques);
         (flow.impulses, flow.ledger) = (saved.impulses, saved.ledger);
