@@ -82,6 +82,33 @@ fn a_broken_part_is_caught_at_its_first_wrong_tick() {
     assert_eq!(a ^ b, 1);
 }
 
+#[test]
+fn a_replay_on_a_broken_build_says_where_it_parts() {
+    let (_, bytes) = record(
+        &Scene::default().assembly(&Registry::standard()),
+        "replayed",
+    );
+    let name = format!("twinrig-{}-to-replay.mcap", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    let replay = |registry: &Registry| {
+        let (mut out, mut err) = (Vec::new(), Vec::new());
+        let words = ["replay".as_ref(), path.as_os_str(), "--json".as_ref()];
+        let code = twinrig::run_with(registry, words, &mut out, &mut err);
+        let value: serde_json::Value = serde_json::from_slice(&out).unwrap();
+        (code, value)
+    };
+    let (code, replayed) = replay(&Registry::standard());
+    assert_eq!(
+        (code, &replayed["identical"]),
+        (0, &serde_json::Value::Bool(true))
+    );
+    let (code, replayed) = replay(&with_broken_plant(SimTime::from_nanos(1)));
+    assert_eq!(code, 1);
+    assert_eq!(replayed["difference"]["first"]["time_ns"], 2_000_000);
+    std::fs::remove_file(path).unwrap();
+}
+
 /// The comparison of whole runs is not blind to order, kind or time of events either.
 #[test]
 fn a_part_that_breaks_in_the_last_tick_is_caught() {

@@ -84,3 +84,23 @@ fn rig_alone(bencher: Bencher<'_, '_>) {
         });
     });
 }
+
+/// What taking parts out saves: a robot that hangs by its trunk, with these legs.
+fn hanging(bencher: Bencher<'_, '_>, legs: &str) {
+    let settings = [
+        ("plant", "{ model = \"massless\", base = \"fixed\" }"),
+        ("plant.legs", legs),
+        ("expect", "[]"),
+    ];
+    whole(bencher, &settings, None);
+}
+
+#[divan::bench(sample_count = 20)]
+fn hanging_with_four_legs(bencher: Bencher<'_, '_>) {
+    hanging(bencher, "[\"LF\", \"RF\", \"LH\", \"RH\"]");
+}
+
+#[divan::bench(sample_count = 20)]
+fn hanging_with_two_legs(bencher: Bencher<'_, '_>) {
+    hanging(bencher, "[\"LF\", \"RH\"]");
+}

@@ -168,6 +168,12 @@ impl Registry {
         self.controllers.iter().map(|kind| kind.name.as_str())
     }
 
+    /// The JSON schema of the scenarios that this build can run, with the process variables that its controllers have on
+    /// `robot`. Editors complete keys with it.
+    pub fn schema(&self, robot: &Robot) -> serde_json::Value {
+        twinrig_scenario::schema(&self.catalogue(Some(robot)))
+    }
+
     /// Builds the controller `name`; none if there is no such controller.
     pub(crate) fn controller(
         &self,

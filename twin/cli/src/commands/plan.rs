@@ -200,35 +200,67 @@ fn section(lines: &mut Vec<String>, paint: Paint, title: &str, grid: &Grid) {
 
 fn wired(plan: &Plan) -> Grid {
     let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left, Side::Left]);
+    let mut rows = Vec::new();
     for wire in &plan.wires {
-        grid.row([
-            Cell::new(wire.from.as_str(), Tint::Dim),
-            wire.signal.as_str().into(),
-            Cell::new(format!("[{}]", wire.unit), Tint::Dim),
-            Cell::new(format!("→ {}", wire.to), Tint::Dim),
-        ]);
+        let row = [
+            wire.from.clone(),
+            folded(&wire.signal, &plan.legs),
+            format!("[{}]", wire.unit),
+            format!("→ {}", wire.to),
+        ];
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
+    }
+    for [from, signal, unit, to] in rows {
+        let dim = |text| Cell::new(text, Tint::Dim);
+        grid.row([dim(from), signal.into(), dim(unit), dim(to)]);
     }
     grid
 }
 
 fn signals(plan: &Plan) -> Grid {
     let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left]);
+    let mut rows = Vec::new();
     for signal in &plan.signals {
-        let (fate, tint) = match (signal.computed, signal.recorded) {
-            (true, true) => ("recorded", Tint::None),
-            (true, false) => ("computed, not recorded", Tint::Yellow),
-            (false, _) => ("not computed", Tint::Dim),
-        };
         let size = if signal.size == 1 {
             String::new()
         } else {
             format!(" × {}", signal.size)
         };
+        let name = folded(&signal.name, &plan.legs);
+        let row = (
+            name,
+            format!("[{}]{size}", signal.unit),
+            (signal.computed, signal.recorded),
+        );
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
+    }
+    for (name, unit, fate) in rows {
+        let (fate, tint) = match fate {
+            (true, true) => ("recorded", Tint::None),
+            (true, false) => ("computed, not recorded", Tint::Yellow),
+            (false, _) => ("not computed", Tint::Dim),
+        };
         grid.row([
-            signal.name.as_str().into(),
-            Cell::new(format!("[{}]{size}", signal.unit), Tint::Dim),
+            name.into(),
+            Cell::new(unit, Tint::Dim),
             Cell::new(fate, tint),
         ]);
     }
     grid
+}
+
+/// The name of a signal with a star for the leg: signals that differ only by it are one line for a person.
+fn folded(signal: &str, legs: &[String]) -> String {
+    let part = |part| {
+        if legs.iter().any(|leg| leg == part) {
+            "*"
+        } else {
+            part
+        }
+    };
+    signal.split('/').map(part).collect::<Vec<_>>().join("/")
 }

@@ -4,3 +4,4 @@ mod commands;
 mod common;
 #[cfg(unix)]
 mod interrupt;
+mod schema;
