@@ -1,4 +1,4 @@
-//! Ctrl-C ends a run between two slices of it, so that what was recorded by then is whole.
+//! Ctrl-C, or a plain kill, ends a run between two slices of it, so that what was recorded by then is whole.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};

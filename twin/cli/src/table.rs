@@ -313,9 +313,14 @@ fn facts(report: &Report) -> Grid {
     }
     if let Some(energy) = report.energy {
         let (residual, exchanged) = (energy.residual_j, energy.exchanged_j);
+        let exchanged = if exchanged < 1.0 {
+            format!("{exchanged:.1e}")
+        } else {
+            format!("{exchanged:.1}")
+        };
         fact(
             "energy",
-            format!("{exchanged:.4} J exchanged, {residual:.1e} J unaccounted for"),
+            format!("{exchanged} J exchanged, {residual:.1e} J unaccounted for"),
         );
     }
     if !report.left_out.is_empty() {

@@ -162,12 +162,14 @@ fn text(plan: &Plan, paint: Paint) -> String {
             ms(times.io_step_s)
         ),
     );
+    let changes = match plan.changes {
+        0 => String::new(),
+        1 => ", 1 change on the way".to_owned(),
+        count => format!(", {count} changes on the way"),
+    };
     fact(
         "run",
-        format!(
-            "{} s, seed {}, {} changes",
-            plan.duration_s, plan.seed, plan.changes
-        ),
+        format!("{} s, seed {}{changes}", plan.duration_s, plan.seed),
     );
     let mut lines = vec![paint.bold(&plan.scenario)];
     lines.extend(facts.lines(2, paint));

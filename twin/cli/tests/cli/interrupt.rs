@@ -1,4 +1,4 @@
-//! Ctrl-C ends a run with a verdict and a whole recording.
+//! Ctrl-C, or a plain kill, ends a run with a verdict and a whole recording.
 
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -19,7 +19,16 @@ expect = [{ body = { fall = false } }]
 
 #[test]
 fn an_interrupted_run_leaves_a_verdict_and_a_whole_recording() {
-    let folder = Folder::new("interrupt");
+    ends_well("-INT");
+}
+
+#[test]
+fn a_run_that_is_told_to_end_leaves_a_verdict_and_a_whole_recording() {
+    ends_well("-TERM");
+}
+
+fn ends_well(signal: &str) {
+    let folder = Folder::new(&format!("interrupt{signal}"));
     let scenario = folder.file("endless.toml", ENDLESS);
     let child = Command::new(env!("CARGO_BIN_EXE_twin"))
         .args(["run", &scenario, "--json", "--out", &folder.join("out")])
@@ -38,7 +47,7 @@ fn an_interrupted_run_leaves_a_verdict_and_a_whole_recording() {
         sleep(Duration::from_millis(10));
     }
     let interrupt = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
+        .args([signal, &child.id().to_string()])
         .status();
     assert!(interrupt.unwrap().success());
     let output = child.wait_with_output().unwrap();
