@@ -353,3 +353,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     }
     lines
 }
+
+#[cfg(test)]
+#[path = "table_tests.rs"]
+mod tests;

@@ -1,0 +1,94 @@
+use proptest::prelude::*;
+use twinrig_kernel::SimTime;
+
+use super::*;
+
+fn outcome(measured: f64, bound: f64, margin: f64, unit: Unit) -> Outcome {
+    Outcome {
+        name: "it".to_owned(),
+        verdict: if margin >= 0.0 {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        },
+        optional: false,
+        measured: Some(measured),
+        bound: Some(bound),
+        unit,
+        margin: Some(margin),
+        first_violation: None,
+        detail: String::new(),
+    }
+}
+
+fn shown(outcome: &Outcome) -> [String; 4] {
+    let shown = Shown::of(outcome);
+    let number = |value: Option<f64>| shown.number(value.unwrap());
+    [
+        number(outcome.measured),
+        number(outcome.bound),
+        number(outcome.margin),
+        shown.symbol.to_owned(),
+    ]
+}
+
+#[test]
+fn numbers_come_in_units_that_suit_them() {
+    let of = |measured, bound, margin, unit| shown(&outcome(measured, bound, margin, unit));
+    assert_eq!(
+        of(0.0031, 0.005, 0.0019, Unit::Meter),
+        ["3.10", "5.00", "1.90", "mm"]
+    );
+    assert_eq!(
+        of(0.107, 0.05, 0.057, Unit::Meter),
+        ["0.107", "0.050", "0.057", "m"]
+    );
+    let degree = PI / 180.0;
+    let angles = of(1.11 * degree, 4.0 * degree, 2.89 * degree, Unit::Radian);
+    assert_eq!(angles, ["1.11", "4.00", "2.89", "°"]);
+    assert_eq!(of(0.0, 0.0, 0.0, Unit::One), ["0", "0", "0", ""]);
+    assert_eq!(
+        of(2e-9, 1e-6, 9.98e-7, Unit::One),
+        ["2.00e-9", "1.00e-6", "9.98e-7", ""]
+    );
+}
+
+#[test]
+fn a_bound_says_on_which_side_of_it_is_right() {
+    assert_eq!(sign(&outcome(3.0, 5.0, 2.0, Unit::One)), "≤");
+    assert_eq!(sign(&outcome(7.0, 5.0, -2.0, Unit::One)), "≤");
+    assert_eq!(sign(&outcome(7.0, 5.0, 2.0, Unit::One)), "≥");
+    assert_eq!(sign(&outcome(3.0, 5.0, -2.0, Unit::One)), "≥");
+}
+
+#[test]
+fn what_is_not_observed_is_marked_and_says_why() {
+    let mut blind = outcome(0.0, 0.0, 0.0, Unit::One);
+    (blind.measured, blind.bound, blind.margin) = (None, None, None);
+    blind.verdict = Verdict::Unobserved;
+    blind.detail = "no load is measured".to_owned();
+    assert_eq!(mark(&blind).0, "?");
+    assert_eq!(sentence(&blind), "unobserved: no load is measured");
+    blind.optional = true;
+    assert_eq!(mark(&blind).0, "–");
+    let mut late = outcome(7.0, 5.0, -2.0, Unit::Newton);
+    late.first_violation = Some(SimTime::from_nanos(1_500_000_000));
+    assert_eq!(sentence(&late), "7 is not ≤ 5 N, first at 1.500 s");
+}
+
+proptest! {
+    #[test]
+    fn a_margin_that_decides_never_looks_like_none(bound in 1e-2..1e3_f64, share in 1e-6..0.5_f64, fails: bool) {
+        let margin = if fails { -share * bound } else { share * bound };
+        let [_, _, text, _] = shown(&outcome(bound - margin, bound, margin, Unit::One));
+        let seen: f64 = text.parse().unwrap();
+        prop_assert!(seen != 0.0 && (seen < 0.0) == fails, "{margin} looks like {text}");
+    }
+
+    #[test]
+    fn wrapping_loses_no_word_and_fits(words in prop::collection::vec("[a-z]{1,9}", 1..40)) {
+        let lines = wrapped(&words.join(" "), 20);
+        prop_assert!(lines.iter().all(|line| line.len() <= 20));
+        prop_assert_eq!(lines.join(" "), words.join(" "));
+    }
+}
