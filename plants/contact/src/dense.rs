@@ -69,8 +69,10 @@ pub struct Factors {
     n: usize,
     /// U with ones on its diagonal; rows padded.
     upper: Vec<f64>,
-    /// Columns of L, padded: the pivot's inverse on the diagonal, the multipliers below it.
+    /// Columns of L below its diagonal, zero above; padded.
     lower: Vec<f64>,
+    /// Inverses of L's diagonal.
+    inverses: Vec<f64>,
     /// Row exchanged with row k in step k.
     pivots: Vec<usize>,
 }
@@ -83,8 +85,10 @@ impl Factors {
         self.n = n;
         self.upper.clear();
         self.upper.resize(size, 0.0);
-        self.lower.resize(size.max(self.lower.len()), 0.0);
-        self.pivots.resize(n.max(self.pivots.len()), 0);
+        self.lower.clear();
+        self.lower.resize(size, 0.0);
+        self.inverses.resize(n, 0.0);
+        self.pivots.resize(n, 0);
         &mut self.upper
     }
 
@@ -98,33 +102,22 @@ impl Factors {
     /// # Errors
     /// [`Singular`] where no pivot exceeds 1e-300.
     pub fn factor(&mut self) -> Result<(), Singular> {
-        for_length!(
-            self.stride(),
-            factor_of(self.n, &mut self.upper, &mut self.lower, &mut self.pivots)
-        )
+        for_length!(self.stride(), factor_of(self))
     }
 
     /// Solves `A x = b` with the decomposition; `x` replaces the first `n` numbers of `b`, which is padded.
     pub fn solve(&self, b: &mut [f64]) {
-        for_length!(
-            self.stride(),
-            solve_of(&self.upper, &self.lower, &self.pivots[..self.n], b)
-        );
+        for_length!(self.stride(), solve_of(self, b));
     }
 }
 
 #[inline(always)]
 #[allow(clippy::inline_always)]
-fn factor_of(
-    stride: usize,
-    n: usize,
-    upper: &mut [f64],
-    lower: &mut [f64],
-    pivots: &mut [usize],
-) -> Result<(), Singular> {
+fn factor_of(stride: usize, factors: &mut Factors) -> Result<(), Singular> {
     const TINY: f64 = 1e-300;
+    let n = factors.n;
     for column in 0..n {
-        let (above, below) = upper.split_at_mut((column + 1) * stride);
+        let (above, below) = factors.upper.split_at_mut((column + 1) * stride);
         let pivot_row = &mut above[column * stride..][..stride];
         let mut largest = (0, pivot_row[column].abs());
         for (i, row) in below.chunks_exact(stride).enumerate() {
@@ -135,13 +128,13 @@ fn factor_of(
         if largest.1.is_nan() || largest.1 <= TINY {
             return Err(Singular { size: n, column });
         }
-        pivots[column] = column + largest.0;
+        factors.pivots[column] = column + largest.0;
         if largest.0 != 0 {
             pivot_row.swap_with_slice(&mut below[(largest.0 - 1) * stride..][..stride]);
         }
-        let multipliers = &mut lower[column * stride..][..stride];
+        let multipliers = &mut factors.lower[column * stride..][..stride];
         let inverse = 1.0 / pivot_row[column];
-        multipliers[column] = inverse;
+        factors.inverses[column] = inverse;
         for x in pivot_row.iter_mut() {
             *x *= inverse;
         }
@@ -163,21 +156,21 @@ fn factor_of(
 
 #[inline(always)]
 #[allow(clippy::inline_always)]
-fn solve_of(stride: usize, upper: &[f64], lower: &[f64], pivots: &[usize], b: &mut [f64]) {
+fn solve_of(stride: usize, factors: &Factors, b: &mut [f64]) {
     let b = &mut b[..stride];
-    for (i, (&pivot, multipliers)) in pivots
-        .iter()
-        .zip(lower.chunks_exact(stride.max(1)))
+    let columns = factors.lower.chunks_exact(stride.max(1));
+    for (i, (multipliers, (&pivot, inverse))) in columns
+        .zip(factors.pivots.iter().zip(&factors.inverses))
         .enumerate()
     {
         b.swap(i, pivot);
-        let x = b[i] * multipliers[i];
-        b[i] = x;
-        for (b, l) in b[i + 1..].iter_mut().zip(&multipliers[i + 1..]) {
+        let x = b[i] * inverse;
+        for (b, l) in b.iter_mut().zip(multipliers) {
             *b -= l * x;
         }
+        b[i] = x;
     }
-    for (i, row) in upper.chunks_exact(stride.max(1)).enumerate().rev() {
+    for (i, row) in factors.upper.chunks_exact(stride.max(1)).enumerate().rev() {
         // The row holds zeros before the diagonal, and a one on it that meets this zero.
         let own = std::mem::take(&mut b[i]);
         b[i] = own - dot(stride, row, b);
