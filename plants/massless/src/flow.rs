@@ -18,7 +18,8 @@ pub(crate) type Commands = [[f64; 2]; LEGS];
 const ESTIMATES_MAX: u32 = 12;
 
 /// What a step's springs may lose or gain unaccounted for, as a share of the robot's weight times its leg's length:
-/// 1e-8 J for Cheetah-cub, which exchanges 0.03 J in a millisecond of trot.
+/// 1e-8 J for Cheetah-cub, which exchanges 0.03 J in a millisecond of trot. The next step makes up for it, so that it does
+/// not add up.
 const UNACCOUNTED: f64 = 6e-9;
 
 /// Halvings of a step that leads out of a leg's reach, at most.
@@ -58,6 +59,8 @@ pub(crate) struct Flow {
     pub(crate) torques: [[f64; 2]; LEGS],
     /// Impulses of the ground on the feet since the start, world frame.
     pub(crate) impulses: [[f64; 3]; LEGS],
+    /// What the springs of each leg have lost beyond the work they did \[J\]; the next step makes up for it.
+    pub(crate) owed: [f64; LEGS],
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
     /// Where things are now.
@@ -77,6 +80,7 @@ impl Flow {
             forces: [LegForces::default(); LEGS],
             torques: [[0.0; 2]; LEGS],
             impulses: [[0.0; 3]; LEGS],
+            owed: [0.0; LEGS],
             ledger: Ledger::default(),
             counts: WorkCounts::default(),
             here: Placement::new(),
@@ -125,6 +129,7 @@ impl Flow {
         let mut after = before;
         let wanted = self.wanted_rates(seconds);
         let mut limits = [[Limit::Within; 2]; LEGS];
+        let mut owed = self.owed;
         let mut mobility = Mobility::new(&self.model, &[]);
         for estimate in 0..ESTIMATES_MAX {
             self.counts.evaluations += 1;
@@ -132,7 +137,9 @@ impl Flow {
             if estimate == 0 {
                 mobility = Mobility::new(&self.model, &self.middle.legs);
             } else {
-                let lost = std::array::from_fn(|i| self.here.springs[i] - self.there.springs[i]);
+                let lost = std::array::from_fn(|i| {
+                    self.here.springs[i] - self.there.springs[i] + self.owed[i]
+                });
                 self.middle.conserve(&self.model, &before, &after, &lost);
             }
             let motion = self.constrained_motion(
@@ -150,12 +157,15 @@ impl Flow {
             let moved = carried(&self.model, &before, &mean, seconds);
             after.take_positions(&moved, self.model.legs.len());
             self.there.place(&self.model, &after)?;
-            if estimate > 0
-                && self.unaccounted(&before, &after) < self.model.energy_scale * UNACCOUNTED
-            {
+            owed = self.unpaid(&before, &after);
+            let most = owed
+                .iter()
+                .fold(0.0_f64, |most, energy| most.max(energy.abs()));
+            if estimate > 0 && most < self.model.energy_scale * UNACCOUNTED {
                 break;
             }
         }
+        self.owed = owed;
         self.finish(&after, seconds)
     }
 
@@ -284,15 +294,15 @@ impl Flow {
         changed
     }
 
-    /// Energy that the springs' work misses of what they lost \[J\].
-    fn unaccounted(&self, before: &State, after: &State) -> f64 {
-        let mut sum = 0.0;
+    /// What the springs of each leg will have lost beyond the work they did \[J\].
+    fn unpaid(&self, before: &State, after: &State) -> [f64; LEGS] {
+        let mut owed = [0.0; LEGS];
         for (i, leg) in self.middle.legs.iter().enumerate() {
-            let work = leg.spring.foot.dot(&(after.foot(i) - before.foot(i)))
-                + leg.spring.hip * (after.hip(i) - before.hip(i));
-            sum += (self.there.springs[i] - self.here.springs[i] - work).abs();
+            let work = -leg.spring.foot.dot(&(after.foot(i) - before.foot(i)))
+                - leg.spring.hip * (after.hip(i) - before.hip(i));
+            owed[i] = self.owed[i] + self.here.springs[i] - self.there.springs[i] - work;
         }
-        sum
+        owed
     }
 
     /// Takes the step's end as the present and writes up what has flowed.
@@ -306,7 +316,8 @@ impl Flow {
         self.ledger.dissipated += sliding;
         self.forces = self.constraints.forces(seconds);
         for (i, leg) in self.middle.legs.iter().enumerate() {
-            self.ledger.dissipated += seconds * leg.friction_power;
+            self.ledger.dissipated -= leg.friction.foot.dot(&(after.foot(i) - before.foot(i)))
+                + leg.friction.hip * (after.hip(i) - before.hip(i));
             let turned = [
                 after.hip(i) - before.hip(i),
                 after.pulley(i) - before.pulley(i),

@@ -35,6 +35,7 @@ struct Saved {
     forces: [LegForces; LEGS],
     torques: [[f64; 2]; LEGS],
     impulses: [[f64; 3]; LEGS],
+    owed: [f64; LEGS],
     ledger: Ledger,
     counts: WorkCounts,
     window: Window,
@@ -186,6 +187,7 @@ impl Plant for Massless {
             forces,
             torques,
             impulses,
+            owed,
             ledger,
             counts,
             ..
@@ -197,6 +199,7 @@ impl Plant for Massless {
             forces: *forces,
             torques: *torques,
             impulses: *impulses,
+            owed: *owed,
             ledger: *ledger,
             counts: *counts,
             window: self.window,
@@ -215,7 +218,7 @@ impl Plant for Massless {
         flow.replace(&state)
             .map_err(|error| mismatch(error.to_string()))?;
         (flow.commands, flow.forces, flow.torques) = (saved.commands, saved.forces, saved.torques);
-        (flow.impulses, flow.ledger) = (saved.impulses, saved.ledger);
+        (flow.impulses, flow.owed, flow.ledger) = (saved.impulses, saved.owed, saved.ledger);
         flow.resume(saved.counts);
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())

@@ -21,9 +21,8 @@ pub(crate) struct LegKinematics {
     pub(crate) lateral_bias: f64,
     /// Gradient of the springs' energy.
     pub(crate) spring: Gradient,
-    /// Generalised force of the joints' friction, and the power it takes.
+    /// Generalised force of the joints' friction.
     pub(crate) friction: Gradient,
-    pub(crate) friction_power: f64,
 }
 
 /// A constraint: a gap (or a tangential displacement) whose rate is linear in the velocities.
@@ -73,7 +72,6 @@ impl LegKinematics {
             friction: model
                 .pantograph
                 .torque_gradient(&pose, [knee - hip, ankle - knee, -ankle]),
-            friction_power: hip * w1 + knee * (w2 - w1) + ankle * (w3 - w2),
         })
     }
 
