@@ -320,10 +320,12 @@ fn impossible_legs_and_poses_are_typed_errors() {
         leg.inverse_closed(Planar::new(f64::NAN, -0.1)),
         Err(LegError::NotFinite { .. })
     ));
-    assert!(matches!(
-        leg.knee_of_cable(0.5),
-        Err(LegError::NoAngle { .. })
-    ));
+    for cable in [0.5, 0.0, -0.1, f64::NAN] {
+        assert!(matches!(
+            leg.knee_of_cable(cable),
+            Err(LegError::NoAngle { .. })
+        ));
+    }
     assert!(matches!(
         leg.pose(0.0, 1.0, Planar::new(0.0, -0.2)),
         Err(LegError::NoTriangle { .. })

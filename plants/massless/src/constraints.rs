@@ -9,11 +9,12 @@ use crate::model::Model;
 use crate::rows::Row;
 use crate::state::{LEGS, State};
 
-/// Share of a gap that a step takes away, or of an overlap that it gives back. The rule of [`Constraints::offsets`] makes
-/// an overlap's recurrence g ← g − γ (g + g₋)/2; at γ = 3 − √8 + … ≈ 1/3 it decays without swinging.
+/// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint holds. The positions
+/// move by the mean of the velocities at both ends of a step, so that an overlap goes as g ← g − γ (g + g₋)/2, whose roots
+/// λ² − (1 − γ/2) λ + γ/2 = 0 are real, and the overlap does not swing, up to γ = 6 − √32 ≈ 0.343; at 1/3 they are 1/2, 1/3.
 const RECOVERY: f64 = 1.0 / 3.0;
 
-/// Approach below which an impact gives nothing back \[m/s\].
+/// Approach below which an impact gives nothing back, and the speed at which overlaps are \[m/s\].
 const RESTING: f64 = 0.05;
 
 /// Impulses of a leg's constraints in the last step, per second: stops in the order of [`Stop::ALL`], then the ground's
@@ -101,7 +102,8 @@ impl Constraints {
         }
     }
 
-    /// Takes up a constraint whose gap would close by the end of the step.
+    /// Takes up a constraint whose gap would close by the end of the step, be it at the present velocity or with what the
+    /// springs would do to it. The springs alone do not tell: another constraint may hold them off.
     fn consider(
         &mut self,
         rows: &[(Row, Role)],
@@ -111,8 +113,8 @@ impl Constraints {
         seconds: f64,
     ) {
         let rate = rows[0].0.rate(before);
-        let closes = gap + seconds * (rate + 0.5 * seconds * motion.along(&rows[0].0)) < 0.0;
-        if closes {
+        let pushed = 0.5 * seconds * motion.along(&rows[0].0);
+        if gap + seconds * (rate + pushed.min(0.0)) < TOUCHING {
             self.entries.extend(rows.iter().map(|&(row, role)| Entry {
                 row,
                 role,
@@ -184,10 +186,11 @@ impl Constraints {
             let free = entry.rate + seconds * motion.along(&entry.row);
             let allowed = match entry.role {
                 Role::First | Role::Second => 0.0,
-                Role::Normal if entry.rate < -RESTING => {
-                    (restitution * entry.rate).max(RECOVERY * entry.gap / seconds)
+                Role::Normal if restitution > 0.0 && entry.rate < -RESTING => {
+                    (restitution * entry.rate).min(RECOVERY * entry.gap / seconds)
                 }
-                Role::Stop(_) | Role::Normal => RECOVERY * entry.gap / seconds,
+                // An overlap is given back slowly, or an impact would rebound with what its step overlapped.
+                Role::Stop(_) | Role::Normal => (RECOVERY * entry.gap / seconds).max(-RESTING),
             };
             self.problem.offset(i, free + allowed);
         }
@@ -244,6 +247,9 @@ impl Constraints {
         forces
     }
 }
+
+/// Gaps that come nearer than this count as closing \[m\].
+const TOUCHING: f64 = 1e-6;
 
 /// Gaps farther from closing than this after a step are not looked at \[m\].
 const REACH: f64 = 2e-3;

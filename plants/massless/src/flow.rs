@@ -1,5 +1,6 @@
 //! One step in time.
 
+use serde::{Deserialize, Serialize};
 use twinrig_contact::Unsolved;
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
@@ -7,7 +8,7 @@ use crate::constraints::{Constraints, GROUND, LegForces};
 use crate::ledger::{Ledger, Stored};
 use crate::midpoint::{Midpoint, NoPose, Placement, carried};
 use crate::mobility::{Mobility, Motion};
-use crate::model::{GRAVITY, Model};
+use crate::model::{Base, GRAVITY, Model};
 use crate::state::{LEGS, State};
 
 /// What hip and pulley of each leg are told \[rad\].
@@ -22,6 +23,9 @@ const ESTIMATES_MAX: u32 = 12;
 /// not add up.
 const UNACCOUNTED: f64 = 6e-9;
 
+/// Times [`UNACCOUNTED`] that a step may leave open after its last estimate; a shorter one is tried where it leaves more.
+const OPEN_MAX: f64 = 1e3;
+
 /// Halvings of a step that leads out of a leg's reach, at most.
 const HALVINGS_MAX: u32 = 8;
 
@@ -34,6 +38,8 @@ pub(crate) enum FlowError {
     Unsolved(#[from] Unsolved),
     #[error("the state is not a number")]
     NotFinite,
+    #[error("a step of {seconds:e} s does not come to rest: {energy:e} J stay open")]
+    NotConverged { seconds: f64, energy: f64 },
 }
 
 /// Whether a drive has torque to spare.
@@ -45,6 +51,19 @@ enum Limit {
     Upper,
     /// It pushes backwards with all it has.
     Lower,
+}
+
+/// A [`Flow`] at rest, so to say.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct SavedFlow {
+    state: Vec<f64>,
+    commands: Commands,
+    forces: [LegForces; LEGS],
+    torques: [[f64; 2]; LEGS],
+    impulses: [[f64; 3]; LEGS],
+    owed: [f64; LEGS],
+    ledger: Ledger,
+    counts: WorkCounts,
 }
 
 /// The plant in motion.
@@ -99,11 +118,42 @@ impl Flow {
         self.here.place(&self.model, state)
     }
 
-    /// Goes on counting from here.
-    pub(crate) fn resume(&mut self, counts: WorkCounts) {
-        self.counts = counts;
-        (self.constraints.sweeps, self.constraints.factorisations) =
-            (counts.solver_iterations, counts.factorisations);
+    /// Everything the way ahead depends on.
+    pub(crate) fn save(&self) -> SavedFlow {
+        let Self {
+            state,
+            commands,
+            forces,
+            torques,
+            impulses,
+            owed,
+            ledger,
+            counts,
+            ..
+        } = self;
+        SavedFlow {
+            state: state.numbers().to_vec(),
+            commands: *commands,
+            forces: *forces,
+            torques: *torques,
+            impulses: *impulses,
+            owed: *owed,
+            ledger: *ledger,
+            counts: *counts,
+        }
+    }
+
+    /// Goes back to what was saved, or says what it is instead.
+    pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), String> {
+        let state = State::from_numbers(&saved.state)
+            .ok_or_else(|| format!("{} numbers", saved.state.len()))?;
+        self.replace(&state).map_err(|error| error.to_string())?;
+        (self.commands, self.forces, self.torques) = (saved.commands, saved.forces, saved.torques);
+        (self.impulses, self.owed, self.ledger) = (saved.impulses, saved.owed, saved.ledger);
+        self.counts = saved.counts;
+        self.constraints.sweeps = saved.counts.solver_iterations;
+        self.constraints.factorisations = saved.counts.factorisations;
+        Ok(())
     }
 
     /// Moves on by `seconds`, in halves where a whole step leads out of a leg's reach.
@@ -129,7 +179,7 @@ impl Flow {
         let mut after = before;
         let wanted = self.wanted_rates(seconds);
         let mut limits = [[Limit::Within; 2]; LEGS];
-        let mut owed = self.owed;
+        let (mut owed, mut open) = (self.owed, 0.0);
         let mut mobility = Mobility::new(&self.model, &[]);
         for estimate in 0..ESTIMATES_MAX {
             self.counts.evaluations += 1;
@@ -161,9 +211,14 @@ impl Flow {
             let most = owed
                 .iter()
                 .fold(0.0_f64, |most, energy| most.max(energy.abs()));
-            if estimate > 0 && most < self.model.energy_scale * UNACCOUNTED {
+            open = most / (self.model.energy_scale * UNACCOUNTED);
+            if estimate > 0 && open < 1.0 {
                 break;
             }
+        }
+        if open > OPEN_MAX {
+            let energy = open * self.model.energy_scale * UNACCOUNTED;
+            return Err(FlowError::NotConverged { seconds, energy });
         }
         self.owed = owed;
         self.finish(&after, seconds)
@@ -344,7 +399,9 @@ impl Flow {
         let height = self.state.position().z;
         let mut twice = self.model.mass * velocity.norm_squared()
             + rate.dot(&rate.component_mul(&self.model.inertia));
-        let (mut springs, mut gravity) = (0.0, self.model.mass * height);
+        // A trunk that is held has no energy to speak of.
+        let held = self.model.base == Base::Fixed;
+        let (mut springs, mut gravity) = (0.0, if held { 0.0 } else { self.model.mass * height });
         for (i, leg) in self.model.legs.iter().enumerate() {
             let foot = leg.foot_in_trunk(self.state.foot(i));
             let own = self.state.foot_velocity(i);

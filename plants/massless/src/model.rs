@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use twinrig_actuator::{PositionServo, ServoError};
 use twinrig_contact::Ground;
-use twinrig_leg::{EnergyTable, LegCommand, LegError, Pantograph};
+use twinrig_leg::{EnergyTable, LegCommand, LegError, Pantograph, Stop};
+pub(crate) use twinrig_robot::GRAVITY;
 use twinrig_robot::{JointFriction, Robot};
 
 use crate::state::LEGS;
@@ -92,6 +93,18 @@ pub enum MasslessError {
         /// What is wrong.
         why: LegError,
     },
+    /// A leg would start beyond one of its stops.
+    #[error(
+        "leg {leg}: the start is {by:.6} m beyond the stop {stop:?}; choose a start height between the two"
+    )]
+    StartBeyondStop {
+        /// Name of the leg.
+        leg: String,
+        /// The stop.
+        stop: Stop,
+        /// How far beyond \[m\].
+        by: f64,
+    },
     /// A servo makes no servo.
     #[error("{drive} servo: {why}")]
     Servo {
@@ -100,8 +113,8 @@ pub enum MasslessError {
         /// What is wrong.
         why: ServoError,
     },
-    /// A mass that has to be positive is not.
-    #[error("the {what} of {value} kg has to be positive")]
+    /// A mass or a moment of inertia that has to be positive is not.
+    #[error("the {what} is {value} (SI units); it has to be positive")]
     Mass {
         /// Which mass.
         what: String,
@@ -144,9 +157,6 @@ pub(crate) struct Model {
     pub(crate) energy_scale: f64,
 }
 
-/// Acceleration of free fall \[m/s²\].
-pub(crate) const GRAVITY: f64 = 9.81;
-
 impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MasslessError> {
         let chosen = chosen_legs(robot, &options.legs)?;
@@ -182,6 +192,9 @@ impl Model {
         let mut inertia = Vector3::from(robot.trunk.inertia) + around(robot.trunk.mass, -centre);
         for (m, r) in &hung {
             inertia += around(*m, r - centre);
+        }
+        for (moment, axis) in inertia.iter().zip(["roll", "pitch", "yaw"]) {
+            positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
         }
         let legs = chosen
             .iter()

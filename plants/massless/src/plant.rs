@@ -1,25 +1,28 @@
 //! The plant as the rig sees it.
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
-use crate::constraints::LegForces;
-use crate::flow::{Commands, Flow, FlowError};
-use crate::ledger::Ledger;
+use crate::flow::{Commands, Flow, FlowError, SavedFlow};
 use crate::model::{Base, MasslessError, Model, Options};
-use crate::signals::{Signals, Window};
+use crate::signals::{self, Signals, Window};
 use crate::state::{LEGS, State};
 
 /// A start height, as a share of the greatest leg length, where none is given.
 const START_SHARE: f64 = 0.9;
 
+/// What rounding may put a start beyond a stop \[m\].
+const BEYOND: f64 = 1e-9;
+
 /// A robot whose legs have no mass but at the foot.
 #[derive(Debug, Clone)]
 pub struct Massless {
-    flow: Flow,
+    /// What moves by itself: the robot as a whole, or each leg where a fixed trunk leaves them nothing to do with each
+    /// other. A leg that is taken out then changes no bit of the others.
+    flows: Vec<Flow>,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
@@ -30,15 +33,8 @@ pub struct Massless {
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
-    state: Vec<f64>,
-    commands: Commands,
-    forces: [LegForces; LEGS],
-    torques: [[f64; 2]; LEGS],
-    impulses: [[f64; 3]; LEGS],
-    owed: [f64; LEGS],
-    ledger: Ledger,
-    counts: WorkCounts,
     window: Window,
+    flows: Vec<SavedFlow>,
 }
 
 impl Massless {
@@ -52,13 +48,31 @@ impl Massless {
         options: &Options,
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Self, MasslessError> {
-        let model = Model::new(robot, options)?;
-        let (state, commands) = start(robot, &model, options)?;
-        let signals = Signals::new(&model, wanted);
-        let flow = Flow::new(model, &state, commands)
-            .map_err(|error| MasslessError::Legs(error.to_string()))?;
+        let signals = Signals::new(&Model::new(robot, options)?, wanted);
+        let apart = options.base == Base::Fixed && !options.legs.is_empty();
+        let islands: Vec<Options> = if apart {
+            let mounted = robot.legs.iter().map(|mount| &mount.name);
+            let there = mounted.filter(|name| options.legs.contains(name));
+            there
+                .map(|name| Options {
+                    legs: vec![name.clone()],
+                    ..options.clone()
+                })
+                .collect()
+        } else {
+            vec![options.clone()]
+        };
+        let flows = islands
+            .iter()
+            .map(|island| {
+                let model = Model::new(robot, island)?;
+                let (state, commands) = start(robot, &model, options)?;
+                Flow::new(model, &state, commands)
+                    .map_err(|error| MasslessError::Legs(error.to_string()))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
-            flow,
+            flows,
             now: SimTime::ZERO,
             step: options.step,
             signals,
@@ -66,16 +80,16 @@ impl Massless {
         })
     }
 
-    fn fault(&self, error: &FlowError) -> PlantFault {
+    fn fault(&self, flow: &Flow, error: &FlowError) -> PlantFault {
         let part = match error {
-            FlowError::NoPose(no_pose) => format!("leg/{}", self.flow.model.legs[no_pose.leg].name),
+            FlowError::NoPose(no_pose) => format!("leg/{}", flow.model.legs[no_pose.leg].name),
             FlowError::Unsolved(_) => "contact".to_owned(),
-            FlowError::NotFinite => "integrator".to_owned(),
+            FlowError::NotFinite | FlowError::NotConverged { .. } => "integrator".to_owned(),
         };
         PlantFault {
             time: self.now,
             part,
-            energy: self.flow.energy().stored(),
+            energy: self.energy().stored(),
             why: error.to_string(),
         }
     }
@@ -100,7 +114,17 @@ fn first_pose(
     let command = given
         .map_or_else(|| pantograph.inverse_closed(upright), Ok)
         .map_err(wrong)?;
-    Ok((command, pantograph.foot_of(command).map_err(wrong)?))
+    let foot = pantograph.foot_of(command).map_err(wrong)?;
+    let first = command.hip + pantograph.hip_reference();
+    let pose = pantograph
+        .pose(libm::sin(first), libm::cos(first), foot)
+        .map_err(wrong)?;
+    let beyond = |stop: &Stop| -pantograph.gap(&pose, *stop, pose.cable);
+    if let Some(stop) = Stop::ALL.into_iter().find(|stop| beyond(stop) > BEYOND) {
+        let (leg, by) = (name.to_owned(), beyond(&stop));
+        return Err(MasslessError::StartBeyondStop { leg, stop, by });
+    }
+    Ok((command, foot))
 }
 
 /// The state at the start, and the commands that keep the drives there.
@@ -146,14 +170,39 @@ impl Plant for Massless {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        for (command, input) in self.flow.commands.iter_mut().flatten().zip(inputs) {
-            *command = *input;
+        if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
+            let inputs = self
+                .signals
+                .ports()
+                .iter()
+                .filter(|port| port.direction == Direction::Input);
+            let part = inputs
+                .map(|port| port.name.clone())
+                .nth(i)
+                .unwrap_or_default();
+            let why = "the command is not a number".to_owned();
+            return Err(PlantFault {
+                time: self.now,
+                part,
+                energy: self.energy().stored(),
+                why,
+            });
+        }
+        let mut rest = inputs.iter();
+        for flow in &mut self.flows {
+            let legs = flow.model.legs.len();
+            for (command, input) in flow.commands[..legs].iter_mut().flatten().zip(&mut rest) {
+                *command = *input;
+            }
         }
         while self.now < to {
             let next = to.min(self.now + self.step);
-            self.flow
-                .run((next - self.now).as_secs_f64())
-                .map_err(|error| self.fault(&error))?;
+            let seconds = (next - self.now).as_secs_f64();
+            for i in 0..self.flows.len() {
+                self.flows[i]
+                    .run(seconds)
+                    .map_err(|error| self.fault(&self.flows[i], &error))?;
+            }
             self.now = next;
         }
         Ok(())
@@ -162,47 +211,44 @@ impl Plant for Massless {
     fn observe(&mut self, outputs: &mut [f64]) {
         let elapsed = self.now.as_secs_f64() - self.window.begun_s;
         self.signals
-            .write(&self.flow, &self.window, elapsed, outputs);
+            .write(&self.flows, &self.window, elapsed, outputs);
     }
 
     fn begin_window(&mut self) {
         self.window.begun_s = self.now.as_secs_f64();
-        for leg in 0..self.flow.model.legs.len() {
-            self.window.impulses[leg] = self.flow.impulses[leg];
+        let felt = self
+            .flows
+            .iter()
+            .flat_map(|flow| &flow.impulses[..flow.model.legs.len()]);
+        for (before, now) in self.window.impulses.iter_mut().zip(felt) {
+            *before = *now;
         }
     }
 
     fn energy(&self) -> EnergyBooks {
-        self.flow.energy()
+        signals::energy(&self.flows)
     }
 
     fn work(&self) -> WorkCounts {
-        self.flow.counts
+        let mut sum = WorkCounts::default();
+        for flow in &self.flows {
+            let part = flow.counts;
+            sum.steps += part.steps;
+            sum.evaluations += part.evaluations;
+            sum.factorisations += part.factorisations;
+            sum.events += part.events;
+            sum.solver_iterations += part.solver_iterations;
+            sum.fallbacks += part.fallbacks;
+        }
+        sum
     }
 
     fn save(&self) -> Snapshot {
-        let Flow {
-            state,
-            commands,
-            forces,
-            torques,
-            impulses,
-            owed,
-            ledger,
-            counts,
-            ..
-        } = &self.flow;
+        let flows = self.flows.iter().map(Flow::save).collect();
         Snapshot::of(&Saved {
             now: self.now,
-            state: state.numbers().to_vec(),
-            commands: *commands,
-            forces: *forces,
-            torques: *torques,
-            impulses: *impulses,
-            owed: *owed,
-            ledger: *ledger,
-            counts: *counts,
             window: self.window,
+            flows,
         })
     }
 
@@ -212,15 +258,19 @@ impl Plant for Massless {
             expected: "massless".to_owned(),
             found,
         };
-        let state = State::from_numbers(&saved.state)
-            .ok_or_else(|| mismatch(format!("{} numbers", saved.state.len())))?;
-        let flow = &mut self.flow;
-        flow.replace(&state)
-            .map_err(|error| mismatch(error.to_string()))?;
-        (flow.commands, flow.forces, flow.torques) = (saved.commands, saved.forces, saved.torques);
-        (flow.impulses, flow.owed, flow.ledger) = (saved.impulses, saved.owed, saved.ledger);
-        flow.resume(saved.counts);
+        if saved.flows.len() != self.flows.len() {
+            return Err(mismatch(format!(
+                "{} parts that move by themselves",
+                saved.flows.len()
+            )));
+        }
+        for (flow, saved) in self.flows.iter_mut().zip(&saved.flows) {
+            flow.restore(saved).map_err(mismatch)?;
+        }
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,8 @@
 use libm::{asin, atan2};
 use twinrig_kernel::{Port, Unit};
 
+use twinrig_runtime::EnergyBooks;
+
 use crate::flow::Flow;
 use crate::model::Model;
 use crate::state::LEGS;
@@ -152,22 +154,51 @@ impl Signals {
     }
 
     /// Writes all measurements; `elapsed_s` is the time since the window began.
-    pub(crate) fn write(&self, flow: &Flow, window: &Window, elapsed_s: f64, outputs: &mut [f64]) {
+    pub(crate) fn write(
+        &self,
+        flows: &[Flow],
+        window: &Window,
+        elapsed_s: f64,
+        outputs: &mut [f64],
+    ) {
         let books = if self.energy {
-            flow.energy()
+            energy(flows)
         } else {
-            twinrig_runtime::EnergyBooks::default()
+            EnergyBooks::default()
         };
         let mut rest = outputs;
         for signal in &self.wanted {
             rest = match *signal {
-                Signal::Body(body) => body.write(flow, &books, rest),
+                Signal::Body(body) => body.write(&flows[0], &books, rest),
                 Signal::Leg(leg, signal) => {
-                    signal.write(flow, leg, &window.impulses[leg], elapsed_s, rest)
+                    let before = &window.impulses[leg];
+                    let (flow, own) = if flows.len() == 1 {
+                        (&flows[0], leg)
+                    } else {
+                        (&flows[leg], 0)
+                    };
+                    signal.write(flow, own, before, elapsed_s, rest)
                 }
             };
         }
     }
+}
+
+/// The books of all that moves by itself, in one.
+pub(crate) fn energy(flows: &[Flow]) -> EnergyBooks {
+    let mut sum = EnergyBooks::default();
+    for flow in flows {
+        let part = flow.energy();
+        sum.kinetic += part.kinetic;
+        sum.spring += part.spring;
+        sum.gravity += part.gravity;
+        sum.dissipated += part.dissipated;
+        sum.actuator += part.actuator;
+        sum.impact += part.impact;
+        sum.exchanged += part.exchanged;
+        sum.residual += part.residual;
+    }
+    sum
 }
 
 /// What there is to measure only where there is ground.
@@ -189,12 +220,7 @@ impl BodySignal {
         self as usize >= Self::Kinetic as usize
     }
 
-    fn write<'a>(
-        self,
-        flow: &Flow,
-        books: &twinrig_runtime::EnergyBooks,
-        outputs: &'a mut [f64],
-    ) -> &'a mut [f64] {
+    fn write<'a>(self, flow: &Flow, books: &EnergyBooks, outputs: &'a mut [f64]) -> &'a mut [f64] {
         let state = &flow.state;
         match self {
             Self::Position => put(state.position().as_slice(), outputs),
