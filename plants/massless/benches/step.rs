@@ -7,7 +7,7 @@ mod scene;
 
 use divan::Bencher;
 use scene::{Scene, at, options, robot};
-use twinrig_massless::{Base, Force, Options};
+use twinrig_massless::{Base, Force, Massless, Options};
 use twinrig_runtime::Plant;
 
 fn main() {
@@ -106,4 +106,11 @@ fn a_second_of_trot(bencher: Bencher) {
                 plant.advance(at(2 * tick), commands).unwrap();
             }
         });
+}
+
+/// Building the plant: tables are filled then.
+#[divan::bench(args = FORCES, sample_count = 10)]
+fn building(bencher: Bencher, force: &str) {
+    let (robot, options) = (robot(), with(force, Base::Free));
+    bencher.bench_local(|| Massless::new(&robot, &options, &|_| true).unwrap());
 }

@@ -84,7 +84,7 @@ fn run(plant: &mut Massless, from: SimTime, steps: u64, step: SimDuration) -> Si
     let mut now = from;
     let commands = [0.0; 8];
     for _ in 0..steps {
-        now = now + step;
+        now += step;
         plant.advance(now, &commands).unwrap();
     }
     now
@@ -163,7 +163,7 @@ fn flight_errors(robot: &Robot, step_us: u64, hips: [f64; 4], knee: f64) -> [f64
     let (mut now, mut errors) = (SimTime::ZERO, [0.0_f64; 2]);
     while now < SimTime::from_nanos(300_000_000) {
         let middle_s = now.as_secs_f64() + 0.5 * step.as_secs_f64();
-        now = now + step;
+        now += step;
         let swing = libm::sin(12.0 * middle_s);
         let commands: [f64; 8] = std::array::from_fn(|i| {
             if i % 2 == 0 {
@@ -353,11 +353,14 @@ fn a_foot_rebounds_with_the_share_of_its_speed_that_the_ground_gives_back() {
 
 #[test]
 fn springs_and_weight_lose_nothing_while_a_foot_swings() {
-    // The foot starts at 0.22 m/s and swings between the stops while the drive holds. The iteration of the discrete
-    // gradient leaves up to 6e-9 of weight times leg length a step, 1e-8 J; a hundred of them mostly cancel. The turning of
-    // the trunk adds the third order of the feet's weight in the plane, and of their sideways inertia in space.
-    let bound = 1e-7;
-    for base in [Base::Fixed, Base::Planar, Base::Free] {
+    // The foot starts at 0.22 m/s and swings between the stops while the drive holds: 0.04 J to and fro. The iteration of
+    // the discrete gradient leaves up to 1e-8 J at the end of a step, which the next one makes up. A trunk that falls and
+    // turns, 2 J, adds what the iteration leaves of gravity's work, and the third order of the feet's sideways inertia.
+    for (base, bound) in [
+        (Base::Fixed, 5e-8),
+        (Base::Planar, 2e-7),
+        (Base::Free, 2e-7),
+    ] {
         for ms in [1, 2] {
             let step = SimDuration::from_millis(ms);
             let (mut plant, _) = balanced(step, None);
@@ -372,12 +375,9 @@ fn springs_and_weight_lose_nothing_while_a_foot_swings() {
                 now = run(&mut plant, now, 1, step);
                 most = most.max((plant.energy().stored() - begun.stored()).abs());
             }
-            let swing = plant.energy().exchanged;
-            assert_eq!(plant.energy().impact, 0.0);
-            assert!(
-                most < bound * swing,
-                "{base:?} {ms} ms: {most:e} of {swing:e}"
-            );
+            let books = plant.energy();
+            assert!(books.impact == 0.0 && books.exchanged > 0.03, "{books:?}");
+            assert!(most < bound, "{base:?} {ms} ms: {most:e} J");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twinrig_contact::{Ground, Terrain};
+use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_massless::{Base, Drives, Force, Massless, Options};
@@ -18,15 +18,6 @@ pub fn robot() -> Robot {
 pub fn named_robot(name: &str) -> Robot {
     let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     RobotFile::find(name, beside).unwrap().robot().unwrap()
-}
-
-/// The same robot without any loss in its joints.
-pub fn lossless(mut robot: Robot) -> Robot {
-    for mount in &mut robot.legs {
-        let friction = &mut mount.leg.joint_friction;
-        (friction.hip, friction.knee, friction.ankle) = (0.0, 0.0, 0.0);
-    }
-    robot
 }
 
 /// A servo that a trot needs.
@@ -51,6 +42,29 @@ pub fn options() -> Options {
         },
         force: Force::Solve,
         start: Vec::new(),
+    }
+}
+
+/// The same on a plane that falls towards +x by `slope` metres a metre, the trunk level and all feet on it.
+pub fn on_slope(robot: &Robot, slope: f64, friction: f64) -> Options {
+    const SPACING: f64 = 0.2;
+    let hips = robot.legs.iter().map(|mount| mount.hip[0]);
+    let foremost = hips.fold(f64::NEG_INFINITY, f64::max);
+    let height = |x: f64| -slope * (x - foremost);
+    let heights = (0..40 * 40).map(|i| height(SPACING * f64::from(i % 40 - 20)));
+    let origin = [-20.0 * SPACING; 2];
+    let field = HeightField::new(origin, SPACING, 40, heights.collect()).unwrap();
+    let ground = Ground::new(Terrain::Heights(field), friction, 0.0).unwrap();
+    let start = robot.legs.iter().map(|mount| {
+        let leg = Pantograph::new(&mount.leg).unwrap();
+        let length = 0.95 * leg.length_max() - height(mount.hip[0]);
+        let command = leg.inverse_closed(Planar::new(0.0, -length)).unwrap();
+        (mount.name.clone(), command)
+    });
+    Options {
+        ground: Some(ground),
+        start: start.collect(),
+        ..options()
     }
 }
 
@@ -85,9 +99,10 @@ impl Scene {
             .flat_map(|(name, leg)| {
                 let upright = Planar::new(0.0, -0.9 * leg.length_max());
                 let given = options.start.iter().find(|(named, _)| *named == name);
-                let LegCommand { hip, knee } = given
-                    .map(|(_, command)| *command)
-                    .unwrap_or_else(|| leg.inverse_closed(upright).unwrap());
+                let LegCommand { hip, knee } = given.map_or_else(
+                    || leg.inverse_closed(upright).unwrap(),
+                    |(_, command)| *command,
+                );
                 [hip, knee]
             })
             .collect();
@@ -185,10 +200,11 @@ pub struct Trot {
 }
 
 impl Trot {
+    /// One that the robot does not fall over at.
     pub const START: Self = Self {
-        frequency: 3.0,
-        stroke: 0.25,
-        lift: 0.15,
+        frequency: 2.0,
+        stroke: 0.15,
+        lift: 0.1,
         length: 0.9,
     };
 
@@ -209,8 +225,8 @@ impl Trot {
                 let angle = std::f64::consts::TAU * (self.frequency * time_s + offset);
                 let length = leg.length_max();
                 let foot = Planar::new(
-                    self.stroke * length * angle.cos(),
-                    length * (self.lift * angle.sin().max(0.0) - self.length),
+                    self.stroke * length * libm::cos(angle),
+                    length * (self.lift * libm::sin(angle).max(0.0) - self.length),
                 );
                 (name, leg.inverse_closed(foot).unwrap())
             })

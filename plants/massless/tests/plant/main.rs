@@ -1,0 +1,11 @@
+//! The plant against closed forms, an independent integrator, and what must hold of any motion.
+
+mod allocation;
+mod books;
+mod extremes;
+mod force;
+mod properties;
+mod reference;
+mod scene;
+mod statics;
+mod symmetry;
