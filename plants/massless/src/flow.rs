@@ -5,14 +5,12 @@ use twinrig_contact::Unsolved;
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
+use crate::drives::{Commands, DriveStep};
 use crate::ledger::{Ledger, Stored};
 use crate::midpoint::{Midpoint, NoPose, Placement, carried};
 use crate::mobility::{Mobility, Motion};
 use crate::model::{Base, GRAVITY, Model};
 use crate::state::{LEGS, State};
-
-/// What hip and pulley of each leg are told \[rad\].
-pub(crate) type Commands = [[f64; 2]; LEGS];
 
 /// Estimates of a step's end, at most. Each is (ωh/2)² times nearer than the one before: a hundredth, where the stiffest
 /// mode of the leg meets a step of 2 ms.
@@ -40,17 +38,6 @@ pub(crate) enum FlowError {
     NotFinite,
     #[error("a step of {seconds:e} s does not come to rest: {energy:e} J stay open")]
     NotConverged { seconds: f64, energy: f64 },
-}
-
-/// Whether a drive has torque to spare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Limit {
-    /// It has the rate it wants.
-    Within,
-    /// It pushes forwards with all it has.
-    Upper,
-    /// It pushes backwards with all it has.
-    Lower,
 }
 
 /// A [`Flow`] at rest, so to say.
@@ -177,8 +164,7 @@ impl Flow {
     fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         let before = self.state;
         let mut after = before;
-        let wanted = self.wanted_rates(seconds);
-        let mut limits = [[Limit::Within; 2]; LEGS];
+        let mut drives = DriveStep::new(&self.model, &before, &self.commands, seconds);
         let (mut owed, mut open) = (self.owed, 0.0);
         let mut mobility = Mobility::new(&self.model, &[]);
         for estimate in 0..ESTIMATES_MAX {
@@ -192,14 +178,8 @@ impl Flow {
                 });
                 self.middle.conserve(&self.model, &before, &after, &lost);
             }
-            let motion = self.constrained_motion(
-                &before,
-                &wanted,
-                &mut mobility,
-                &mut limits,
-                estimate == 0,
-                seconds,
-            )?;
+            let motion =
+                self.constrained_motion(&mut drives, &mut mobility, estimate == 0, seconds)?;
             after = before;
             motion.apply(&mut after, seconds, self.model.legs.len());
             let mut mean = self.middle.state;
@@ -220,133 +200,56 @@ impl Flow {
             let energy = open * self.model.energy_scale * UNACCOUNTED;
             return Err(FlowError::NotConverged { seconds, energy });
         }
-        self.owed = owed;
+        (self.owed, self.torques) = (owed, drives.torques);
         self.finish(&after, seconds)
     }
 
-    /// The rates that the drives want at the end of the step.
-    fn wanted_rates(&self, seconds: f64) -> [[f64; 2]; LEGS] {
-        let mut wanted = [[0.0; 2]; LEGS];
-        for (i, leg) in self.model.legs.iter().enumerate() {
-            let [hip, pulley] = self.commands[i];
-            let absolute = hip + leg.pantograph.hip_reference();
-            let state = &self.state;
-            wanted[i] = [
-                self.model
-                    .hip
-                    .rate_after(seconds, absolute, state.hip(i), state.hip_rate(i)),
-                self.model
-                    .knee
-                    .rate_after(seconds, pulley, state.pulley(i), state.pulley_rate(i)),
-            ];
-        }
-        wanted
-    }
-
-    /// The step's accelerations, with the impulses of the constraints and the torque limits of the drives in them.
+    /// The step's accelerations, with the impulses of the constraints and the torque limits of the drives in them. The first
+    /// estimate finds the constraints; the later ones only solve for them again.
     fn constrained_motion(
         &mut self,
-        before: &State,
-        wanted: &[[f64; 2]; LEGS],
+        drives: &mut DriveStep,
         mobility: &mut Mobility,
-        limits: &mut [[Limit; 2]; LEGS],
         first: bool,
         seconds: f64,
     ) -> Result<Motion, FlowError> {
         /// A drive that changes its mind more often is on the border of its torque; either answer is right there.
         const CHANGES_MAX: usize = 6;
+        /// Tolerances of the impulses, relative to the greatest speed: the first estimate is on the way to another.
+        const TOLERANCES: [f64; 2] = [1e-6, 1e-3];
         let free = self.middle.free_motion(&self.model, mobility);
         let mut fresh = first;
         for change in 0.. {
             let mut motion = free;
-            self.drive(before, wanted, mobility, *limits, &mut motion, seconds);
+            drives.impose(&self.model, &self.middle, mobility, &mut motion);
             if first && change == 0 {
-                self.constraints.find(
-                    &self.model,
-                    before,
-                    &self.here,
-                    &self.middle,
-                    &motion,
-                    seconds,
-                );
+                let Self {
+                    model,
+                    state,
+                    here,
+                    middle,
+                    constraints,
+                    ..
+                } = self;
+                constraints.find(model, state, here, middle, &motion, seconds);
             }
             if fresh {
                 self.constraints
                     .prepare(&self.model, mobility, &self.forces, seconds);
             }
-            let tolerance = if first { 1e-3 } else { 1e-6 };
+            let tolerance = TOLERANCES[usize::from(first)];
             let solved =
                 self.constraints
                     .solve(&self.model, mobility, &mut motion, seconds, tolerance);
             (self.counts.solver_iterations, self.counts.factorisations) =
                 (self.constraints.sweeps, self.constraints.factorisations);
             solved?;
-            fresh = self.note_torques(before, wanted, &motion, limits, seconds);
+            fresh = drives.exhausted(&self.model, &self.middle, &self.constraints, &motion);
             if !fresh || change == CHANGES_MAX {
                 return Ok(motion);
             }
         }
         unreachable!("the loop returns")
-    }
-
-    /// Gives each drive its acceleration: the one it wants, or what its greatest torque leaves.
-    fn drive(
-        &self,
-        before: &State,
-        wanted: &[[f64; 2]; LEGS],
-        mobility: &mut Mobility,
-        limits: [[Limit; 2]; LEGS],
-        motion: &mut Motion,
-        seconds: f64,
-    ) {
-        for (i, leg) in self.middle.legs.iter().enumerate() {
-            let rates = [before.hip_rate(i), before.pulley_rate(i)];
-            for (drive, servo) in [&self.model.hip, &self.model.knee].into_iter().enumerate() {
-                let torque = match limits[i][drive] {
-                    Limit::Within => {
-                        mobility.drive[i][drive] = 0.0;
-                        motion.drive[i][drive] = (wanted[i][drive] - rates[drive]) / seconds;
-                        continue;
-                    }
-                    Limit::Upper => servo.torque(),
-                    Limit::Lower => -servo.torque(),
-                };
-                mobility.drive[i][drive] = 1.0 / servo.inertia();
-                motion.drive[i][drive] = (torque + leg.load(drive)) / servo.inertia();
-            }
-        }
-    }
-
-    /// Finds the torque each drive needs for its motion; says whether one is used up, or has some to spare again.
-    fn note_torques(
-        &mut self,
-        before: &State,
-        wanted: &[[f64; 2]; LEGS],
-        motion: &Motion,
-        limits: &mut [[Limit; 2]; LEGS],
-        seconds: f64,
-    ) -> bool {
-        let mut changed = false;
-        for (i, leg) in self.middle.legs.iter().enumerate() {
-            let rates = [before.hip_rate(i), before.pulley_rate(i)];
-            for (drive, servo) in [&self.model.hip, &self.model.knee].into_iter().enumerate() {
-                let acceleration = motion.drive[i][drive];
-                let held = self.constraints.on_drive(i, drive) / seconds;
-                let torque = servo.inertia() * acceleration - leg.load(drive) - held;
-                self.torques[i][drive] = torque;
-                let reached = rates[drive] + seconds * acceleration;
-                let next = match limits[i][drive] {
-                    Limit::Within if torque > servo.torque() => Limit::Upper,
-                    Limit::Within if torque < -servo.torque() => Limit::Lower,
-                    Limit::Upper if reached > wanted[i][drive] => Limit::Within,
-                    Limit::Lower if reached < wanted[i][drive] => Limit::Within,
-                    same => same,
-                };
-                changed |= next != limits[i][drive];
-                limits[i][drive] = next;
-            }
-        }
-        changed
     }
 
     /// What the springs of each leg will have lost beyond the work they did \[J\].

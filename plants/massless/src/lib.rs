@@ -20,6 +20,7 @@
 //! foot), abduction of the hips, collisions of anything but the feet, and the drives' electronics.
 
 mod constraints;
+mod drives;
 mod flow;
 mod ledger;
 mod midpoint;

@@ -6,7 +6,8 @@ use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
-use crate::flow::{Commands, Flow, FlowError, SavedFlow};
+use crate::drives::Commands;
+use crate::flow::{Flow, FlowError, SavedFlow};
 use crate::model::{Base, MasslessError, Model, Options};
 use crate::signals::{self, Signals, Window};
 use crate::state::{LEGS, State};
