@@ -22,6 +22,7 @@
 
 mod dense;
 mod ground;
+mod newton;
 mod problem;
 
 pub use dense::{Factors, Singular};

@@ -1,0 +1,171 @@
+//! Newton's method for a complementarity problem: from where each unknown stands in its bound to a linear system, and
+//! back.
+
+use crate::dense::{affine, padded};
+use crate::problem::{Bound, Place, Problem, norm};
+
+impl Problem {
+    /// Newton's method from the present places, until the conditions hold or the steps run out. Gives the residual.
+    pub(crate) fn newton(&mut self, factorisations: &mut u32, tolerance: f64) -> f64 {
+        const STEPS: usize = 12;
+        let mut residual = f64::INFINITY;
+        for _ in 0..STEPS {
+            *factorisations += 1;
+            self.assemble();
+            self.factored = self.factors.factor().is_ok();
+            if !self.factored {
+                return f64::INFINITY;
+            }
+            self.solve_at_places();
+            residual = self.judge();
+            if residual <= tolerance {
+                return residual;
+            }
+        }
+        self.factored = false;
+        residual
+    }
+
+    /// Projects every unknown: the greatest distance from its projection is the residual, in units of `w`, and where the
+    /// projection lies is the next place.
+    pub(crate) fn judge(&mut self) -> f64 {
+        let mut most = 0.0_f64;
+        self.w.resize(self.offset.len(), 0.0);
+        affine(&self.matrix, &self.unknowns, &self.offset, &mut self.w);
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        for (row, (&z, &step)) in self.unknowns.iter().zip(&self.steps).enumerate() {
+            let target = z - step * self.w[row];
+            let (place, error) = match self.bounds[row] {
+                Bound::NonNegative if target > 0.0 => (Place::Inside, target - z),
+                Bound::NonNegative => (Place::Low, z),
+                Bound::Between { low, .. } if target <= low => (Place::Low, low - z),
+                Bound::Between { high, .. } if target >= high => (Place::High, high - z),
+                Bound::Free | Bound::Between { .. } => (Place::Inside, target - z),
+                Bound::Disc { normal, friction } => {
+                    let other = self.unknowns[row + 1];
+                    let t = [target, other - step * self.w[row + 1]];
+                    let (radius, length) = (friction * self.unknowns[normal].max(0.0), norm(t));
+                    if length > radius {
+                        let (direction, share) = ([t[0] / length, t[1] / length], radius / length);
+                        let error =
+                            norm([radius * direction[0] - z, radius * direction[1] - other]);
+                        (Place::Slipping { direction, share }, error)
+                    } else {
+                        (Place::Inside, norm([t[0] - z, t[1] - other]))
+                    }
+                }
+                Bound::DiscSecond => (next[row - 1], 0.0),
+            };
+            // A row that nothing moves has no say; NaN has.
+            let error = if step > 0.0 { error.abs() / step } else { 0.0 };
+            most = if error.is_nan() {
+                f64::INFINITY
+            } else {
+                most.max(error)
+            };
+            next.push(place);
+        }
+        self.next = next;
+        most
+    }
+
+    /// The linear system of the unknowns that are not at a bound, at the places that were found last.
+    fn assemble(&mut self) {
+        std::mem::swap(&mut self.places, &mut self.next);
+        let n = self.len();
+        self.free.clear();
+        self.free
+            .extend((0..n).filter(|&row| !matches!(self.places[row], Place::Low | Place::High)));
+        let (m, stride) = (self.free.len(), padded(self.free.len()));
+        let reduced = self.factors.matrix(m);
+        for (entries, &row) in reduced.chunks_exact_mut(stride.max(1)).zip(&self.free) {
+            let full = &self.matrix[row * padded(n)..(row + 1) * padded(n)];
+            for (entry, &column) in entries.iter_mut().zip(&self.free) {
+                *entry = full[column];
+            }
+        }
+        for i in 0..m {
+            let row = self.free[i];
+            if let (Bound::Disc { normal, friction }, Place::Slipping { direction, share }) =
+                (self.bounds[row], self.places[row])
+            {
+                let column = self.free.iter().position(|&other| other == normal);
+                slip(
+                    reduced,
+                    stride,
+                    i,
+                    self.steps[row] * share,
+                    share,
+                    direction,
+                );
+                if let Some(column) = column {
+                    reduced[i * stride + column] -= friction * direction[0];
+                    reduced[(i + 1) * stride + column] -= friction * direction[1];
+                }
+            }
+        }
+    }
+
+    /// Solves the factored system for the present offsets.
+    pub(crate) fn solve_at_places(&mut self) {
+        let n = self.len();
+        let mut held = false;
+        for row in 0..n {
+            self.unknowns[row] = match (self.bounds[row], self.places[row]) {
+                (Bound::Between { low, .. }, Place::Low) => low,
+                (Bound::Between { high, .. }, Place::High) => high,
+                (_, Place::Low | Place::High) => 0.0,
+                _ => continue,
+            };
+            held |= self.unknowns[row] != 0.0;
+        }
+        self.right.clear();
+        for &row in &self.free {
+            let mut known = self.offset[row];
+            if held {
+                for column in 0..n {
+                    if matches!(self.places[column], Place::Low | Place::High) {
+                        known += self.matrix[row * padded(n) + column] * self.unknowns[column];
+                    }
+                }
+            }
+            self.right.push(-known);
+        }
+        for (i, &row) in self.free.iter().enumerate() {
+            if let (
+                Bound::Disc { .. },
+                Place::Slipping {
+                    direction: s,
+                    share,
+                },
+            ) = (self.bounds[row], self.places[row])
+            {
+                let weight = self.steps[row] * share;
+                let across = -s[1] * self.right[i] + s[0] * self.right[i + 1];
+                self.right[i] = -weight * s[1] * across;
+                self.right[i + 1] = weight * s[0] * across;
+            }
+        }
+        self.right.resize(self.factors.stride(), 0.0);
+        self.factors.solve(&mut self.right);
+        for (&row, &value) in self.free.iter().zip(&self.right) {
+            self.unknowns[row] = value;
+        }
+    }
+}
+
+/// Turns two rows of a friction force inside its disc into those of one on the border: with t = z − ρw, s = t/|t| and
+/// P = I − s sᵀ, the derivative of z = µ zₙ t/|t| gives (I − βP) z + βρ P (G z + b) − µ s zₙ = 0, β = µ zₙ/|t|. The last
+/// term is the caller's.
+fn slip(matrix: &mut [f64], stride: usize, i: usize, weight: f64, share: f64, s: [f64; 2]) {
+    let (first, second) = matrix[i * stride..(i + 2) * stride].split_at_mut(stride);
+    for (a, b) in first.iter_mut().zip(second.iter_mut()) {
+        let across = weight * (-s[1] * *a + s[0] * *b);
+        (*a, *b) = (-s[1] * across, s[0] * across);
+    }
+    first[i] += 1.0 - share * s[1] * s[1];
+    first[i + 1] += share * s[0] * s[1];
+    second[i] += share * s[0] * s[1];
+    second[i + 1] += 1.0 - share * s[0] * s[0];
+}
