@@ -80,11 +80,10 @@ fn a_ground_sensor_that_nobody_reads_is_left_out_and_says_so() {
 
 #[test]
 fn a_leg_that_is_taken_out_changes_no_byte_of_the_others() {
-    // Legs of a robot that hangs meet nowhere: on the ground, one solver has the contacts of all. Energies are sums.
+    // Legs of a held trunk meet nowhere, on the ground neither. Energies are sums over all of them.
     let record = "signals = [\"body/*\", \"leg/**\"]";
     let whole = Scene {
         base: "fixed",
-        ground: false,
         record,
         ..Scene::default()
     };
