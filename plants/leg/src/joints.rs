@@ -107,16 +107,8 @@ impl Pantograph {
     /// # Errors
     /// [`LegError::NoAngle`] outside |l1 − l2| … l1 + l2.
     pub fn knee_of_cable(&self, cable: f64) -> Result<f64, LegError> {
-        // A pulley that has wound up more than there is leaves a negative length, which is none.
-        let square = cable * cable.max(0.0);
-        if cable < 0.0 {
-            let (least, greatest) = ((self.l1 - self.l2).abs(), self.l1 + self.l2);
-            return Err(LegError::NoTriangle {
-                distance: cable,
-                least,
-                greatest,
-            });
-        }
+        // A pulley that has wound up more than there is leaves a negative length: with its sign, no cosine fits.
+        let square = cable * cable.abs();
         let cosine = (square - self.l1 * self.l1 - self.l2 * self.l2) / (2.0 * self.l1 * self.l2);
         Ok(self.q2_ref - angle_of(cosine, "cable", cable)?)
     }
