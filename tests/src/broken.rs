@@ -34,6 +34,10 @@ impl<P: Plant> Plant for Broken<P> {
         self.plant.ports()
     }
 
+    fn first_inputs(&self, inputs: &mut [f64]) {
+        self.plant.first_inputs(inputs);
+    }
+
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.now = to;
         self.plant.advance(to, inputs)

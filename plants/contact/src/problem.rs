@@ -56,6 +56,7 @@ pub struct Problem {
     pub(crate) unknowns: Vec<f64>,
     pub(crate) w: Vec<f64>,
     pub(crate) swept: Vec<f64>,
+    pub(crate) best: Vec<f64>,
     /// Where each unknown stands in the factored system, and where the last projection put it.
     pub(crate) places: Vec<Place>,
     pub(crate) next: Vec<Place>,
@@ -164,15 +165,15 @@ impl Problem {
     /// # Errors
     /// [`Unsolved`] where no guess confirms itself; the best approximation stays in [`Self::unknowns`].
     pub fn solve(&mut self) -> Result<Solution, Unsolved> {
-        self.solve_within(TOLERANCE)
+        self.solve_within(TOLERANCE, 0.0)
     }
 
-    /// [`Self::solve`] with a tolerance of one's own, relative to the greatest offset: a solution that is only a step on
-    /// the way to another need not be a good one.
+    /// [`Self::solve`] with tolerances of one's own, relative to the greatest offset and in units of `w`; the larger of the
+    /// two counts. A solution that is only a step on the way to another need not be a good one.
     ///
     /// # Errors
     /// [`Unsolved`] where no guess confirms itself; the best approximation stays in [`Self::unknowns`].
-    pub fn solve_within(&mut self, relative_tolerance: f64) -> Result<Solution, Unsolved> {
+    pub fn solve_within(&mut self, relative: f64, absolute: f64) -> Result<Solution, Unsolved> {
         const ROUNDS: u32 = 8;
         let mut solution = Solution {
             sweeps: 0,
@@ -187,7 +188,7 @@ impl Problem {
             self.unknowns.fill(0.0);
             return Ok(solution);
         }
-        let tolerance = relative_tolerance * scale;
+        let tolerance = absolute.max(relative * scale);
         if self.factored {
             self.solve_at_places();
             solution.residual = self.judge();
@@ -198,6 +199,7 @@ impl Problem {
             self.measure();
             self.judge();
         }
+        let mut best = f64::INFINITY;
         for round in 0..ROUNDS {
             if round > 0 {
                 let sweeps = 1 << (2 * round.min(5));
@@ -212,10 +214,18 @@ impl Problem {
             if solution.residual <= tolerance {
                 return Ok(solution);
             }
+            if solution.residual < best {
+                best = solution.residual;
+                self.best.clone_from(&self.unknowns);
+            }
             self.unknowns.clone_from(&self.swept);
         }
         solution.residual = self.judge();
-        if solution.residual <= ACCEPTABLE * scale {
+        if best < solution.residual {
+            self.unknowns.clone_from(&self.best);
+            solution.residual = best;
+        }
+        if solution.residual <= absolute.max(ACCEPTABLE * scale) {
             return Ok(solution);
         }
         Err(Unsolved {

@@ -169,14 +169,15 @@ impl Constraints {
         self.problem.soften(model.compliance);
     }
 
-    /// Finds the impulses, and adds what they do to the motion (per second of the step).
+    /// Finds the impulses, and adds what they do to the motion (per second of the step). The tolerances are relative to the
+    /// greatest speed, and in m/s.
     pub(crate) fn solve(
         &mut self,
         model: &Model,
         mobility: &Mobility,
         motion: &mut Motion,
         seconds: f64,
-        tolerance: f64,
+        tolerance: [f64; 2],
     ) -> Result<(), Unsolved> {
         let restitution = model
             .ground
@@ -194,7 +195,7 @@ impl Constraints {
             };
             self.problem.offset(i, free + allowed);
         }
-        let solution = self.problem.solve_within(tolerance)?;
+        let solution = self.problem.solve_within(tolerance[0], tolerance[1])?;
         self.sweeps += u64::from(solution.sweeps);
         self.factorisations += u64::from(solution.factorisations);
         for ((entry, response), &impulse) in self

@@ -215,8 +215,9 @@ impl Flow {
     ) -> Result<Motion, FlowError> {
         /// A drive that changes its mind more often is on the border of its torque; either answer is right there.
         const CHANGES_MAX: usize = 6;
-        /// Tolerances of the impulses, relative to the greatest speed: the first estimate is on the way to another.
-        const TOLERANCES: [f64; 2] = [1e-6, 1e-3];
+        /// Tolerances of the impulses, relative to the greatest speed and in m/s: a tenth of a nanometre a step. The first
+        /// estimate is on the way to another.
+        const TOLERANCES: [[f64; 2]; 2] = [[1e-6, 1e-7], [1e-3, 1e-5]];
         let free = self.middle.free_motion(&self.model, mobility);
         let mut fresh = first;
         for change in 0.. {

@@ -170,6 +170,16 @@ impl Plant for Massless {
         self.signals.ports().to_vec()
     }
 
+    fn first_inputs(&self, inputs: &mut [f64]) {
+        let commands = self
+            .flows
+            .iter()
+            .flat_map(|flow| flow.commands[..flow.model.legs.len()].iter().flatten());
+        for (input, command) in inputs.iter_mut().zip(commands) {
+            *input = *command;
+        }
+    }
+
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
             let inputs = self

@@ -26,11 +26,13 @@ pub(crate) struct FarEndState {
 impl FarEnd {
     pub(crate) fn new(plant: Box<dyn Plant>) -> Self {
         let signals = PlantSignals::of(&plant.ports());
+        let mut inputs = vec![0.0; signals.inputs.len()];
+        plant.first_inputs(&mut inputs);
         let state = FarEndState {
             now: SimTime::ZERO,
             moved_to: SimTime::ZERO,
             observed: None,
-            inputs: vec![0.0; signals.inputs.len()],
+            inputs,
             outputs: vec![0.0; signals.outputs.len()],
         };
         Self {

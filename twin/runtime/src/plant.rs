@@ -14,6 +14,12 @@ pub trait Plant: Send {
     /// whoever builds the plant tells it which.
     fn ports(&self) -> Vec<Port>;
 
+    /// Writes the inputs that hold it as it starts, end to end, in order: what it is held to until the first command
+    /// arrives. Zeros where it has no such wish.
+    fn first_inputs(&self, inputs: &mut [f64]) {
+        inputs.fill(0.0);
+    }
+
     /// Moves on to `to`, which is later than now, with `inputs` held constant.
     ///
     /// # Errors
