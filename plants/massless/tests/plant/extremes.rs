@@ -50,6 +50,10 @@ fn four_feet_that_land_at_one_instant_share_the_landing() {
         let mut scene = Scene::new(&robot(), &falling(height, &options()));
         let feet = LEGS.map(|leg| scene.read(&format!("leg/{leg}/foot/position")).to_vec());
         assert!(feet.iter().all(|foot| foot[2].abs() < 1e-12));
+        for leg in LEGS {
+            let clearance = scene.value(&format!("leg/{leg}/foot/clearance"));
+            assert!((clearance - height).abs() < 1e-12, "{clearance}");
+        }
         // Down to just before the landing, √(2 height / g).
         assert!(run(&mut scene, 0, landing_ms), "{height} m");
         let fallen = 0.5 * 9.81 * (landing_ms as f64 * 1e-3) * (landing_ms as f64 * 1e-3);

@@ -12,7 +12,7 @@ use crate::scene::{SERVO, Scene, Trot, at, options, robot};
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
 /// Motions from calm to violent, some with weak drives.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Motion {
     trot: Trot,
     friction: f64,
@@ -115,6 +115,51 @@ fn bytes(plant: &Massless) -> Vec<u8> {
     plant.save().0
 }
 
+/// Runs a motion on a stand with all legs and with one taken out.
+fn compare_without(motion: Motion, gone: usize) {
+    let robot = robot();
+    let motion = Motion {
+        base: Base::Fixed,
+        ..motion
+    };
+    let options = motion.options();
+    let there = LEGS.iter().filter(|leg| **leg != LEGS[gone]);
+    let fewer = Options {
+        legs: there.map(|leg| (*leg).to_owned()).collect(),
+        ..options.clone()
+    };
+    let mut all = Scene::new(&robot, &options);
+    let mut some = Scene::new(&robot, &fewer);
+    for ms in 1..=100 {
+        all.trot(&robot, &options, motion.trot, ms);
+        some.trot(&robot, &fewer, motion.trot, ms);
+        for leg in &fewer.legs {
+            for what in ["foot/position", "foot/force", "hip/torque", "cable/tension"] {
+                let name = format!("leg/{leg}/{what}");
+                assert_eq!(all.read(&name), some.read(&name), "{name} at {ms} ms");
+            }
+        }
+    }
+}
+
+#[test]
+fn legs_on_a_stand_that_stall_and_slip_on_ice_do_not_feel_each_other() {
+    // One that a contact problem common to all legs does not pass.
+    let trot = Trot {
+        frequency: 3.890_457_246_428_611,
+        stroke: 0.0,
+        lift: 0.290_157_393_314_159,
+        length: 0.8,
+    };
+    let motion = Motion {
+        trot,
+        friction: 0.0,
+        torque: 0.2,
+        base: Base::Fixed,
+    };
+    compare_without(motion, 0);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
@@ -174,25 +219,7 @@ proptest! {
 
     #[test]
     fn a_leg_that_is_left_out_of_a_stand_changes_no_bit_of_the_others(motion in motions(), gone in 0..4_usize) {
-        let robot = robot();
-        let motion = Motion { base: Base::Fixed, ..motion };
-        let options = motion.options();
-        let fewer = Options {
-            legs: LEGS.iter().filter(|leg| **leg != LEGS[gone]).map(|leg| (*leg).to_owned()).collect(),
-            ..options.clone()
-        };
-        let mut all = Scene::new(&robot, &options);
-        let mut some = Scene::new(&robot, &fewer);
-        for ms in 1..=100 {
-            all.trot(&robot, &options, motion.trot, ms);
-            some.trot(&robot, &fewer, motion.trot, ms);
-            for leg in &fewer.legs {
-                for what in ["foot/position", "foot/force", "hip/torque", "cable/tension"] {
-                    let name = format!("leg/{leg}/{what}");
-                    prop_assert_eq!(all.read(&name), some.read(&name), "{} at {} ms", name, ms);
-                }
-            }
-        }
+        compare_without(motion, gone);
     }
 
     #[test]
