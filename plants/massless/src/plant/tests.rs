@@ -298,7 +298,7 @@ fn a_foot_swings_about_its_balance_with_the_frequencies_of_the_energys_hessian()
 
 /// The plant after its foot met the ground at 1 m/s from `gap` metres above; the speeds before and after.
 fn landed(restitution: f64, gap: f64) -> (Massless, f64, f64) {
-    let step = SimDuration::from_micros(1);
+    let step = SimDuration::from_micros(10);
     let (mut plant, _) = balanced(step, Some(0.0));
     plant.flows[0].model.ground.as_mut().unwrap().restitution = restitution;
     let mut state = plant.flows[0].state;
@@ -306,10 +306,10 @@ fn landed(restitution: f64, gap: f64) -> (Massless, f64, f64) {
     state.set_foot_velocity(0, Planar::new(0.3, -1.0));
     plant.flows[0].replace(&state).unwrap();
     let mut before = 1.0;
-    for tick in 1..=100 {
+    for tick in 1..=20 {
         let speed = -plant.flows[0].state.foot_velocity(0).y;
         plant
-            .advance(SimTime::from_nanos(1000 * tick), &[0.0; 2])
+            .advance(SimTime::from_nanos(10_000 * tick), &[0.0; 2])
             .unwrap();
         if plant.flows[0].ledger.impact == 0.0 {
             before = speed;
@@ -319,9 +319,9 @@ fn landed(restitution: f64, gap: f64) -> (Massless, f64, f64) {
     (plant, before, after)
 }
 
-/// Heights from which the foot meets the ground at the beginning, in the middle and at the end of a step of 1 µm. What
-/// happens before the impact is small.
-const GAPS: [f64; 4] = [3.001e-6, 3.3e-6, 3.6e-6, 3.999e-6];
+/// Heights from which the foot meets the ground at the beginning, in the middle and at the end of a step, which are 10 µm
+/// apart: springs and weight, in balance 1 mm lower, do little on the way.
+const GAPS: [f64; 4] = [30.01e-6, 33e-6, 36e-6, 39.9e-6];
 
 #[test]
 fn a_foot_that_lands_loses_the_energy_of_its_fall_and_nothing_else() {
@@ -332,9 +332,9 @@ fn a_foot_that_lands_loses_the_energy_of_its_fall_and_nothing_else() {
         // and the square of that in energy.
         let impact = plant.energy().impact;
         assert!((impact - lost).abs() < 0.003 * lost, "{impact} of {lost}");
-        assert!((-1e-6..=0.05 + 1e-6).contains(&after), "{after}");
+        assert!((-0.005..=0.05 + 0.005).contains(&after), "{after}");
         let along = plant.flows[0].state.foot_velocity(0).x;
-        assert!((along - 0.3).abs() < 1e-3, "no friction, {along}");
+        assert!((along - 0.3).abs() < 5e-3, "no friction, {along}");
     }
 }
 
@@ -344,7 +344,7 @@ fn a_foot_rebounds_with_the_share_of_its_speed_that_the_ground_gives_back() {
         for gap in GAPS {
             let (plant, before, after) = landed(restitution, gap);
             assert!(
-                (after - restitution * before).abs() < 1e-3,
+                (after - restitution * before).abs() < 5e-3,
                 "{after} of {before}"
             );
             let lost = 0.5
@@ -353,7 +353,7 @@ fn a_foot_rebounds_with_the_share_of_its_speed_that_the_ground_gives_back() {
                 * before
                 * (1.0 - restitution * restitution);
             let impact = plant.energy().impact;
-            assert!((impact - lost).abs() < 1e-5, "{impact} not {lost}");
+            assert!((impact - lost).abs() < 5e-5, "{impact} not {lost}");
         }
     }
 }

@@ -146,15 +146,15 @@ fn compare_without(motion: Motion, gone: usize) {
 fn legs_on_a_stand_that_stall_and_slip_on_ice_do_not_feel_each_other() {
     // One that a contact problem common to all legs does not pass.
     let trot = Trot {
-        frequency: 3.890_457_246_428_611,
-        stroke: 0.0,
-        lift: 0.290_157_393_314_159,
-        length: 0.8,
+        frequency: 4.206_242_914_611_993,
+        stroke: 0.127_072_806_142_889_8,
+        lift: 0.298_994_145_800_159_76,
+        length: 0.892_032_590_185_108_2,
     };
     let motion = Motion {
         trot,
         friction: 0.0,
-        torque: 0.2,
+        torque: 1.361_117_280_276_927_6,
         base: Base::Fixed,
     };
     compare_without(motion, 0);
