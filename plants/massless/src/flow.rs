@@ -41,9 +41,9 @@ pub(crate) enum FlowError {
 }
 
 /// A [`Flow`] at rest, so to say.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct SavedFlow {
-    state: Vec<f64>,
+    state: State,
     commands: Commands,
     forces: [LegForces; LEGS],
     torques: [[f64; 2]; LEGS],
@@ -119,7 +119,7 @@ impl Flow {
             ..
         } = self;
         SavedFlow {
-            state: state.numbers().to_vec(),
+            state: *state,
             commands: *commands,
             forces: *forces,
             torques: *torques,
@@ -130,11 +130,9 @@ impl Flow {
         }
     }
 
-    /// Goes back to what was saved, or says what it is instead.
-    pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), String> {
-        let state = State::from_numbers(&saved.state)
-            .ok_or_else(|| format!("{} numbers", saved.state.len()))?;
-        self.replace(&state).map_err(|error| error.to_string())?;
+    /// Goes back to what was saved.
+    pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), NoPose> {
+        self.replace(&saved.state)?;
         (self.commands, self.forces, self.torques) = (saved.commands, saved.forces, saved.torques);
         (self.impulses, self.owed, self.ledger) = (saved.impulses, saved.owed, saved.ledger);
         self.counts = saved.counts;

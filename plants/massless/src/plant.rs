@@ -24,6 +24,8 @@ pub struct Massless {
     /// What moves by itself: the robot as a whole, or each leg where a fixed trunk leaves them nothing to do with each
     /// other. A leg that is taken out then changes no bit of the others.
     flows: Vec<Flow>,
+    /// The flows at the start of the present step.
+    before: Vec<SavedFlow>,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
@@ -73,12 +75,21 @@ impl Massless {
             })
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
+            before: Vec::with_capacity(flows.len()),
             flows,
             now: SimTime::ZERO,
             step: options.step,
             signals,
             window: Window::default(),
         })
+    }
+
+    /// Puts everything back to where the step began: halves of it, or other legs, may be ahead.
+    fn step_back(&mut self) {
+        for (flow, before) in self.flows.iter_mut().zip(&self.before) {
+            flow.restore(before)
+                .expect("the plant has been there, so its legs have that pose");
+        }
     }
 
     fn fault(&self, flow: &Flow, error: &FlowError) -> PlantFault {
@@ -209,10 +220,13 @@ impl Plant for Massless {
         while self.now < to {
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
+            self.before.clear();
+            self.before.extend(self.flows.iter().map(Flow::save));
             for i in 0..self.flows.len() {
-                self.flows[i]
-                    .run(seconds)
-                    .map_err(|error| self.fault(&self.flows[i], &error))?;
+                if let Err(error) = self.flows[i].run(seconds) {
+                    self.step_back();
+                    return Err(self.fault(&self.flows[i], &error));
+                }
             }
             self.now = next;
         }
@@ -276,7 +290,8 @@ impl Plant for Massless {
             )));
         }
         for (flow, saved) in self.flows.iter_mut().zip(&saved.flows) {
-            flow.restore(saved).map_err(mismatch)?;
+            flow.restore(saved)
+                .map_err(|no_pose| mismatch(no_pose.to_string()))?;
         }
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())

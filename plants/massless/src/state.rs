@@ -1,6 +1,7 @@
 //! The state: positions and velocities of trunk, feet and drives.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 use twinrig_leg::Planar;
 
 /// The legs there is room for.
@@ -30,7 +31,8 @@ const HIP_RATE: usize = 6;
 const PULLEY_RATE: usize = 7;
 
 /// State of trunk and legs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 pub(crate) struct State {
     numbers: [f64; TRUNK + LEGS * LEG],
 }
@@ -199,14 +201,22 @@ impl State {
     pub(crate) fn is_finite(&self) -> bool {
         self.numbers.iter().all(|x| x.is_finite())
     }
+}
 
-    pub(crate) fn numbers(&self) -> &[f64] {
-        &self.numbers
+impl From<State> for Vec<f64> {
+    fn from(state: State) -> Self {
+        state.numbers.to_vec()
     }
+}
 
-    pub(crate) fn from_numbers(numbers: &[f64]) -> Option<Self> {
-        Some(Self {
-            numbers: numbers.try_into().ok()?,
-        })
+impl TryFrom<Vec<f64>> for State {
+    type Error = String;
+
+    fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
+        let found = numbers.len();
+        let numbers = numbers
+            .try_into()
+            .map_err(|_| format!("{found} numbers are no state"))?;
+        Ok(Self { numbers })
     }
 }

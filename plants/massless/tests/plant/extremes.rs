@@ -34,9 +34,12 @@ fn falling(height: f64, options: &Options) -> Options {
 /// Advances or stops with a fault, but never with a number that is none.
 fn run(scene: &mut Scene, from_ms: u64, to_ms: u64) -> bool {
     for ms in from_ms + 1..=to_ms {
+        let before = scene.observe().to_vec();
         let outcome = scene.try_to(ms);
         assert!(scene.observe().iter().all(|x| x.is_finite()), "at {ms} ms");
         if let Err(fault) = outcome {
+            assert_eq!(fault.time, at(ms - 1));
+            assert_eq!(scene.observe(), before, "it stays where it last was");
             assert!(!fault.why.is_empty() && !fault.part.is_empty(), "{fault:?}");
             return false;
         }
