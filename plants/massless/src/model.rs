@@ -266,7 +266,7 @@ fn positive(what: &str, value: f64) -> Result<(), MasslessError> {
 }
 
 /// The robot's legs that are named, in the robot's order.
-fn chosen_legs<'a>(
+pub(crate) fn chosen_legs<'a>(
     robot: &'a Robot,
     names: &[String],
 ) -> Result<Vec<&'a twinrig_robot::LegMount>, MasslessError> {

@@ -8,7 +8,7 @@ use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
 use crate::drives::Commands;
 use crate::flow::{Flow, FlowError, SavedFlow};
-use crate::model::{Base, MasslessError, Model, Options};
+use crate::model::{Base, MasslessError, Model, Options, chosen_legs};
 use crate::signals::{self, Signals, Window};
 use crate::state::{LEGS, State};
 
@@ -51,21 +51,7 @@ impl Massless {
         options: &Options,
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Self, MasslessError> {
-        let signals = Signals::new(&Model::new(robot, options)?, wanted);
-        let apart = options.base == Base::Fixed && !options.legs.is_empty();
-        let islands: Vec<Options> = if apart {
-            let mounted = robot.legs.iter().map(|mount| &mount.name);
-            let there = mounted.filter(|name| options.legs.contains(name));
-            there
-                .map(|name| Options {
-                    legs: vec![name.clone()],
-                    ..options.clone()
-                })
-                .collect()
-        } else {
-            vec![options.clone()]
-        };
-        let flows = islands
+        let flows = islands(robot, options)?
             .iter()
             .map(|island| {
                 let model = Model::new(robot, island)?;
@@ -74,6 +60,12 @@ impl Massless {
                     .map_err(|error| MasslessError::Legs(error.to_string()))
             })
             .collect::<Result<Vec<_>, _>>()?;
+        let legs: Vec<&str> = flows
+            .iter()
+            .flat_map(|flow| &flow.model.legs)
+            .map(|leg| leg.name.as_str())
+            .collect();
+        let signals = Signals::new(&legs, options.ground.is_some(), wanted);
         Ok(Self {
             before: Vec::with_capacity(flows.len()),
             flows,
@@ -105,6 +97,19 @@ impl Massless {
             why: error.to_string(),
         }
     }
+}
+
+/// What moves by itself: the robot, or each of its legs where the trunk is held.
+fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessError> {
+    let chosen = chosen_legs(robot, &options.legs)?;
+    if options.base != Base::Fixed || chosen.is_empty() {
+        return Ok(vec![options.clone()]);
+    }
+    let alone = |name: &String| Options {
+        legs: vec![name.clone()],
+        ..options.clone()
+    };
+    Ok(chosen.iter().map(|mount| alone(&mount.name)).collect())
 }
 
 /// The commands of a leg at the start, and where its foot is then.

@@ -6,7 +6,6 @@ use twinrig_kernel::{Port, Unit};
 use twinrig_runtime::EnergyBooks;
 
 use crate::flow::Flow;
-use crate::model::Model;
 use crate::state::LEGS;
 
 /// A measurement of the whole robot.
@@ -111,12 +110,13 @@ pub(crate) struct Signals {
 }
 
 impl Signals {
-    pub(crate) fn new(model: &Model, wanted: &dyn Fn(&str) -> bool) -> Self {
+    /// The signals of these legs, with those of the ground where there is one.
+    pub(crate) fn new(legs: &[&str], ground: bool, wanted: &dyn Fn(&str) -> bool) -> Self {
         let mut ports = Vec::new();
-        for leg in &model.legs {
+        for leg in legs {
             for joint in ["hip", "knee"] {
                 ports.push(Port::input(
-                    format!("leg/{}/{joint}/command", leg.name),
+                    format!("leg/{leg}/{joint}/command"),
                     Unit::Radian,
                     1,
                 ));
@@ -129,11 +129,10 @@ impl Signals {
                 signals.push(Signal::Body(signal));
             }
         }
-        for (i, leg) in model.legs.iter().enumerate() {
+        for (i, leg) in legs.iter().enumerate() {
             for (name, unit, size, signal) in LEG {
-                let name = format!("leg/{}/{name}", leg.name);
-                let there = model.ground.is_some() || !ON_GROUND.contains(&signal);
-                if there && wanted(&name) {
+                let name = format!("leg/{leg}/{name}");
+                if (ground || !ON_GROUND.contains(&signal)) && wanted(&name) {
                     ports.push(Port::output(name, unit, size));
                     signals.push(Signal::Leg(i, signal));
                 }
