@@ -123,12 +123,14 @@ impl Problem {
 
     /// Sets an entry of `G`.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
+        self.factored = false;
         let stride = padded(self.len());
         self.matrix[row * stride + column] = value;
     }
 
     /// Adds to the diagonal of `G`, which makes constraints that say the same thing twice share their force equally.
     pub fn soften(&mut self, compliance: f64) {
+        self.factored = false;
         let stride = padded(self.len());
         for diagonal in self.matrix.iter_mut().step_by(stride + 1) {
             *diagonal += compliance;
@@ -142,6 +144,7 @@ impl Problem {
 
     /// Sets the bound of an unknown; a [`Bound::Disc`] takes the next one with it.
     pub fn bound(&mut self, row: usize, bound: Bound) {
+        self.factored = false;
         self.bounds[row] = bound;
         if let Bound::Disc { .. } = bound {
             self.bounds[row + 1] = Bound::DiscSecond;

@@ -5,13 +5,29 @@
 //! thesis' version lacked is here: a knee cable that pulls and never pushes, friction in the joints, Coulomb friction and
 //! slip on the ground.
 //!
-//! ```no_run
-//! use twinrig_massless::{Massless, Options};
+//! ```
+//! use twinrig_kernel::{SimDuration, SimTime};
+//! use twinrig_massless::{Base, Drives, Force, Massless, Options};
+//! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! # let (robot, options): (twinrig_robot::Robot, Options) = todo!();
-//! let mut plant = Massless::new(&robot, &options, &|signal| signal.starts_with("body/"))?;
-//! plant.advance(twinrig_kernel::SimTime::from_nanos(1_000_000), &[0.0; 8])?;
+//! let text = include_str!("../../../robots/cheetah-cub.toml");
+//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! let options = Options {
+//!     base: Base::Free,
+//!     legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
+//!     ground: None,
+//!     step: SimDuration::from_millis(1),
+//!     drives: Drives::Ideal { period: 2e-3 },
+//!     force: Force::Solve,
+//!     start: Vec::new(),
+//! };
+//! let mut plant = Massless::new(&robot, &options, &|signal| signal == "body/position")?;
+//! plant.advance(SimTime::ZERO + SimDuration::from_millis(100), &[0.0; 8])?;
+//! let mut position = [0.0; 3];
+//! let before = 0.133; // upright, at 0.9 of the greatest leg length
+//! plant.observe(&mut position);
+//! assert!(position[2] < before, "it falls");
 //! # Ok(())
 //! # }
 //! ```

@@ -33,7 +33,6 @@ impl Placement {
         let nowhere = Surface {
             gap: f64::INFINITY,
             normal: Vector3::z(),
-            curvature: [0.0; 3],
         };
         Self {
             rotation: Matrix3::identity(),

@@ -93,6 +93,9 @@ pub enum MasslessError {
         /// What is wrong.
         why: LegError,
     },
+    /// The start has no pose.
+    #[error("the start cannot be taken: {0}")]
+    Start(String),
     /// A leg would start beyond one of its stops.
     #[error(
         "leg {leg}: the start is {by:.6} m beyond the stop {stop:?}; choose a start height between the two"

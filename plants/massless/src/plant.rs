@@ -57,7 +57,7 @@ impl Massless {
                 let model = Model::new(robot, island)?;
                 let (state, commands) = start(robot, &model, options)?;
                 Flow::new(model, &state, commands)
-                    .map_err(|error| MasslessError::Legs(error.to_string()))
+                    .map_err(|error| MasslessError::Start(error.to_string()))
             })
             .collect::<Result<Vec<_>, _>>()?;
         let legs: Vec<&str> = flows

@@ -2,6 +2,7 @@
 
 use libm::{asin, atan2};
 use twinrig_kernel::{Port, Unit};
+use twinrig_leg::Planar;
 
 use twinrig_runtime::EnergyBooks;
 
@@ -271,7 +272,12 @@ impl LegSignal {
                 &[flow.forces[leg][twinrig_leg::Stop::Cable as usize]],
                 outputs,
             ),
-            Self::Angles => put(&here.poses[leg].angles(), outputs),
+            // The first angle is a coordinate; the others take an arc tangent each.
+            Self::Angles => {
+                let [_, second, third] = here.poses[leg].along;
+                let of = |e: Planar| atan2(e.x, -e.y);
+                put(&[state.hip(leg), of(second), of(third)], outputs)
+            }
             Self::FootPosition => put(
                 (state.position() + here.rotation * foot).as_slice(),
                 outputs,

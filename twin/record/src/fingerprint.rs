@@ -30,7 +30,8 @@ pub struct Fingerprint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Digest([u8; 32]);
 
-/// How many bytes are hashed at once.
+/// How many bytes are hashed at once: a power of two, which is what the hash is fastest at. The buffer has room for as
+/// much again.
 const BUFFER_BYTES: usize = 64 * 1024;
 /// Time, kind, which, length.
 const HEADER_BYTES: usize = 8 + 4 + 4 + 8;
@@ -50,7 +51,7 @@ impl Fingerprint {
     pub fn new() -> Self {
         Self {
             hasher: blake3::Hasher::new(),
-            buffer: vec![0; BUFFER_BYTES].into_boxed_slice(),
+            buffer: vec![0; 2 * BUFFER_BYTES].into_boxed_slice(),
             filled: 0,
         }
     }
@@ -94,12 +95,13 @@ impl Fingerprint {
         }
     }
 
-    /// `len` bytes of the buffer, at most all of it, to be filled by the caller.
+    /// `len` bytes of the buffer, at most [`BUFFER_BYTES`], to be filled by the caller.
     #[inline]
     fn room(&mut self, len: usize) -> &mut [u8] {
-        if BUFFER_BYTES - self.filled < len {
-            self.hasher.update(&self.buffer[..self.filled]);
-            self.filled = 0;
+        if self.filled >= BUFFER_BYTES {
+            self.hasher.update(&self.buffer[..BUFFER_BYTES]);
+            self.buffer.copy_within(BUFFER_BYTES..self.filled, 0);
+            self.filled -= BUFFER_BYTES;
         }
         let start = self.filled;
         self.filled += len;
