@@ -185,13 +185,14 @@ impl Constraints {
             .map_or(0.0, |ground| ground.restitution);
         for (i, entry) in self.entries.iter().enumerate() {
             let free = entry.rate + seconds * motion.along(&entry.row);
+            // An overlap is given back slowly, or an impact would rebound with what its step overlapped.
+            let recovered = (RECOVERY * entry.gap / seconds).max(-RESTING);
             let allowed = match entry.role {
                 Role::First | Role::Second => 0.0,
                 Role::Normal if restitution > 0.0 && entry.rate < -RESTING => {
-                    (restitution * entry.rate).min(RECOVERY * entry.gap / seconds)
+                    (restitution * entry.rate).min(recovered)
                 }
-                // An overlap is given back slowly, or an impact would rebound with what its step overlapped.
-                Role::Stop(_) | Role::Normal => (RECOVERY * entry.gap / seconds).max(-RESTING),
+                Role::Stop(_) | Role::Normal => recovered,
             };
             self.problem.offset(i, free + allowed);
         }
@@ -237,6 +238,19 @@ impl Constraints {
             }
         }
         (impact, sliding)
+    }
+
+    /// How many constraints push that did not in the step before: touch-downs, stops reached, cables pulled taut.
+    pub(crate) fn met(&self, before: &[LegForces; LEGS]) -> u64 {
+        let met = self
+            .entries
+            .iter()
+            .zip(self.problem.unknowns())
+            .filter(|(entry, impulse)| {
+                let gap = matches!(entry.role, Role::Stop(_) | Role::Normal);
+                gap && **impulse > 0.0 && before[entry.row.leg][entry.role.place()] <= 0.0
+            });
+        met.count() as u64
     }
 
     /// Mean forces over the step.

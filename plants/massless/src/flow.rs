@@ -271,6 +271,7 @@ impl Flow {
         let (impact, sliding) = self.constraints.losses(after);
         self.ledger.impact += impact;
         self.ledger.dissipated += sliding;
+        self.counts.events += self.constraints.met(&self.forces);
         self.forces = self.constraints.forces(seconds);
         for (i, leg) in self.middle.legs.iter().enumerate() {
             self.ledger.dissipated -= leg.friction.foot.dot(&(after.foot(i) - before.foot(i)))

@@ -1,5 +1,6 @@
 //! The plant as the rig sees it.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
@@ -41,8 +42,9 @@ struct Saved {
 }
 
 impl Massless {
-    /// Builds the plant with the trunk level and at rest, the pantographs closed, the drives at the start commands, and
-    /// the lowest foot on the ground. `wanted` says which of the output signals anybody needs.
+    /// Builds the plant with the trunk level and at rest, the pantographs closed, the drives at the start commands, and the
+    /// lowest foot at height zero, or on the ground where that is higher; ground that is lower is fallen to. `wanted` says
+    /// which of the output signals anybody needs.
     ///
     /// # Errors
     /// [`MasslessError`] where robot and options do not fit together.
@@ -153,14 +155,14 @@ fn start(
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
     let mut commands = [[0.0; 2]; LEGS];
-    let mut height = 0.0_f64;
+    let mut feet = Vec::new();
     for (i, leg) in model.legs.iter().enumerate() {
         let (command, foot) = first_pose(&leg.name, &leg.pantograph, options)?;
         commands[i] = [command.hip, command.knee];
         state.set_foot(i, foot);
         state.set_hip(i, command.hip + leg.pantograph.hip_reference());
         state.set_pulley(i, command.knee);
-        height = height.max(-foot.y - leg.hip.z);
+        feet.push(leg.foot_in_trunk(foot));
     }
     if options.base == Base::Fixed {
         // Where the trunk is held must not depend on which of the robot's legs are there.
@@ -170,11 +172,27 @@ fn start(
                 why,
             };
             let pantograph = Pantograph::new(&mount.leg).map_err(wrong)?;
-            height = height.max(-first_pose(&mount.name, &pantograph, options)?.1.y - mount.hip[2]);
+            let (_, foot) = first_pose(&mount.name, &pantograph, options)?;
+            feet.push(Vector3::from(mount.hip) + Vector3::new(foot.x, 0.0, foot.y));
         }
     }
-    state.set_position(nalgebra::Vector3::new(0.0, 0.0, height));
+    state.set_position(
+        Vector3::z()
+            * feet
+                .iter()
+                .map(|foot| clearance(model, foot))
+                .fold(0.0, f64::max),
+    );
     Ok((state, commands))
+}
+
+/// How high the trunk has to be for a foot to be at height zero, or on the ground where that is higher.
+fn clearance(model: &Model, foot: &Vector3<f64>) -> f64 {
+    let ground = model.ground.as_ref().map_or(0.0, |ground| {
+        let below = ground.below(&Vector3::new(foot.x, foot.y, 0.0));
+        -below.gap / below.normal.z
+    });
+    ground.max(0.0) - foot.z
 }
 
 impl Plant for Massless {

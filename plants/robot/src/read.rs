@@ -151,9 +151,11 @@ fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
         );
         result = Err(table.report("diagonal_min", message, help));
     }
-    if leg.parallel_travel >= 2.0 * leg.l_delta {
+    // Two sides of the triangle of rod, diagonal and offset are longer than the third.
+    let openest = longest + leg.l_delta - leg.l2;
+    if leg.parallel_travel >= openest {
         let message = "`parallel_travel` is more than the parallel rod can open";
-        let help = format!("it must be less than 2 l_delta = {}", mm(2.0 * leg.l_delta));
+        let help = format!("it must be less than {}", mm(openest));
         result = Err(table.report("parallel_travel", message, help));
     }
     if leg.parallel.preload >= leg.l2 {
@@ -282,7 +284,7 @@ fn actuators(table: &Table<'_>) -> Result<Actuators, Reported> {
 fn servo(table: &Table<'_>) -> Result<Servo, Reported> {
     let torque = positive(table, "torque", Unit::NewtonMeter);
     let speed = positive(table, "speed", Unit::RadianPerSecond);
-    let lag = not_negative(table, "lag", Unit::Second);
+    let lag = positive(table, "lag", Unit::Second);
     let dead_band = not_negative(table, "dead_band", Unit::Radian);
     let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
     Ok(Servo {

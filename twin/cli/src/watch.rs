@@ -128,7 +128,7 @@ impl<W: Write> Observer for Watch<W> {
         let happening = match event {
             RunEvent::ProcessBegin { .. } => Some(Happening::CycleBegin),
             RunEvent::ProcessEnd => Some(Happening::CycleEnd),
-            RunEvent::Overrun { missed } => Some(Happening::CyclesMissed(missed)),
+            RunEvent::Overrun { .. } => Some(Happening::CycleMissed),
             _ => None,
         };
         if let Some(happening) = happening {

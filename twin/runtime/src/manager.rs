@@ -35,7 +35,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 /// assert!(!manager.takes_part(0));
 /// manager.task_ended(0); // too late for this iteration
 /// assert!(!manager.takes_part(0));
-/// assert_eq!(manager.control_step(millis(4)), ControlStep::Late); // the process still runs
+/// assert_eq!(manager.control_step(millis(4)), ControlStep::Late { missed: 1 }); // the process still runs
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manager {
@@ -64,7 +64,10 @@ pub enum ControlStep {
         missed: u64,
     },
     /// It is still at the last one.
-    Late,
+    Late {
+        /// Control steps missed since that began, this one included.
+        missed: u64,
+    },
 }
 
 impl Manager {
@@ -82,7 +85,9 @@ impl Manager {
     pub fn control_step(&mut self, now: SimTime) -> ControlStep {
         if self.running {
             self.missed += 1;
-            return ControlStep::Late;
+            return ControlStep::Late {
+                missed: self.missed,
+            };
         }
         self.running = true;
         for task in &mut self.tasks {

@@ -48,9 +48,9 @@ pub enum RunEvent {
         /// Which.
         task: usize,
     },
-    /// The process begins after it missed control steps.
+    /// The process misses a control step: it is still at the last one.
     Overrun {
-        /// How many since it last began.
+        /// How many since it began that one, this one included.
         missed: u64,
     },
     /// A process variable was set.

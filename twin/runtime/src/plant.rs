@@ -107,6 +107,6 @@ pub struct WorkCounts {
     pub events: u64,
     /// Iterations of the contact solver.
     pub solver_iterations: u64,
-    /// Times the solver of choice gave up and another took over.
+    /// Times the method of choice gave up and another, or a shorter step, took over.
     pub fallbacks: u64,
 }

@@ -190,12 +190,14 @@ impl Rig {
         self.state
             .agenda
             .arm(self.parts.control_step, now + self.period);
-        let ControlStep::Begin { elapsed, missed } = self.state.manager.control_step(now) else {
-            return Ok(());
+        let elapsed = match self.state.manager.control_step(now) {
+            ControlStep::Begin { elapsed, .. } => elapsed,
+            // Said at once: a process that never ends never begins again.
+            ControlStep::Late { missed } => {
+                observer.event(now, RunEvent::Overrun { missed });
+                return Ok(());
+            }
         };
-        if missed > 0 {
-            observer.event(now, RunEvent::Overrun { missed });
-        }
         self.make_changes(observer)?;
         for (n, slot) in self.tasks.iter().enumerate() {
             if self.state.manager.takes_part(n) {

@@ -275,13 +275,13 @@ fn what_cannot_be_observed_holds_only_where_it_is_optional() {
 
 #[test]
 fn cycles_are_timed() {
-    use Happening::{CycleBegin, CycleEnd, CyclesMissed};
+    use Happening::{CycleBegin, CycleEnd, CycleMissed};
     let steady: Vec<_> = (0..100_u64)
         .flat_map(|cycle| [(2000 * cycle, CycleBegin), (2000 * cycle + 300, CycleEnd)])
         .collect();
     let mut late = steady.clone();
     late[10].0 += 150;
-    late.push((200_000, CyclesMissed(3)));
+    late.extend([(200_000, CycleMissed); 3]);
     let timing =
         |what: &str, events| cycles(&format!("timing = {{ of = 'control', {what} }}"), events);
     assert!(close(
@@ -317,6 +317,21 @@ fn cycles_are_timed() {
         timing("deadline_misses = { max = 0 }", &[]).verdict,
         Verdict::Unobserved
     );
+}
+
+#[test]
+fn a_controller_that_hangs_misses_every_cycle_from_then_on() {
+    use Happening::{CycleBegin, CycleEnd, CycleMissed};
+    let mut hung = vec![(0, CycleBegin), (300, CycleEnd), (2000, CycleBegin)];
+    hung.extend((2..100).map(|cycle| (2000 * cycle, CycleMissed)));
+    let timing = |what: &str| cycles(&format!("timing = {{ of = 'control', {what} }}"), &hung);
+    assert_eq!(timing("deadline_misses = { max = 0 }").measured, Some(98.0));
+    assert!(close(timing("latency = { max = '1 ms' }").measured, 0.196));
+    assert!(close(timing("jitter = { max = '1 ms' }").measured, 0.194));
+    assert!(close(
+        timing("cycle_rate = { min = '400 Hz' }").measured,
+        1.0 / 0.198
+    ));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! At the edges: a typed error or the right outcome, never a NaN, never a hang.
 
-use twinrig_contact::{Ground, Terrain};
+use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimDuration;
 use twinrig_leg::LegCommand;
 use twinrig_massless::{Base, Drives, Force, Massless, MasslessError, Options};
@@ -45,6 +45,26 @@ fn run(scene: &mut Scene, from_ms: u64, to_ms: u64) -> bool {
         }
     }
     true
+}
+
+#[test]
+fn a_robot_starts_on_a_ground_that_is_higher_than_zero_and_not_in_it() {
+    let heights = vec![0.05; 16];
+    let plateau = HeightField::new([-1.0, -1.0], 1.0, 4, heights).unwrap();
+    for base in [Base::Free, Base::Planar, Base::Fixed] {
+        let options = Options {
+            base,
+            ground: Some(ground(Terrain::Heights(plateau.clone()), 0.6)),
+            ..options()
+        };
+        let mut scene = Scene::new(&robot(), &options);
+        let clearance = scene.value("leg/LF/foot/clearance");
+        assert!(clearance.abs() < 1e-12, "{base:?}: {clearance}");
+        // Pushed out of an overlap, it would gain energy from nowhere: an impact that gives.
+        assert!(run(&mut scene, 0, 100));
+        assert!(scene.plant.energy().impact > -1e-9);
+        assert!(scene.plant.work().events >= 1, "feet touch down");
+    }
 }
 
 #[test]

@@ -21,6 +21,7 @@ pub(crate) struct CycleMeter {
     /// Jitter or latency \[s\].
     seen: Extremes,
     first_miss: Option<SimTime>,
+    last_missed: Option<SimTime>,
 }
 
 impl CycleMeter {
@@ -35,6 +36,7 @@ impl CycleMeter {
             missed: 0,
             seen: Extremes::default(),
             first_miss: None,
+            last_missed: None,
         }
     }
 
@@ -56,14 +58,31 @@ impl CycleMeter {
                     self.seen.add_within(now, latency, &self.limits);
                 }
             }
-            Happening::CyclesMissed(count) => {
-                self.missed += count;
+            Happening::CycleMissed => {
+                self.missed += 1;
                 let missed = self.missed as f64;
                 if self.first_miss.is_none() && !self.limits.hold(missed) {
                     self.first_miss = Some(now);
                 }
+                self.last_missed = Some(now);
+                self.still_running(now);
             }
         }
+    }
+
+    /// A cycle that does not end is at least as long as it has been: one that hangs would else pass for none at all.
+    fn still_running(&mut self, now: SimTime) {
+        let Some(begin) = self.last_begin else { return };
+        let lasted = now - begin;
+        let at_least = match self.measure {
+            TimingMeasure::Latency => lasted,
+            TimingMeasure::Jitter => {
+                SimDuration::from_nanos(lasted.as_nanos().saturating_sub(self.period.as_nanos()))
+            }
+            TimingMeasure::DeadlineMisses | TimingMeasure::CycleRate => return,
+        };
+        self.seen
+            .add_within(now, at_least.as_secs_f64(), &self.limits);
     }
 
     pub fn finding(&self) -> Finding {
@@ -77,8 +96,11 @@ impl CycleMeter {
                 let detail = format!("of {} cycles", self.begins + self.missed);
                 Finding::of(self.limits.compare(missed, missed), self.first_miss, detail)
             }
-            TimingMeasure::CycleRate if last > first => {
-                let rate = (self.begins - 1) as f64 / (last - first).as_secs_f64();
+            TimingMeasure::CycleRate
+                if self.last_missed.map_or(last, |missed| missed.max(last)) > first =>
+            {
+                let seen = self.last_missed.map_or(last, |missed| missed.max(last));
+                let rate = (self.begins - 1) as f64 / (seen - first).as_secs_f64();
                 Finding::of(self.limits.compare(rate, rate), None, "")
             }
             TimingMeasure::CycleRate => Finding::unobserved("the controller ran once"),

@@ -55,8 +55,8 @@ pub enum Happening {
     CycleBegin,
     /// It ends.
     CycleEnd,
-    /// So many cycles could not begin when they should have.
-    CyclesMissed(u64),
+    /// A cycle could not begin when it should have: the last one had not ended.
+    CycleMissed,
 }
 
 /// What is known when a run is over.
