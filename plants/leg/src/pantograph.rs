@@ -58,6 +58,9 @@ pub struct Pantograph {
     /// Length of the distal segment below the ankle, `l3 - l_delta`.
     pub(crate) b: f64,
     pub(crate) l_delta: f64,
+    /// Inverses of `l2` and `b`: a product costs a tenth of a quotient.
+    pub(crate) per_l2: f64,
+    pub(crate) per_b: f64,
     pub(crate) q2_ref: f64,
     pub(crate) k_d: f64,
     pub(crate) k_p: f64,
@@ -168,6 +171,8 @@ impl Pantograph {
             l2,
             b,
             l_delta,
+            per_l2: 1.0 / l2,
+            per_b: 1.0 / b,
             q2_ref: leg.q2_ref,
             k_d: leg.diagonal.stiffness,
             k_p: leg.parallel.stiffness,
@@ -225,7 +230,22 @@ impl Pantograph {
                 greatest,
             });
         }
-        self.inverse_open(foot, 0.0)
+        // First and distal segment are one link of length `a`. Seen from it the foot is at (along, across), and the hip is
+        // the angle that turns this to where the foot shall be: one arc tangent.
+        let a = self.l1 + self.b;
+        let cosine =
+            ((length * length - a * a - self.l2 * self.l2) / (2.0 * self.l2 * a)).clamp(-1.0, 1.0);
+        let sine = -sqrt((1.0 - cosine) * (1.0 + cosine));
+        let (along, across) = (a + self.l2 * cosine, self.l2 * sine);
+        let hip = atan2(
+            foot.x * along + foot.y * across,
+            foot.x * across - foot.y * along,
+        );
+        let cable = sqrt(self.l1 * self.l1 + self.l2 * self.l2 + 2.0 * self.l1 * self.l2 * cosine);
+        Ok(LegCommand {
+            hip: hip - self.hip_ref,
+            knee: (self.cable_max - cable) / self.pulley_radius,
+        })
     }
 
     /// Inverse kinematics with the distal segment turned by `opening` \[rad\] against the first.

@@ -107,8 +107,9 @@ impl Pantograph {
         let knee = first * self.l1;
         let span = foot - knee;
         let square = span.norm_squared();
-        let on_span = (self.l2 * self.l2 + square - self.b * self.b) / (2.0 * square);
-        let beside_square = self.l2 * self.l2 / square - on_span * on_span;
+        let inverse = 1.0 / square;
+        let on_span = 0.5 * (self.l2 * self.l2 + square - self.b * self.b) * inverse;
+        let beside_square = self.l2 * self.l2 * inverse - on_span * on_span;
         if beside_square.is_nan() {
             return Err(LegError::NotFinite {
                 what: "hip angle or foot position",
@@ -144,8 +145,8 @@ impl Pantograph {
         ankle: Planar,
         foot: Planar,
     ) -> Result<Pose, LegError> {
-        let second = (ankle - knee) / self.l2;
-        let third = (foot - ankle) / self.b;
+        let second = (ankle - knee) * self.per_l2;
+        let third = (foot - ankle) * self.per_b;
         let ankle_sine = cross(second, third);
         if ankle_sine.abs() < STRAIGHT {
             return Err(LegError::Straight { sine: ankle_sine });
@@ -187,7 +188,7 @@ impl Pantograph {
     /// Gradient of [`Self::spring_energy`] \[N·m, N\]: hip torque and foot force that hold the leg against its springs.
     pub fn spring_gradient(&self, pose: &Pose) -> Gradient {
         let (diagonal, parallel) = self.spring_pulls(pose);
-        let lever = self.l_delta / self.b;
+        let lever = self.l_delta * self.per_b;
         self.pulled_back(
             pose,
             &Pull {
@@ -214,7 +215,7 @@ impl Pantograph {
             }
             Length::Parallel => {
                 let n = pose.parallel_vector / pose.parallel;
-                let lever = self.l_delta / self.b;
+                let lever = self.l_delta * self.per_b;
                 Pull {
                     inner: -n,
                     knee: none,
@@ -240,8 +241,8 @@ impl Pantograph {
         let ankle = meeting(pose, second.dot(&knee), third.dot(&foot));
         let omega = [
             hip,
-            turned(second).dot(&(ankle - knee)) / self.l2,
-            turned(third).dot(&(foot - ankle)) / self.b,
+            turned(second).dot(&(ankle - knee)) * self.per_l2,
+            turned(third).dot(&(foot - ankle)) * self.per_b,
         ];
         Velocity {
             knee,
@@ -266,10 +267,10 @@ impl Pantograph {
         let ankle_acceleration = meeting(
             pose,
             second.dot(&knee_acceleration)
-                - (velocity.ankle - velocity.knee).norm_squared() / self.l2,
-            (velocity.foot - velocity.ankle).norm_squared() / self.b,
+                - (velocity.ankle - velocity.knee).norm_squared() * self.per_l2,
+            (velocity.foot - velocity.ankle).norm_squared() * self.per_b,
         );
-        let lever = self.l_delta / self.b;
+        let lever = self.l_delta * self.per_b;
         let inner_acceleration = knee_acceleration * (1.0 - self.l_delta / self.l1);
         let acceleration = match length {
             Length::Diagonal => ankle_acceleration - inner_acceleration,
@@ -285,8 +286,8 @@ impl Pantograph {
     pub fn torque_gradient(&self, pose: &Pose, torques: [f64; 3]) -> Gradient {
         let [_, second, third] = pose.along;
         let (on_second, on_third) = (
-            turned(second) * (torques[1] / self.l2),
-            turned(third) * (torques[2] / self.b),
+            turned(second) * (torques[1] * self.per_l2),
+            turned(third) * (torques[2] * self.per_b),
         );
         let pull = Pull {
             inner: Planar::zeros(),
@@ -302,7 +303,7 @@ impl Pantograph {
     /// Force in the second segment: what the third leaves of the springs' pull on the ankle. Tension is positive \[N\].
     pub fn middle_segment_force(&self, pose: &Pose) -> f64 {
         let (diagonal, parallel) = self.spring_pulls(pose);
-        let on_ankle = diagonal + parallel * (1.0 + self.l_delta / self.b);
+        let on_ankle = diagonal + parallel * (1.0 + self.l_delta * self.per_b);
         -cross(on_ankle, pose.along[2]) / pose.ankle_sine
     }
 
@@ -313,7 +314,7 @@ impl Pantograph {
             Length::Diagonal => (pose.diagonal_vector, velocity.ankle - inner, pose.diagonal),
             Length::Parallel => {
                 let outer =
-                    velocity.ankle - (velocity.foot - velocity.ankle) * (self.l_delta / self.b);
+                    velocity.ankle - (velocity.foot - velocity.ankle) * (self.l_delta * self.per_b);
                 (pose.parallel_vector, outer - inner, pose.parallel)
             }
             Length::Cable => (pose.ankle, velocity.ankle, pose.cable),
@@ -326,8 +327,9 @@ impl Pantograph {
     /// and foot (virtual work; the transpose of [`Self::velocity`]).
     fn pulled_back(&self, pose: &Pose, pull: &Pull) -> Gradient {
         let [first, second, third] = pose.along;
-        let in_second = cross(pull.ankle, third) / pose.ankle_sine;
-        let in_third = cross(second, pull.ankle) / pose.ankle_sine;
+        let per_sine = 1.0 / pose.ankle_sine;
+        let in_second = cross(pull.ankle, third) * per_sine;
+        let in_third = cross(second, pull.ankle) * per_sine;
         let at_knee = pull.knee + second * in_second;
         let hip = turned(first).dot(&(at_knee * self.l1 + pull.inner * (self.l1 - self.l_delta)));
         Gradient {
@@ -347,5 +349,5 @@ impl Pose {
 /// Velocity (or acceleration) of the ankle whose components along second and third segment are given.
 fn meeting(pose: &Pose, along_second: f64, along_third: f64) -> Planar {
     let [_, second, third] = pose.along;
-    (turned(second) * along_third - turned(third) * along_second) / pose.ankle_sine
+    (turned(second) * along_third - turned(third) * along_second) * (1.0 / pose.ankle_sine)
 }
