@@ -97,6 +97,19 @@ impl<'d> Item<'d> {
         }
     }
 
+    /// The unit that a quantity is spelled in, where any unit goes.
+    ///
+    /// # Errors
+    /// There is a unit, and it is not known.
+    pub fn any_unit(&self) -> Result<Unit, Reported> {
+        match &self.node.value {
+            Value::Text(text) => {
+                quantity::any_unit(text).map_err(|error| self.report(error.message, error.help))
+            }
+            _ => Ok(Unit::One),
+        }
+    }
+
     /// Whether it is a list.
     pub fn is_list(&self) -> bool {
         matches!(self.node.value, Value::List(_))

@@ -144,6 +144,34 @@ pub(crate) fn spelled_unit(text: &str) -> Unit {
     units::kind_of_spelling(spelling).map_or(Unit::One, |kind| kind.unit)
 }
 
+/// The unit that `text` is spelled in, which may be any that is known.
+pub(crate) fn any_unit(text: &str) -> Result<Unit, QuantityError> {
+    let (digits, spelling) = split(text);
+    if digits.is_empty() || spelling.is_empty() {
+        return Ok(Unit::One);
+    }
+    if let Some(kind) = units::kind_of_spelling(spelling) {
+        return Ok(kind.unit);
+    }
+    let first = |kind: &units::Kind| {
+        let mut spellings = kind.spellings.iter().map(|(spelling, _)| *spelling);
+        spellings.find(|spelling| !spelling.is_empty())
+    };
+    let known: Vec<&str> = units::KINDS.iter().filter_map(first).collect();
+    let plain = |spelling: &str| spelling.replace('·', "").to_lowercase();
+    let meant = units::KINDS
+        .iter()
+        .flat_map(|kind| kind.spellings)
+        .find(|(known, _)| plain(known) == plain(spelling));
+    let meant = meant.map_or_else(String::new, |(known, _)| {
+        format!("did you mean `{known}`? ")
+    });
+    Err(QuantityError {
+        message: format!("`{spelling}` is no unit that is known"),
+        help: format!("{meant}known are {} and their multiples", known.join(", ")),
+    })
+}
+
 /// What to write: for a length ``a length with its unit, as in "1 m"; units that fit: m, cm, …``.
 pub(crate) fn example(unit: Unit) -> String {
     let first = units::kind(unit).map_or("", |kind| kind.spellings[0].0);

@@ -244,7 +244,7 @@ fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
     }
     let (unit, mode) = table.required(mode, |item| {
         // Limits are written in the unit of the signal, which only the scene knows; it compares the two.
-        let unit = unit_of_limits(item);
+        let unit = unit_of_limits(item)?;
         let mode = match mode {
             "settles" => {
                 let (within, by) = settles(item, unit)?;
@@ -273,7 +273,7 @@ fn until(item: &Item<'_>) -> Result<Until, Reported> {
     let table = item.table()?;
     let name = table.required("name", placed_text);
     let component = table.optional("component", element);
-    let unit = unit_of_limits(item);
+    let unit = unit_of_limits(item)?;
     let limits = Limits::read_from(&table, unit, &|message, help| item.report(message, help));
     Ok(Until {
         name: name?,
@@ -284,10 +284,10 @@ fn until(item: &Item<'_>) -> Result<Until, Reported> {
 }
 
 /// The unit of the first limit of a table of limits.
-fn unit_of_limits(item: &Item<'_>) -> Unit {
+fn unit_of_limits(item: &Item<'_>) -> Result<Unit, Reported> {
     let keys = ["min", "max", "near", "within"];
     let first = keys.iter().find_map(|key| item.peek(key));
-    first.map_or(Unit::One, |first| first.spelled_unit())
+    first.map_or(Ok(Unit::One), |first| first.any_unit())
 }
 
 /// An element of a signal: its index, or `x`, `y`, `z` for the first three.
