@@ -16,7 +16,7 @@ use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::interrupt;
 use crate::progress::Progress;
-use crate::report::{Line, Report, Status};
+use crate::report::{Line, Report, Status, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::watch::Watch;
 
@@ -42,8 +42,18 @@ pub struct Execution {
 /// # Errors
 /// [`TwinError`] if the run cannot begin. A run that begins and does not end is a report, too.
 pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+    execute_until(assembly, execution, assembly.end())
+}
+
+/// The same, not beyond `end`.
+pub(crate) fn execute_until(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+) -> Result<Report, TwinError> {
+    let end = end.min(assembly.end());
     let reference = if assembly.scenario().needs_reference() {
-        Some(reference(assembly, execution)?)
+        Some(reference(assembly, execution, end)?)
     } else {
         None
     };
@@ -54,20 +64,16 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
     };
     let mut watch = Watch::new(judge(assembly, &rig), recorder);
     let title = &assembly.scenario().name;
-    let mut progress = Progress::new(title, assembly.end().as_secs_f64(), execution.progress);
+    let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(
         clippy::disallowed_methods,
         reason = "the report says how long it took"
     )]
     let started = Instant::now();
-    let mut error = run(assembly, &mut rig, &mut watch, &mut progress).err();
+    let mut error = run(assembly, &mut rig, &mut watch, &mut progress, end).err();
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
-    let reached = if error.is_none() {
-        assembly.end()
-    } else {
-        rig.now()
-    };
+    let reached = if error.is_none() { end } else { rig.now() };
     let mut report = judged(
         assembly,
         &rig,
@@ -82,6 +88,7 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
         } else {
             report.verdict
         },
+        interrupted: error.is_some() && interrupt::asked(),
         error: error.as_ref(),
         expectations: &report.expectations,
     };
@@ -104,6 +111,8 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
 #[derive(Serialize)]
 struct Closing<'a> {
     verdict: Status,
+    /// Whether somebody did not want to wait for the end: the run would have gone on.
+    interrupted: bool,
     error: Option<&'a String>,
     expectations: &'a [Line],
 }
@@ -114,8 +123,8 @@ fn run<W: Write>(
     rig: &mut Rig,
     watch: &mut Watch<W>,
     progress: &mut Progress,
+    end: SimTime,
 ) -> Result<(), String> {
-    let end = assembly.end();
     let mut now = SimTime::ZERO;
     while now < end {
         now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
@@ -134,14 +143,18 @@ fn run<W: Write>(
 }
 
 /// The footsteps of the run without changes.
-fn reference(assembly: &Assembly<'_>, execution: &Execution) -> Result<Vec<Footstep>, TwinError> {
+fn reference(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+) -> Result<Vec<Footstep>, TwinError> {
     let assembly = assembly.without_changes();
     let mut rig = assembly.rig()?;
     let mut watch: Watch<Vec<u8>> = Watch::new(judge(&assembly, &rig), None);
     let title = format!("{}, without changes", assembly.scenario().name);
-    let mut progress = Progress::new(&title, assembly.end().as_secs_f64(), execution.progress);
+    let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
     // What the reference does not reach cannot be compared with, and fails as unobserved.
-    let _ = run(&assembly, &mut rig, &mut watch, &mut progress);
+    let _ = run(&assembly, &mut rig, &mut watch, &mut progress, end);
     let _ = watch.judge(&RunEnd {
         at: rig.now(),
         energy: None,
@@ -172,7 +185,7 @@ fn judged<W: Write>(
 ) -> Report {
     let scenario = assembly.scenario();
     let (energy, work) = (rig.plant().energy(), rig.plant().work());
-    let simulated_s = reached.as_secs_f64();
+    let simulated_s = seconds(reached.as_nanos());
     let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
     let outcomes = watch.judge(&RunEnd {
         at: reached,

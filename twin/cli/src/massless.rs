@@ -1,5 +1,7 @@
 //! The mass-less plant, out of a scenario's words.
 
+use std::ops::RangeInclusive;
+
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_leg::LegCommand;
@@ -7,7 +9,7 @@ use twinrig_massless::{Base, Drives, Force, Massless, Options};
 use twinrig_robot::Servo;
 use twinrig_scenario::{
     Accepts, ActuatorKind, Base as SceneBase, Ground as SceneGround, Heights, OptionSpec,
-    OptionValue, Profile, ServoOverride,
+    Options as SceneOptions, Profile, ServoOverride,
 };
 
 use crate::registry::{BuildError, Physics, PlantKind};
@@ -15,8 +17,10 @@ use crate::standard::choice;
 
 /// The plant's own step where a scenario gives none.
 const STEP: SimDuration = SimDuration::from_millis(1);
-/// Cells of the force table where a scenario does not say.
+/// Cells of the force table where a scenario does not say, and how many it may: fewer are too coarse to walk with, more take
+/// gigabytes.
 const CELLS: u64 = 64;
+const ACCEPTED_CELLS: RangeInclusive<u64> = 16..=512;
 const SOLVE: &str = "solve";
 const LOOKUP: &str = "lookup";
 
@@ -34,10 +38,12 @@ pub(crate) fn kind() -> PlantKind {
     ))
     .with_option(OptionSpec {
         name: "cells".to_owned(),
-        about: "cells of that table along each axis".to_owned(),
-        accepts: Accepts::Natural,
-        default: Some(OptionValue::Natural(CELLS)),
+        about: format!("cells of that table along each axis ({CELLS})"),
+        accepts: Accepts::Natural(ACCEPTED_CELLS),
+        // None, so that a number that is given beside another `force` shows.
+        default: None,
     })
+    .with_step(STEP)
 }
 
 /// Builds the mass-less plant: for a plant of one's own that stands around it.
@@ -57,12 +63,7 @@ pub fn massless(physics: &Physics<'_>) -> Result<Massless, BuildError> {
         ground: ground.map(|ground| terrain(ground, physics)).transpose()?,
         step: plant.step.unwrap_or(STEP),
         drives: drives(physics),
-        force: match plant.options.text("force") {
-            Some(LOOKUP) => Force::Lookup {
-                cells: usize::try_from(plant.options.natural("cells").unwrap_or(CELLS))?,
-            },
-            _ => Force::Solve,
-        },
+        force: force(&plant.options)?,
         start: physics
             .legs
             .iter()
@@ -70,6 +71,20 @@ pub fn massless(physics: &Physics<'_>) -> Result<Massless, BuildError> {
             .collect(),
     };
     Ok(Massless::new(physics.robot, &options, physics.wanted)?)
+}
+
+fn force(options: &SceneOptions) -> Result<Force, BuildError> {
+    let cells = options.natural("cells");
+    match (options.text("force"), cells) {
+        (Some(LOOKUP), cells) => Ok(Force::Lookup {
+            cells: usize::try_from(cells.unwrap_or(CELLS))?,
+        }),
+        (_, None) => Ok(Force::Solve),
+        (_, Some(cells)) => Err(format!(
+            "`cells = {cells}` is for the table of `force = \"{LOOKUP}\"`, and `force` is not that"
+        )
+        .into()),
+    }
 }
 
 /// Where the drives of a leg are at the start: where the controller first wants them.

@@ -64,6 +64,7 @@ pub struct PlantKind {
     name: String,
     about: String,
     options: Vec<OptionSpec>,
+    step: Option<SimDuration>,
     build: BuildPlant,
 }
 
@@ -119,6 +120,7 @@ impl PlantKind {
             name: name.into(),
             about: about.into(),
             options: Vec::new(),
+            step: None,
             build: Box::new(move |physics| Ok(Box::new(build(physics)?))),
         }
     }
@@ -127,6 +129,13 @@ impl PlantKind {
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
+        self
+    }
+
+    /// Steps by `step` where a scenario gives none: for `twin plan` to show.
+    #[must_use]
+    pub fn with_step(mut self, step: SimDuration) -> Self {
+        self.step = Some(step);
         self
     }
 }
@@ -192,6 +201,12 @@ impl Registry {
         let name = &physics.plant.model;
         let kind = self.plants.iter().find(|kind| kind.name == *name)?;
         Some((kind.build)(physics))
+    }
+
+    /// The step of a plant: the scenario's, or else that of its kind, if it has one.
+    pub(crate) fn plant_step(&self, plant: &PlantSpec) -> Option<SimDuration> {
+        let kind = self.plants.iter().find(|kind| kind.name == plant.model)?;
+        plant.step.or(kind.step)
     }
 
     /// What scenarios for `robot` may say. Ranges and defaults of process variables depend on the robot; without one, the

@@ -1,7 +1,6 @@
 //! What became of a scenario: what `--json` prints, what the table and the `JUnit` file are made from.
 
 use serde::{Serialize, Serializer};
-use twinrig_kernel::SimTime;
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
 
@@ -103,6 +102,11 @@ impl From<EnergyBooks> for Energy {
     }
 }
 
+/// Seconds, the nearest number to those of `nanos`, which prints as briefly as it can: 0.498 and not 0.49800000000000005.
+pub(crate) fn seconds(nanos: u64) -> f64 {
+    nanos as f64 / 1e9
+}
+
 #[derive(Serialize)]
 struct WrittenLine<'a> {
     name: &'a str,
@@ -126,7 +130,7 @@ impl Serialize for Line {
             bound: outcome.bound,
             unit: outcome.unit.symbol(),
             margin: outcome.margin,
-            first_violation_s: outcome.first_violation.map(SimTime::as_secs_f64),
+            first_violation_s: outcome.first_violation.map(|at| seconds(at.as_nanos())),
             optional: outcome.optional,
             detail: &outcome.detail,
         }

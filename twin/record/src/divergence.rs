@@ -52,10 +52,16 @@ struct Pair<'a> {
 /// A signal that only one of them has is listed, it is not a difference. A sample that only one of
 /// them has is one: that run went on longer, or observed at other times.
 pub fn first_divergence(a: &Recording, b: &Recording) -> Comparison {
+    divergence_within(a, b, [false; 2])
+}
+
+/// The same for recordings of which some were cut off, as `cut_off` says of `a` and of `b`: that a group of a recording
+/// that was cut off ends before that of the other is no difference.
+pub fn divergence_within(a: &Recording, b: &Recording, cut_off: [bool; 2]) -> Comparison {
     let mut comparison = Comparison::default();
     for group in a.groups() {
         match b.group(&group.name) {
-            Some(other) => compare_group(a, group, b, other, &mut comparison),
+            Some(other) => compare_group((a, group), (b, other), cut_off, &mut comparison),
             None => comparison.only_in_a.extend(names(group)),
         }
     }
@@ -77,10 +83,9 @@ fn names(group: &SampledGroup) -> impl Iterator<Item = String> {
 }
 
 fn compare_group(
-    a: &Recording,
-    in_a: &SampledGroup,
-    b: &Recording,
-    in_b: &SampledGroup,
+    (a, in_a): (&Recording, &SampledGroup),
+    (b, in_b): (&Recording, &SampledGroup),
+    [a_cut_off, b_cut_off]: [bool; 2],
     into: &mut Comparison,
 ) {
     let pairs = pair_up(in_a, in_b, into);
@@ -91,6 +96,8 @@ fn compare_group(
     let divergence = loop {
         let order = match (left.peek(), right.peek()) {
             (None, None) => return,
+            (None, Some(_)) if a_cut_off => return,
+            (Some(_), None) if b_cut_off => return,
             (Some(_), None) => Ordering::Less,
             (None, Some(_)) => Ordering::Greater,
             (Some(x), Some(y)) => x.time.cmp(&y.time),

@@ -58,7 +58,7 @@ mod recording;
 mod schema;
 mod topic;
 
-pub use divergence::{Comparison, Divergence, first_divergence};
+pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
 pub use frames::{Skeleton, SkeletonLeg};

@@ -147,6 +147,14 @@ impl Recording {
         })
     }
 
+    /// The time of the last sample that it holds, of whatever group; none if it holds none.
+    pub fn last_sample(&self) -> Option<SimTime> {
+        let groups = self.index.groups.iter();
+        groups
+            .filter_map(|group| group.samples.last().map(|&(time, _)| time))
+            .max()
+    }
+
     /// All samples of the first signal called `name`, looking through the groups in order.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! What a build offers: the kinds of plants, controllers and buses, and the keys that each of them accepts.
 
+use std::ops::RangeInclusive;
+
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 
@@ -80,8 +82,8 @@ pub enum Accepts {
     },
     /// A duration, in whole nanoseconds.
     Duration,
-    /// A whole number from 0.
-    Natural,
+    /// A whole number within a range.
+    Natural(RangeInclusive<u64>),
     /// True or false.
     Boolean,
     /// Any text.

@@ -1,5 +1,7 @@
 //! The values of keys that a kind of part declares.
 
+use std::ops::RangeInclusive;
+
 use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::SimDuration;
 
@@ -101,7 +103,7 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
     Ok(match accepts {
         Accepts::Quantity { unit, range } => OptionValue::Number(item.quantity(*unit, range)?),
         Accepts::Duration => OptionValue::Duration(item.duration()?),
-        Accepts::Natural => OptionValue::Natural(item.natural()?),
+        Accepts::Natural(range) => OptionValue::Natural(natural(item, range)?),
         Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
         Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
         Accepts::Choice(words) => {
@@ -109,4 +111,18 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
             OptionValue::Text(item.choice(&choices)?.clone())
         }
     })
+}
+
+fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {
+    let value = item.natural()?;
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let message = format!("`{}` is {value}, which is out of range", item.key());
+    let help = format!(
+        "it must be at least {}, at most {}",
+        range.start(),
+        range.end()
+    );
+    Err(item.report(message, help))
 }

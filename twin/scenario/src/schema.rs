@@ -132,7 +132,9 @@ fn accepted(option: &OptionSpec) -> Value {
     match &option.accepts {
         Accepts::Quantity { unit, .. } => quantity(*unit),
         Accepts::Duration => duration(),
-        Accepts::Natural => natural(),
+        Accepts::Natural(range) => {
+            json!({ "type": "integer", "minimum": range.start(), "maximum": range.end() })
+        }
         Accepts::Boolean => json!({ "type": "boolean" }),
         Accepts::Text => json!({ "type": "string" }),
         Accepts::Choice(words) => json!({ "enum": words }),

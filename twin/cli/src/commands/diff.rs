@@ -2,17 +2,20 @@
 
 use std::path::Path;
 
-use serde::Serialize;
-use twinrig_record::{Comparison, Divergence, Recording, first_divergence};
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::SimTime;
+use twinrig_record::{Comparison, Divergence, Recording, Topic, divergence_within};
 
 use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::DiffArgs;
 use crate::error::TwinError;
+use crate::report::seconds;
 
 /// Where two recordings part, as it is printed.
 #[derive(Serialize)]
 pub(super) struct Difference {
-    identical: bool,
+    /// Nothing differs that both hold.
+    pub(super) identical: bool,
     signals: usize,
     equal_samples: u64,
     first: Option<First>,
@@ -20,6 +23,9 @@ pub(super) struct Difference {
     only_in_b: Vec<String>,
     fingerprint_a: Option<String>,
     fingerprint_b: Option<String>,
+    /// Where a recording ends whose run was cut off or interrupted.
+    cut_off_a_s: Option<f64>,
+    cut_off_b_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -47,7 +53,7 @@ pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
             if difference.identical { FINE } else { NOT_SO }
         }
         Err(error) => {
-            terminal.complain(&error);
+            terminal.fail(&error, args.json);
             WRONG
         }
     }
@@ -60,15 +66,40 @@ pub(super) fn open(path: &Path) -> Result<Recording, TwinError> {
     })
 }
 
+/// Where a recording ends whose run did not come to its end, because it was killed or interrupted: the run would have gone
+/// on. A run that failed did end.
+pub(super) fn cut_off(recording: &Recording) -> Option<SimTime> {
+    #[derive(Deserialize)]
+    struct Closing {
+        #[serde(default)]
+        interrupted: bool,
+    }
+    let Some(reached) = recording.reached() else {
+        return Some(recording.last_sample().unwrap_or(SimTime::ZERO));
+    };
+    let verdicts = recording.messages::<Closing>(Topic::Verdict);
+    let interrupted = verdicts.is_ok_and(|all| all.iter().any(|(_, last)| last.interrupted));
+    interrupted.then_some(reached)
+}
+
 impl Difference {
     pub(super) fn of(a: &Recording, b: &Recording) -> Self {
+        Self::within(a, b, [cut_off(a), cut_off(b)])
+    }
+
+    /// The difference of recordings, of which those were cut off where a time is given.
+    pub(super) fn within(
+        a: &Recording,
+        b: &Recording,
+        [cut_off_a, cut_off_b]: [Option<SimTime>; 2],
+    ) -> Self {
         let Comparison {
             first,
             signals,
             equal_samples,
             only_in_a,
             only_in_b,
-        } = first_divergence(a, b);
+        } = divergence_within(a, b, [cut_off_a.is_some(), cut_off_b.is_some()]);
         let first = first.map(
             |Divergence {
                  time,
@@ -78,7 +109,7 @@ impl Difference {
                  a,
                  b,
              }| First {
-                time_s: time.as_secs_f64(),
+                time_s: seconds(time.as_nanos()),
                 time_ns: time.as_nanos(),
                 group,
                 signal,
@@ -88,7 +119,11 @@ impl Difference {
             },
         );
         Self {
-            identical: first.is_none() && only_in_a.is_empty() && only_in_b.is_empty(),
+            // Of a recording that was cut off before it held anything, nothing is known to be the same.
+            identical: first.is_none()
+                && only_in_a.is_empty()
+                && only_in_b.is_empty()
+                && (equal_samples > 0 || (cut_off_a.is_none() && cut_off_b.is_none())),
             signals,
             equal_samples,
             first,
@@ -96,6 +131,8 @@ impl Difference {
             only_in_b,
             fingerprint_a: a.fingerprint().map(str::to_owned),
             fingerprint_b: b.fingerprint().map(str::to_owned),
+            cut_off_a_s: cut_off_a.map(|at| seconds(at.as_nanos())),
+            cut_off_b_s: cut_off_b.map(|at| seconds(at.as_nanos())),
         }
     }
 
@@ -104,11 +141,21 @@ impl Difference {
         let mut lines = Vec::new();
         match &self.first {
             None => {
-                let word = paint.green("equal");
-                lines.push(format!(
-                    "{word}: {} common signals, {} samples, bit for bit",
+                let ends: Vec<String> = [("a", self.cut_off_a_s), ("b", self.cut_off_b_s)]
+                    .into_iter()
+                    .filter_map(|(name, at)| Some(format!("{name} was cut off at {} s", at?)))
+                    .collect();
+                let word = match (self.equal_samples, ends.is_empty()) {
+                    (0, false) => paint.yellow("nothing to compare"),
+                    (_, false) => paint.green("same as far as it goes"),
+                    (_, true) => paint.green("equal"),
+                };
+                let mut parts = ends;
+                parts.push(format!(
+                    "{} common signals, {} samples, bit for bit",
                     self.signals, self.equal_samples
                 ));
+                lines.push(format!("{word}: {}", parts.join("; ")));
             }
             Some(first) => {
                 let signal = paint.bold(&format!("{}[{}]", first.signal, first.component));

@@ -93,7 +93,9 @@ fn accepts(option: &OptionSpec) -> String {
     match &option.accepts {
         Accepts::Quantity { unit, .. } => format!("a quantity in {unit}"),
         Accepts::Duration => "a duration".to_owned(),
-        Accepts::Natural => "a whole number".to_owned(),
+        Accepts::Natural(range) => {
+            format!("a whole number from {} to {}", range.start(), range.end())
+        }
         Accepts::Boolean => "true or false".to_owned(),
         Accepts::Text => "a text".to_owned(),
         Accepts::Choice(words) => words.join(" | "),

@@ -48,6 +48,20 @@ impl Terminal<'_> {
         self.print(&text);
     }
 
+    /// Says why there is no answer: where the answer would be, for a program, and otherwise to the person.
+    fn fail(&mut self, error: &TwinError, json: bool) {
+        #[derive(Serialize)]
+        struct Failure {
+            error: String,
+        }
+        if json {
+            let error = error.to_string();
+            self.print_json(&Failure { error });
+        } else {
+            self.complain(error);
+        }
+    }
+
     fn complain(&mut self, error: &TwinError) {
         let _ = writeln!(self.err, "{error}");
     }

@@ -12,6 +12,7 @@ use crate::error::TwinError;
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
 use crate::registry::Registry;
+use crate::report::seconds;
 
 #[derive(Serialize)]
 struct Plan {
@@ -36,6 +37,7 @@ struct Timetable {
     control_period_s: f64,
     observe_period_s: f64,
     frames_hz: Option<f64>,
+    plant_step_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -68,7 +70,7 @@ pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal
             FINE
         }
         Err(error) => {
-            terminal.complain(&error);
+            terminal.fail(&error, args.json);
             WRONG
         }
     }
@@ -88,16 +90,19 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
     Ok(Plan {
         scenario: scenario.name.clone(),
         seed: scenario.seed,
-        duration_s: scenario.duration.as_secs_f64(),
+        duration_s: seconds(scenario.duration.as_nanos()),
         plant: scenario.plant.model.clone(),
         controller: scenario.controller.as_ref().map(|spec| spec.kind.clone()),
         robot: assembly.robot().name.clone(),
         legs: scene.legs.iter().map(|leg| leg.name.clone()).collect(),
         schedule: Timetable {
-            io_step_s: scenario.io.step.as_secs_f64(),
-            control_period_s: assembly.period().as_secs_f64(),
-            observe_period_s: scenario.observe.period.as_secs_f64(),
+            io_step_s: seconds(scenario.io.step.as_nanos()),
+            control_period_s: seconds(assembly.period().as_nanos()),
+            observe_period_s: seconds(scenario.observe.period.as_nanos()),
             frames_hz: scenario.record.frames,
+            plant_step_s: registry
+                .plant_step(&scenario.plant)
+                .map(|step| seconds(step.as_nanos())),
         },
         wires: wires(&rig),
         signals: signals.collect(),
@@ -136,7 +141,8 @@ fn wires(rig: &Rig) -> Vec<Wire> {
 }
 
 fn text(plan: &Plan, paint: Paint) -> String {
-    let ms = |seconds: f64| format!("{} ms", 1e3 * seconds);
+    // To the nanosecond, which no schedule is finer than.
+    let ms = |seconds: f64| format!("{} ms", (1e9 * seconds).round() / 1e6);
     let times = &plan.schedule;
     let mut facts = Grid::new(&[Side::Left, Side::Left]);
     let mut fact =
@@ -148,8 +154,11 @@ fn text(plan: &Plan, paint: Paint) -> String {
     fact(
         "plant",
         format!(
-            "{}, observed every {}",
+            "{}{}, observed every {}",
             plan.plant,
+            times
+                .plant_step_s
+                .map_or_else(String::new, |step| format!(", step {}", ms(step))),
             ms(times.observe_period_s)
         ),
     );

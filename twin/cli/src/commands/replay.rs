@@ -6,15 +6,15 @@ use serde::Serialize;
 use twinrig_record::Recording;
 use twinrig_scenario::Setting;
 
-use super::diff::{Difference, open};
+use super::diff::{Difference, cut_off, open};
 use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
 use crate::error::TwinError;
-use crate::execute::{Execution, SETTINGS_NOTE, execute};
+use crate::execute::{Execution, SETTINGS_NOTE, execute_until};
 use crate::interrupt;
 use crate::registry::Registry;
-use crate::report::Report;
+use crate::report::{Report, Status, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 
 #[derive(Serialize)]
@@ -24,7 +24,10 @@ struct Replayed {
     identical: bool,
     fingerprint_recorded: Option<String>,
     fingerprint: Option<String>,
-    verdict: crate::report::Status,
+    /// None if the recording was cut off: expectations are of whole runs.
+    verdict: Option<Status>,
+    /// Where the recording was cut off, and where it is no longer compared.
+    cut_off_s: Option<f64>,
     error: Option<String>,
     difference: Difference,
 }
@@ -45,7 +48,7 @@ pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Term
             code
         }
         Err(error) => {
-            terminal.complain(&error);
+            terminal.fail(&error, args.json);
             WRONG
         }
     }
@@ -60,18 +63,28 @@ fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repla
         recording: Some(beside.0.clone()),
         progress,
     };
-    let report: Report = execute(&assembly, &execution)?;
+    let cut_off = cut_off(&recorded);
+    let end = cut_off.unwrap_or_else(|| assembly.end());
+    let report: Report = execute_until(&assembly, &execution, end)?;
     let new = open(&beside.0)?;
     drop(beside);
-    let difference = Difference::of(&recorded, &new);
+    let difference = match cut_off {
+        // The new run was made to end there, too, perhaps between two samples of one instant.
+        Some(_) => Difference::within(&recorded, &new, [cut_off; 2]),
+        None => Difference::of(&recorded, &new),
+    };
     let same_end = recorded.fingerprint() == new.fingerprint();
     Ok(Replayed {
         recording: path.display().to_string(),
         scenario: report.scenario,
-        identical: recorded.fingerprint().is_some() && same_end,
+        identical: match cut_off {
+            Some(_) => difference.identical,
+            None => same_end,
+        },
         fingerprint_recorded: recorded.fingerprint().map(str::to_owned),
         fingerprint: report.fingerprint,
-        verdict: report.verdict,
+        verdict: cut_off.is_none().then_some(report.verdict),
+        cut_off_s: cut_off.map(|at| seconds(at.as_nanos())),
         error: report.error,
         difference,
     })
@@ -125,16 +138,21 @@ fn assembly<'r>(
 fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {
     let paint = terminal.paint;
     let mut lines = vec![paint.bold(&replayed.scenario)];
+    if let (true, Some(at)) = (replayed.identical, replayed.cut_off_s) {
+        let word = paint.green("same as far as it goes");
+        lines.push(format!("  {word}: the recording was cut off at {at} s"));
+        return lines.join("\n");
+    }
     if replayed.identical {
         let word = paint.green("identical");
         let fingerprint = replayed.fingerprint.as_deref().unwrap_or_default();
         lines.push(format!("  {word}: fingerprint {fingerprint}"));
         return lines.join("\n");
     }
-    if replayed.fingerprint_recorded.is_none() {
+    if let Some(at) = replayed.cut_off_s {
         let word = paint.yellow("cut off");
         lines.push(format!(
-            "  {word}: the recording has no fingerprint; as far as it goes:"
+            "  {word}: the recording was cut off at {at} s; as far as it goes:"
         ));
     } else {
         lines.push(format!("  {}", paint.red("not the same run")));

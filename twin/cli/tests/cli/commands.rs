@@ -274,9 +274,28 @@ fn a_recording_that_was_cut_off_is_compared_as_far_as_it_goes() {
     let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
     let bytes = std::fs::read(&recording).unwrap();
     std::fs::write(&recording, &bytes[..bytes.len() / 2]).unwrap();
+    let told = "same as far as it goes: ";
     let done = twin(&["replay", &recording]);
-    assert_eq!(done.code, 1, "{done:?}");
-    assert!(done.out.contains("cut off"), "{}", done.out);
+    assert_eq!(done.code, 0, "{done:?}");
+    assert!(
+        done.out
+            .contains(&format!("{told}the recording was cut off at ")),
+        "{}",
+        done.out
+    );
+    let whole = folder.join("whole.mcap");
+    std::fs::write(&whole, &bytes).unwrap();
+    for (pair, name) in [([&recording, &whole], 'a'), ([&whole, &recording], 'b')] {
+        let done = twin(&["diff", pair[0], pair[1]]);
+        assert_eq!(done.code, 0, "{done:?}");
+        let told = format!("{told}{name} was cut off at ");
+        assert!(done.out.contains(&told), "{}", done.out);
+    }
+    // Another run is another run, however little is left of it.
+    let other = ["run", &scenario, "--json", "--plant", "snapping", "--out"];
+    let done = twin(&[&other[..], &[&folder.join("other")]].concat());
+    let other = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
+    assert_eq!(twin(&["diff", &recording, &other]).code, 1);
     std::fs::write(&recording, b"no recording").unwrap();
     assert_eq!(twin(&["replay", &recording]).code, 2);
     assert_eq!(twin(&["diff", &recording, &recording]).code, 2);
@@ -305,6 +324,39 @@ fn diff_finds_the_first_difference() {
     assert_eq!(done.code, 1);
     assert_eq!(difference["first"], json!(null));
     assert_eq!(difference["only_in_a"], json!(["plant: body/rpy"]));
+}
+
+#[test]
+fn an_error_is_an_object_for_a_program() {
+    let folder = Folder::new("errors");
+    let wrong = folder.file("wrong.toml", &SOUND.replace("duration", "duratoin"));
+    let lost = folder.join("lost.mcap");
+    for words in [
+        &["diff", &lost, &lost][..],
+        &["replay", &lost],
+        &["plan", &wrong],
+        &["check", &wrong],
+        &["run", &wrong],
+    ] {
+        let done = twin(&[words, &["--json"]].concat());
+        assert_eq!((done.code, done.err.as_str()), (2, ""), "{words:?}");
+        let objects = json(&done.out);
+        assert_eq!(objects.len(), 1, "{}", done.out);
+        let error = objects[0]["error"].as_str().unwrap();
+        assert!(error.starts_with("error: "), "{error}");
+    }
+}
+
+#[test]
+fn times_are_printed_as_they_were_given() {
+    let folder = Folder::new("times");
+    let scenario = folder.file("bob.toml", &SOUND.replace("1 s", "1148 ms"));
+    let done = twin(&["run", &scenario, "--json", "--no-record"]);
+    assert!(done.out.contains("\"simulated_s\":1.148,"), "{}", done.out);
+    let shown = twin(&["run", &scenario, "--no-record"]).out;
+    assert!(shown.contains(" 1.148 s simulated"), "{shown}");
+    let plan = twin(&["plan", &scenario]).out;
+    assert!(plan.contains(" 1.148 s, seed 7"), "{plan}");
 }
 
 #[test]
@@ -369,4 +421,57 @@ fn list_names_what_there_is() {
         text.contains("frequency") && text.contains("cheetah-cub"),
         "{text}"
     );
+}
+
+/// The mass-less plant hangs in the air: `plant` has more of its keys.
+fn hanging(plant: &str) -> String {
+    format!(
+        r#"
+robot = "cheetah-cub"
+duration = "10 ms"
+plant = {{ model = "massless", base = "fixed", {plant} }}
+controller = {{ kind = "stand", period = "2 ms" }}
+"#
+    )
+}
+
+#[test]
+fn cells_go_with_the_table_they_are_of() {
+    let folder = Folder::new("cells");
+    let check = |name: &str, plant: &str| {
+        let file = folder.file(name, &hanging(plant));
+        twin(&["check", &file])
+    };
+    assert_eq!(
+        check("table.toml", "force = \"lookup\", cells = 16").code,
+        0
+    );
+    let stray = check("stray.toml", "cells = 64");
+    assert_eq!(stray.code, 2);
+    assert!(stray.err.contains("force = \"lookup\""), "{}", stray.err);
+    for cells in ["0", "15", "513", "18446744073709551615"] {
+        let plant = format!("force = \"lookup\", cells = {cells}");
+        let refused = check("range.toml", &plant);
+        assert_eq!(refused.code, 2);
+        assert!(
+            refused.err.contains("at least 16, at most 512"),
+            "{}",
+            refused.err
+        );
+    }
+}
+
+#[test]
+fn plan_shows_the_step_of_the_plant_given_or_not() {
+    let folder = Folder::new("step");
+    for (plant, step_s, text) in [
+        ("", 0.001, "step 1 ms"),
+        ("step = \"0.3 ms\"", 0.0003, "step 0.3 ms"),
+    ] {
+        let file = folder.file("hanging.toml", &hanging(plant));
+        let plan = json(&twin(&["plan", &file, "--json"]).out).remove(0);
+        assert_eq!(plan["schedule"]["plant_step_s"], step_s);
+        let shown = twin(&["plan", &file]).out;
+        assert!(shown.contains(text), "{shown}");
+    }
 }

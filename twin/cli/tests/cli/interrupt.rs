@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use twinrig_record::Recording;
 
-use crate::common::{Folder, json};
+use crate::common::{Folder, json, twin};
 
 /// Longer than anybody waits.
 const ENDLESS: &str = r#"
@@ -35,11 +35,11 @@ fn ends_well(signal: &str) {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    let recording = folder.join("out/endless-seed1.mcap");
+    let path = folder.join("out/endless-seed1.mcap");
     #[expect(clippy::disallowed_methods, reason = "the test does not wait for ever")]
     let started = Instant::now();
     // Past the first flush the run is under way and its handler listens.
-    while std::fs::metadata(&recording).map_or(0, |file| file.len()) < 100_000 {
+    while std::fs::metadata(&path).map_or(0, |file| file.len()) < 100_000 {
         assert!(
             started.elapsed() < Duration::from_secs(60),
             "nothing is recorded"
@@ -59,7 +59,12 @@ fn ends_well(signal: &str) {
         "{report}"
     );
     assert_eq!(report["expectations"][0]["verdict"], "unobserved");
-    let recording = Recording::open(recording.as_ref()).unwrap();
+    let recording = Recording::open(path.as_ref()).unwrap();
     assert!(recording.is_complete());
     assert_eq!(recording.fingerprint(), report["fingerprint"].as_str());
+    let replayed = twin(&["replay", &path, "--json"]);
+    assert_eq!(replayed.code, 0, "{replayed:?}");
+    let replayed = &json(&replayed.out)[0];
+    assert_eq!(replayed["fingerprint"], report["fingerprint"]);
+    assert_eq!(replayed["cut_off_s"], report["simulated_s"]);
 }

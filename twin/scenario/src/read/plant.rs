@@ -1,7 +1,7 @@
 //! Reading `[plant]` and `[actuator]`.
 
 use twinrig_document::{Item, Range, Reported, Table};
-use twinrig_kernel::Unit;
+use twinrig_kernel::{SimDuration, Unit};
 
 use super::kind;
 use crate::catalogue::Catalogue;
@@ -24,7 +24,7 @@ pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec,
     });
     let legs = table.optional("legs", |item| item.each(placed_text));
     let ground = table.optional("ground", ground);
-    let step = table.optional("step", Item::positive_duration);
+    let step = table.optional("step", step);
     let model = model.inspect_err(|_| table.give_up())?;
     let options = Options::read(&table, &model.options);
     Ok(PlantSpec {
@@ -35,6 +35,19 @@ pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec,
         step: step?,
         options: options?,
     })
+}
+
+/// The greatest step of a plant: a body falls half a millimetre in it.
+const GREATEST_STEP: SimDuration = SimDuration::from_millis(10);
+
+fn step(item: &Item<'_>) -> Result<SimDuration, Reported> {
+    let step = item.positive_duration()?;
+    if step > GREATEST_STEP {
+        let message = format!("`step` is {step}, which is out of range");
+        let help = format!("it must be longer than 0 s, at most {GREATEST_STEP}");
+        return Err(item.report(message, help));
+    }
+    Ok(step)
 }
 
 fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
@@ -168,7 +181,7 @@ impl ServoOverride {
 fn servo(table: &Table<'_>) -> Result<ServoOverride, Reported> {
     let figure =
         |key: &str, unit, range: Range| table.optional(key, |item| item.quantity(unit, &range));
-    let lag = figure("lag", Unit::Second, Range::NOT_NEGATIVE);
+    let lag = figure("lag", Unit::Second, Range::POSITIVE);
     let speed = figure("speed", Unit::RadianPerSecond, Range::POSITIVE);
     let torque = figure("torque", Unit::NewtonMeter, Range::POSITIVE);
     let dead_band = figure("dead_band", Unit::Radian, Range::NOT_NEGATIVE);

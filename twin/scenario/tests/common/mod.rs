@@ -36,6 +36,7 @@ pub fn catalogue() -> Catalogue {
             },
             None,
         ),
+        option("cells", Accepts::Natural(16..=512), None),
     ];
     let mut mujoco = Kind::new("mujoco", "somebody else's physics");
     mujoco.missing_feature = Some("mujoco".into());
