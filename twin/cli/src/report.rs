@@ -116,6 +116,7 @@ struct WrittenLine<'a> {
     unit: &'a str,
     margin: Option<f64>,
     first_violation_s: Option<f64>,
+    other_bound: Option<f64>,
     optional: bool,
     detail: &'a str,
 }
@@ -131,6 +132,7 @@ impl Serialize for Line {
             unit: outcome.unit.symbol(),
             margin: outcome.margin,
             first_violation_s: outcome.first_violation.map(|at| seconds(at.as_nanos())),
+            other_bound: outcome.other_bound,
             optional: outcome.optional,
             detail: &outcome.detail,
         }

@@ -188,17 +188,29 @@ fn sign(outcome: &Outcome) -> &'static str {
 }
 
 fn remark(outcome: &Outcome) -> String {
-    let mut parts = Vec::new();
-    if outcome.verdict == Verdict::Unobserved {
-        parts.push("unobserved".to_owned());
+    let mut detail = outcome.detail.clone();
+    if let (Some(bound), Some(other)) = (outcome.bound, outcome.other_bound) {
+        let shown = Shown::of(outcome);
+        let (least, greatest) = (
+            shown.number(bound.min(other)),
+            shown.number(bound.max(other)),
+        );
+        let range = format!("wanted: {least} … {greatest}");
+        detail = match detail.as_str() {
+            "" => range,
+            detail => format!("{range}, {detail}"),
+        };
     }
-    if let Some(at) = outcome.first_violation {
-        parts.push(format!("first at {:.3} s", at.as_secs_f64()));
+    let head = match (outcome.verdict, outcome.first_violation) {
+        (Verdict::Unobserved, _) => "unobserved: ".to_owned(),
+        (_, Some(at)) => format!("first at {:.3} s, ", at.as_secs_f64()),
+        _ => return detail,
+    };
+    if detail.is_empty() {
+        head.trim_end_matches([':', ',', ' ']).to_owned()
+    } else {
+        head + &detail
     }
-    if !outcome.detail.is_empty() {
-        parts.push(outcome.detail.clone());
-    }
-    parts.join(": ")
 }
 
 /// An outcome in one line, for places that have no columns.
@@ -208,11 +220,11 @@ pub fn sentence(outcome: &Outcome) -> String {
     if let (Some(measured), Some(bound)) = (outcome.measured, outcome.bound) {
         let (measured, bound) = (shown.number(measured), shown.number(bound));
         let sign = sign(outcome);
-        parts.push(
-            format!("{measured} is not {sign} {bound} {}", shown.symbol)
-                .trim_end()
-                .to_owned(),
-        );
+        let unit = match shown.symbol {
+            "" => String::new(),
+            symbol => format!(" {symbol}"),
+        };
+        parts.push(format!("{measured}{unit} is not {sign} {bound}{unit}"));
     }
     let remark = remark(outcome);
     if !remark.is_empty() {
@@ -230,7 +242,12 @@ struct Shown {
 
 impl Shown {
     fn of(outcome: &Outcome) -> Self {
-        let numbers = [outcome.measured, outcome.bound, outcome.margin];
+        let numbers = [
+            outcome.measured,
+            outcome.bound,
+            outcome.other_bound,
+            outcome.margin,
+        ];
         let numbers = numbers.into_iter().flatten();
         let greatest = numbers.clone().map(f64::abs).fold(0.0, f64::max);
         let (factor, symbol) = scale(outcome.unit, greatest);

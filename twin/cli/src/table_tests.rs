@@ -14,6 +14,7 @@ fn outcome(measured: f64, bound: f64, margin: f64, unit: Unit) -> Outcome {
         optional: false,
         measured: Some(measured),
         bound: Some(bound),
+        other_bound: None,
         unit,
         margin: Some(margin),
         first_violation: None,
@@ -72,8 +73,20 @@ fn what_is_not_observed_is_marked_and_says_why() {
     blind.optional = true;
     assert_eq!(mark(&blind).0, "–");
     let mut late = outcome(7.0, 5.0, -2.0, Unit::Newton);
+    assert_eq!(sentence(&late), "7 N is not ≤ 5 N");
     late.first_violation = Some(SimTime::from_nanos(1_500_000_000));
-    assert_eq!(sentence(&late), "7 is not ≤ 5 N, first at 1.500 s");
+    assert_eq!(sentence(&late), "7 N is not ≤ 5 N, first at 1.500 s");
+    late.detail = "worst: LF at 1.750 s".to_owned();
+    assert_eq!(remark(&late), "first at 1.500 s, worst: LF at 1.750 s");
+}
+
+#[test]
+fn of_a_range_both_ends_are_shown() {
+    let mut speed = outcome(0.97, 0.98, 0.01, Unit::MeterPerSecond);
+    speed.other_bound = Some(0.922);
+    assert_eq!(remark(&speed), "wanted: 0.922 … 0.980");
+    speed.other_bound = Some(1.2);
+    assert_eq!(remark(&speed), "wanted: 0.98 … 1.20");
 }
 
 proptest! {

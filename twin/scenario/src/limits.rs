@@ -22,6 +22,8 @@ pub struct Comparison {
     pub bound: f64,
     /// Distance to the limit; negative on its wrong side; NaN if the value is.
     pub margin: f64,
+    /// The limit on the other side, if there is one.
+    pub other: Option<f64>,
 }
 
 impl Limits {
@@ -39,11 +41,13 @@ impl Limits {
             measured: greatest,
             bound: max,
             margin: max - greatest,
+            other: self.min,
         });
         let below = self.min.map(|min| Comparison {
             measured: least,
             bound: min,
             margin: least - min,
+            other: self.max,
         });
         match (below, above) {
             // A NaN on either side is what is shown.
@@ -58,6 +62,7 @@ impl Limits {
                 measured: greatest,
                 bound: f64::NAN,
                 margin: f64::NAN,
+                other: None,
             },
         }
     }

@@ -217,7 +217,7 @@ fn junit_has_a_case_for_each_expectation_and_error() {
         "{text}"
     );
     assert!(
-        text.contains("0.110 is not ≥ 0.119 m, first at 0.084 s"),
+        text.contains("0.110 m is not ≥ 0.119 m, first at 0.084 s"),
         "{text}"
     );
     twin(&[

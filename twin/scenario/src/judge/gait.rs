@@ -149,7 +149,11 @@ impl Gait<'_> {
                     margin.is_nan() || (!least.is_nan() && margin < *least)
                 });
                 if worse {
-                    let detail = format!("{} at {}", self.legs[leg].name, step.touch_down);
+                    let detail = format!(
+                        "worst: {} at {:.3} s",
+                        self.legs[leg].name,
+                        step.touch_down.as_secs_f64()
+                    );
                     let finding = Finding::of(limits.compare(number, number), None, detail);
                     worst = Some((finding, margin));
                 }
@@ -182,7 +186,7 @@ impl Gait<'_> {
                 .as_ref()
                 .is_none_or(|(_, least)| margin.is_nan() || margin < *least)
             {
-                let name = self.legs[leg].name.clone();
+                let name = format!("worst: {}", self.legs[leg].name);
                 let finding = Finding::of(limits.compare(number, number), None, name);
                 worst = Some((finding, margin));
             }

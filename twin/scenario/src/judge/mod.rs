@@ -304,6 +304,7 @@ fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
         optional: expectation.optional,
         measured: numbers.and_then(|numbers| finite(numbers.measured)),
         bound: numbers.and_then(|numbers| finite(numbers.bound)),
+        other_bound: numbers.and_then(|numbers| numbers.other),
         unit,
         margin: numbers.and_then(|numbers| finite(numbers.margin)),
         first_violation: finding.first_violation,

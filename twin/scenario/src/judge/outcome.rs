@@ -30,6 +30,8 @@ pub struct Outcome {
     pub measured: Option<f64>,
     /// The limit that it is nearest to.
     pub bound: Option<f64>,
+    /// The limit on the other side, where there are two.
+    pub other_bound: Option<f64>,
     /// The unit of measured, bound and margin.
     pub unit: Unit,
     /// Distance to the limit, negative on its wrong side.

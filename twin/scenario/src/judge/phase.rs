@@ -49,7 +49,7 @@ pub(super) fn finding(
             worst = off.abs();
             let first = &gait.legs[legs[0]].name;
             detail = format!(
-                "{} at {:.3} of {first}'s cycle, wanted {wanted:.2}",
+                "worst: {} at {:.3} of {first}'s cycle, wanted {wanted:.2}",
                 leg.name, phase.mean
             );
         }
@@ -68,12 +68,12 @@ pub(super) fn spread(gait: &Gait<'_>, legs: &[usize], limits: &Limits) -> Findin
         Err(finding) => return finding,
     };
     let (mut least, mut greatest) = (f64::INFINITY, 0.0_f64);
-    let mut detail = "";
+    let mut detail = String::new();
     for phase in phases {
         least = least.min(phase.spread);
         if phase.spread >= greatest {
             greatest = phase.spread;
-            detail = &gait.legs[phase.leg].name;
+            detail = format!("worst: {}", gait.legs[phase.leg].name);
         }
     }
     Finding::of(limits.compare(least, greatest), None, detail)
