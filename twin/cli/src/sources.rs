@@ -38,8 +38,13 @@ impl Sources {
             None => RobotFile::find(word, &self.folder),
         };
         let found = find(&word).and_then(|mut file| {
+            let sound = file.robot().is_ok();
             file.override_with(&overrides)?;
-            file.robot().map(|robot| (file, robot))
+            match file.robot() {
+                Ok(robot) => Ok((file, robot)),
+                Err(error) if sound => Err(blamed(error, file.file(), &overrides)),
+                Err(error) => Err(error),
+            }
         });
         let robot = found.as_ref().ok().map(|(_, robot)| robot.clone());
         // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
@@ -77,6 +82,26 @@ impl Sources {
         });
         found
     }
+}
+
+/// The error of a robot whose file, called `file`, is sound without `overrides`: where it shows a line of that file, it says
+/// what is at odds with that line.
+fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
+    let RobotError::Document(mut error) = error else {
+        return error;
+    };
+    let keys: Vec<String> = overrides.keys().map(|key| format!("`{key}`")).collect();
+    for problem in &mut error.problems {
+        if problem.file == file {
+            let ends = if problem.help.is_empty() { "" } else { "; " };
+            problem.help = format!(
+                "{}{ends}the file itself is sound, overridden are {}",
+                problem.help,
+                keys.join(", ")
+            );
+        }
+    }
+    RobotError::Document(error)
 }
 
 /// The error, at the place where the scenario names its robot.

@@ -168,6 +168,11 @@ impl Overrides {
         self.leaves.is_empty()
     }
 
+    /// The dotted keys of what is replaced.
+    pub fn keys(&self) -> impl Iterator<Item = String> + use<'_> {
+        self.leaves.iter().map(|(keys, ..)| keys.join("."))
+    }
+
     pub(crate) fn of(node: &Node) -> Self {
         let mut leaves = Vec::new();
         collect(node, &mut Vec::new(), &mut leaves);

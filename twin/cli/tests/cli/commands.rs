@@ -475,3 +475,23 @@ fn plan_shows_the_step_of_the_plant_given_or_not() {
         assert!(shown.contains(text), "{shown}");
     }
 }
+
+#[test]
+fn a_line_of_the_robot_that_an_override_breaks_says_so() {
+    let folder = Folder::new("override");
+    let file = folder.file("hanging.toml", &hanging(""));
+    let longer = "override.leg.aslp.l2=500 mm";
+    let done = twin(&["check", &file, "--set", longer]);
+    assert_eq!(done.code, 2);
+    let told = "the file itself is sound, overridden are `leg.aslp.l2`";
+    assert!(
+        done.err.contains("diagonal_min") && done.err.contains(told),
+        "{}",
+        done.err
+    );
+    // What is wrong where it was written needs no such hint.
+    let wrong = "override.leg.aslp.l2=-5 mm";
+    let done = twin(&["check", &file, "--set", wrong]);
+    assert_eq!(done.code, 2);
+    assert!(!done.err.contains("overridden are"), "{}", done.err);
+}
