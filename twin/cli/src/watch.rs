@@ -8,6 +8,8 @@ use twinrig_record::{Digest, Fingerprint, RecordError, Recorder, Topic};
 use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Channel, Footstep, Happening, Judge, Outcome, RunEnd};
 
+use crate::report::seconds;
+
 /// Fingerprint, recorder and judge in one.
 pub(crate) struct Watch<W: Write> {
     fingerprint: Fingerprint,
@@ -92,8 +94,8 @@ fn write<W: Write>(
     };
     let message = FootstepMessage {
         leg: legs.get(footstep.leg).map_or("", String::as_str),
-        touch_down_s: footstep.touch_down.as_secs_f64(),
-        lift_off_s: lift_off.as_secs_f64(),
+        touch_down_s: seconds(footstep.touch_down.as_nanos()),
+        lift_off_s: seconds(lift_off.as_nanos()),
         position_m: footstep.position,
         slip_m: footstep.slip,
         impulse_ns: footstep.impulse,

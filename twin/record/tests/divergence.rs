@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use proptest::prelude::*;
 use twinrig_kernel::SimTime;
-use twinrig_record::{Divergence, Recording, first_divergence};
+use twinrig_record::{Divergence, Recording, divergence_within, first_divergence};
 use twinrig_runtime::Group;
 
 fn with_change(change: &dyn Fn(Group, u64, &mut [f64])) -> Recording {
@@ -49,6 +49,23 @@ fn equal_recordings_have_no_divergence() {
     let comparison = first_divergence(&read(&recorded(100)), &read(&recorded(100)));
     assert_eq!(comparison.first, None);
     assert_eq!((comparison.signals, comparison.equal_samples), (5, 200));
+}
+
+#[test]
+fn the_end_of_a_recording_is_a_difference_unless_it_was_cut_off() {
+    let (short, long) = (read(&recorded(60)), read(&recorded(100)));
+    assert!(short.last_sample() < long.last_sample());
+    for (a, b, cut_off) in [
+        (&short, &long, [true, false]),
+        (&long, &short, [false, true]),
+    ] {
+        let comparison = divergence_within(a, b, cut_off);
+        assert_eq!((comparison.first, comparison.equal_samples), (None, 120));
+        // That the longer one was cut off is no reason for the shorter one to end.
+        let [of_a, of_b] = cut_off;
+        assert!(divergence_within(a, b, [of_b, of_a]).first.is_some());
+        assert!(first_divergence(a, b).first.is_some());
+    }
 }
 
 #[test]

@@ -4,4 +4,5 @@ mod commands;
 mod common;
 #[cfg(unix)]
 mod interrupt;
+mod recordings;
 mod schema;
