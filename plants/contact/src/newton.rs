@@ -79,10 +79,14 @@ impl Problem {
             .extend((0..n).filter(|&row| !matches!(self.places[row], Place::Low | Place::High)));
         let (m, stride) = (self.free.len(), padded(self.free.len()));
         let reduced = self.factors.matrix(m);
-        for (entries, &row) in reduced.chunks_exact_mut(stride.max(1)).zip(&self.free) {
-            let full = &self.matrix[row * padded(n)..(row + 1) * padded(n)];
-            for (entry, &column) in entries.iter_mut().zip(&self.free) {
-                *entry = full[column];
+        if m == n {
+            reduced.copy_from_slice(&self.matrix);
+        } else {
+            for (entries, &row) in reduced.chunks_exact_mut(stride.max(1)).zip(&self.free) {
+                let full = &self.matrix[row * padded(n)..(row + 1) * padded(n)];
+                for (entry, &column) in entries.iter_mut().zip(&self.free) {
+                    *entry = full[column];
+                }
             }
         }
         for i in 0..m {

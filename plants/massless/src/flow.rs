@@ -17,9 +17,9 @@ use crate::state::{LEGS, State};
 const ESTIMATES_MAX: u32 = 12;
 
 /// What a step's springs may lose or gain unaccounted for, as a share of the robot's weight times its leg's length:
-/// 1e-8 J for Cheetah-cub, which exchanges 0.03 J in a millisecond of trot. The next step makes up for it, so that it does
+/// 2e-8 J for Cheetah-cub, which exchanges 0.03 J in a millisecond of trot. The next step makes up for it, so that it does
 /// not add up.
-const UNACCOUNTED: f64 = 6e-9;
+const UNACCOUNTED: f64 = 1e-8;
 
 /// Times [`UNACCOUNTED`] that a step may leave open after its last estimate; a shorter one is tried where it leaves more.
 const OPEN_MAX: f64 = 1e3;
@@ -141,20 +141,38 @@ impl Flow {
         Ok(())
     }
 
-    /// Moves on by `seconds`, in halves where a whole step leads out of a leg's reach.
+    /// Moves on by `seconds`, in halves where a whole step leads out of a leg's reach. Where even those fail, everything
+    /// stays as it was.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
-        self.run_halved(seconds, 0)
+        let Err(error) = self.step(seconds) else {
+            return Ok(());
+        };
+        let before = self.save();
+        let halved = self.run_halves(seconds, HALVINGS_MAX, error);
+        if halved.is_err() {
+            self.restore(&before)
+                .expect("the plant has just been there, so its legs have that pose");
+        }
+        halved
     }
 
-    fn run_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), FlowError> {
-        match self.step(seconds) {
-            Err(_) if halvings < HALVINGS_MAX => {
-                self.counts.fallbacks += 1;
-                self.run_halved(0.5 * seconds, halvings + 1)?;
-                self.run_halved(0.5 * seconds, halvings + 1)
-            }
-            done => done,
+    /// Both halves of a step that failed with `error`, each in halves again where it fails, too.
+    fn run_halves(
+        &mut self,
+        seconds: f64,
+        halvings: u32,
+        error: FlowError,
+    ) -> Result<(), FlowError> {
+        if halvings == 0 {
+            return Err(error);
         }
+        self.counts.fallbacks += 1;
+        for _ in 0..2 {
+            if let Err(error) = self.step(0.5 * seconds) {
+                self.run_halves(0.5 * seconds, halvings - 1, error)?;
+            }
+        }
+        Ok(())
     }
 
     /// A step of the midpoint rule: energy-conserving springs, constraints at velocity level, friction by the velocity at

@@ -25,7 +25,7 @@ pub struct Massless {
     /// What moves by itself: the robot as a whole, or each leg where a fixed trunk leaves them nothing to do with each
     /// other. A leg that is taken out then changes no bit of the others.
     flows: Vec<Flow>,
-    /// The flows at the start of the present step.
+    /// The flows at the start of the present step, where one that fails may leave others ahead.
     before: Vec<SavedFlow>,
     now: SimTime,
     step: SimDuration,
@@ -78,7 +78,7 @@ impl Massless {
         })
     }
 
-    /// Puts everything back to where the step began: halves of it, or other legs, may be ahead.
+    /// Puts everything back to where the step began: other legs may be ahead.
     fn step_back(&mut self) {
         for (flow, before) in self.flows.iter_mut().zip(&self.before) {
             flow.restore(before)
@@ -243,8 +243,10 @@ impl Plant for Massless {
         while self.now < to {
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
-            self.before.clear();
-            self.before.extend(self.flows.iter().map(Flow::save));
+            if self.flows.len() > 1 {
+                self.before.clear();
+                self.before.extend(self.flows.iter().map(Flow::save));
+            }
             for i in 0..self.flows.len() {
                 if let Err(error) = self.flows[i].run(seconds) {
                     self.step_back();
