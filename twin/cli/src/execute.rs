@@ -70,10 +70,13 @@ pub(crate) fn execute_until(
         reason = "the report says how long it took"
     )]
     let started = Instant::now();
-    let mut error = run(assembly, &mut rig, &mut watch, &mut progress, end).err();
+    let ran = run(assembly, &mut rig, &mut watch, &mut progress, end);
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
-    let reached = if error.is_none() { end } else { rig.now() };
+    let (reached, mut error) = match ran {
+        Ok(reached) => (reached, None),
+        Err(error) => (rig.now(), Some(error)),
+    };
     let mut report = judged(
         assembly,
         &rig,
@@ -117,14 +120,14 @@ struct Closing<'a> {
     expectations: &'a [Line],
 }
 
-/// Runs to the end, or to what keeps the run from it.
+/// Runs to the end, or to where the recording can take no more; says where that is.
 fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
     watch: &mut Watch<W>,
     progress: &mut Progress,
     end: SimTime,
-) -> Result<(), String> {
+) -> Result<SimTime, String> {
     let mut now = SimTime::ZERO;
     while now < end {
         now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
@@ -132,14 +135,14 @@ fn run<W: Write>(
             .map_err(|error| assembly.rig_error(error).to_string())?;
         if watch.is_broken() {
             // Closing the recording tells why.
-            return Ok(());
+            return Ok(now);
         }
         if interrupt::asked() {
             return Err(format!("interrupted at {now}"));
         }
         progress.at(now.as_secs_f64());
     }
-    Ok(())
+    Ok(end)
 }
 
 /// The footsteps of the run without changes.
