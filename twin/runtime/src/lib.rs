@@ -84,7 +84,7 @@ pub use direct_io::DirectIo;
 pub use error::RigError;
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
-pub use plant::{EnergyBooks, Plant, PlantFault, WorkCounts};
+pub use plant::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use process::Process;
 pub use rig::Rig;
 pub use schedule::{Change, Schedule};

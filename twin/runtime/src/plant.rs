@@ -41,6 +41,22 @@ pub trait Plant: Send {
     /// What the run has cost so far.
     fn work(&self) -> WorkCounts;
 
+    /// How far what must be closed is open, now: loops, stops that were passed, contacts that overlap, in metres of the
+    /// worst of them; none if the plant has nothing of the kind to tell \[m\].
+    fn drift(&self) -> Option<f64> {
+        None
+    }
+
+    /// Begins to keep the discontinuities that the plant meets from now on, or stops to and forgets them. A plant that is
+    /// just built keeps none, and whether it does changes nothing else.
+    fn log_events(&mut self, _wanted: bool) {}
+
+    /// The discontinuities met since [`Plant::log_events`], in order of time; always empty for a plant that cannot tell
+    /// when they happen.
+    fn events(&self) -> &[PlantEvent] {
+        &[]
+    }
+
     /// Saves everything that the way ahead depends on, caches and warm starts included.
     fn save(&self) -> Snapshot;
 
@@ -63,6 +79,26 @@ pub struct PlantFault {
     pub energy: f64,
     /// How it failed.
     pub why: String,
+}
+
+/// A discontinuity that a plant met, at the time its own solution gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantEvent {
+    /// When, since the start; between the nanoseconds of [`SimTime`] where the plant locates it better \[s\].
+    pub at_s: f64,
+    /// What of the plant: `leg/LF/closed`, `leg/LF/ground`.
+    pub part: String,
+    /// Which way.
+    pub kind: PlantEventKind,
+}
+
+/// Which way a discontinuity goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PlantEventKind {
+    /// A stop is reached, a foot touches down, a cable becomes taut.
+    Reached,
+    /// It lets go.
+    Released,
 }
 
 /// Energy of a plant \[J\]. In an exact world `stored − stored at the start = actuator − dissipated −
