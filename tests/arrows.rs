@@ -17,6 +17,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-gait",
             "twinrig-kernel",
             "twinrig-leg",
+            "twinrig-legged",
             "twinrig-massless",
             "twinrig-record",
             "twinrig-robot",
@@ -39,12 +40,24 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twinrig-kernel", &[]),
     ("twinrig-leg", &["twinrig-robot"]),
     (
+        "twinrig-legged",
+        &[
+            "twinrig-actuator",
+            "twinrig-contact",
+            "twinrig-kernel",
+            "twinrig-leg",
+            "twinrig-robot",
+            "twinrig-runtime",
+        ],
+    ),
+    (
         "twinrig-massless",
         &[
             "twinrig-actuator",
             "twinrig-contact",
             "twinrig-kernel",
             "twinrig-leg",
+            "twinrig-legged",
             "twinrig-robot",
             "twinrig-runtime",
         ],

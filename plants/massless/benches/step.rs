@@ -6,8 +6,9 @@
 mod scene;
 
 use divan::Bencher;
-use scene::{Scene, at, options, robot};
-use twinrig_massless::{Base, Force, Massless, Options};
+use scene::{Scene, at, robot, setup};
+use twinrig_legged::{Base, Setup};
+use twinrig_massless::{Force, Massless, Options};
 use twinrig_runtime::Plant;
 
 fn main() {
@@ -17,15 +18,15 @@ fn main() {
 /// How a leg's force is found.
 const FORCES: [&str; 2] = ["solve", "lookup"];
 
-fn with(force: &str, base: Base) -> Options {
-    Options {
-        base,
-        force: match force {
-            "solve" => Force::Solve,
-            _ => Force::Lookup { cells: 64 },
-        },
-        ..options()
+fn found(force: &str) -> Force {
+    match force {
+        "solve" => Force::Solve,
+        _ => Force::Lookup { cells: 64 },
     }
+}
+
+fn on(base: Base) -> Setup {
+    Setup { base, ..setup() }
 }
 
 /// The mean over `steps` steps from where the scene is, restored each time.
@@ -49,36 +50,36 @@ const STEPS: u64 = 20;
 
 #[divan::bench(args = FORCES)]
 fn standing(bencher: Bencher, force: &str) {
-    let mut scene = Scene::new(&robot(), &with(force, Base::Free));
+    let mut scene = Scene::forced(&robot(), &on(Base::Free), found(force));
     scene.to(500);
     steps(bencher, &scene, 500, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting(bencher: Bencher, force: &str) {
-    let scene = Scene::trotting(&robot(), &with(force, Base::Free), 480);
+    let scene = Scene::trotting(&robot(), &on(Base::Free), found(force), 480);
     steps(bencher, &scene, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting_in_the_plane(bencher: Bencher, force: &str) {
-    let scene = Scene::trotting(&robot(), &with(force, Base::Planar), 480);
+    let scene = Scene::trotting(&robot(), &on(Base::Planar), found(force), 480);
     steps(bencher, &scene, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting_on_a_stand(bencher: Bencher, force: &str) {
-    let mut options = with(force, Base::Fixed);
-    options.ground = None;
-    let scene = Scene::trotting(&robot(), &options, 480);
+    let mut setup = on(Base::Fixed);
+    setup.ground = None;
+    let scene = Scene::trotting(&robot(), &setup, found(force), 480);
     steps(bencher, &scene, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn in_flight(bencher: Bencher, force: &str) {
-    let mut options = with(force, Base::Free);
-    options.ground = None;
-    let mut scene = Scene::new(&robot(), &options);
+    let mut setup = on(Base::Free);
+    setup.ground = None;
+    let mut scene = Scene::forced(&robot(), &setup, found(force));
     scene.to(50);
     steps(bencher, &scene, 50, STEPS);
 }
@@ -86,12 +87,12 @@ fn in_flight(bencher: Bencher, force: &str) {
 /// A whole second of trot, commands every two milliseconds: what a run pays for.
 #[divan::bench(sample_count = 20)]
 fn a_second_of_trot(bencher: Bencher) {
-    let (robot, options) = (robot(), with("solve", Base::Free));
-    let scene = Scene::trotting(&robot, &options, 480);
+    let (robot, setup) = (robot(), on(Base::Free));
+    let scene = Scene::trotting(&robot, &setup, Force::Solve, 480);
     let commands: Vec<Vec<f64>> = (240..740)
         .map(|tick| {
             let time_s = f64::from(tick) * 2e-3;
-            let commands = scene::Trot::START.commands(&robot, &options, time_s);
+            let commands = scene::Trot::START.commands(&robot, &setup, time_s);
             commands
                 .iter()
                 .flat_map(|(_, command)| [command.hip, command.knee])
@@ -111,6 +112,10 @@ fn a_second_of_trot(bencher: Bencher) {
 /// Building the plant: tables are filled then.
 #[divan::bench(args = FORCES, sample_count = 10)]
 fn building(bencher: Bencher, force: &str) {
-    let (robot, options) = (robot(), with(force, Base::Free));
+    let options = Options {
+        setup: on(Base::Free),
+        force: found(force),
+    };
+    let robot = robot();
     bencher.bench_local(|| Massless::new(&robot, &options, &|_| true).unwrap());
 }

@@ -2,12 +2,13 @@
 
 use twinrig_contact::{Bound, Problem, Unsolved};
 use twinrig_leg::Stop;
+use twinrig_legged::LEGS;
 
 use crate::midpoint::{Midpoint, Placement};
 use crate::mobility::{Mobility, Motion, Response};
 use crate::model::Model;
 use crate::rows::Row;
-use crate::state::{LEGS, State};
+use crate::state::State;
 
 /// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint holds. The positions
 /// move by the mean of the velocities at both ends of a step, so that an overlap goes as g ← g − γ (g + g₋)/2, whose roots
@@ -78,10 +79,13 @@ impl Constraints {
         seconds: f64,
     ) {
         self.entries.clear();
+        // The cable is the last one, and there is none without a drive that winds it.
+        let with_cable = usize::from(model.servos.is_some());
+        let stops = &Stop::ALL[..Stop::Cable as usize + with_cable];
         for (i, leg) in middle.legs.iter().enumerate() {
             let constants = &model.legs[i];
             let cable = constants.pantograph.cable_length(before.pulley(i));
-            for stop in Stop::ALL {
+            for &stop in stops {
                 let gap = constants.pantograph.gap(&start.poses[i], stop, cable);
                 let rate = leg.gap_rate(constants, stop, before.pulley_rate(i));
                 if gap + seconds * rate < REACH {

@@ -1,10 +1,12 @@
-//! The drives in one step: the rates they want, and what their torque leaves of them.
+//! The drives in one step: the rates they want, and what their torque leaves of them. Hips without drives turn freely.
+
+use twinrig_legged::LEGS;
 
 use crate::constraints::Constraints;
 use crate::midpoint::Midpoint;
 use crate::mobility::{Mobility, Motion};
 use crate::model::Model;
-use crate::state::{LEGS, State};
+use crate::state::State;
 
 /// What hip and pulley of each leg are told \[rad\].
 pub(crate) type Commands = [[f64; 2]; LEGS];
@@ -41,16 +43,19 @@ impl DriveStep {
             torques: [[0.0; 2]; LEGS],
             seconds,
         };
+        let Some(servos) = &model.servos else {
+            return step;
+        };
         for (i, leg) in model.legs.iter().enumerate() {
             let [hip, pulley] = commands[i];
             let [hip_rate, pulley_rate] = [state.hip_rate(i), state.pulley_rate(i)];
             let absolute = hip + leg.pantograph.hip_reference();
             step.before[i] = [hip_rate, pulley_rate];
             step.wanted[i] = [
-                model
+                servos
                     .hip
                     .rate_after(seconds, absolute, state.hip(i), hip_rate),
-                model
+                servos
                     .knee
                     .rate_after(seconds, pulley, state.pulley(i), pulley_rate),
             ];
@@ -58,7 +63,8 @@ impl DriveStep {
         step
     }
 
-    /// Gives each drive its acceleration: the one it wants, or what its greatest torque leaves.
+    /// Gives each drive its acceleration: the one it wants, or what its greatest torque leaves. A hip without a drive gets
+    /// what springs and friction give it.
     pub(crate) fn impose(
         &self,
         model: &Model,
@@ -66,8 +72,16 @@ impl DriveStep {
         mobility: &mut Mobility,
         motion: &mut Motion,
     ) {
+        let Some(servos) = &model.servos else {
+            for (i, leg) in middle.legs.iter().enumerate() {
+                let [inertia, _] = model.turning(i);
+                mobility.drive[i][0] = 1.0 / inertia;
+                motion.drive[i][0] = leg.load(0) / inertia;
+            }
+            return;
+        };
         for (i, leg) in middle.legs.iter().enumerate() {
-            for (drive, servo) in [&model.hip, &model.knee].into_iter().enumerate() {
+            for (drive, servo) in servos.both().into_iter().enumerate() {
                 let torque = match self.limits[i][drive] {
                     Limit::Within => {
                         mobility.drive[i][drive] = 0.0;
@@ -92,9 +106,12 @@ impl DriveStep {
         constraints: &Constraints,
         motion: &Motion,
     ) -> bool {
+        let Some(servos) = &model.servos else {
+            return false;
+        };
         let mut changed = false;
         for (i, leg) in middle.legs.iter().enumerate() {
-            for (drive, servo) in [&model.hip, &model.knee].into_iter().enumerate() {
+            for (drive, servo) in servos.both().into_iter().enumerate() {
                 let acceleration = motion.drive[i][drive];
                 let held = constraints.on_drive(i, drive) / self.seconds;
                 let torque = servo.inertia() * acceleration - leg.load(drive) - held;

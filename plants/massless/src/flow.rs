@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Unsolved;
+use twinrig_legged::{Base, LEGS, Ledger, Stored};
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
 use crate::drives::{Commands, DriveStep};
-use crate::ledger::{Ledger, Stored};
 use crate::midpoint::{Midpoint, NoPose, Placement, carried};
 use crate::mobility::{Mobility, Motion};
-use crate::model::{Base, GRAVITY, Model};
-use crate::state::{LEGS, State};
+use crate::model::{GRAVITY, Model};
+use crate::state::State;
 
 /// Estimates of a step's end, at most. Each is (ωh/2)² times nearer than the one before: a hundredth, where the stiffest
 /// mode of the leg meets a step of 2 ms.
@@ -328,9 +328,10 @@ impl Flow {
             let own = self.state.foot_velocity(i);
             let sideways = velocity.y + rate.z * foot.x - rate.x * foot.z;
             let (hip, pulley) = (self.state.hip_rate(i), self.state.pulley_rate(i));
+            let [at_hip, at_pulley] = self.model.turning(i);
             twice += leg.mass * (own.norm_squared() + sideways * sideways)
-                + self.model.hip.inertia() * hip * hip
-                + self.model.knee.inertia() * pulley * pulley;
+                + at_hip * hip * hip
+                + at_pulley * pulley * pulley;
             springs += self.here.springs[i];
             gravity += leg.mass * (height + (self.here.rotation * foot).z);
         }

@@ -7,21 +7,22 @@
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_massless::{Base, Drives, Force, Massless, Options};
+//! use twinrig_legged::{Base, Drives, Setup, Start};
+//! use twinrig_massless::{Force, Massless, Options};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let text = include_str!("../../../robots/cheetah-cub.toml");
 //! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
-//! let options = Options {
+//! let setup = Setup {
 //!     base: Base::Free,
 //!     legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
 //!     ground: None,
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::Ideal { period: 2e-3 },
-//!     force: Force::Solve,
-//!     start: Vec::new(),
+//!     start: Start::default(),
 //! };
+//! let options = Options { setup, force: Force::Solve };
 //! let mut plant = Massless::new(&robot, &options, &|signal| signal == "body/position")?;
 //! plant.advance(SimTime::ZERO + SimDuration::from_millis(100), &[0.0; 8])?;
 //! let mut position = [0.0; 3];
@@ -38,14 +39,13 @@
 mod constraints;
 mod drives;
 mod flow;
-mod ledger;
 mod midpoint;
 mod mobility;
 mod model;
 mod plant;
+mod readings;
 mod rows;
-mod signals;
 mod state;
 
-pub use model::{Base, Drives, Force, MasslessError, Options};
+pub use model::{Force, MasslessError, Options};
 pub use plant::Massless;

@@ -4,11 +4,12 @@ use libm::sincos;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
 use twinrig_leg::{Gradient, LegError, Planar, Pose};
+use twinrig_legged::LEGS;
 
 use crate::mobility::{Mobility, Motion};
 use crate::model::{GRAVITY, LegModel, Model};
 use crate::rows::LegKinematics;
-use crate::state::{LEGS, State};
+use crate::state::State;
 
 /// A leg that has no pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use twinrig_leg::Planar;
+use twinrig_legged::{Base, LEGS};
 
-use crate::model::{Base, Model};
+use crate::model::Model;
 use crate::rows::{LegKinematics, Row};
-use crate::state::{LEGS, State};
+use crate::state::State;
 
 /// Inverse mass matrix: what an impulse along a row does to each velocity.
 #[derive(Debug, Clone, Copy)]

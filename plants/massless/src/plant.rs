@@ -2,22 +2,16 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_legged::{Base, LEGS, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
 use crate::drives::Commands;
 use crate::flow::{Flow, FlowError, SavedFlow};
-use crate::model::{Base, MasslessError, Model, Options, chosen_legs};
-use crate::signals::{self, Signals, Window};
-use crate::state::{LEGS, State};
-
-/// A start height, as a share of the greatest leg length, where none is given.
-const START_SHARE: f64 = 0.9;
-
-/// What rounding may put a start beyond a stop \[m\].
-const BEYOND: f64 = 1e-9;
+use crate::model::{MasslessError, Model, Options};
+use crate::readings::Whole;
+use crate::state::State;
 
 /// A robot whose legs have no mass but at the foot.
 #[derive(Debug, Clone)]
@@ -42,9 +36,9 @@ struct Saved {
 }
 
 impl Massless {
-    /// Builds the plant with the trunk level and at rest, the pantographs closed, the drives at the start commands, and the
-    /// lowest foot at height zero, or on the ground where that is higher; ground that is lower is fallen to. `wanted` says
-    /// which of the output signals anybody needs.
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
+    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
+    /// needs.
     ///
     /// # Errors
     /// [`MasslessError`] where robot and options do not fit together.
@@ -57,7 +51,7 @@ impl Massless {
             .iter()
             .map(|island| {
                 let model = Model::new(robot, island)?;
-                let (state, commands) = start(robot, &model, options)?;
+                let (state, commands) = start(robot, &model, &island.setup)?;
                 Flow::new(model, &state, commands)
                     .map_err(|error| MasslessError::Start(error.to_string()))
             })
@@ -67,12 +61,12 @@ impl Massless {
             .flat_map(|flow| &flow.model.legs)
             .map(|leg| leg.name.as_str())
             .collect();
-        let signals = Signals::new(&legs, options.ground.is_some(), wanted);
+        let signals = Signals::new(&legs, &options.setup, wanted);
         Ok(Self {
             before: Vec::with_capacity(flows.len()),
             flows,
             now: SimTime::ZERO,
-            step: options.step,
+            step: options.setup.step,
             signals,
             window: Window::default(),
         })
@@ -103,96 +97,41 @@ impl Massless {
 
 /// What moves by itself: the robot, or each of its legs where the trunk is held.
 fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessError> {
-    let chosen = chosen_legs(robot, &options.legs)?;
-    if options.base != Base::Fixed || chosen.is_empty() {
+    let setup = &options.setup;
+    let chosen = setup.chosen(robot)?;
+    if setup.base != Base::Fixed || chosen.is_empty() {
         return Ok(vec![options.clone()]);
     }
     let alone = |name: &String| Options {
-        legs: vec![name.clone()],
-        ..options.clone()
+        setup: Setup {
+            legs: vec![name.clone()],
+            ..setup.clone()
+        },
+        force: options.force,
     };
     Ok(chosen.iter().map(|mount| alone(&mount.name)).collect())
 }
 
-/// The commands of a leg at the start, and where its foot is then.
-fn first_pose(
-    name: &str,
-    pantograph: &Pantograph,
-    options: &Options,
-) -> Result<(LegCommand, Planar), MasslessError> {
-    let wrong = |why| MasslessError::Leg {
-        leg: name.to_owned(),
-        why,
-    };
-    let given = options
-        .start
-        .iter()
-        .find(|(leg, _)| leg == name)
-        .map(|(_, command)| *command);
-    let upright = Planar::new(0.0, -START_SHARE * pantograph.length_max());
-    let command = given
-        .map_or_else(|| pantograph.inverse_closed(upright), Ok)
-        .map_err(wrong)?;
-    let foot = pantograph.foot_of(command).map_err(wrong)?;
-    let first = command.hip + pantograph.hip_reference();
-    let pose = pantograph
-        .pose(libm::sin(first), libm::cos(first), foot)
-        .map_err(wrong)?;
-    let beyond = |stop: &Stop| -pantograph.gap(&pose, *stop, pose.cable);
-    if let Some(stop) = Stop::ALL.into_iter().find(|stop| beyond(stop) > BEYOND) {
-        let (leg, by) = (name.to_owned(), beyond(&stop));
-        return Err(MasslessError::StartBeyondStop { leg, stop, by });
-    }
-    Ok((command, foot))
-}
-
 /// The state at the start, and the commands that keep the drives there.
-fn start(
-    robot: &Robot,
-    model: &Model,
-    options: &Options,
-) -> Result<(State, Commands), MasslessError> {
+fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Commands), MasslessError> {
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
     let mut commands = [[0.0; 2]; LEGS];
-    let mut feet = Vec::new();
     for (i, leg) in model.legs.iter().enumerate() {
-        let (command, foot) = first_pose(&leg.name, &leg.pantograph, options)?;
-        commands[i] = [command.hip, command.knee];
-        state.set_foot(i, foot);
-        state.set_hip(i, command.hip + leg.pantograph.hip_reference());
-        state.set_pulley(i, command.knee);
-        feet.push(leg.foot_in_trunk(foot));
+        let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
+        commands[i] = [start.command.hip, start.command.knee];
+        state.set_foot(i, start.foot);
+        state.set_hip(i, start.angles[0]);
+        state.set_pulley(i, start.command.knee);
+        state.set_foot_velocity(i, start.foot_velocity);
+        state.set_hip_rate(i, start.rates[0]);
     }
-    if options.base == Base::Fixed {
-        // Where the trunk is held must not depend on which of the robot's legs are there.
-        for mount in &robot.legs {
-            let wrong = |why| MasslessError::Leg {
-                leg: mount.name.clone(),
-                why,
-            };
-            let pantograph = Pantograph::new(&mount.leg).map_err(wrong)?;
-            let (_, foot) = first_pose(&mount.name, &pantograph, options)?;
-            feet.push(Vector3::from(mount.hip) + Vector3::new(foot.x, 0.0, foot.y));
-        }
-    }
-    state.set_position(
-        Vector3::z()
-            * feet
-                .iter()
-                .map(|foot| clearance(model, foot))
-                .fold(0.0, f64::max),
-    );
+    let height = setup.height(robot, |mount, start| {
+        let foot = Vector3::new(start.foot.x, 0.0, start.foot.y);
+        Vector3::from(mount.hip) - model.centre + foot
+    })?;
+    state.set_position(Vector3::z() * height);
     Ok((state, commands))
-}
-
-/// How high the trunk has to be for a foot to be at height zero, or on the ground where that is higher.
-fn clearance(model: &Model, foot: &Vector3<f64>) -> f64 {
-    let ground = model.ground.as_ref().map_or(0.0, |ground| {
-        let below = ground.below(&Vector3::new(foot.x, foot.y, 0.0));
-        -below.gap / below.normal.z
-    });
-    ground.max(0.0) - foot.z
 }
 
 impl Plant for Massless {
@@ -215,24 +154,8 @@ impl Plant for Massless {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
-            let inputs = self
-                .signals
-                .ports()
-                .iter()
-                .filter(|port| port.direction == Direction::Input);
-            let part = inputs
-                .map(|port| port.name.clone())
-                .nth(i)
-                .unwrap_or_default();
-            let why = "the command is not a number".to_owned();
-            return Err(PlantFault {
-                time: self.now,
-                part,
-                energy: self.energy().stored(),
-                why,
-            });
-        }
+        self.signals
+            .check_inputs(inputs, self.now, || self.energy().stored())?;
         let mut rest = inputs.iter();
         for flow in &mut self.flows {
             let legs = flow.model.legs.len();
@@ -259,24 +182,19 @@ impl Plant for Massless {
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
-        let elapsed = self.now.as_secs_f64() - self.window.begun_s;
+        let now_s = self.now.as_secs_f64();
         self.signals
-            .write(&self.flows, &self.window, elapsed, outputs);
+            .write(&Whole(&self.flows), &self.window, now_s, outputs);
     }
 
     fn begin_window(&mut self) {
-        self.window.begun_s = self.now.as_secs_f64();
-        let felt = self
-            .flows
-            .iter()
-            .flat_map(|flow| &flow.impulses[..flow.model.legs.len()]);
-        for (before, now) in self.window.impulses.iter_mut().zip(felt) {
-            *before = *now;
-        }
+        let flows = self.flows.iter();
+        let felt = flows.flat_map(|flow| &flow.impulses[..flow.model.legs.len()]);
+        self.window.begin(self.now.as_secs_f64(), felt);
     }
 
     fn energy(&self) -> EnergyBooks {
-        signals::energy(&self.flows)
+        Whole(&self.flows).energy()
     }
 
     fn work(&self) -> WorkCounts {

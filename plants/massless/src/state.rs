@@ -3,9 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use twinrig_leg::Planar;
-
-/// The legs there is room for.
-pub(crate) const LEGS: usize = 4;
+use twinrig_legged::LEGS;
 
 /// Numbers of the trunk: position, attitude, velocity, angular velocity.
 const TRUNK: usize = 13;

@@ -40,6 +40,7 @@ mod paint;
 mod progress;
 mod registry;
 mod report;
+mod setup;
 mod sources;
 mod standard;
 mod table;

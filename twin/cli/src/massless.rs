@@ -2,17 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_kernel::{SimDuration, stream};
-use twinrig_leg::LegCommand;
-use twinrig_massless::{Base, Drives, Force, Massless, Options};
-use twinrig_robot::Servo;
-use twinrig_scenario::{
-    Accepts, ActuatorKind, Base as SceneBase, Ground as SceneGround, Heights, OptionSpec,
-    Options as SceneOptions, Profile, ServoOverride,
-};
+use twinrig_kernel::SimDuration;
+use twinrig_massless::{Force, Massless, Options};
+use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::registry::{BuildError, Physics, PlantKind};
+use crate::setup::setup;
 use crate::standard::choice;
 
 /// The plant's own step where a scenario gives none.
@@ -51,24 +46,9 @@ pub(crate) fn kind() -> PlantKind {
 /// # Errors
 /// A robot or a ground that it refuses.
 pub fn massless(physics: &Physics<'_>) -> Result<Massless, BuildError> {
-    let plant = physics.plant;
-    let ground = plant.ground.as_ref();
     let options = Options {
-        base: match plant.base {
-            SceneBase::Free => Base::Free,
-            SceneBase::Planar => Base::Planar,
-            SceneBase::Fixed => Base::Fixed,
-        },
-        legs: physics.legs.iter().map(|&leg| leg.to_owned()).collect(),
-        ground: ground.map(|ground| terrain(ground, physics)).transpose()?,
-        step: plant.step.unwrap_or(STEP),
-        drives: drives(physics),
-        force: force(&plant.options)?,
-        start: physics
-            .legs
-            .iter()
-            .filter_map(|leg| start(leg, physics))
-            .collect(),
+        setup: setup(physics, STEP)?,
+        force: force(&physics.plant.options)?,
     };
     Ok(Massless::new(physics.robot, &options, physics.wanted)?)
 }
@@ -85,96 +65,4 @@ fn force(options: &SceneOptions) -> Result<Force, BuildError> {
         )
         .into()),
     }
-}
-
-/// Where the drives of a leg are at the start: where the controller first wants them.
-fn start(leg: &str, physics: &Physics<'_>) -> Option<(String, LegCommand)> {
-    let first = |joint: &str| {
-        let name = format!("leg/{leg}/{joint}/command");
-        let mut commands = physics.first_commands.iter();
-        commands
-            .find(|(known, _)| *known == name)
-            .map(|(_, value)| *value)
-    };
-    let command = LegCommand {
-        hip: first("hip")?,
-        knee: first("knee")?,
-    };
-    Some((leg.to_owned(), command))
-}
-
-fn drives(physics: &Physics<'_>) -> Drives {
-    let servos = &physics.robot.actuators;
-    let actuator = physics.actuator;
-    match actuator.kind {
-        ActuatorKind::Ideal => Drives::Ideal {
-            period: physics.command_period.as_secs_f64(),
-        },
-        ActuatorKind::Servo => Drives::Servos {
-            hip: overridden(servos.hip, &actuator.hip),
-            knee: overridden(servos.knee, &actuator.knee),
-        },
-    }
-}
-
-fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
-    Servo {
-        lag: by.lag.unwrap_or(servo.lag),
-        speed: by.speed.unwrap_or(servo.speed),
-        torque: by.torque.unwrap_or(servo.torque),
-        dead_band: by.dead_band.unwrap_or(servo.dead_band),
-        inertia: servo.inertia,
-    }
-}
-
-fn terrain(ground: &SceneGround, physics: &Physics<'_>) -> Result<Ground, BuildError> {
-    /// A foot does not bounce: what it lands with is lost.
-    const RESTITUTION: f64 = 0.0;
-    let terrain = match &ground.profile {
-        Profile::Flat => Terrain::Flat,
-        Profile::StepDown { at, height } => Terrain::StepDown {
-            at: *at,
-            drop: *height,
-        },
-        Profile::Heights { spacing, heights } => {
-            Terrain::Heights(field(*spacing, heights, physics.seed)?)
-        }
-    };
-    let friction = ground.friction.unwrap_or(physics.robot.friction);
-    Ok(Ground::new(terrain, friction, RESTITUTION)?)
-}
-
-/// A height field around the start: its middle column and row run through it.
-fn field(spacing: f64, heights: &Heights, seed: u64) -> Result<HeightField, BuildError> {
-    /// Random ground reaches so many squares each way; beyond, it goes on as at its border.
-    const REACH: usize = 100;
-    /// Random ground is level this far around the start, so that the robot stands \[m\].
-    const LEVEL: f64 = 0.3;
-    let (columns, rows, values) = match heights {
-        Heights::Given(rows) => {
-            let columns = rows.first().map_or(0, Vec::len);
-            (columns, rows.len(), rows.concat())
-        }
-        Heights::Random {
-            amplitude,
-            seed: own,
-        } => {
-            let side = 2 * REACH + 1;
-            let mut stream = stream(own.unwrap_or(seed), "plant/ground/heights");
-            let distance = |n: usize| spacing * n.abs_diff(REACH) as f64;
-            let draw = |n: usize| {
-                let height = amplitude * (2.0 * stream.unit() - 1.0);
-                let far = distance(n % side).max(distance(n / side)) > LEVEL;
-                if far { height } else { 0.0 }
-            };
-            (side, side, (0..side * side).map(draw).collect())
-        }
-    };
-    let middle = |count: usize| -0.5 * spacing * count.saturating_sub(1) as f64;
-    Ok(HeightField::new(
-        [middle(columns), middle(rows)],
-        spacing,
-        columns,
-        values,
-    )?)
 }

@@ -4,11 +4,12 @@ use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
 use crate::model::GRAVITY;
-use crate::{Base, Drives, Force, Massless, Options};
+use crate::{Force, Massless, Options};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
@@ -45,18 +46,17 @@ fn stretched(travel: f64) -> Robot {
     robot
 }
 
-fn options(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) -> Options {
+fn setup(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) -> Setup {
     let straight = LegCommand {
         hip: 0.0,
         knee: 0.0,
     };
-    Options {
+    Setup {
         base,
         legs: legs.iter().map(|leg| (*leg).to_owned()).collect(),
         ground: friction.map(|friction| Ground::new(Terrain::Flat, friction, 0.0).unwrap()),
         step,
         drives: Drives::Ideal { period: 5e-3 },
-        force: Force::Solve,
         start: legs
             .iter()
             .map(|leg| ((*leg).to_owned(), straight))
@@ -64,8 +64,12 @@ fn options(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) 
     }
 }
 
-fn plant(robot: &Robot, options: &Options) -> Massless {
-    Massless::new(robot, options, &|_| true).unwrap()
+fn plant(robot: &Robot, setup: &Setup) -> Massless {
+    let options = Options {
+        setup: setup.clone(),
+        force: Force::Solve,
+    };
+    Massless::new(robot, &options, &|_| true).unwrap()
 }
 
 /// Gives the whole robot the motion of a rigid body (trunk frame).
@@ -94,7 +98,7 @@ fn run(plant: &mut Massless, from: SimTime, steps: u64, step: SimDuration) -> Si
 fn a_robot_that_slides_with_straight_legs_stops_after_v_squared_over_two_mu_g() {
     let (friction, speed) = (0.2, 0.5);
     let step = SimDuration::from_micros(500);
-    let mut plant = plant(&rigid(), &options(Base::Free, &LEGS, Some(friction), step));
+    let mut plant = plant(&rigid(), &setup(Base::Free, &LEGS, Some(friction), step));
     throw(&mut plant, Vector3::new(speed, 0.0, 0.0), Vector3::zeros());
     let (mut now, mut stopped) = (SimTime::ZERO, None);
     while now < SimTime::from_nanos(400_000_000) {
@@ -153,7 +157,7 @@ fn moments(plant: &Massless) -> (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>) 
 /// Greatest errors of the parabola \[m\] and, as a share, of the angular momentum in a flight of 0.3 s.
 fn flight_errors(robot: &Robot, step_us: u64, hips: [f64; 4], knee: f64) -> [f64; 2] {
     let step = SimDuration::from_micros(step_us);
-    let mut plant = plant(robot, &options(Base::Free, &LEGS, None, step));
+    let mut plant = plant(robot, &setup(Base::Free, &LEGS, None, step));
     throw(
         &mut plant,
         Vector3::new(0.4, -0.3, 1.5),
@@ -220,7 +224,7 @@ fn stops_and_cables_move_neither_mass_centre_nor_angular_momentum() {
 #[test]
 fn a_planar_robot_in_flight_with_rigid_legs_pitches_at_a_constant_rate() {
     let step = SimDuration::from_millis(1);
-    let mut plant = plant(&rigid(), &options(Base::Planar, &LEGS, None, step));
+    let mut plant = plant(&rigid(), &setup(Base::Planar, &LEGS, None, step));
     throw(
         &mut plant,
         Vector3::new(0.2, 0.0, 1.0),
@@ -238,7 +242,7 @@ fn a_planar_robot_in_flight_with_rigid_legs_pitches_at_a_constant_rate() {
 /// The plant of one fixed leg whose foot hangs still where springs and weight balance, and the stiffness there.
 fn balanced(step: SimDuration, friction: Option<f64>) -> (Massless, Matrix2<f64>) {
     let robot = stretched(0.010);
-    let mut plant = plant(&robot, &options(Base::Fixed, &["LF"], friction, step));
+    let mut plant = plant(&robot, &setup(Base::Fixed, &["LF"], friction, step));
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     let weight = Planar::new(0.0, robot.legs[0].leg.mass.lumped_foot * GRAVITY);
     let hip = leg.hip_reference();

@@ -1,16 +1,17 @@
 //! A run allocates nothing once it is under way.
 
+use twinrig_massless::Force;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, Trot, at, options, robot};
+use crate::scene::{Scene, Trot, at, robot, setup};
 
 #[test]
 fn steps_and_looks_under_way_allocate_nothing() {
-    let (robot, options) = (robot(), options());
-    let mut scene = Scene::trotting(&robot, &options, 1000);
+    let (robot, setup) = (robot(), setup());
+    let mut scene = Scene::trotting(&robot, &setup, Force::Solve, 1000);
     let commands: Vec<Vec<f64>> = (1001..2000)
         .map(|ms| {
-            let commands = Trot::START.commands(&robot, &options, f64::from(ms) * 1e-3);
+            let commands = Trot::START.commands(&robot, &setup, f64::from(ms) * 1e-3);
             commands
                 .iter()
                 .flat_map(|(_, command)| [command.hip, command.knee])

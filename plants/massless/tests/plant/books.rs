@@ -1,10 +1,11 @@
 //! The power books close: what is stored, put in, dissipated and lost adds up.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_massless::{Base, Drives, Force, Options};
+use twinrig_legged::{Base, Drives, Setup};
+use twinrig_massless::Force;
 use twinrig_robot::Robot;
 
-use crate::scene::{Scene, Trot, on_slope, options, robot};
+use crate::scene::{Scene, Trot, on_slope, robot, setup};
 
 /// Share of the energy exchanged that may be missing at 1 ms.
 const SHARE: f64 = 1e-6;
@@ -28,12 +29,16 @@ fn assert_closed(scene: &Scene, what: &str) {
     );
 }
 
-fn trot(robot: &Robot, options: &Options, trot: Trot, ms: u64) -> Scene {
-    let mut options = options.clone();
-    options.start = trot.commands(robot, &options, 0.0);
-    let mut scene = Scene::new(robot, &options);
+fn trot(robot: &Robot, setup: &Setup, trot: Trot, ms: u64) -> Scene {
+    trotted(robot, setup, Force::Solve, trot, ms)
+}
+
+fn trotted(robot: &Robot, setup: &Setup, force: Force, trot: Trot, ms: u64) -> Scene {
+    let mut setup = setup.clone();
+    setup.start = trot.commands(robot, &setup, 0.0).into();
+    let mut scene = Scene::forced(robot, &setup, force);
     for now in 1..=ms {
-        scene.trot(robot, &options, trot, now);
+        scene.trot(robot, &setup, trot, now);
     }
     scene
 }
@@ -42,8 +47,8 @@ fn trot(robot: &Robot, options: &Options, trot: Trot, ms: u64) -> Scene {
 fn the_books_of_a_trot_close_on_every_base() {
     let robot = robot();
     for base in [Base::Free, Base::Planar, Base::Fixed] {
-        let options = Options { base, ..options() };
-        let scene = trot(&robot, &options, Trot::START, 1000);
+        let setup = Setup { base, ..setup() };
+        let scene = trot(&robot, &setup, Trot::START, 1000);
         assert_closed(&scene, &format!("{base:?}"));
     }
 }
@@ -53,7 +58,7 @@ fn the_books_of_a_trot_close_with_looked_up_forces_and_over_hills() {
     let robot = robot();
     let force = Force::Lookup { cells: 48 };
     assert_closed(
-        &trot(&robot, &Options { force, ..options() }, Trot::START, 500),
+        &trotted(&robot, &setup(), force, Trot::START, 500),
         "lookup",
     );
     let heights = (0..400)
@@ -62,15 +67,7 @@ fn the_books_of_a_trot_close_with_looked_up_forces_and_over_hills() {
     let field = HeightField::new([-0.5, -0.5], 0.05, 20, heights).unwrap();
     let ground = Some(Ground::new(Terrain::Heights(field), 0.6, 0.2).unwrap());
     assert_closed(
-        &trot(
-            &robot,
-            &Options {
-                ground,
-                ..options()
-            },
-            Trot::START,
-            500,
-        ),
+        &trot(&robot, &Setup { ground, ..setup() }, Trot::START, 500),
         "hills",
     );
 }
@@ -79,9 +76,9 @@ fn the_books_of_a_trot_close_with_looked_up_forces_and_over_hills() {
 fn the_books_close_where_the_stops_are_hit_hard() {
     // A stroke at 6 Hz throws the legs from stop to stop; the drives run into their torque. In the plane, because of the
     // feet's sideways inertia, below.
-    let mut hard = Options {
+    let mut hard = Setup {
         base: Base::Planar,
-        ..options()
+        ..setup()
     };
     let Drives::Servos { hip, knee } = &mut hard.drives else {
         unreachable!()
@@ -106,7 +103,7 @@ fn the_books_of_a_robot_that_stumbles_and_rolls_over_nearly_close() {
         lift: 0.15,
         length: 0.9,
     };
-    let books = trot(&robot(), &options(), wild, 1000).energy();
+    let books = trot(&robot(), &setup(), wild, 1000).energy();
     assert!(books.residual.abs() < 2e-5 * books.exchanged, "{books:?}");
 }
 
@@ -129,13 +126,7 @@ fn drop(robot: &Robot, height: f64, restitution: f64) -> Scene {
         drop: height,
     };
     let ground = Some(Ground::new(terrain, 0.6, restitution).unwrap());
-    let mut scene = Scene::new(
-        robot,
-        &Options {
-            ground,
-            ..options()
-        },
-    );
+    let mut scene = Scene::new(robot, &Setup { ground, ..setup() });
     scene.to(500);
     scene
 }

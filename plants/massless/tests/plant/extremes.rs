@@ -3,11 +3,12 @@
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimDuration;
 use twinrig_leg::LegCommand;
-use twinrig_massless::{Base, Drives, Force, Massless, MasslessError, Options};
+use twinrig_legged::{Base, Drives, LeggedError, Setup};
+use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, Trot, at, named_robot, options, robot};
+use crate::scene::{Scene, Trot, at, named_robot, robot, setup};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
@@ -16,18 +17,15 @@ fn ground(terrain: Terrain, friction: f64) -> Ground {
 }
 
 /// A fall of `height` metres, all feet at once.
-fn falling(height: f64, options: &Options) -> Options {
+fn falling(height: f64, setup: &Setup) -> Setup {
     let terrain = Terrain::StepDown {
         at: -10.0,
         drop: height,
     };
-    let friction = options
-        .ground
-        .as_ref()
-        .map_or(0.6, |ground| ground.friction);
-    Options {
+    let friction = setup.ground.as_ref().map_or(0.6, |ground| ground.friction);
+    Setup {
         ground: Some(ground(terrain, friction)),
-        ..options.clone()
+        ..setup.clone()
     }
 }
 
@@ -52,12 +50,12 @@ fn a_robot_starts_on_a_ground_that_is_higher_than_zero_and_not_in_it() {
     let heights = vec![0.05; 16];
     let plateau = HeightField::new([-1.0, -1.0], 1.0, 4, heights).unwrap();
     for base in [Base::Free, Base::Planar, Base::Fixed] {
-        let options = Options {
+        let setup = Setup {
             base,
             ground: Some(ground(Terrain::Heights(plateau.clone()), 0.6)),
-            ..options()
+            ..setup()
         };
-        let mut scene = Scene::new(&robot(), &options);
+        let mut scene = Scene::new(&robot(), &setup);
         let clearance = scene.value("leg/LF/foot/clearance");
         assert!(clearance.abs() < 1e-12, "{base:?}: {clearance}");
         // Pushed out of an overlap, it would gain energy from nowhere: an impact that gives.
@@ -70,7 +68,7 @@ fn a_robot_starts_on_a_ground_that_is_higher_than_zero_and_not_in_it() {
 #[test]
 fn four_feet_that_land_at_one_instant_share_the_landing() {
     for (height, landing_ms) in [(0.05_f64, 100), (0.3, 247), (1.0, 451)] {
-        let mut scene = Scene::new(&robot(), &falling(height, &options()));
+        let mut scene = Scene::new(&robot(), &falling(height, &setup()));
         let feet = LEGS.map(|leg| scene.read(&format!("leg/{leg}/foot/position")).to_vec());
         assert!(feet.iter().all(|foot| foot[2].abs() < 1e-12));
         for leg in LEGS {
@@ -111,12 +109,12 @@ fn centre_x(scene: &mut Scene) -> f64 {
 fn ice_and_glue_are_grounds_too() {
     let robot = robot();
     for friction in [0.0, 10.0] {
-        let mut options = options();
-        options.ground = Some(ground(Terrain::Flat, friction));
-        options.start = Trot::START.commands(&robot, &options, 0.0);
-        let mut scene = Scene::new(&robot, &options);
+        let mut setup = setup();
+        setup.ground = Some(ground(Terrain::Flat, friction));
+        setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
+        let mut scene = Scene::new(&robot, &setup);
         for ms in 1..=400 {
-            scene.trot(&robot, &options, Trot::START, ms);
+            scene.trot(&robot, &setup, Trot::START, ms);
             scene.observe().iter().for_each(|x| assert!(x.is_finite()));
             if friction == 0.0 {
                 for leg in LEGS {
@@ -133,7 +131,7 @@ fn ice_and_glue_are_grounds_too() {
         if friction == 0.0 {
             // Nothing outside pulls sideways: trunk and feet together stay where they are.
             let now = centre_x(&mut scene);
-            let then = centre_x(&mut Scene::new(&robot, &options));
+            let then = centre_x(&mut Scene::new(&robot, &setup));
             assert!((now - then).abs() < 1e-6, "{now} {then}");
         }
     }
@@ -141,62 +139,82 @@ fn ice_and_glue_are_grounds_too() {
 
 /// Why the plant is not built.
 #[track_caller]
-fn refusal(robot: &Robot, options: &Options) -> MasslessError {
-    match Massless::new(robot, options, &|_| true) {
+fn refusal(robot: &Robot, setup: &Setup) -> MasslessError {
+    let options = Options {
+        setup: setup.clone(),
+        force: Force::Solve,
+    };
+    match Massless::new(robot, &options, &|_| true) {
         Err(error) => error,
-        Ok(_) => panic!("it was built: {:?}", options.start),
+        Ok(_) => panic!("it was built: {:?}", setup.start),
     }
 }
 
 #[test]
 fn a_start_out_of_reach_names_the_leg() {
-    let mut options = options();
-    let wound_up = LegCommand {
-        hip: 0.0,
-        knee: 9.0,
+    let mut setup = setup();
+    let mut start = |hip, knee| {
+        let command = LegCommand { hip, knee };
+        setup.start = vec![("RH".to_owned(), command)].into();
+        refusal(&robot(), &setup)
     };
-    options.start = vec![("RH".to_owned(), wound_up)];
-    let error = refusal(&robot(), &options);
+    let error = start(0.0, 9.0);
     assert!(
-        matches!(&error, MasslessError::Leg { leg, .. } if leg == "RH"),
+        matches!(&error, MasslessError::Setup(LeggedError::Leg { leg, .. }) if leg == "RH"),
         "{error}"
     );
     // Within reach of the cable, but 7 mm beyond where the diagonal bottoms out.
-    options.start[0].1.knee = 2.8;
-    refusal(&robot(), &options);
-    options.start[0].1.knee = f64::NAN;
-    refusal(&robot(), &options);
-    options.start[0].1 = LegCommand {
-        hip: f64::INFINITY,
-        knee: 0.0,
-    };
-    refusal(&robot(), &options);
+    let error = start(0.0, 2.8);
+    assert!(
+        matches!(&error, MasslessError::Setup(LeggedError::StartBeyondStop { by, .. }) if *by > 1e-3),
+        "{error}"
+    );
+    start(0.0, f64::NAN);
+    start(f64::INFINITY, 0.0);
 }
 
 #[test]
 fn what_cannot_be_built_is_refused_with_a_reason() {
-    let refused = |change: &dyn Fn(&mut Robot, &mut Options)| {
-        let (mut robot, mut options) = (robot(), options());
-        change(&mut robot, &mut options);
-        refusal(&robot, &options)
+    let refused = |change: &dyn Fn(&mut Robot, &mut Setup)| {
+        let (mut robot, mut setup) = (robot(), setup());
+        change(&mut robot, &mut setup);
+        refusal(&robot, &setup)
     };
     let error = refused(&|_, o| o.legs.push("XX".to_owned()));
-    assert!(matches!(error, MasslessError::NoSuchLeg { .. }), "{error}");
+    assert!(
+        matches!(error, MasslessError::Setup(LeggedError::NoSuchLeg { .. })),
+        "{error}"
+    );
     let error = refused(&|_, o| o.legs.push("LF".to_owned()));
-    assert!(matches!(error, MasslessError::Legs(_)), "{error}");
+    assert!(
+        matches!(error, MasslessError::Setup(LeggedError::Legs(_))),
+        "{error}"
+    );
     let error = refused(&|_, o| o.step = SimDuration::ZERO);
-    assert!(matches!(error, MasslessError::Step), "{error}");
+    assert!(
+        matches!(error, MasslessError::Setup(LeggedError::Step)),
+        "{error}"
+    );
     let error = refused(&|r, _| r.legs[1].leg.mass.lumped_foot = 0.0);
-    assert!(matches!(error, MasslessError::Mass { .. }), "{error}");
+    assert!(
+        matches!(error, MasslessError::Setup(LeggedError::Mass { .. })),
+        "{error}"
+    );
     let error = refused(&|r, _| r.trunk.mass = -3.0);
-    assert!(matches!(error, MasslessError::Mass { .. }), "{error}");
+    assert!(
+        matches!(error, MasslessError::Setup(LeggedError::Mass { .. })),
+        "{error}"
+    );
     let error = refused(&|r, _| r.legs[2].leg.l1 = 0.0);
     assert!(
-        matches!(&error, MasslessError::Leg { leg, .. } if leg == "LH"),
+        matches!(&error, MasslessError::Setup(LeggedError::Leg { leg, .. }) if leg == "LH"),
         "{error}"
     );
     let error = refused(&|_, o| o.drives = Drives::Ideal { period: 0.0 });
-    assert!(matches!(error, MasslessError::Servo { .. }), "{error}");
+    assert!(
+        matches!(error, MasslessError::Setup(LeggedError::Servo { .. })),
+        "{error}"
+    );
     for inertia in [
         [0.0, 1e-3, 1e-3],
         [1e-3, f64::NAN, 1e-3],
@@ -216,14 +234,14 @@ fn what_cannot_be_built_is_refused_with_a_reason() {
 #[test]
 fn a_step_of_ten_milliseconds_is_coarse_but_sound() {
     let robot = robot();
-    let mut options = Options {
+    let mut setup = Setup {
         step: SimDuration::from_millis(10),
-        ..options()
+        ..setup()
     };
-    options.start = Trot::START.commands(&robot, &options, 0.0);
-    let mut scene = Scene::new(&robot, &options);
+    setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
+    let mut scene = Scene::new(&robot, &setup);
     for ms in (10..=1000).step_by(10) {
-        scene.trot(&robot, &options, Trot::START, ms);
+        scene.trot(&robot, &setup, Trot::START, ms);
         assert!(scene.observe().iter().all(|x| x.is_finite()));
     }
     let books = scene.energy();
@@ -235,10 +253,10 @@ fn a_step_of_ten_milliseconds_is_coarse_but_sound() {
 #[test]
 fn a_trunk_without_legs_falls_and_one_with_one_leg_stumbles() {
     for base in [Base::Free, Base::Planar, Base::Fixed] {
-        let none = Options {
+        let none = Setup {
             base,
             legs: Vec::new(),
-            ..options()
+            ..setup()
         };
         let mut scene = Scene::new(&robot(), &none);
         let start = scene.read("body/position")[2];
@@ -250,10 +268,10 @@ fn a_trunk_without_legs_falls_and_one_with_one_leg_stumbles() {
             0.5 * 9.81 * 0.01
         };
         assert!((start - z - expected).abs() < 1e-12, "{z}");
-        let one = Options {
+        let one = Setup {
             base,
             legs: vec!["RH".to_owned()],
-            ..options()
+            ..setup()
         };
         let mut scene = Scene::new(&robot(), &one);
         run(&mut scene, 0, 500);
@@ -264,7 +282,7 @@ fn a_trunk_without_legs_falls_and_one_with_one_leg_stumbles() {
 fn oncilla_stands() {
     let robot = named_robot("oncilla");
     for force in [Force::Solve, Force::Lookup { cells: 32 }] {
-        let mut scene = Scene::new(&robot, &Options { force, ..options() });
+        let mut scene = Scene::forced(&robot, &setup(), force);
         let height = scene.read("body/position")[2];
         scene.to(1000);
         let (position, rpy) = (
@@ -280,12 +298,12 @@ fn oncilla_stands() {
 fn a_cable_that_is_wound_beyond_all_reach_stalls_its_drive() {
     // The leg bottoms out, the drive pulls with all the torque it has, and nothing breaks. A drive without a limit pulls
     // without limit: that must end in a fault, or hold.
-    let mut options = Options {
+    let mut setup = Setup {
         base: Base::Fixed,
         ground: None,
-        ..options()
+        ..setup()
     };
-    let mut scene = Scene::new(&robot(), &options);
+    let mut scene = Scene::new(&robot(), &setup);
     for pair in scene.commands.chunks_mut(2) {
         pair[1] = 10.0;
     }
@@ -308,8 +326,8 @@ fn a_cable_that_is_wound_beyond_all_reach_stalls_its_drive() {
         })
         .sum();
     assert!((mean - 4.0 / 0.025).abs() < 0.01 * mean, "{mean}");
-    options.drives = Drives::Ideal { period: 5e-3 };
-    let mut scene = Scene::new(&robot(), &options);
+    setup.drives = Drives::Ideal { period: 5e-3 };
+    let mut scene = Scene::new(&robot(), &setup);
     for pair in scene.commands.chunks_mut(2) {
         pair[1] = 10.0;
     }
@@ -324,7 +342,7 @@ fn a_command_that_is_no_number_is_a_fault_and_leaves_the_plant_where_it_was() {
         (1, f64::INFINITY),
         (2, f64::NEG_INFINITY),
     ] {
-        let mut scene = Scene::new(&robot(), &options());
+        let mut scene = Scene::new(&robot(), &setup());
         scene.to(10);
         let before = scene.observe().to_vec();
         let mut commands = scene.commands.clone();
@@ -344,9 +362,9 @@ fn a_command_that_is_no_number_is_a_fault_and_leaves_the_plant_where_it_was() {
 #[test]
 fn hips_that_are_whirled_round_and_round_end_in_a_fault_or_go_on() {
     let robot = robot();
-    let mut options = options();
-    options.drives = Drives::Ideal { period: 5e-3 };
-    let mut scene = Scene::new(&robot, &options);
+    let mut setup = setup();
+    setup.drives = Drives::Ideal { period: 5e-3 };
+    let mut scene = Scene::new(&robot, &setup);
     for ms in 1..=300_u64 {
         for pair in scene.commands.chunks_mut(2) {
             pair[0] = 0.05 * ms as f64;
@@ -377,7 +395,7 @@ fn weak_and_stiff_springs_and_light_feet_run_or_say_why_not() {
             }
             mount.leg.mass.lumped_foot *= foot;
         }
-        let mut scene = Scene::new(&robot, &options());
+        let mut scene = Scene::new(&robot, &setup());
         let through = run(&mut scene, 0, 200);
         // Springs a hundred times too weak let the legs fold flat under the trunk; ten thousand times too stiff, they swing
         // four times in a step of the plant and still keep their books.

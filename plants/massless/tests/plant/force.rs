@@ -1,9 +1,10 @@
 //! Forces looked up against forces solved for.
 
 use twinrig_leg::{EnergyTable, Pantograph};
-use twinrig_massless::{Force, Options};
+use twinrig_legged::Setup;
+use twinrig_massless::Force;
 
-use crate::scene::{Scene, Trot, named_robot, options, robot};
+use crate::scene::{Scene, Trot, named_robot, robot, setup};
 
 /// Cells along each axis that a scene has by default.
 const CELLS: usize = 64;
@@ -23,19 +24,16 @@ fn tables_of_the_default_size_state_a_force_error_below_ten_millinewtons() {
 #[test]
 fn a_looked_up_trot_differs_by_no_more_than_the_stated_error_explains() {
     let robot = robot();
-    let start = Options {
-        start: Trot::START.commands(&robot, &options(), 0.0),
-        ..options()
+    let start = Setup {
+        start: Trot::START.commands(&robot, &setup(), 0.0).into(),
+        ..setup()
     };
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     for cells in [32, CELLS] {
-        let looked_up = Options {
-            force: Force::Lookup { cells },
-            ..start.clone()
-        };
+        let force = Force::Lookup { cells };
         let error = EnergyTable::new(&leg, cells).unwrap().error();
         let mut solved = Scene::new(&robot, &start);
-        let mut looked_up = Scene::new(&robot, &looked_up);
+        let mut looked_up = Scene::forced(&robot, &start, force);
         for ms in 1..=50 {
             solved.trot(&robot, &start, Trot::START, ms);
             looked_up.trot(&robot, &start, Trot::START, ms);

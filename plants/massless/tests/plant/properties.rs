@@ -4,10 +4,11 @@ use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
 use twinrig_leg::{Pantograph, Stop};
-use twinrig_massless::{Base, Drives, Massless, Options};
+use twinrig_legged::{Base, Drives, Setup};
+use twinrig_massless::Massless;
 use twinrig_runtime::Plant;
 
-use crate::scene::{SERVO, Scene, Trot, at, options, robot};
+use crate::scene::{SERVO, Scene, Trot, at, robot, setup};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
@@ -39,24 +40,24 @@ fn motions() -> impl Strategy<Value = Motion> {
 }
 
 impl Motion {
-    fn options(&self) -> Options {
+    fn setup(&self) -> Setup {
         let mut servo = SERVO;
         servo.torque = self.torque;
-        let mut options = Options {
+        let mut setup = Setup {
             base: self.base,
             ground: Some(Ground::new(Terrain::Flat, self.friction, 0.0).unwrap()),
             drives: Drives::Servos {
                 hip: servo,
                 knee: servo,
             },
-            ..options()
+            ..setup()
         };
-        options.start = self.trot.commands(&robot(), &options, 0.0);
-        options
+        setup.start = self.trot.commands(&robot(), &setup, 0.0).into();
+        setup
     }
 
     fn scene(&self) -> Scene {
-        Scene::new(&robot(), &self.options())
+        Scene::new(&robot(), &self.setup())
     }
 }
 
@@ -122,16 +123,16 @@ fn compare_without(motion: Motion, gone: usize) {
         base: Base::Fixed,
         ..motion
     };
-    let options = motion.options();
+    let setup = motion.setup();
     let there = LEGS.iter().filter(|leg| **leg != LEGS[gone]);
-    let fewer = Options {
+    let fewer = Setup {
         legs: there.map(|leg| (*leg).to_owned()).collect(),
-        ..options.clone()
+        ..setup.clone()
     };
-    let mut all = Scene::new(&robot, &options);
+    let mut all = Scene::new(&robot, &setup);
     let mut some = Scene::new(&robot, &fewer);
     for ms in 1..=100 {
-        all.trot(&robot, &options, motion.trot, ms);
+        all.trot(&robot, &setup, motion.trot, ms);
         some.trot(&robot, &fewer, motion.trot, ms);
         for leg in &fewer.legs {
             for what in ["foot/position", "foot/force", "hip/torque", "cable/tension"] {
@@ -166,11 +167,11 @@ proptest! {
     #[test]
     fn forces_stay_within_what_cables_ground_and_drives_can_do(motion in motions()) {
         let robot = robot();
-        let options = motion.options();
+        let setup = motion.setup();
         let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
         let mut scene = motion.scene();
         for ms in 1..=200 {
-            scene.trot(&robot, &options, motion.trot, ms);
+            scene.trot(&robot, &setup, motion.trot, ms);
             check_limits(&mut scene, &motion, &leg)?;
             scene.plant.begin_window();
         }
@@ -182,10 +183,10 @@ proptest! {
     #[test]
     fn a_restored_plant_goes_on_bit_for_bit(motion in motions(), at_ms in 1..150_u64) {
         let robot = robot();
-        let options = motion.options();
+        let setup = motion.setup();
         let mut scene = motion.scene();
         for ms in 1..=at_ms {
-            scene.trot(&robot, &options, motion.trot, ms);
+            scene.trot(&robot, &setup, motion.trot, ms);
         }
         let saved = scene.plant.save();
         // Into a plant that has been elsewhere meanwhile.
@@ -195,8 +196,8 @@ proptest! {
         other.plant.restore(&saved).unwrap();
         prop_assert_eq!(&bytes(&other.plant), &saved.0);
         for ms in at_ms + 1..at_ms + 60 {
-            scene.trot(&robot, &options, motion.trot, ms);
-            other.trot(&robot, &options, motion.trot, ms);
+            scene.trot(&robot, &setup, motion.trot, ms);
+            other.trot(&robot, &setup, motion.trot, ms);
             prop_assert_eq!(scene.observe(), other.observe());
         }
         prop_assert_eq!(bytes(&scene.plant), bytes(&other.plant));
@@ -205,12 +206,12 @@ proptest! {
     #[test]
     fn what_is_looked_at_and_how_often_changes_no_bit(motion in motions()) {
         let robot = robot();
-        let options = motion.options();
+        let setup = motion.setup();
         let mut seen = motion.scene();
-        let mut unseen = Scene::wanting(&robot, &options, &|name| name == "body/rpy");
+        let mut unseen = Scene::wanting(&robot, &setup, &|name| name == "body/rpy");
         for ms in 1..=150 {
-            seen.trot(&robot, &options, motion.trot, ms);
-            unseen.trot(&robot, &options, motion.trot, ms);
+            seen.trot(&robot, &setup, motion.trot, ms);
+            unseen.trot(&robot, &setup, motion.trot, ms);
             seen.observe();
             seen.observe();
         }

@@ -4,11 +4,11 @@
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_leg::LegCommand;
-use twinrig_massless::{Base, Drives, Options};
+use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, options, robot};
+use crate::scene::{Scene, robot};
 
 /// A scene of the script, with what the script says about it.
 struct Reference {
@@ -66,13 +66,13 @@ impl Reference {
         robot
     }
 
-    fn options(&self, step: SimDuration) -> Options {
+    fn setup(&self, step: SimDuration) -> Setup {
         let start = self
             .legs
             .iter()
             .zip((self.hips)(0.0))
             .map(|(leg, hip)| ((*leg).to_owned(), LegCommand { hip, knee: 0.0 }));
-        Options {
+        Setup {
             base: self.base,
             legs: self.legs.iter().map(|leg| (*leg).to_owned()).collect(),
             ground: self
@@ -81,7 +81,6 @@ impl Reference {
             step,
             drives: Drives::Ideal { period: 5e-3 },
             start: start.collect(),
-            ..options()
         }
     }
 
@@ -89,7 +88,7 @@ impl Reference {
     fn errors(&self, step_us: u64) -> [f64; 4] {
         let step = SimDuration::from_micros(step_us);
         let robot = self.robot();
-        let mut scene = Scene::new(&robot, &self.options(step));
+        let mut scene = Scene::new(&robot, &self.setup(step));
         let mut errors = [0.0_f64; 4];
         let mut now = 0;
         for row in self.golden.lines().skip(1) {

@@ -5,7 +5,8 @@ use std::path::Path;
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
-use twinrig_massless::{Base, Drives, Force, Massless, Options};
+use twinrig_legged::{Base, Drives, Setup, Start};
+use twinrig_massless::{Force, Massless, Options};
 use twinrig_robot::{Robot, RobotFile, Servo};
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault};
 
@@ -30,8 +31,8 @@ pub const SERVO: Servo = Servo {
 };
 
 /// All four legs, free, on flat ground, in steps of a millisecond.
-pub fn options() -> Options {
-    Options {
+pub fn setup() -> Setup {
+    Setup {
         base: Base::Free,
         legs: ["LF", "RF", "LH", "RH"].map(str::to_owned).to_vec(),
         ground: Some(Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()),
@@ -40,13 +41,12 @@ pub fn options() -> Options {
             hip: SERVO,
             knee: SERVO,
         },
-        force: Force::Solve,
-        start: Vec::new(),
+        start: Start::default(),
     }
 }
 
 /// The same on a plane that falls towards +x by `slope` metres a metre, the trunk level and all feet on it.
-pub fn on_slope(robot: &Robot, slope: f64, friction: f64) -> Options {
+pub fn on_slope(robot: &Robot, slope: f64, friction: f64) -> Setup {
     const SPACING: f64 = 0.2;
     let hips = robot.legs.iter().map(|mount| mount.hip[0]);
     let foremost = hips.fold(f64::NEG_INFINITY, f64::max);
@@ -61,10 +61,10 @@ pub fn on_slope(robot: &Robot, slope: f64, friction: f64) -> Options {
         let command = leg.inverse_closed(Planar::new(0.0, -length)).unwrap();
         (mount.name.clone(), command)
     });
-    Options {
+    Setup {
         ground: Some(ground),
         start: start.collect(),
-        ..options()
+        ..setup()
     }
 }
 
@@ -79,33 +79,29 @@ pub struct Scene {
 
 impl Scene {
     /// With every signal.
-    pub fn new(robot: &Robot, options: &Options) -> Self {
-        Self::wanting(robot, options, &|_| true)
+    pub fn new(robot: &Robot, setup: &Setup) -> Self {
+        Self::wanting(robot, setup, &|_| true)
     }
 
-    /// With the signals that are wanted; the commands keep the drives where they start.
-    pub fn wanting(robot: &Robot, options: &Options, wanted: &dyn Fn(&str) -> bool) -> Self {
-        Self::driving(
-            Massless::new(robot, options, wanted).unwrap(),
-            robot,
-            options,
-        )
+    /// With the signals that are wanted.
+    pub fn wanting(robot: &Robot, setup: &Setup, wanted: &dyn Fn(&str) -> bool) -> Self {
+        Self::built(robot, setup, Force::Solve, wanted)
     }
 
-    fn driving(plant: Massless, robot: &Robot, options: &Options) -> Self {
-        let layout = Layout::of(&plant.ports(), Direction::Output);
+    /// With its forces from here or there.
+    pub fn forced(robot: &Robot, setup: &Setup, force: Force) -> Self {
+        Self::built(robot, setup, force, &|_| true)
+    }
+
+    /// The commands keep the drives where they start.
+    fn built(robot: &Robot, setup: &Setup, force: Force, wanted: &dyn Fn(&str) -> bool) -> Self {
+        let setup = setup.clone();
+        let plant = Massless::new(robot, &Options { setup, force }, wanted).unwrap();
+        let layout = |direction| Layout::of(&plant.ports(), direction);
+        let mut commands = vec![0.0; layout(Direction::Input).len()];
+        plant.first_inputs(&mut commands);
+        let layout = layout(Direction::Output);
         let outputs = vec![0.0; layout.len()];
-        let commands = legs_of(robot, options)
-            .flat_map(|(name, leg)| {
-                let upright = Planar::new(0.0, -0.9 * leg.length_max());
-                let given = options.start.iter().find(|(named, _)| *named == name);
-                let LegCommand { hip, knee } = given.map_or_else(
-                    || leg.inverse_closed(upright).unwrap(),
-                    |(_, command)| *command,
-                );
-                [hip, knee]
-            })
-            .collect();
         Self {
             plant,
             commands,
@@ -115,19 +111,19 @@ impl Scene {
     }
 
     /// A scene in mid-trot.
-    pub fn trotting(robot: &Robot, options: &Options, since_ms: u64) -> Self {
-        let mut options = options.clone();
-        options.start = Trot::START.commands(robot, &options, 0.0);
-        let mut scene = Self::new(robot, &options);
+    pub fn trotting(robot: &Robot, setup: &Setup, force: Force, since_ms: u64) -> Self {
+        let mut setup = setup.clone();
+        setup.start = Trot::START.commands(robot, &setup, 0.0).into();
+        let mut scene = Self::forced(robot, &setup, force);
         for ms in 1..=since_ms {
-            scene.trot(robot, &options, Trot::START, ms);
+            scene.trot(robot, &setup, Trot::START, ms);
         }
         scene
     }
 
     /// Advances to `ms` under the commands of a trot.
-    pub fn trot(&mut self, robot: &Robot, options: &Options, trot: Trot, ms: u64) {
-        let commands = trot.commands(robot, options, ms as f64 * 1e-3);
+    pub fn trot(&mut self, robot: &Robot, setup: &Setup, trot: Trot, ms: u64) {
+        let commands = trot.commands(robot, setup, ms as f64 * 1e-3);
         for (pair, (_, command)) in self.commands.chunks_mut(2).zip(commands) {
             pair.copy_from_slice(&[command.hip, command.knee]);
         }
@@ -177,12 +173,12 @@ pub fn at(ms: u64) -> SimTime {
 /// Name and mechanism of the legs that are there, in the robot's order.
 pub fn legs_of<'a>(
     robot: &'a Robot,
-    options: &'a Options,
+    setup: &'a Setup,
 ) -> impl Iterator<Item = (String, Pantograph)> + 'a {
     robot
         .legs
         .iter()
-        .filter(|mount| options.legs.contains(&mount.name))
+        .filter(|mount| setup.legs.contains(&mount.name))
         .map(|mount| (mount.name.clone(), Pantograph::new(&mount.leg).unwrap()))
 }
 
@@ -209,13 +205,8 @@ impl Trot {
     };
 
     /// What the drives of each leg are told at a time.
-    pub fn commands(
-        self,
-        robot: &Robot,
-        options: &Options,
-        time_s: f64,
-    ) -> Vec<(String, LegCommand)> {
-        legs_of(robot, options)
+    pub fn commands(self, robot: &Robot, setup: &Setup, time_s: f64) -> Vec<(String, LegCommand)> {
+        legs_of(robot, setup)
             .map(|(name, leg)| {
                 let offset = if matches!(name.as_str(), "LF" | "RH") {
                     0.0

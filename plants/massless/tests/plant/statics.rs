@@ -1,28 +1,28 @@
 //! Standing and sticking: what the ground carries, and what the cables do.
 
 use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
-use twinrig_massless::{Base, Drives, Options};
+use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, named_robot, on_slope, options, robot};
+use crate::scene::{Scene, named_robot, on_slope, robot, setup};
 
 const G: f64 = 9.81;
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
 /// Starts with slack cables, runs to rest, then measures a tenth of a second.
-fn settled(robot: &Robot, options: &Options) -> Scene {
+fn settled(robot: &Robot, setup: &Setup) -> Scene {
     let extended = LegCommand {
         hip: 0.0,
         knee: 0.0,
     };
-    let mut options = options.clone();
-    options.start = options
+    let mut setup = setup.clone();
+    setup.start = setup
         .legs
         .iter()
         .map(|leg| (leg.clone(), extended))
         .collect();
-    let mut scene = Scene::new(robot, &options);
+    let mut scene = Scene::new(robot, &setup);
     scene.to(2000);
     scene.plant.begin_window();
     scene.to(2100);
@@ -44,7 +44,7 @@ fn sprung() -> Robot {
 #[test]
 fn the_feet_of_a_robot_that_stands_carry_its_weight() {
     for robot in [robot(), sprung(), named_robot("oncilla")] {
-        let mut scene = settled(&robot, &options());
+        let mut scene = settled(&robot, &setup());
         let loads = LEGS.map(|leg| scene.value(&format!("leg/{leg}/foot/load")));
         let weight = robot.mass() * G;
         let sum: f64 = loads.iter().sum();
@@ -68,10 +68,10 @@ fn each_pair_of_feet_carries_what_the_balance_of_moments_leaves_it() {
             mount.hip[0] = -0.06;
         }
     }
-    let two = Options {
+    let two = Setup {
         base: Base::Planar,
         legs: vec!["LF".to_owned(), "LH".to_owned()],
-        ..options()
+        ..setup()
     };
     let mut scene = settled(&robot, &two);
     // All masses with their places: trunk and hips as one, feet where they are seen to be.
@@ -101,7 +101,7 @@ fn a_leg_that_stands_is_where_the_minimum_of_its_energy_is() {
     // Four equal legs on springs, hips free of torque but for what holds them: the leg's equilibrium at the length it has
     // pushes with the load of one foot (less the foot's own weight) and asks the hip for the torque it is measured to give.
     let robot = sprung();
-    let mut scene = settled(&robot, &options());
+    let mut scene = settled(&robot, &setup());
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     for name in LEGS {
         let load = scene.value(&format!("leg/{name}/foot/load")) - 0.03 * G;
@@ -156,12 +156,12 @@ fn a_taut_cable_carries_what_the_springs_and_the_foot_leave_it() {
         let start = leg
             .inverse_closed(Planar::new(0.01, -share * leg.length_max()))
             .unwrap();
-        let alone = Options {
+        let alone = Setup {
             base: Base::Fixed,
             legs: vec!["LF".to_owned()],
             ground: None,
-            start: vec![("LF".to_owned(), start)],
-            ..options()
+            start: vec![("LF".to_owned(), start)].into(),
+            ..setup()
         };
         let mut scene = Scene::new(&robot, &alone);
         scene.to(2000);
@@ -200,9 +200,9 @@ fn rigid_on_slope(slope: f64, friction: f64) -> Scene {
     for mount in &mut robot.legs {
         (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (0.05, 0.05);
     }
-    let mut options = on_slope(&robot, slope, friction);
-    options.drives = Drives::Ideal { period: 5e-3 };
-    Scene::new(&robot, &options)
+    let mut setup = on_slope(&robot, slope, friction);
+    setup.drives = Drives::Ideal { period: 5e-3 };
+    Scene::new(&robot, &setup)
 }
 
 #[test]

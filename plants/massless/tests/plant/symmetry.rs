@@ -1,22 +1,22 @@
 //! Mirrored robots, and motions that need no sideways freedom.
 
 use twinrig_kernel::SimDuration;
-use twinrig_massless::{Base, Options};
+use twinrig_legged::{Base, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, Trot, at, options, robot};
+use crate::scene::{Scene, Trot, at, robot, setup};
 
 /// Commands of a trot, with the legs of this order in the place of LF, RF, LH, RH.
 fn trotting_as(robot: &Robot, order: [usize; 4], ms: u64) -> Scene {
-    let options = options();
+    let setup = setup();
     let ordered = |time_s: f64| {
-        let commands = Trot::START.commands(robot, &options, time_s);
+        let commands = Trot::START.commands(robot, &setup, time_s);
         [0, 1, 2, 3].map(|i| (commands[i].0.clone(), commands[order[i]].1))
     };
-    let start = Options {
-        start: ordered(0.0).to_vec(),
-        ..options.clone()
+    let start = Setup {
+        start: ordered(0.0).to_vec().into(),
+        ..setup.clone()
     };
     let mut scene = Scene::new(robot, &start);
     for now in 1..=ms {
@@ -77,11 +77,11 @@ fn a_mirrored_motion_is_the_mirrored_motion() {
 /// Fore legs together, hind legs together.
 fn pairwise(base: Base, robot: &Robot, ms: u64) -> Scene {
     let bound = |time_s: f64| {
-        let commands = Trot::START.commands(robot, &options(), time_s);
+        let commands = Trot::START.commands(robot, &setup(), time_s);
         [0, 0, 2, 2].map(|i| commands[i].1)
     };
     let commands = bound(0.0);
-    let options = Options {
+    let setup = Setup {
         base,
         start: robot
             .legs
@@ -89,9 +89,9 @@ fn pairwise(base: Base, robot: &Robot, ms: u64) -> Scene {
             .zip(commands)
             .map(|(mount, command)| (mount.name.clone(), command))
             .collect(),
-        ..options()
+        ..setup()
     };
-    let mut scene = Scene::new(robot, &options);
+    let mut scene = Scene::new(robot, &setup);
     for now in 1..=ms {
         for (pair, command) in scene.commands.chunks_mut(2).zip(bound(now as f64 * 1e-3)) {
             pair.copy_from_slice(&[command.hip, command.knee]);
@@ -128,16 +128,16 @@ fn what_is_measured_of_velocities_is_the_rate_of_what_is_measured_of_positions()
     // In the air, the swinging of three legs turns the trunk about all its axes. Steps of 0.1 ms: the central difference is right
     // to jerk · h²/6, 1e5 m/s³ of the feet: 2e-4 m/s; what is hit in between is left out.
     let robot = robot();
-    let mut options = options();
-    options.step = SimDuration::from_micros(100);
-    options.ground = None;
-    options.legs.truncate(3);
-    options.start = Trot::START.commands(&robot, &options, 0.0);
-    let mut scene = Scene::new(&robot, &options);
+    let mut setup = setup();
+    setup.step = SimDuration::from_micros(100);
+    setup.ground = None;
+    setup.legs.truncate(3);
+    setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
+    let mut scene = Scene::new(&robot, &setup);
     let mut good = 0;
     let signals = ["body", "leg/LF/foot", "leg/LH/foot"];
     for ms in 1..=200_u64 {
-        scene.trot(&robot, &options, Trot::START, ms);
+        scene.trot(&robot, &setup, Trot::START, ms);
         let impact = scene.energy().impact;
         let mut next = |to_us: u64| {
             let to = at(ms) + SimDuration::from_micros(to_us);

@@ -1,13 +1,13 @@
-//! The plant's signals: their names and where their values are.
+//! The plants' signals: their names, units and sizes, and their writing.
 
 use libm::{asin, atan2};
-use twinrig_kernel::{Port, Unit};
-use twinrig_leg::Planar;
+use nalgebra::Matrix3;
+use twinrig_kernel::{Direction, Port, SimTime, Unit};
+use twinrig_runtime::{EnergyBooks, PlantFault};
 
-use twinrig_runtime::EnergyBooks;
-
-use crate::flow::Flow;
-use crate::state::LEGS;
+use crate::readings::Readings;
+use crate::setup::{Drives, Setup};
+use crate::window::Window;
 
 /// A measurement of the whole robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,32 +95,40 @@ const LEG: [(&str, Unit, usize, LegSignal); 11] = [
     ("foot/clearance", Unit::Meter, 1, LegSignal::FootClearance),
 ];
 
-/// Ground impulses at the start of the present window, and when that was.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Window {
-    pub(crate) begun_s: f64,
-    pub(crate) impulses: [[f64; 3]; LEGS],
-}
+/// What there is to measure only where there is ground.
+const ON_GROUND: [LegSignal; 3] = [
+    LegSignal::FootLoad,
+    LegSignal::FootForce,
+    LegSignal::FootClearance,
+];
 
-/// The measurements that are wanted, in the order of the ports.
+/// What there is to measure only where there are drives.
+const OF_DRIVES: [LegSignal; 4] = [
+    LegSignal::HipTorque,
+    LegSignal::KneePosition,
+    LegSignal::KneeTorque,
+    LegSignal::CableTension,
+];
+
+/// The commands of a plant, and the measurements that are wanted of it, in the order of the ports.
 #[derive(Debug, Clone)]
-pub(crate) struct Signals {
+pub struct Signals {
     wanted: Vec<Signal>,
     energy: bool,
     ports: Vec<Port>,
 }
 
 impl Signals {
-    /// The signals of these legs, with those of the ground where there is one.
-    pub(crate) fn new(legs: &[&str], ground: bool, wanted: &dyn Fn(&str) -> bool) -> Self {
+    /// The signals of these legs, which are those of `setup` in the robot's order. There are commands, torques and cables
+    /// where there are drives, and loads and clearances where there is ground. `wanted` says which measurements anybody
+    /// needs.
+    pub fn new(legs: &[&str], setup: &Setup, wanted: &dyn Fn(&str) -> bool) -> Self {
+        let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);
         let mut ports = Vec::new();
-        for leg in legs {
+        for leg in legs.iter().filter(|_| drives) {
             for joint in ["hip", "knee"] {
-                ports.push(Port::input(
-                    format!("leg/{leg}/{joint}/command"),
-                    Unit::Radian,
-                    1,
-                ));
+                let name = format!("leg/{leg}/{joint}/command");
+                ports.push(Port::input(name, Unit::Radian, 1));
             }
         }
         let mut signals = Vec::new();
@@ -130,10 +138,13 @@ impl Signals {
                 signals.push(Signal::Body(signal));
             }
         }
+        let exists = |signal: &LegSignal| {
+            (ground || !ON_GROUND.contains(signal)) && (drives || !OF_DRIVES.contains(signal))
+        };
         for (i, leg) in legs.iter().enumerate() {
             for (name, unit, size, signal) in LEG {
                 let name = format!("leg/{leg}/{name}");
-                if (ground || !ON_GROUND.contains(&signal)) && wanted(&name) {
+                if exists(&signal) && wanted(&name) {
                     ports.push(Port::output(name, unit, size));
                     signals.push(Signal::Leg(i, signal));
                 }
@@ -149,64 +160,57 @@ impl Signals {
         }
     }
 
-    pub(crate) fn ports(&self) -> &[Port] {
+    /// Commands of hip and knee, leg by leg; then the measurements.
+    pub fn ports(&self) -> &[Port] {
         &self.ports
     }
 
-    /// Writes all measurements; `elapsed_s` is the time since the window began.
-    pub(crate) fn write(
+    /// Checks that all commands are numbers; `stored` is the plant's energy at `now`, for the report \[J\].
+    ///
+    /// # Errors
+    /// A fault that names the command.
+    pub fn check_inputs(
         &self,
-        flows: &[Flow],
+        inputs: &[f64],
+        now: SimTime,
+        stored: impl FnOnce() -> f64,
+    ) -> Result<(), PlantFault> {
+        let Some(i) = inputs.iter().position(|input| !input.is_finite()) else {
+            return Ok(());
+        };
+        let commands = self.ports.iter();
+        let mut commands = commands.filter(|port| port.direction == Direction::Input);
+        let part = commands.nth(i).map(|port| port.name.clone());
+        Err(PlantFault {
+            time: now,
+            part: part.unwrap_or_default(),
+            energy: stored(),
+            why: "the command is not a number".to_owned(),
+        })
+    }
+
+    /// Writes all measurements that are wanted; ground forces are means over the window, which is at `now_s` \[s\].
+    pub fn write(
+        &self,
+        readings: &impl Readings,
         window: &Window,
-        elapsed_s: f64,
+        now_s: f64,
         outputs: &mut [f64],
     ) {
         let books = if self.energy {
-            energy(flows)
+            readings.energy()
         } else {
             EnergyBooks::default()
         };
         let mut rest = outputs;
         for signal in &self.wanted {
             rest = match *signal {
-                Signal::Body(body) => body.write(&flows[0], &books, rest),
-                Signal::Leg(leg, signal) => {
-                    let before = &window.impulses[leg];
-                    let (flow, own) = if flows.len() == 1 {
-                        (&flows[0], leg)
-                    } else {
-                        (&flows[leg], 0)
-                    };
-                    signal.write(flow, own, before, elapsed_s, rest)
-                }
+                Signal::Body(body) => body.write(readings, &books, rest),
+                Signal::Leg(leg, signal) => signal.write(readings, leg, window, now_s, rest),
             };
         }
     }
 }
-
-/// The books of all that moves by itself, in one.
-pub(crate) fn energy(flows: &[Flow]) -> EnergyBooks {
-    let mut sum = EnergyBooks::default();
-    for flow in flows {
-        let part = flow.energy();
-        sum.kinetic += part.kinetic;
-        sum.spring += part.spring;
-        sum.gravity += part.gravity;
-        sum.dissipated += part.dissipated;
-        sum.actuator += part.actuator;
-        sum.impact += part.impact;
-        sum.exchanged += part.exchanged;
-        sum.residual += part.residual;
-    }
-    sum
-}
-
-/// What there is to measure only where there is ground.
-const ON_GROUND: [LegSignal; 3] = [
-    LegSignal::FootLoad,
-    LegSignal::FootForce,
-    LegSignal::FootClearance,
-];
 
 /// Writes values to the front of a slice and returns the rest.
 fn put<'a>(values: &[f64], outputs: &'a mut [f64]) -> &'a mut [f64] {
@@ -220,14 +224,18 @@ impl BodySignal {
         self as usize >= Self::Kinetic as usize
     }
 
-    fn write<'a>(self, flow: &Flow, books: &EnergyBooks, outputs: &'a mut [f64]) -> &'a mut [f64] {
-        let state = &flow.state;
+    fn write<'a>(
+        self,
+        readings: &impl Readings,
+        books: &EnergyBooks,
+        outputs: &'a mut [f64],
+    ) -> &'a mut [f64] {
         match self {
-            Self::Position => put(state.position().as_slice(), outputs),
-            Self::Orientation => put(&state.attitude(), outputs),
-            Self::Rpy => put(&roll_pitch_yaw(&flow.here.rotation), outputs),
-            Self::Velocity => put((flow.here.rotation * state.velocity()).as_slice(), outputs),
-            Self::AngularVelocity => put(state.rate().as_slice(), outputs),
+            Self::Position => put(readings.position().as_slice(), outputs),
+            Self::Orientation => put(&readings.attitude(), outputs),
+            Self::Rpy => put(&roll_pitch_yaw(&readings.rotation()), outputs),
+            Self::Velocity => put(readings.velocity().as_slice(), outputs),
+            Self::AngularVelocity => put(readings.angular_velocity().as_slice(), outputs),
             Self::Kinetic => put(&[books.kinetic], outputs),
             Self::Spring => put(&[books.spring], outputs),
             Self::Gravity => put(&[books.gravity], outputs),
@@ -243,60 +251,31 @@ impl BodySignal {
 impl LegSignal {
     fn write<'a>(
         self,
-        flow: &Flow,
+        of: &impl Readings,
         leg: usize,
-        impulse_before: &[f64; 3],
-        elapsed_s: f64,
+        window: &Window,
+        now_s: f64,
         outputs: &'a mut [f64],
     ) -> &'a mut [f64] {
-        let (state, here, model) = (&flow.state, &flow.here, &flow.model.legs[leg]);
-        let foot = model.foot_in_trunk(state.foot(leg));
-        let mean_force = || {
-            let impulse = nalgebra::Vector3::from(flow.impulses[leg])
-                - nalgebra::Vector3::from(*impulse_before);
-            if elapsed_s > 0.0 {
-                impulse / elapsed_s
-            } else {
-                nalgebra::Vector3::zeros()
-            }
-        };
+        let mean_force = || window.mean_force(leg, &of.ground_impulse(leg), now_s);
         match self {
-            Self::HipPosition => put(
-                &[state.hip(leg) - model.pantograph.hip_reference()],
-                outputs,
-            ),
-            Self::HipTorque => put(&[flow.torques[leg][0]], outputs),
-            Self::KneePosition => put(&[state.pulley(leg)], outputs),
-            Self::KneeTorque => put(&[flow.torques[leg][1]], outputs),
-            Self::CableTension => put(
-                &[flow.forces[leg][twinrig_leg::Stop::Cable as usize]],
-                outputs,
-            ),
-            // The first angle is a coordinate; the others take an arc tangent each.
-            Self::Angles => {
-                let [_, second, third] = here.poses[leg].along;
-                let of = |e: Planar| atan2(e.x, -e.y);
-                put(&[state.hip(leg), of(second), of(third)], outputs)
-            }
-            Self::FootPosition => put(
-                (state.position() + here.rotation * foot).as_slice(),
-                outputs,
-            ),
-            Self::FootVelocity => {
-                let own = state.foot_velocity(leg);
-                let sideways = (state.velocity() + state.rate().cross(&foot)).y;
-                let velocity = here.rotation * nalgebra::Vector3::new(own.x, sideways, own.y);
-                put(velocity.as_slice(), outputs)
-            }
-            Self::FootLoad => put(&[mean_force().dot(&here.surfaces[leg].normal)], outputs),
+            Self::HipPosition => put(&[of.hip(leg)], outputs),
+            Self::HipTorque => put(&[of.hip_torque(leg)], outputs),
+            Self::KneePosition => put(&[of.pulley(leg)], outputs),
+            Self::KneeTorque => put(&[of.knee_torque(leg)], outputs),
+            Self::CableTension => put(&[of.cable_tension(leg)], outputs),
+            Self::Angles => put(&of.angles(leg), outputs),
+            Self::FootPosition => put(of.foot_position(leg).as_slice(), outputs),
+            Self::FootVelocity => put(of.foot_velocity(leg).as_slice(), outputs),
+            Self::FootLoad => put(&[mean_force().dot(&of.ground_normal(leg))], outputs),
             Self::FootForce => put(mean_force().as_slice(), outputs),
-            Self::FootClearance => put(&[here.surfaces[leg].gap], outputs),
+            Self::FootClearance => put(&[of.clearance(leg)], outputs),
         }
     }
 }
 
 /// Angles of the rotation about z, then y, then x (yaw, pitch, roll), in the order roll, pitch, yaw.
-fn roll_pitch_yaw(rotation: &nalgebra::Matrix3<f64>) -> [f64; 3] {
+fn roll_pitch_yaw(rotation: &Matrix3<f64>) -> [f64; 3] {
     [
         atan2(rotation[(2, 1)], rotation[(2, 2)]),
         asin((-rotation[(2, 0)]).clamp(-1.0, 1.0)),

@@ -4,14 +4,18 @@ use serde::{Deserialize, Serialize};
 use twinrig_runtime::EnergyBooks;
 
 /// Kinetic, spring and gravity energy \[J\].
-pub(crate) type Stored = [f64; 3];
+pub type Stored = [f64; 3];
 
-/// What has flowed since the start \[J\].
+/// What has flowed since the start \[J\]. Every step adds to the flows, then strikes a balance; what then does not add up is
+/// the residual, which measures the integration and hides nothing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Ledger {
-    pub(crate) actuator: f64,
-    pub(crate) dissipated: f64,
-    pub(crate) impact: f64,
+pub struct Ledger {
+    /// Work of the drives on the robot.
+    pub actuator: f64,
+    /// What friction has taken, in joints and on the ground.
+    pub dissipated: f64,
+    /// What impacts have taken.
+    pub impact: f64,
     exchanged: f64,
     start: f64,
     stored: Stored,
@@ -20,7 +24,8 @@ pub(crate) struct Ledger {
 }
 
 impl Ledger {
-    pub(crate) fn opened(stored: Stored) -> Self {
+    /// Opens the books with what there is.
+    pub fn opened(stored: Stored) -> Self {
         Self {
             start: stored.iter().sum(),
             stored,
@@ -29,7 +34,7 @@ impl Ledger {
     }
 
     /// Strikes a balance after a step. Every joule that moves leaves one account and enters another.
-    pub(crate) fn balance(&mut self, stored: Stored) {
+    pub fn balance(&mut self, stored: Stored) {
         let flows = [self.actuator, self.dissipated, self.impact];
         let moved = |now: [f64; 3], before: [f64; 3]| {
             (now[0] - before[0]).abs() + (now[1] - before[1]).abs() + (now[2] - before[2]).abs()
@@ -38,7 +43,8 @@ impl Ledger {
         (self.stored, self.flows) = (stored, flows);
     }
 
-    pub(crate) fn books(&self) -> EnergyBooks {
+    /// Where the energy is, where it went, and what is missing.
+    pub fn books(&self) -> EnergyBooks {
         let [kinetic, spring, gravity] = self.stored;
         let Self {
             actuator,

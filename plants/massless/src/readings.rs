@@ -1,0 +1,128 @@
+//! What is measured of the plant.
+
+use libm::atan2;
+use nalgebra::{Matrix3, Vector3};
+use twinrig_leg::{Planar, Stop};
+use twinrig_legged::Readings;
+use twinrig_runtime::EnergyBooks;
+
+use crate::flow::Flow;
+
+/// All that moves by itself, seen as one robot.
+pub(crate) struct Whole<'f>(pub(crate) &'f [Flow]);
+
+impl Whole<'_> {
+    /// The flow that a leg belongs to, and its number there.
+    fn of(&self, leg: usize) -> (&Flow, usize) {
+        match self.0 {
+            [flow] => (flow, leg),
+            flows => (&flows[leg], 0),
+        }
+    }
+
+    /// The flow that has the trunk; where there are several, it is held, and all have the same.
+    fn trunk(&self) -> &Flow {
+        &self.0[0]
+    }
+}
+
+impl Readings for Whole<'_> {
+    fn position(&self) -> Vector3<f64> {
+        self.trunk().state.position()
+    }
+
+    fn attitude(&self) -> [f64; 4] {
+        self.trunk().state.attitude()
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        self.trunk().here.rotation
+    }
+
+    fn velocity(&self) -> Vector3<f64> {
+        self.rotation() * self.trunk().state.velocity()
+    }
+
+    fn angular_velocity(&self) -> Vector3<f64> {
+        self.trunk().state.rate()
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        let mut sum = EnergyBooks::default();
+        for flow in self.0 {
+            let part = flow.energy();
+            sum.kinetic += part.kinetic;
+            sum.spring += part.spring;
+            sum.gravity += part.gravity;
+            sum.dissipated += part.dissipated;
+            sum.actuator += part.actuator;
+            sum.impact += part.impact;
+            sum.exchanged += part.exchanged;
+            sum.residual += part.residual;
+        }
+        sum
+    }
+
+    fn hip(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.state.hip(leg) - flow.model.legs[leg].pantograph.hip_reference()
+    }
+
+    fn hip_torque(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.torques[leg][0]
+    }
+
+    fn pulley(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.state.pulley(leg)
+    }
+
+    fn knee_torque(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.torques[leg][1]
+    }
+
+    fn cable_tension(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.forces[leg][Stop::Cable as usize]
+    }
+
+    fn angles(&self, leg: usize) -> [f64; 3] {
+        let (flow, leg) = self.of(leg);
+        // The first angle is a coordinate; the others take an arc tangent each.
+        let [_, second, third] = flow.here.poses[leg].along;
+        let of = |e: Planar| atan2(e.x, -e.y);
+        [flow.state.hip(leg), of(second), of(third)]
+    }
+
+    fn foot_position(&self, leg: usize) -> Vector3<f64> {
+        let (flow, leg) = self.of(leg);
+        let foot = flow.model.legs[leg].foot_in_trunk(flow.state.foot(leg));
+        flow.state.position() + flow.here.rotation * foot
+    }
+
+    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
+        let (flow, leg) = self.of(leg);
+        let state = &flow.state;
+        let foot = flow.model.legs[leg].foot_in_trunk(state.foot(leg));
+        let own = state.foot_velocity(leg);
+        let sideways = (state.velocity() + state.rate().cross(&foot)).y;
+        flow.here.rotation * Vector3::new(own.x, sideways, own.y)
+    }
+
+    fn ground_impulse(&self, leg: usize) -> [f64; 3] {
+        let (flow, leg) = self.of(leg);
+        flow.impulses[leg]
+    }
+
+    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
+        let (flow, leg) = self.of(leg);
+        flow.here.surfaces[leg].normal
+    }
+
+    fn clearance(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.here.surfaces[leg].gap
+    }
+}
