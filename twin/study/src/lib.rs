@@ -1,0 +1,56 @@
+//! Studies of plants: how precise each of their methods is for the time it takes ([`precision`]), and how long its steps may
+//! be before it is unstable or wrong ([`stability`]). A study knows plants only by [`twinrig_runtime::Plant`] and gets them
+//! from a [`Workshop`]; what cannot be built, gives up or takes too long is a row of it like any other. Two studies of one
+//! build find the same but for run times, unless a budget cuts something.
+//!
+//! ```
+//! use twinrig_study::{PrecisionPlan, Study, StudyError, Workshop, precision};
+//!
+//! fn coarse(workshop: &dyn Workshop) -> Result<Study, StudyError> {
+//!     let plan = PrecisionPlan { budget_s: 10.0, ..PrecisionPlan::default() };
+//!     let study = precision(workshop, &plan, &mut ())?;
+//!     for order in study.orders() {
+//!         println!("{} {}: order {:.1}", order.plant, order.method, order.order);
+//!     }
+//!     Ok(study)
+//! }
+//! ```
+//!
+//! What it does not do: it reads no scenario, knows no robot and no particular plant, and writes no file. It looks at a clock
+//! for run times and budgets only.
+
+mod budget;
+mod commands;
+mod csv;
+mod error;
+mod events;
+mod html;
+mod machine;
+mod outing;
+mod precision;
+mod reference;
+mod row;
+mod search;
+mod stability;
+mod stopwatch;
+mod study;
+mod sweep;
+mod thesis;
+mod trace;
+mod watcher;
+mod workshop;
+
+pub use commands::{Commands, Tape, Tapped};
+pub use csv::csv;
+pub use error::StudyError;
+pub use html::html;
+pub use machine::Machine;
+pub use precision::{PrecisionPlan, precision};
+pub use reference::{CheckNote, ReferenceNote};
+pub use row::{CLOCKED, Row, RowKind, Status};
+pub use stability::{StabilityPlan, stability};
+pub use study::{Order, Study, StudyKind};
+pub use sweep::Factor;
+pub use thesis::{FIGURES, ThesisFigure};
+pub use watcher::Watcher;
+pub use workshop::{Knob, MethodOffer, PlantOffer, Scales, Scene, SetBy, Variant, Workshop};

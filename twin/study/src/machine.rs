@@ -1,0 +1,61 @@
+//! What a study was run on: run times mean nothing without it.
+
+use serde::Serialize;
+
+/// A machine and a build.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Machine {
+    /// Its processor, as it calls itself.
+    pub cpu: String,
+    /// Processors that the program may use. A study uses one.
+    pub cores: usize,
+    /// Mean number of running programs in the last minute, as the study began: more than 1, and others took part of the time.
+    pub load: Option<f64>,
+    /// Operating system and instruction set.
+    pub system: String,
+    /// What was built, and how.
+    pub build: String,
+}
+
+impl Machine {
+    /// This one, running `build`.
+    pub fn here(build: &str) -> Self {
+        let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
+        let profile = if cfg!(debug_assertions) {
+            "debug: run times are those of a build without optimisation"
+        } else {
+            "release"
+        };
+        Self {
+            cpu: cpu(&read("/proc/cpuinfo")).unwrap_or_else(|| "unknown".to_owned()),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            load: load(&read("/proc/loadavg")),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            build: format!("{build} ({profile})"),
+        }
+    }
+}
+
+fn cpu(info: &str) -> Option<String> {
+    let line = info.lines().find(|line| line.starts_with("model name"))?;
+    let (_, name) = line.split_once(':')?;
+    Some(name.trim().to_owned())
+}
+
+fn load(averages: &str) -> Option<f64> {
+    averages.split_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_system_says_of_itself_is_read_and_what_it_does_not_is_unknown() {
+        let info = "processor\t: 0\nmodel name\t: Any CPU @ 3 GHz\ncache size\t: 1 KB\n";
+        assert_eq!(cpu(info).as_deref(), Some("Any CPU @ 3 GHz"));
+        assert_eq!(cpu("nothing"), None);
+        assert_eq!(load("0.52 0.58 0.59 1/467 12345\n"), Some(0.52));
+        assert_eq!(load(""), None);
+    }
+}

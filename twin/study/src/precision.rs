@@ -1,0 +1,353 @@
+//! Error against run time.
+
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::budget::{Budget, Share};
+use crate::error::StudyError;
+use crate::events;
+use crate::reference::{self, Reference, ReferenceNote, Stage, ended};
+use crate::row::{Row, RowKind, Status};
+use crate::study::{Study, StudyKind};
+use crate::trace::Trace;
+use crate::watcher::Watcher;
+use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
+
+/// How precision is studied.
+#[derive(Clone, Debug)]
+pub struct PrecisionPlan {
+    /// How much of the scene; none: all.
+    pub duration: Option<SimDuration>,
+    /// Steps, the longest first. What is compared is compared at multiples of the longest.
+    pub steps: Vec<SimDuration>,
+    /// Tolerances, the loosest first.
+    pub tolerances: Vec<f64>,
+    /// Factors of the masses of the segments at which a plant without is compared with one that has them.
+    pub masses: Vec<f64>,
+    /// Runs whose median is the run time.
+    pub repetitions: u64,
+    /// What the study may take in all \[s\]. What is cut for it is a row, too.
+    pub budget_s: f64,
+}
+
+impl Default for PrecisionPlan {
+    fn default() -> Self {
+        let micros = [10_000, 5_000, 2_000, 1_000, 500, 200, 100, 50, 20, 10];
+        Self {
+            duration: None,
+            steps: micros.map(SimDuration::from_micros).into(),
+            tolerances: vec![1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11],
+            masses: vec![1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 0.0],
+            repetitions: 7,
+            budget_s: 120.0,
+        }
+    }
+}
+
+/// A run whose kinetic energy exceeds the greatest of its reference so many times is unstable.
+pub(crate) const RUNAWAY: f64 = 100.0;
+
+/// Studies how precise the methods of the plants are, and what they take for it.
+///
+/// # Errors
+/// [`StudyError`] if there is nothing to study, or `watcher` ended it.
+pub fn precision(
+    workshop: &dyn Workshop,
+    plan: &PrecisionPlan,
+    watcher: &mut dyn Watcher,
+) -> Result<Study, StudyError> {
+    let plants = workshop.plants();
+    if plants.is_empty() {
+        return Err(StudyError::NoPlant);
+    }
+    let stage = stage(workshop, plan)?;
+    let rows: usize = plants
+        .iter()
+        .map(|plant| knobs(plant, plan, &stage).count())
+        .sum();
+    let compared = plants.len() - 1;
+    let limits = if limit_pair(plants).is_some() {
+        plan.masses.len()
+    } else {
+        0
+    };
+    let mut job = Job {
+        stage,
+        plan,
+        // A reference is worth a few rows.
+        budget: Budget::new(
+            plan.budget_s,
+            rows + plants.len() + compared.min(1) * limits,
+        ),
+        watcher,
+        rows: Vec::new(),
+    };
+    let mut references = Vec::new();
+    let mut notes = Vec::new();
+    for plant in plants {
+        let share = job.begin(&format!("{}, reference", plant.name))?;
+        let reference = reference::checked(&job.stage, plant, share);
+        notes.push(match &reference {
+            Ok(reference) => reference.note(),
+            Err(why) => ReferenceNote::missing(&plant.name, why.clone()),
+        });
+        references.push(reference.ok());
+    }
+    for (plant, reference) in plants.iter().zip(&references) {
+        job.plant(plant, reference.as_ref())?;
+    }
+    job.models(plants, &references);
+    job.limit(plants)?;
+    let rows = std::mem::take(&mut job.rows);
+    let mut study = Study::new(
+        StudyKind::Precision,
+        workshop.scene(),
+        stage.end,
+        stage.grid,
+    );
+    study.references = notes;
+    study.rows = rows;
+    study.budget_s = plan.budget_s;
+    Ok(study)
+}
+
+/// What is compared, and where.
+fn stage<'a>(workshop: &'a dyn Workshop, plan: &PrecisionPlan) -> Result<Stage<'a>, StudyError> {
+    let scene = workshop.scene();
+    let duration = plan.duration.unwrap_or(scene.duration).min(scene.duration);
+    let longest = plan.steps.iter().max().copied();
+    let longest = longest.unwrap_or(SimDuration::from_millis(10));
+    // Commands cut the steps anyway; between two of them nothing is gained by looking less often.
+    let grid = scene
+        .commands
+        .period()
+        .map_or(longest, |period| period.min(longest));
+    if duration < grid || grid.is_zero() {
+        return Err(StudyError::TooShort {
+            duration,
+            least: grid,
+        });
+    }
+    Ok(Stage {
+        workshop,
+        // The last instant of the grid.
+        end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
+        grid,
+    })
+}
+
+/// The settings of a plant's methods, the coarsest first; no step that the grid would cut.
+fn knobs<'a>(
+    plant: &'a PlantOffer,
+    plan: &'a PrecisionPlan,
+    stage: &Stage<'_>,
+) -> impl Iterator<Item = (&'a MethodOffer, Knob)> {
+    let grid = stage.grid;
+    plant.methods.iter().flat_map(move |method| {
+        let knobs: Vec<Knob> = match method.set_by {
+            SetBy::Step => {
+                let steps = plan.steps.iter().copied();
+                let whole = steps.filter(|&step| grid.is_multiple_of(step));
+                whole.map(Knob::Step).collect()
+            }
+            SetBy::Tolerance => plan
+                .tolerances
+                .iter()
+                .copied()
+                .map(Knob::Tolerance)
+                .collect(),
+        };
+        knobs.into_iter().map(move |knob| (method, knob))
+    })
+}
+
+/// The plant that has segments with mass, and the one that is its limit.
+fn limit_pair(plants: &[PlantOffer]) -> Option<(&PlantOffer, &PlantOffer)> {
+    let full = plants.iter().find(|plant| plant.segment_masses)?;
+    let limit = plants.iter().find(|plant| !plant.segment_masses)?;
+    Some((full, limit))
+}
+
+/// A study on its way.
+struct Job<'a> {
+    stage: Stage<'a>,
+    plan: &'a PrecisionPlan,
+    budget: Budget,
+    watcher: &'a mut dyn Watcher,
+    rows: Vec<Row>,
+}
+
+impl Job<'_> {
+    fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next();
+        let (part, of) = self.budget.progress();
+        if self.watcher.at(part, of, doing) {
+            Ok(share)
+        } else {
+            Err(StudyError::Interrupted { done: part, of })
+        }
+    }
+
+    /// The rows of a plant.
+    fn plant(
+        &mut self,
+        plant: &PlantOffer,
+        reference: Option<&Reference>,
+    ) -> Result<(), StudyError> {
+        let plan = self.plan;
+        let stage = self.stage;
+        let mut last: Option<(&str, f64, f64)> = None;
+        for (method, knob) in knobs(plant, plan, &stage) {
+            let share = self.begin(&format!("{}, {}", plant.name, method.name))?;
+            let variant = Variant {
+                plant: plant.name.clone(),
+                method: method.name.clone(),
+                knob,
+                scales: Scales::AS_IS,
+            };
+            // A method takes in proportion to its steps, so what would take too long need not be tried.
+            let expected = match (last, knob.step_s()) {
+                (Some((name, step, took)), Some(next)) if name == method.name => took * step / next,
+                _ => 0.0,
+            };
+            if expected > share.seconds {
+                let why = format!(
+                    "too slow: it would take {expected:.0} s, its budget is {:.1} s",
+                    share.seconds
+                );
+                self.rows
+                    .push(Row::new(RowKind::Integration, &variant).ended(Status::Failed, why));
+                continue;
+            }
+            let (row, took_s) = self.row(&variant, reference, share);
+            if let (Some(step), Status::Ok) = (knob.step_s(), row.status) {
+                last = Some((&method.name, step, took_s));
+            }
+            self.rows.push(row);
+        }
+        Ok(())
+    }
+
+    /// One row, and the time that its run took \[s\].
+    fn row(&self, variant: &Variant, reference: Option<&Reference>, share: Share) -> (Row, f64) {
+        let mut row = Row::new(RowKind::Integration, variant);
+        let most = reference.map_or(f64::INFINITY, |reference| {
+            RUNAWAY * reference.trace.kinetic_peak()
+        });
+        let recorded = self.stage.record(variant, share, |kinetic| kinetic > most);
+        let (trace, ending) = match recorded {
+            Ok(recorded) => recorded,
+            Err(why) => return (row.ended(Status::Failed, why), 0.0),
+        };
+        row.note_work(&trace.work, trace.reached_s());
+        row.energy_residual_j = Some(trace.residual);
+        row.drift_m = trace.drift;
+        if let crate::outing::Ending::Enough(at) = ending {
+            row.note_time(trace.took_s, trace.reached_s(), 1);
+            let why = format!("its kinetic energy exceeds the reference's {RUNAWAY} times at {at}");
+            return (row.ended(Status::Unstable, why), trace.took_s);
+        }
+        if let Some((status, why)) = ended(&ending, share) {
+            row.note_time(trace.took_s, trace.reached_s(), 1);
+            return (row.ended(status, why), trace.took_s);
+        }
+        if let Some(reference) = reference {
+            self.compare(&mut row, &trace, reference);
+        } else {
+            row.why = Some("there is no reference to compare with".to_owned());
+        }
+        self.time(&mut row, variant, &trace, share);
+        (row, trace.took_s)
+    }
+
+    fn compare(&self, row: &mut Row, trace: &Trace, reference: &Reference) {
+        if let Some(errors) = trace.errors(&reference.trace) {
+            row.note_errors(&errors);
+            row.at_floor = errors.foot_rms <= reference.floor_rms();
+        } else {
+            row.why = Some("it tells of no foot that the reference has, too".to_owned());
+        }
+        if let Some(errors) = events::compare(&trace.events, &reference.trace.events) {
+            row.event_time_error_s = errors.time_max_s;
+            row.events = Some(errors.count as u64);
+            row.events_expected = Some(errors.expected as u64);
+        }
+    }
+
+    /// Times a variant that is known to come to its end: the median of several runs without looking, of fewer where they
+    /// take long.
+    fn time(&self, row: &mut Row, variant: &Variant, trace: &Trace, share: Share) {
+        let mut times = Vec::new();
+        let mut spent_s = trace.took_s;
+        for _ in 0..self.plan.repetitions.max(1) {
+            let Ok(mut plant) = self.stage.workshop.build(variant) else {
+                break;
+            };
+            if spent_s + trace.took_s > share.seconds {
+                break;
+            }
+            let (_, took_s) = self.stage.outing(share).timed(&mut *plant);
+            if share.deadline.passed() {
+                break;
+            }
+            spent_s += took_s;
+            times.push(took_s);
+        }
+        if times.is_empty() {
+            times.push(trace.took_s);
+        }
+        times.sort_by(f64::total_cmp);
+        row.note_time(
+            times[times.len() / 2],
+            trace.reached_s(),
+            times.len() as u64,
+        );
+    }
+
+    /// What other models leave out of the first with segments that have mass.
+    fn models(&mut self, plants: &[PlantOffer], references: &[Option<Reference>]) {
+        let full = plants.iter().position(|plant| plant.segment_masses);
+        let Some(base) = full.and_then(|n| references[n].as_ref()) else {
+            return;
+        };
+        for other in references.iter().flatten() {
+            if other.variant.plant != base.variant.plant {
+                self.rows.push(base.difference(RowKind::Model, other));
+            }
+        }
+    }
+
+    /// How the difference of two models vanishes with the masses that one of them leaves out.
+    fn limit(&mut self, plants: &[PlantOffer]) -> Result<(), StudyError> {
+        let Some((full, limit)) = limit_pair(plants) else {
+            return Ok(());
+        };
+        for &mass in &self.plan.masses {
+            let share = self.begin(&format!("{} without its segments' mass", full.name))?;
+            let scales = Scales {
+                mass,
+                bare_foot: true,
+                ..Scales::AS_IS
+            };
+            let both = reference::unchecked(&self.stage, full, scales, share).and_then(|full| {
+                let limit = reference::unchecked(&self.stage, limit, scales, share)?;
+                Ok((full, limit))
+            });
+            let row = match both {
+                Ok((full, limit)) => limit.difference(RowKind::Limit, &full),
+                Err(why) => {
+                    let variant = Variant {
+                        plant: full.name.clone(),
+                        method: String::new(),
+                        knob: Knob::Step(self.stage.grid),
+                        scales,
+                    };
+                    let mut row = Row::new(RowKind::Limit, &variant).ended(Status::Failed, why);
+                    row.step_s = None;
+                    row
+                }
+            };
+            self.rows.push(row);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,276 @@
+//! What a plant is measured against, and how far that is to be trusted.
+
+use serde::Serialize;
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::budget::Share;
+use crate::outing::{Ending, Outing};
+use crate::row::{Row, RowKind, Status};
+use crate::trace::{Errors, Trace};
+use crate::workshop::{Knob, PlantOffer, Scales, SetBy, Variant, Workshop};
+
+/// Where a method says nothing, its finest setting is this.
+const FINEST_STEP: SimDuration = SimDuration::from_micros(5);
+const FINEST_TOLERANCE: f64 = 1e-12;
+
+/// A run that others of the same plant are measured against.
+#[derive(Clone, Debug)]
+pub(crate) struct Reference {
+    pub(crate) variant: Variant,
+    pub(crate) trace: Trace,
+    /// Another method, or the same at a coarser setting, and how far it is from this.
+    pub(crate) check: Option<(Variant, Errors)>,
+}
+
+/// A reference, as a study tells of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReferenceNote {
+    /// Its plant.
+    pub plant: String,
+    /// Its method; none if there is no reference.
+    pub method: Option<String>,
+    /// Its step \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_s: Option<f64>,
+    /// Its tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// What it was checked by.
+    pub check: Option<CheckNote>,
+    /// Why there is none, or no check.
+    pub why: Option<String>,
+}
+
+/// The check of a reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckNote {
+    /// Its method.
+    pub method: String,
+    /// Its step \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_s: Option<f64>,
+    /// Its tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Whether it is another method.
+    pub independent: bool,
+    /// Root of the mean square distance between the two \[m\].
+    pub disagreement_rms_m: f64,
+    /// The greatest distance between the two \[m\].
+    pub disagreement_max_m: f64,
+}
+
+/// A scene without its plant.
+#[derive(Clone, Copy)]
+pub(crate) struct Stage<'a> {
+    pub(crate) workshop: &'a dyn Workshop,
+    pub(crate) end: SimTime,
+    pub(crate) grid: SimDuration,
+}
+
+impl Stage<'_> {
+    /// Builds a variant and leads it through the scene.
+    ///
+    /// # Errors
+    /// Status and reason of the row that a run that did not come to its end is.
+    pub(crate) fn record(
+        &self,
+        variant: &Variant,
+        share: Share,
+        enough: impl FnMut(f64) -> bool,
+    ) -> Result<(Trace, Ending), String> {
+        let mut plant = self.workshop.build(variant)?;
+        let outing = self.outing(share);
+        Ok(Trace::record(&mut *plant, &outing, enough))
+    }
+
+    pub(crate) fn outing(&self, share: Share) -> Outing<'_> {
+        Outing {
+            commands: &self.workshop.scene().commands,
+            end: self.end,
+            grid: self.grid,
+            deadline: share.deadline,
+        }
+    }
+
+    /// The trace of a variant that came to the end of the scene.
+    fn whole(&self, variant: &Variant, share: Share) -> Result<Trace, String> {
+        let (trace, ending) = self.record(variant, share, |_| false)?;
+        match ended(&ending, share) {
+            None => Ok(trace),
+            Some((_, why)) => Err(why),
+        }
+    }
+}
+
+/// What a run that ended so is, if it did not come to its end.
+pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
+    match ending {
+        Ending::Whole | Ending::Enough(_) => None,
+        Ending::Fault(fault) => Some((Status::Failed, fault.to_string())),
+        Ending::NotFinite(at) => Some((
+            Status::Unstable,
+            format!("something is no longer a number at {at}"),
+        )),
+        Ending::TooSlow(at) => Some((
+            Status::Failed,
+            format!("too slow: at {at} after {:.1} s, its budget", share.seconds),
+        )),
+    }
+}
+
+/// The settings at which methods of `offer` are trusted, the best first.
+fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
+    let variant = |method: &str, knob| Variant {
+        plant: offer.name.clone(),
+        method: method.to_owned(),
+        knob,
+        scales,
+    };
+    let named = offer.methods.iter().filter_map(|method| {
+        let knob = method.reference?;
+        Some(variant(&method.name, knob))
+    });
+    let others = offer
+        .methods
+        .iter()
+        .filter(|method| method.reference.is_none());
+    let others = others.map(|method| {
+        let knob = match method.set_by {
+            SetBy::Step => Knob::Step(FINEST_STEP),
+            SetBy::Tolerance => Knob::Tolerance(FINEST_TOLERANCE),
+        };
+        variant(&method.name, knob)
+    });
+    let named: Vec<Variant> = named.collect();
+    if named.is_empty() {
+        others.collect()
+    } else {
+        named
+    }
+}
+
+/// A reference without a check.
+///
+/// # Errors
+/// Why none of the methods gives one.
+pub(crate) fn unchecked(
+    stage: &Stage<'_>,
+    offer: &PlantOffer,
+    scales: Scales,
+    share: Share,
+) -> Result<Reference, String> {
+    let mut why = String::from("it has no method");
+    for variant in trusted(offer, scales) {
+        match stage.whole(&variant, share) {
+            Ok(trace) => {
+                return Ok(Reference {
+                    variant,
+                    trace,
+                    check: None,
+                });
+            }
+            Err(error) => why = format!("{}: {error}", variant.method),
+        }
+    }
+    Err(why)
+}
+
+/// A reference with its check, where there is one.
+///
+/// # Errors
+/// Why none of the methods gives one.
+pub(crate) fn checked(
+    stage: &Stage<'_>,
+    offer: &PlantOffer,
+    share: Share,
+) -> Result<Reference, String> {
+    let mut reference = unchecked(stage, offer, Scales::AS_IS, share)?;
+    let own = &reference.variant;
+    let others = trusted(offer, Scales::AS_IS);
+    let others = others
+        .into_iter()
+        .filter(|other| other.method != own.method);
+    let coarser = Variant {
+        knob: own.knob.coarser(),
+        ..own.clone()
+    };
+    for variant in others.chain([coarser]) {
+        let trace = stage.whole(&variant, share).ok();
+        let errors = trace.and_then(|trace| trace.errors(&reference.trace));
+        if let Some(errors) = errors {
+            reference.check = Some((variant, errors));
+            break;
+        }
+    }
+    Ok(reference)
+}
+
+impl Reference {
+    /// What is not known of it: errors below are none \[m\].
+    pub(crate) fn floor_rms(&self) -> f64 {
+        self.check
+            .as_ref()
+            .map_or(0.0, |(_, errors)| errors.foot_rms)
+    }
+
+    pub(crate) fn note(&self) -> ReferenceNote {
+        let check = self.check.as_ref().map(|(variant, errors)| CheckNote {
+            method: variant.method.clone(),
+            step_s: variant.knob.step_s(),
+            tolerance: variant.knob.tolerance(),
+            independent: variant.method != self.variant.method,
+            disagreement_rms_m: errors.foot_rms,
+            disagreement_max_m: errors.foot_max,
+        });
+        let why = match &check {
+            None => Some("nothing came to the end that could check it".to_owned()),
+            Some(check) if !check.independent => {
+                Some("it is checked by its own method, at a coarser setting".to_owned())
+            }
+            Some(_) => None,
+        };
+        ReferenceNote {
+            plant: self.variant.plant.clone(),
+            method: Some(self.variant.method.clone()),
+            step_s: self.variant.knob.step_s(),
+            tolerance: self.variant.knob.tolerance(),
+            check,
+            why,
+        }
+    }
+
+    /// A row on the difference between the model of `other` and that of this.
+    pub(crate) fn difference(&self, kind: RowKind, other: &Self) -> Row {
+        let mut row = Row::new(kind, &other.variant);
+        match other.trace.errors(&self.trace) {
+            Some(errors) => row.note_errors(&errors),
+            None => row = row.ended(Status::Failed, "the plants have no foot in common"),
+        }
+        row
+    }
+}
+
+impl ReferenceNote {
+    /// That `plant` has none.
+    pub(crate) fn missing(plant: &str, why: String) -> Self {
+        Self {
+            plant: plant.to_owned(),
+            method: None,
+            step_s: None,
+            tolerance: None,
+            check: None,
+            why: Some(why),
+        }
+    }
+}
+
+impl Row {
+    /// Notes how far a run is from where it should be.
+    pub(crate) fn note_errors(&mut self, errors: &Errors) {
+        self.error_rms_m = Some(errors.foot_rms);
+        self.error_max_m = Some(errors.foot_max);
+        self.trunk_error_rms_m = errors.trunk.map(|(rms, _)| rms);
+        self.trunk_error_max_m = errors.trunk.map(|(_, max)| max);
+    }
+}

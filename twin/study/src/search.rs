@@ -1,0 +1,209 @@
+//! The search for the largest stable step.
+
+use twinrig_kernel::SimDuration;
+
+/// What became of a run at one step.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Probe {
+    Stable,
+    Unstable(String),
+    /// It cannot be said.
+    Unknown(String),
+}
+
+/// What a search found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Found {
+    /// The largest step that is stable; none if none is.
+    pub(crate) stable: Option<SimDuration>,
+    /// The smallest that is not; none if all are.
+    pub(crate) unstable: Option<SimDuration>,
+    /// Why it is not.
+    pub(crate) why: Option<String>,
+    /// Why the search ended early.
+    pub(crate) cut: Option<String>,
+    pub(crate) probes: u64,
+}
+
+/// Where to look, and how closely.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Range {
+    pub(crate) least: SimDuration,
+    pub(crate) most: SimDuration,
+    /// The search ends when the smallest unstable step is no more than so many times the largest stable one.
+    pub(crate) ratio: f64,
+}
+
+/// Shares of a limit at which it is checked that shorter steps are stable, too: an island of stability is no limit.
+const CHECKED_BELOW: [f64; 2] = [0.8, 0.5];
+
+/// Finds the largest stable step by bisection of its logarithm.
+pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) -> Found {
+    let mut found = Found::default();
+    let mut high = range.most;
+    loop {
+        found.bisect(range, high, &mut probe);
+        let (None, Some(limit)) = (&found.cut, found.stable) else {
+            return found;
+        };
+        // Nothing longer was tried where the longest is stable, so nothing shorter is in doubt.
+        if found.unstable.is_none() {
+            return found;
+        }
+        let below = CHECKED_BELOW.map(|share| scaled(limit, share));
+        let shorter = below.into_iter().filter(|&step| step >= range.least);
+        let refuted = shorter.into_iter().find(|&step| {
+            found.probes += 1;
+            match probe(step) {
+                Probe::Unstable(why) => {
+                    found.why = Some(why);
+                    true
+                }
+                Probe::Unknown(why) => {
+                    found.cut = Some(why);
+                    false
+                }
+                Probe::Stable => false,
+            }
+        });
+        match refuted {
+            None => return found,
+            Some(step) => {
+                found.stable = None;
+                found.unstable = Some(step);
+                high = step;
+            }
+        }
+    }
+}
+
+impl Found {
+    /// Between the least step and `high`, which is known not to be stable if `unstable` says so.
+    fn bisect(
+        &mut self,
+        range: Range,
+        high: SimDuration,
+        probe: &mut impl FnMut(SimDuration) -> Probe,
+    ) {
+        if self.unstable != Some(high) && !self.ask(high, probe) {
+            return;
+        }
+        if self.stable == Some(high) || range.least >= high || !self.ask(range.least, probe) {
+            return;
+        }
+        while let (Some(stable), Some(unstable)) = (self.stable, self.unstable) {
+            let (low, high) = (stable.as_secs_f64(), unstable.as_secs_f64());
+            if high <= low * range.ratio {
+                return;
+            }
+            let Some(middle) = SimDuration::try_from_secs_f64((low * high).sqrt()) else {
+                return;
+            };
+            // Steps are whole nanoseconds.
+            if middle <= stable || middle >= unstable || !self.ask(middle, probe) {
+                return;
+            }
+        }
+    }
+
+    /// Tries a step; false if nothing came of it.
+    fn ask(&mut self, step: SimDuration, probe: &mut impl FnMut(SimDuration) -> Probe) -> bool {
+        self.probes += 1;
+        match probe(step) {
+            Probe::Stable => self.stable = Some(step),
+            Probe::Unstable(why) => {
+                self.unstable = Some(step);
+                self.why = Some(why);
+            }
+            Probe::Unknown(why) => {
+                self.cut = Some(why);
+                return false;
+            }
+        }
+        true
+    }
+}
+
+fn scaled(step: SimDuration, share: f64) -> SimDuration {
+    // A share of a duration is one.
+    SimDuration::try_from_secs_f64(step.as_secs_f64() * share).unwrap_or(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const RANGE: Range = Range {
+        least: SimDuration::from_micros(1),
+        most: SimDuration::from_millis(100),
+        ratio: 1.05,
+    };
+
+    fn limit_at(limit_ns: u64) -> impl FnMut(SimDuration) -> Probe {
+        move |step| {
+            if step.as_nanos() <= limit_ns {
+                Probe::Stable
+            } else {
+                Probe::Unstable(String::new())
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_limit_lies_between_what_is_found_stable_and_what_is_found_unstable(
+            limit_ns in 1_000_u64..100_000_000
+        ) {
+            let found = search(RANGE, limit_at(limit_ns));
+            let (stable, unstable) = (found.stable.unwrap(), found.unstable.unwrap());
+            prop_assert!(stable.as_nanos() <= limit_ns && limit_ns < unstable.as_nanos());
+            prop_assert!(unstable.as_secs_f64() <= 1.05 * stable.as_secs_f64() + 2e-9);
+            prop_assert!(found.probes < 20);
+        }
+    }
+
+    #[test]
+    fn beyond_either_end_it_says_that_all_or_none_is_stable() {
+        let all = search(RANGE, limit_at(u64::MAX));
+        assert_eq!(
+            (all.stable, all.unstable, all.probes),
+            (Some(RANGE.most), None, 1)
+        );
+        let none = search(RANGE, limit_at(10));
+        assert_eq!(
+            (none.stable, none.unstable, none.probes),
+            (None, Some(RANGE.least), 2)
+        );
+    }
+
+    #[test]
+    fn an_island_of_stability_is_not_the_limit() {
+        // Stable up to 1 ms, and from 5 to 9 ms.
+        let found = search(RANGE, |step| {
+            let micros = step.as_nanos() / 1000;
+            if micros <= 1000 || (5000..=9000).contains(&micros) {
+                Probe::Stable
+            } else {
+                Probe::Unstable("outside".to_owned())
+            }
+        });
+        let limit = found.stable.unwrap().as_nanos();
+        assert!((950_000..=1_001_000).contains(&limit), "{limit}");
+    }
+
+    #[test]
+    fn a_run_without_an_answer_ends_the_search_with_what_is_known() {
+        let mut left = 3;
+        let found = search(RANGE, |step| {
+            left -= 1;
+            if left < 0 {
+                return Probe::Unknown("too slow".to_owned());
+            }
+            limit_at(2_000_000)(step)
+        });
+        assert_eq!(found.cut.as_deref(), Some("too slow"));
+        assert!(found.stable < found.unstable);
+    }
+}

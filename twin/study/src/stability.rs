@@ -1,0 +1,417 @@
+//! The largest step at which a method is stable, and what limits it (thesis, section 2.5.1).
+
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::budget::{Budget, Share};
+use crate::error::StudyError;
+use crate::outing::{Ending, Outing};
+use crate::precision::RUNAWAY;
+use crate::reference::{self, Reference, ReferenceNote, Stage, ended};
+use crate::row::{Row, RowKind, Status};
+use crate::search::{Found, Probe, Range, search};
+use crate::study::{Study, StudyKind};
+use crate::sweep::Factor;
+use crate::watcher::Watcher;
+use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
+
+/// How stability is studied.
+#[derive(Clone, Debug)]
+pub struct StabilityPlan {
+    /// How long a run is that is to stay bounded. It may be longer than the scene, whose last commands then hold.
+    pub duration: SimDuration,
+    /// The first part of it is compared with a reference; none: the scene's length, at most the whole run.
+    pub compared: Option<SimDuration>,
+    /// The shortest step that is tried.
+    pub least: SimDuration,
+    /// The longest.
+    pub most: SimDuration,
+    /// The search ends when the shortest unstable step is no more than so many times the longest stable one.
+    pub ratio: f64,
+    /// A stable step whose foot is further than this from the reference is wrong \[m\], RMS.
+    pub wrong_m: f64,
+    /// The tolerance of methods that choose their steps.
+    pub tolerance: f64,
+    /// What is varied.
+    pub factors: Vec<Factor>,
+    /// What the study may take in all \[s\].
+    pub budget_s: f64,
+}
+
+impl Default for StabilityPlan {
+    fn default() -> Self {
+        Self {
+            duration: SimDuration::from_secs(2),
+            compared: Some(SimDuration::from_millis(300)),
+            least: SimDuration::from_micros(1),
+            most: SimDuration::from_millis(100),
+            ratio: 1.05,
+            wrong_m: 1e-3,
+            tolerance: 1e-6,
+            factors: Factor::ALL.into(),
+            budget_s: 120.0,
+        }
+    }
+}
+
+/// Kinetic energy grows if its peak in the last quarter of a run exceeds so many times that in the first, and in the last
+/// quarter of the reference.
+const GROWN: f64 = 2.0;
+/// What is less than this share of the reference's greatest kinetic energy is rest.
+const REST: f64 = 1e-9;
+/// References are sampled so often, and interpolated between.
+const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
+/// Kinetic energy is looked at so often, or at each step where those are longer.
+const LOOK: SimDuration = SimDuration::from_millis(2);
+/// Runs whose median is the cost of a step.
+const REPETITIONS: usize = 3;
+
+/// Studies how long the steps of the plants' methods may be, and what limits them.
+///
+/// # Errors
+/// [`StudyError`] if there is nothing to study, or `watcher` ended it.
+pub fn stability(
+    workshop: &dyn Workshop,
+    plan: &StabilityPlan,
+    watcher: &mut dyn Watcher,
+) -> Result<Study, StudyError> {
+    let scene = workshop.scene();
+    let plants = workshop.plants();
+    if plants.is_empty() {
+        return Err(StudyError::NoPlant);
+    }
+    if plan.duration < LOOK * 8 {
+        return Err(StudyError::TooShort {
+            duration: plan.duration,
+            least: LOOK * 8,
+        });
+    }
+    let (scales, left_out) = sweeps(workshop, plan);
+    let methods: usize = plants.iter().map(|plant| plant.methods.len()).sum();
+    let parts = scales.len() * (methods + plants.len());
+    let end = SimTime::ZERO + plan.duration;
+    let mut study = Study::new(StudyKind::Stability, scene, end, REFERENCE_GRID);
+    study.budget_s = plan.budget_s;
+    study.left_out = left_out;
+    study.criteria = criteria(plan, scene.commands.period());
+    let mut job = Job {
+        stage: Stage {
+            workshop,
+            end,
+            grid: REFERENCE_GRID,
+        },
+        plan,
+        budget: Budget::new(plan.budget_s, parts),
+        watcher,
+    };
+    for &scales in &scales {
+        for plant in plants {
+            let share = job.begin(&plant.name)?;
+            let reference = reference::unchecked(&job.stage, plant, scales, share);
+            if scales == Scales::AS_IS {
+                study.references.push(match &reference {
+                    Ok(reference) => reference.note(),
+                    Err(why) => ReferenceNote::missing(&plant.name, why.clone()),
+                });
+            }
+            for method in &plant.methods {
+                let share = job.begin(&format!("{}, {}", plant.name, method.name))?;
+                let row = job.row(plant, method, scales, reference.as_ref().ok(), share);
+                study.rows.push(row);
+            }
+        }
+    }
+    Ok(study)
+}
+
+/// All scenes of all factors, each once, and the factors that say nothing.
+fn sweeps(workshop: &dyn Workshop, plan: &StabilityPlan) -> (Vec<Scales>, Vec<String>) {
+    let mut scales = vec![Scales::AS_IS];
+    let mut left_out = Vec::new();
+    for factor in &plan.factors {
+        if let Some(why) = factor.idle_in(workshop.scene()) {
+            left_out.push(format!("{}: {why}", factor.name()));
+            continue;
+        }
+        for &value in factor.values() {
+            let scaled = factor.scales(value);
+            if !scales.contains(&scaled) {
+                scales.push(scaled);
+            }
+        }
+    }
+    (scales, left_out)
+}
+
+/// What is meant by stable, for whoever reads the report.
+fn criteria(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {
+    let text = |name: &str, text: String| (name.to_owned(), text);
+    let mut criteria = vec![
+        text(
+            "unstable",
+            format!(
+                "over {} the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
+                 times the greatest of the reference, or its peak in the last quarter exceeds {GROWN} times that of the first \
+                 quarter and {GROWN} times that of the reference's last (below {REST:e} of the reference's greatest it counts as \
+                 rest)",
+                plan.duration
+            ),
+        ),
+        text(
+            "search",
+            format!(
+                "bisection of the logarithm of the step from {} to {}, until the shortest unstable step is at most {} times \
+                 the longest stable one; steps of 0.8 and 0.5 of the limit must be stable, too",
+                plan.least, plan.most, plan.ratio
+            ),
+        ),
+        text(
+            "wrong",
+            format!(
+                "stable, but the feet are {} mm or more (RMS) from the reference of the same plant",
+                plan.wrong_m * 1e3
+            ),
+        ),
+        text(
+            "methods with a tolerance",
+            format!(
+                "choose their steps themselves; at a tolerance of {:e} their mean step is shown",
+                plan.tolerance
+            ),
+        ),
+    ];
+    if let Some(period) = period {
+        criteria.push(text(
+            "commands",
+            format!("arrive every {period}, and no step is longer than that: a limit of so much is a lower bound"),
+        ));
+    }
+    criteria
+}
+
+/// A study on its way.
+struct Job<'a> {
+    stage: Stage<'a>,
+    plan: &'a StabilityPlan,
+    budget: Budget,
+    watcher: &'a mut dyn Watcher,
+}
+
+impl Job<'_> {
+    fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next();
+        let (part, of) = self.budget.progress();
+        if self.watcher.at(part, of, doing) {
+            Ok(share)
+        } else {
+            Err(StudyError::Interrupted { done: part, of })
+        }
+    }
+
+    fn row(
+        &self,
+        plant: &PlantOffer,
+        method: &MethodOffer,
+        scales: Scales,
+        reference: Option<&Reference>,
+        share: Share,
+    ) -> Row {
+        let variant = |knob| Variant {
+            plant: plant.name.clone(),
+            method: method.name.clone(),
+            knob,
+            scales,
+        };
+        match method.set_by {
+            SetBy::Tolerance => self.adaptive(
+                &variant(Knob::Tolerance(self.plan.tolerance)),
+                reference,
+                share,
+            ),
+            SetBy::Step => {
+                let commands = self.stage.workshop.scene().commands.period();
+                let most = self.plan.most;
+                let range = Range {
+                    least: self.plan.least,
+                    most: commands.map_or(most, |period| period.min(most)),
+                    ratio: self.plan.ratio,
+                };
+                let found = search(range, |step| {
+                    self.probe(&variant(Knob::Step(step)), step, reference, share)
+                });
+                self.searched(&found, variant, reference, share)
+            }
+        }
+    }
+
+    /// The row of a search.
+    fn searched(
+        &self,
+        found: &Found,
+        variant: impl Fn(Knob) -> Variant,
+        reference: Option<&Reference>,
+        share: Share,
+    ) -> Row {
+        let shown = found.stable.unwrap_or(self.plan.least);
+        let variant = variant(Knob::Step(shown));
+        let mut row = Row::new(RowKind::Stability, &variant);
+        row.probes = Some(found.probes);
+        row.least_unstable_step_s = found.unstable.map(|step| step.as_nanos() as f64 / 1e9);
+        if let Some(cut) = &found.cut {
+            let known = match (found.stable, found.unstable) {
+                (Some(stable), Some(unstable)) => {
+                    format!("; known: {stable} is stable, {unstable} is not")
+                }
+                (Some(stable), None) => format!("; known: {stable} is stable"),
+                (None, Some(unstable)) => format!("; known: {unstable} is not stable"),
+                (None, None) => String::new(),
+            };
+            return row.ended(Status::Failed, format!("{cut}{known}"));
+        }
+        let Some(stable) = found.stable else {
+            let why = found.why.clone().unwrap_or_default();
+            let why = format!("not even at {}: {why}", self.plan.least);
+            return row.ended(Status::Unstable, why);
+        };
+        row.largest_stable_step_s = Some(stable.as_nanos() as f64 / 1e9);
+        row.why = match (&found.why, found.unstable) {
+            (Some(why), Some(unstable)) => Some(format!("at {unstable}: {why}")),
+            _ => Some("the longest step that was tried is stable".to_owned()),
+        };
+        self.compare(&mut row, &variant, stable, reference, share);
+        self.time(&mut row, &variant, stable, share);
+        row
+    }
+
+    /// The row of a method that chooses its steps.
+    fn adaptive(&self, variant: &Variant, reference: Option<&Reference>, share: Share) -> Row {
+        let mut row = Row::new(RowKind::Stability, variant);
+        match self.probe(variant, LOOK, reference, share) {
+            Probe::Stable => {
+                self.compare(&mut row, variant, LOOK, reference, share);
+                self.time(&mut row, variant, LOOK, share);
+                row
+            }
+            Probe::Unstable(why) => row.ended(Status::Unstable, why),
+            Probe::Unknown(why) => row.ended(Status::Failed, why),
+        }
+    }
+
+    /// Whether a variant with steps of `step` stays bounded.
+    fn probe(
+        &self,
+        variant: &Variant,
+        step: SimDuration,
+        reference: Option<&Reference>,
+        share: Share,
+    ) -> Probe {
+        let end_s = self.stage.end.as_secs_f64();
+        let known = reference.map(|reference| {
+            let trace = &reference.trace;
+            (trace.kinetic_peak(), trace.kinetic_by_quarter(end_s)[3])
+        });
+        let (peak, late) = known.unwrap_or((f64::INFINITY, 0.0));
+        let stage = Stage {
+            grid: looks(step),
+            ..self.stage
+        };
+        let recorded = stage.record(variant, share, |kinetic| kinetic > RUNAWAY * peak);
+        let (trace, ending) = match recorded {
+            Ok(recorded) => recorded,
+            Err(why) => return Probe::Unknown(why),
+        };
+        match &ending {
+            Ending::Whole => {}
+            Ending::Enough(at) => {
+                return Probe::Unstable(format!("kinetic energy runs away at {at}"));
+            }
+            Ending::TooSlow(_) => {
+                let why = ended(&ending, share).map(|(_, why)| why);
+                return Probe::Unknown(why.unwrap_or_default());
+            }
+            Ending::Fault(_) | Ending::NotFinite(_) => {
+                let why = ended(&ending, share).map(|(_, why)| why);
+                return Probe::Unstable(why.unwrap_or_default());
+            }
+        }
+        let [first, .., last] = trace.kinetic_by_quarter(end_s);
+        let rest = if peak.is_finite() { REST * peak } else { 0.0 };
+        if last > GROWN * first.max(late) + rest {
+            return Probe::Unstable(format!(
+                "kinetic energy grows: its peak is {first:.2e} J in the first quarter and {last:.2e} J in the last"
+            ));
+        }
+        Probe::Stable
+    }
+
+    /// Whether a stable step is right, too.
+    fn compare(
+        &self,
+        row: &mut Row,
+        variant: &Variant,
+        step: SimDuration,
+        reference: Option<&Reference>,
+        share: Share,
+    ) {
+        let scene = self.stage.workshop.scene().duration;
+        let compared = self.plan.compared.unwrap_or(scene).min(self.plan.duration);
+        let stage = Stage {
+            grid: looks(step),
+            end: SimTime::ZERO + compared.max(looks(step)),
+            ..self.stage
+        };
+        let Ok((trace, _)) = stage.record(variant, share, |_| false) else {
+            return;
+        };
+        row.note_work(&trace.work, trace.reached_s());
+        row.energy_residual_j = Some(trace.residual);
+        row.drift_m = trace.drift;
+        let Some(errors) = reference.and_then(|reference| trace.errors_between(&reference.trace))
+        else {
+            row.why = Some(match row.why.take() {
+                Some(why) => format!("{why}; there is no reference"),
+                None => "there is no reference".to_owned(),
+            });
+            return;
+        };
+        row.note_errors(&errors);
+        row.wrong = errors.foot_rms > self.plan.wrong_m;
+    }
+
+    /// What a step costs.
+    fn time(&self, row: &mut Row, variant: &Variant, step: SimDuration, share: Share) {
+        let Some(mean) = row.mean_step_s.filter(|&mean| mean > 0.0) else {
+            return;
+        };
+        let mut times = Vec::new();
+        let mut simulated_s = 0.0;
+        for _ in 0..REPETITIONS {
+            let Ok(mut plant) = self.stage.workshop.build(variant) else {
+                return;
+            };
+            let grid = looks(step);
+            let whole = self.stage.end.as_nanos() / grid.as_nanos();
+            let outing = Outing {
+                grid,
+                end: SimTime::ZERO + grid * whole,
+                ..self.stage.outing(share)
+            };
+            let (ending, took_s) = outing.timed(&mut *plant);
+            if ending != Ending::Whole {
+                break;
+            }
+            simulated_s = outing.end.as_secs_f64();
+            times.push(took_s);
+        }
+        times.sort_by(f64::total_cmp);
+        if let Some(&median) = times.get(times.len() / 2) {
+            row.note_time(median, simulated_s, times.len() as u64);
+            row.cost_per_step_s = Some(median / simulated_s * mean);
+        }
+    }
+}
+
+/// How often a run with steps of `step` is looked at: at whole steps.
+fn looks(step: SimDuration) -> SimDuration {
+    let nanos = step.as_nanos().max(1);
+    SimDuration::from_nanos(nanos) * (LOOK.as_nanos() / nanos).max(1)
+}

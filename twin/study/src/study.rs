@@ -1,0 +1,189 @@
+//! What a study found.
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::machine::Machine;
+use crate::reference::ReferenceNote;
+use crate::row::{Row, RowKind, Status};
+use crate::workshop::Scene;
+
+/// Which study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StudyKind {
+    /// Error against run time.
+    Precision,
+    /// The largest stable step.
+    Stability,
+}
+
+impl StudyKind {
+    /// Its name, as the command line has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Precision => "precision",
+            Self::Stability => "stability",
+        }
+    }
+}
+
+/// What a study found, apart from the machine it ran on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Study {
+    /// Which study it is.
+    pub kind: StudyKind,
+    /// What the scenario calls itself.
+    pub scenario: String,
+    /// Its file.
+    pub file: String,
+    /// How much of the scene was simulated \[s\].
+    pub simulated_s: f64,
+    /// How often runs were compared \[s\].
+    pub grid_s: f64,
+    /// Whether commands were played.
+    pub commanded: bool,
+    /// Whether there is ground.
+    pub ground: bool,
+    /// What it was allowed to take \[s\].
+    pub budget_s: f64,
+    /// What each plant is measured against.
+    pub references: Vec<ReferenceNote>,
+    /// What it found.
+    pub rows: Vec<Row>,
+    /// What the criteria are, as pairs of a name and a text.
+    pub criteria: Vec<(String, String)>,
+    /// What was left out of it, and why.
+    pub left_out: Vec<String>,
+}
+
+/// How fast the error of a method falls with its step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Order {
+    /// Its plant.
+    pub plant: String,
+    /// Its name.
+    pub method: String,
+    /// The exponent, by least squares over the settings whose error is above the floor and below saturation.
+    pub order: f64,
+    /// So many settings.
+    pub points: usize,
+}
+
+/// Errors so far above the floor of the reference show the order of a method.
+const ABOVE_FLOOR: f64 = 10.0;
+/// Errors above this have nothing to do with an order any more \[m\].
+const SATURATED_M: f64 = 1e-2;
+
+impl Study {
+    pub(crate) fn new(kind: StudyKind, scene: &Scene, end: SimTime, grid: SimDuration) -> Self {
+        Self {
+            kind,
+            scenario: scene.name.clone(),
+            file: scene.file.clone(),
+            simulated_s: end.as_nanos() as f64 / 1e9,
+            grid_s: grid.as_nanos() as f64 / 1e9,
+            commanded: scene.commands.change(),
+            ground: scene.ground,
+            budget_s: 0.0,
+            references: Vec::new(),
+            rows: Vec::new(),
+            criteria: Vec::new(),
+            left_out: Vec::new(),
+        }
+    }
+
+    /// The curves: plants and methods in the order of their rows.
+    pub(crate) fn curves(&self) -> Vec<(&str, &str)> {
+        let mut curves = Vec::new();
+        for row in &self.rows {
+            let ours = matches!(row.kind, RowKind::Integration | RowKind::Stability);
+            if ours && !curves.contains(&row.curve()) {
+                curves.push(row.curve());
+            }
+        }
+        curves
+    }
+
+    /// What was cut because it would have taken too long.
+    pub fn cut(&self) -> impl Iterator<Item = &Row> {
+        let slow = |row: &&Row| {
+            let why = row.why.as_deref().unwrap_or_default();
+            row.status == Status::Failed && why.contains("too slow")
+        };
+        self.rows.iter().filter(slow)
+    }
+
+    /// The floor of a plant's errors \[m\].
+    pub(crate) fn floor_of(&self, plant: &str) -> f64 {
+        let note = self.references.iter().find(|note| note.plant == plant);
+        let check = note.and_then(|note| note.check.as_ref());
+        check.map_or(0.0, |check| check.disagreement_rms_m)
+    }
+
+    /// The orders of the methods that step, where their errors show one.
+    pub fn orders(&self) -> Vec<Order> {
+        let curves = self.curves().into_iter();
+        curves
+            .filter_map(|(plant, method)| {
+                let floor = ABOVE_FLOOR * self.floor_of(plant);
+                let rows = self.rows.iter().filter(|row| {
+                    row.kind == RowKind::Integration
+                        && row.status == Status::Ok
+                        && row.curve() == (plant, method)
+                });
+                let points: Vec<(f64, f64)> = rows
+                    .filter_map(|row| Some((row.step_s?, row.error_rms_m?)))
+                    .filter(|&(_, error)| error > floor.max(1e-15) && error < SATURATED_M)
+                    .map(|(step, error)| (libm::log(step), libm::log(error)))
+                    .collect();
+                let order = slope(&points)?;
+                Some(Order {
+                    plant: plant.to_owned(),
+                    method: method.to_owned(),
+                    order,
+                    points: points.len(),
+                })
+            })
+            .collect()
+    }
+
+    /// The study as JSON, with the machine it ran on and the command that repeats it.
+    pub fn json(&self, machine: &Machine, command: &str) -> Value {
+        let pairs = self.criteria.iter();
+        let criteria: Map<String, Value> = pairs
+            .map(|(name, text)| (name.clone(), text.as_str().into()))
+            .collect();
+        json!({
+            "study": self.kind,
+            "scenario": self.scenario,
+            "machine": machine,
+            "reference": self.references.first(),
+            "rows": self.rows,
+            "file": self.file,
+            "command": command,
+            "simulated_s": self.simulated_s,
+            "compared_every_s": self.grid_s,
+            "commands_played": self.commanded,
+            "budget_s": self.budget_s,
+            "references": self.references,
+            "orders": self.orders(),
+            "criteria": criteria,
+            "left_out": self.left_out,
+        })
+    }
+}
+
+/// The slope of the line through `points` by least squares; none through fewer than three.
+fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let count = points.len() as f64;
+    if points.len() < 3 {
+        return None;
+    }
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
+    let xx = mean(&|point| (point.0 - x) * (point.0 - x));
+    let xy = mean(&|point| (point.0 - x) * (point.1 - y));
+    (xx > 0.0).then(|| xy / xx)
+}

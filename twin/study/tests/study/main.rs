@@ -1,0 +1,6 @@
+//! Studies of oscillators, of which all is known.
+
+mod oscillator;
+mod pages;
+mod precision;
+mod stability;

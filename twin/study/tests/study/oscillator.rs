@@ -1,0 +1,263 @@
+//! A damped oscillator, integrated by textbook methods whose limits are known in closed form: what studies are tried on.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_study::{
+    Commands, Knob, MethodOffer, PlantOffer, Scales, Scene, SetBy, Variant, Workshop,
+};
+
+pub const OMEGA: f64 = 100.0;
+pub const ZETA: f64 = 0.1;
+/// The share of the oscillator's mass that a plant without segments lacks.
+const SEGMENTS: f64 = 0.5;
+
+/// ẍ = −2ζω ẋ − ω² x, from x = 1 cm at rest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Oscillator {
+    method: String,
+    step: Option<SimDuration>,
+    tolerance: f64,
+    omega_squared: f64,
+    damping: f64,
+    mass: f64,
+    now: SimTime,
+    state: [f64; 2],
+    work: WorkCounts,
+    #[serde(skip)]
+    log: Option<Vec<PlantEvent>>,
+}
+
+impl Oscillator {
+    fn slope(&mut self, [x, v]: [f64; 2]) -> [f64; 2] {
+        self.work.evaluations += 1;
+        [v, -self.damping * v - self.omega_squared * x]
+    }
+
+    fn rk4(&mut self, state: [f64; 2], h: f64) -> [f64; 2] {
+        let along = |slope: [f64; 2], h: f64| [state[0] + h * slope[0], state[1] + h * slope[1]];
+        let a = self.slope(state);
+        let b = self.slope(along(a, h / 2.0));
+        let c = self.slope(along(b, h / 2.0));
+        let d = self.slope(along(c, h));
+        let mean = |n: usize| (a[n] + 2.0 * b[n] + 2.0 * c[n] + d[n]) / 6.0;
+        along([mean(0), mean(1)], h)
+    }
+
+    /// A step of `h`, halved as often as the tolerance wants.
+    fn adaptive(&mut self, state: [f64; 2], h: f64) -> [f64; 2] {
+        let whole = self.rk4(state, h);
+        let half = self.rk4(state, h / 2.0);
+        let halves = self.rk4(half, h / 2.0);
+        let error = (whole[0] - halves[0]).abs() + (whole[1] - halves[1]).abs() / OMEGA;
+        if error > self.tolerance * h && h > 1e-7 {
+            let middle = self.adaptive(state, h / 2.0);
+            self.adaptive(middle, h / 2.0)
+        } else {
+            self.work.steps += 2;
+            halves
+        }
+    }
+
+    fn step(&mut self, h: f64) -> Result<(), PlantFault> {
+        let before = self.state;
+        let [x, v] = before;
+        self.state = match self.method.as_str() {
+            "explicit-euler" => {
+                let slope = self.slope(before);
+                [x + h * slope[0], v + h * slope[1]]
+            }
+            "semi-implicit" => {
+                let v = v + h * self.slope(before)[1];
+                [x + h * v, v]
+            }
+            "tolerant" => self.adaptive(before, h),
+            "brittle" if self.now >= SimTime::from_nanos(50_000_000) => {
+                return Err(PlantFault {
+                    time: self.now,
+                    part: "spring".to_owned(),
+                    energy: 0.5,
+                    why: "it snapped".to_owned(),
+                });
+            }
+            _ => self.rk4(before, h),
+        };
+        if self.method != "tolerant" {
+            self.work.steps += 1;
+        }
+        if let Some(log) = &mut self.log
+            && (before[0] > 0.0) != (self.state[0] > 0.0)
+        {
+            let share = before[0] / (before[0] - self.state[0]);
+            log.push(PlantEvent {
+                at_s: self.now.as_secs_f64() + share * h,
+                part: "middle".to_owned(),
+                kind: if before[0] > 0.0 {
+                    PlantEventKind::Reached
+                } else {
+                    PlantEventKind::Released
+                },
+            });
+        }
+        Ok(())
+    }
+}
+
+impl Plant for Oscillator {
+    fn name(&self) -> &str {
+        "oscillator"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        vec![
+            Port::output("body/position", Unit::Meter, 3),
+            Port::output("leg/A/foot/position", Unit::Meter, 3),
+        ]
+    }
+
+    fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        while self.now < to {
+            let next = self.step.map_or(to, |step| to.min(self.now + step));
+            self.step((next - self.now).as_secs_f64())?;
+            self.now = next;
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        outputs.copy_from_slice(&[0.0, 0.0, 0.0, self.state[0], 0.0, 0.0]);
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        EnergyBooks {
+            kinetic: 0.5 * self.mass * self.state[1] * self.state[1],
+            ..EnergyBooks::default()
+        }
+    }
+
+    fn work(&self) -> WorkCounts {
+        self.work
+    }
+
+    fn log_events(&mut self, wanted: bool) {
+        self.log = wanted.then(Vec::new);
+    }
+
+    fn events(&self) -> &[PlantEvent] {
+        self.log.as_deref().unwrap_or_default()
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(self)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        *self = snapshot.read()?;
+        Ok(())
+    }
+}
+
+/// Oscillators of two models: `full`, whose mass can be made to vanish in part, and `bare`, which lacks that part.
+pub struct Oscillators {
+    scene: Scene,
+    plants: Vec<PlantOffer>,
+    zeta: f64,
+}
+
+fn method(name: &str, set_by: SetBy, reference: Option<Knob>) -> MethodOffer {
+    MethodOffer {
+        name: name.to_owned(),
+        about: format!("the method {name}"),
+        set_by,
+        reference,
+    }
+}
+
+impl Oscillators {
+    /// With these methods of the full model, for `millis`.
+    pub fn new(methods: &[&str], millis: u64) -> Self {
+        let fine = Some(Knob::Step(SimDuration::from_micros(20)));
+        let offered = |&name: &&str| match name {
+            "tolerant" => method(name, SetBy::Tolerance, None),
+            "rk4" => method(name, SetBy::Step, fine),
+            _ => method(name, SetBy::Step, None),
+        };
+        let full = PlantOffer {
+            name: "full".to_owned(),
+            about: "an oscillator".to_owned(),
+            segment_masses: true,
+            methods: methods.iter().map(offered).collect(),
+        };
+        Self {
+            scene: Scene {
+                name: "an oscillator".to_owned(),
+                file: "oscillator.toml".to_owned(),
+                duration: SimDuration::from_millis(millis),
+                ground: false,
+                servos: false,
+                commands: Commands::none(),
+            },
+            plants: vec![full],
+            zeta: ZETA,
+        }
+    }
+
+    pub fn with_bare(mut self) -> Self {
+        self.plants.push(PlantOffer {
+            name: "bare".to_owned(),
+            about: "one without segments".to_owned(),
+            segment_masses: false,
+            methods: vec![method("rk4", SetBy::Step, None)],
+        });
+        self
+    }
+
+    pub fn undamped(mut self) -> Self {
+        self.zeta = 0.0;
+        self
+    }
+}
+
+impl Workshop for Oscillators {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn plants(&self) -> &[PlantOffer] {
+        &self.plants
+    }
+
+    fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        if variant.method == "unbuildable" {
+            return Err("there is no such oscillator".to_owned());
+        }
+        let Scales {
+            stiffness,
+            mass,
+            damping,
+            ..
+        } = variant.scales;
+        let mass = if variant.plant == "bare" {
+            1.0
+        } else {
+            1.0 + SEGMENTS * mass
+        };
+        let (step, tolerance) = match variant.knob {
+            Knob::Step(step) => (Some(step), 0.0),
+            Knob::Tolerance(tolerance) => (None, tolerance),
+        };
+        Ok(Box::new(Oscillator {
+            method: variant.method.clone(),
+            step,
+            tolerance,
+            // As it is, the full model swings at ω.
+            omega_squared: OMEGA * OMEGA * stiffness * (1.0 + SEGMENTS) / mass,
+            damping: 2.0 * self.zeta * OMEGA * damping * (1.0 + SEGMENTS) / mass,
+            mass,
+            now: SimTime::ZERO,
+            state: [0.01, 0.0],
+            work: WorkCounts::default(),
+            log: None,
+        }))
+    }
+}

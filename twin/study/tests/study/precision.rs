@@ -1,0 +1,246 @@
+//! Error against run time.
+
+use twinrig_kernel::SimDuration;
+use twinrig_study::{
+    CLOCKED, Machine, PrecisionPlan, Row, RowKind, Status, Study, StudyError, Watcher, csv,
+    precision,
+};
+
+use crate::oscillator::Oscillators;
+
+pub fn study(methods: &[&str]) -> Study {
+    let plan = PrecisionPlan {
+        repetitions: 1,
+        budget_s: 1e9,
+        ..PrecisionPlan::default()
+    };
+    precision(&Oscillators::new(methods, 200).with_bare(), &plan, &mut ()).unwrap()
+}
+
+fn rows<'a>(study: &'a Study, method: &str) -> Vec<&'a Row> {
+    let ours = |row: &&Row| {
+        row.plant == "full" && row.method == method && row.kind == RowKind::Integration
+    };
+    study.rows.iter().filter(ours).collect()
+}
+
+#[test]
+fn the_order_of_each_method_is_found_in_its_errors() {
+    let study = study(&["rk4", "semi-implicit", "explicit-euler"]);
+    for (method, order) in [
+        ("rk4", 4.0),
+        ("semi-implicit", 1.0),
+        ("explicit-euler", 1.0),
+    ] {
+        let orders = study.orders();
+        let found = orders
+            .iter()
+            .find(|found| found.plant == "full" && found.method == method)
+            .unwrap();
+        assert!((found.order - order).abs() < 0.25, "{found:?}");
+    }
+}
+
+#[test]
+fn the_reference_is_checked_by_another_method_and_errors_below_their_difference_are_at_the_floor() {
+    let study = study(&["rk4", "tolerant"]);
+    let reference = &study.references[0];
+    let check = reference.check.as_ref().unwrap();
+    assert_eq!(reference.method.as_deref(), Some("rk4"));
+    // Only `rk4` is trusted as a reference, so it is its own check.
+    assert!(!check.independent && reference.why.is_some());
+    let errors = rows(&study, "tolerant");
+    assert_eq!(errors.len(), 8);
+    for row in errors {
+        let below = row.error_rms_m.unwrap() <= check.disagreement_rms_m;
+        assert_eq!(row.at_floor, below);
+    }
+}
+
+#[test]
+fn a_tighter_tolerance_makes_a_smaller_error_for_more_work() {
+    let study = study(&["rk4", "tolerant"]);
+    let rows = rows(&study, "tolerant");
+    for pair in rows.windows(2) {
+        assert!(pair[1].evaluations > pair[0].evaluations);
+        assert!(pair[1].error_rms_m < pair[0].error_rms_m || pair[1].at_floor);
+    }
+}
+
+#[test]
+fn what_fails_is_a_row_that_says_why() {
+    let study = study(&["rk4", "brittle", "unbuildable", "explicit-euler"]);
+    for (method, why) in [
+        ("brittle", "spring failed at"),
+        ("unbuildable", "there is no such oscillator"),
+    ] {
+        let rows = rows(&study, method);
+        assert_eq!(rows.len(), 10);
+        for row in rows {
+            assert_eq!(row.status, Status::Failed);
+            assert!(row.why.as_ref().unwrap().contains(why), "{row:?}");
+            assert_eq!(
+                (row.error_rms_m, row.real_time_factor.is_some()),
+                (None, method == "brittle")
+            );
+        }
+    }
+    // 2ζ/ω is 2 ms: at 10 and 5 ms it explodes.
+    let statuses: Vec<Status> = rows(&study, "explicit-euler")
+        .iter()
+        .map(|row| row.status)
+        .collect();
+    assert_eq!(statuses[..2], [Status::Unstable; 2]);
+    assert_eq!(statuses[3..], [Status::Ok; 7]);
+}
+
+#[test]
+fn a_row_that_takes_too_long_says_so() {
+    let plan = PrecisionPlan {
+        budget_s: 0.0,
+        steps: vec![SimDuration::from_millis(10), SimDuration::from_nanos(10)],
+        tolerances: Vec::new(),
+        ..PrecisionPlan::default()
+    };
+    let study = precision(&Oscillators::new(&["rk4"], 1000), &plan, &mut ()).unwrap();
+    let rows = rows(&study, "rk4");
+    assert_eq!(rows[0].status, Status::Ok);
+    assert_eq!(rows[1].status, Status::Failed);
+    assert!(
+        rows[1].why.as_ref().unwrap().starts_with("too slow"),
+        "{rows:?}"
+    );
+    assert_eq!(study.cut().count(), 1);
+}
+
+#[test]
+fn events_are_compared_with_those_of_the_reference() {
+    let study = study(&["rk4", "semi-implicit"]);
+    let fine = *rows(&study, "rk4").last().unwrap();
+    let coarse = rows(&study, "semi-implicit")[2];
+    assert_eq!(fine.events, fine.events_expected);
+    assert!(fine.events > Some(3));
+    assert!(fine.event_time_error_s < coarse.event_time_error_s);
+}
+
+#[test]
+fn the_difference_of_models_is_no_error_of_a_method_and_vanishes_with_the_mass() {
+    let study = study(&["rk4"]);
+    let of = |kind| {
+        let rows = study.rows.iter().filter(move |row| row.kind == kind);
+        rows.map(|row| row.error_rms_m.unwrap()).collect::<Vec<_>>()
+    };
+    let models = of(RowKind::Model);
+    let limits = of(RowKind::Limit);
+    assert_eq!((models.len(), limits.len()), (1, 8));
+    assert!(models[0] > 1e-3);
+    for pair in limits[3..].windows(2) {
+        assert!(pair[1] < 0.5 * pair[0], "{limits:?}");
+    }
+    assert!(limits[7] < 1e-12);
+    let own = study
+        .rows
+        .iter()
+        .filter(|row| row.plant == "bare" && row.kind == RowKind::Integration);
+    assert!(own.last().unwrap().error_rms_m.unwrap() < 1e-9);
+}
+
+/// Everything of a study that no clock has a part in.
+pub fn without_clock(study: &Study) -> serde_json::Value {
+    let machine = Machine::here("test");
+    let mut json = study.json(&machine, "test");
+    for row in json["rows"].as_array_mut().unwrap() {
+        for key in CLOCKED {
+            row.as_object_mut().unwrap().remove(key);
+        }
+    }
+    json.as_object_mut().unwrap().remove("machine");
+    json
+}
+
+#[test]
+fn two_studies_find_the_same_but_for_run_times() {
+    let methods = ["rk4", "semi-implicit", "tolerant", "brittle"];
+    assert_eq!(
+        without_clock(&study(&methods)),
+        without_clock(&study(&methods))
+    );
+}
+
+#[test]
+fn the_promised_keys_come_first_and_one_of_step_and_tolerance_is_there() {
+    let study = study(&["rk4", "tolerant"]);
+    let json = study.json(&Machine::here("test"), "test");
+    let keys: Vec<&str> = json
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    assert_eq!(
+        keys[..5],
+        ["study", "scenario", "machine", "reference", "rows"]
+    );
+    assert_eq!(json["study"], "precision");
+    let rest = [
+        "stiffness",
+        "mass",
+        "damping",
+        "gain",
+        "friction",
+        "restitution",
+        "status",
+        "error_rms_m",
+        "error_max_m",
+        "largest_stable_step_s",
+        "cost_per_step_s",
+        "run_s_per_simulated_s",
+        "evaluations",
+    ];
+    for row in json["rows"].as_array().unwrap() {
+        let keys: Vec<&str> = row
+            .as_object()
+            .unwrap()
+            .keys()
+            .map(String::as_str)
+            .collect();
+        assert_eq!(keys[..2], ["plant", "method"]);
+        assert!(["step_s", "tolerance"].contains(&keys[2]), "{keys:?}");
+        assert_eq!(keys[3..16], rest);
+        assert_eq!(row["stiffness"], 1.0);
+    }
+}
+
+#[test]
+fn the_table_has_a_line_for_each_row_and_a_cell_for_each_key() {
+    let study = study(&["rk4", "unbuildable"]);
+    let text = csv(&study.rows);
+    let mut lines = text.lines();
+    let head = lines.next().unwrap();
+    assert!(
+        head.starts_with("plant,method,step_s,tolerance,stiffness,"),
+        "{head}"
+    );
+    assert_eq!(lines.count(), study.rows.len());
+    assert!(text.contains("full,rk4,0.002,,1.0,"), "{text}");
+}
+
+#[test]
+fn whoever_looks_on_can_end_it_and_nothing_to_study_is_an_error() {
+    struct Impatient;
+    impl Watcher for Impatient {
+        fn at(&mut self, part: usize, of: usize, _: &str) -> bool {
+            assert!(part <= of);
+            part < 3
+        }
+    }
+    let plan = PrecisionPlan::default();
+    let workshop = Oscillators::new(&["rk4"], 100);
+    let ended = precision(&workshop, &plan, &mut Impatient);
+    assert_eq!(ended, Err(StudyError::Interrupted { done: 3, of: 11 }));
+    let short = precision(&Oscillators::new(&["rk4"], 5), &plan, &mut ());
+    assert!(
+        matches!(short, Err(StudyError::TooShort { .. })),
+        "{short:?}"
+    );
+}
