@@ -79,13 +79,14 @@ impl Constraints {
         seconds: f64,
     ) {
         self.entries.clear();
-        // The cable is the last one, and there is none without a drive that winds it.
-        let with_cable = usize::from(model.servos.is_some());
-        let stops = &Stop::ALL[..Stop::Cable as usize + with_cable];
         for (i, leg) in middle.legs.iter().enumerate() {
             let constants = &model.legs[i];
             let cable = constants.pantograph.cable_length(before.pulley(i));
-            for &stop in stops {
+            for stop in Stop::ALL {
+                // There is no cable without a drive that winds it.
+                if stop == Stop::Cable && model.servos.is_none() {
+                    continue;
+                }
                 let gap = constants.pantograph.gap(&start.poses[i], stop, cable);
                 let rate = leg.gap_rate(constants, stop, before.pulley_rate(i));
                 if gap + seconds * rate < REACH {

@@ -3,10 +3,11 @@
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_leg::LegCommand;
-use twinrig_legged::{Base, Drives, Setup};
+use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_robot::Servo;
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, Heights, Profile, ServoOverride,
+    StartPose as SceneStart,
 };
 
 use crate::registry::{BuildError, Physics};
@@ -28,12 +29,17 @@ pub(crate) fn setup(physics: &Physics<'_>, step: SimDuration) -> Result<Setup, B
         ground: ground.map(|ground| terrain(ground, physics)).transpose()?,
         step: plant.step.unwrap_or(step),
         drives: drives(physics),
-        start: physics
-            .legs
-            .iter()
-            .filter_map(|leg| first_command(leg, physics))
-            .collect(),
+        start: start(physics),
     })
+}
+
+/// In the pose that the scenario gives, or else where the controller first wants the drives.
+fn start(physics: &Physics<'_>) -> Start {
+    if let Some(SceneStart { q, rates }) = physics.plant.start {
+        return StartPose { q, rates }.into();
+    }
+    let legs = physics.legs.iter();
+    legs.filter_map(|leg| first_command(leg, physics)).collect()
 }
 
 /// Where the drives of a leg are at the start: where the controller first wants them.
@@ -56,6 +62,7 @@ fn drives(physics: &Physics<'_>) -> Drives {
     let servos = &physics.robot.actuators;
     let actuator = physics.actuator;
     match actuator.kind {
+        ActuatorKind::None => Drives::None,
         ActuatorKind::Ideal => Drives::Ideal {
             period: physics.command_period.as_secs_f64(),
         },
@@ -77,8 +84,6 @@ fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
 }
 
 fn terrain(ground: &SceneGround, physics: &Physics<'_>) -> Result<Ground, BuildError> {
-    /// A foot does not bounce: what it lands with is lost.
-    const RESTITUTION: f64 = 0.0;
     let terrain = match &ground.profile {
         Profile::Flat => Terrain::Flat,
         Profile::StepDown { at, height } => Terrain::StepDown {
@@ -90,7 +95,7 @@ fn terrain(ground: &SceneGround, physics: &Physics<'_>) -> Result<Ground, BuildE
         }
     };
     let friction = ground.friction.unwrap_or(physics.robot.friction);
-    Ok(Ground::new(terrain, friction, RESTITUTION)?)
+    Ok(Ground::new(terrain, friction, ground.restitution)?)
 }
 
 /// A height field around the start: its middle column and row run through it.

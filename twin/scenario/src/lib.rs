@@ -76,7 +76,7 @@ pub use options::{OptionValue, Options};
 pub use scenario::{
     ActuatorKind, ActuatorSpec, Base, Change, ChangeAmount, ControllerSpec, FootstepSpec, Ground,
     Heights, IoSpec, LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario,
-    ServoOverride, Setting, TimeModel,
+    ServoOverride, Setting, StartPose, TimeModel,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

@@ -88,6 +88,8 @@ pub struct PlantSpec {
     pub legs: Option<Vec<Placed<String>>>,
     /// The ground; none: the robot hangs in the air.
     pub ground: Option<Ground>,
+    /// How the legs start; none: where the controller first wants them.
+    pub start: Option<StartPose>,
     /// The time step; none: the plant's own.
     pub step: Option<SimDuration>,
     /// What the model declares.
@@ -105,11 +107,22 @@ pub enum Base {
     Fixed,
 }
 
+/// `[plant] start`: angles and rates of hip, knee and ankle, each against the segment before it, of all legs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StartPose {
+    /// Angles `q1`, `q2`, `q3`, zero in the leg's reference pose \[rad\].
+    pub q: [f64; 3],
+    /// Their rates `q1_rate`, `q2_rate`, `q3_rate` \[rad/s\].
+    pub rates: [f64; 3],
+}
+
 /// `[plant] ground`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
     /// Coulomb coefficient; none: the robot file's.
     pub friction: Option<f64>,
+    /// Share of its speed that a foot rebounds with.
+    pub restitution: f64,
     /// Its shape.
     pub profile: Profile,
 }
@@ -163,6 +176,8 @@ pub struct ActuatorSpec {
 /// What stands between a command and a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ActuatorKind {
+    /// Nothing: no motors and no cables.
+    None,
     /// The joint is where it is commanded to be.
     Ideal,
     /// A position servo with lag, limits and dead band.

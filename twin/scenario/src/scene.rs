@@ -188,8 +188,10 @@ impl Scenario {
                 "[plant] legs does not name them",
             );
         }
-        if self.actuator.kind == ActuatorKind::Ideal {
-            leave("servos", "[actuator] kind = \"ideal\"");
+        match self.actuator.kind {
+            ActuatorKind::Servo => {}
+            ActuatorKind::Ideal => leave("servos", "[actuator] kind = \"ideal\""),
+            ActuatorKind::None => leave("drives and knee cables", "[actuator] kind = \"none\""),
         }
         if self.controller.is_none() {
             leave("controller", "there is no [controller]");

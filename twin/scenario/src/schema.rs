@@ -61,6 +61,7 @@ fn plant(kinds: &[Kind]) -> Value {
     let ground = object(
         &json!({
             "friction": number(),
+            "restitution": json!({ "type": "number", "minimum": 0, "maximum": 1 }),
             "profile": { "enum": ["flat", "step-down", "heights"] },
             "at": quantity(Unit::Meter),
             "height": quantity(Unit::Meter),
@@ -71,10 +72,22 @@ fn plant(kinds: &[Kind]) -> Value {
         }),
         &[],
     );
+    let start = object(
+        &json!({
+            "q1": quantity(Unit::Radian),
+            "q2": quantity(Unit::Radian),
+            "q3": quantity(Unit::Radian),
+            "q1_rate": quantity(Unit::RadianPerSecond),
+            "q2_rate": quantity(Unit::RadianPerSecond),
+            "q3_rate": quantity(Unit::RadianPerSecond),
+        }),
+        &[],
+    );
     let common = json!({
         "base": { "enum": ["free", "planar", "fixed"] },
         "legs": described("The legs to simulate; without it, all.", texts()),
         "ground": described("Without it, the robot hangs in the air.", ground),
+        "start": described("Joint angles and rates of all legs; without it, where the controller first wants them.", start),
         "step": duration(),
     });
     with_kinds(kinds, "model", &common)
@@ -89,7 +102,7 @@ fn actuator() -> Value {
     });
     let joint = object(&figures, &[]);
     let mut properties = figures;
-    properties["kind"] = json!({ "enum": ["ideal", "servo"] });
+    properties["kind"] = json!({ "enum": ["servo", "ideal", "none"] });
     properties["hip"] = joint.clone();
     properties["knee"] = joint;
     object(&properties, &[])

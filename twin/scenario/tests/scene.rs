@@ -5,7 +5,7 @@ mod common;
 use common::{facts, legs, parse, scene, text};
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
-use twinrig_scenario::{ChangeAmount, LegFact, Profile, Scenario, Setting, TimeModel};
+use twinrig_scenario::{ChangeAmount, LegFact, Profile, Scenario, Setting, StartPose, TimeModel};
 
 fn left_out(text: &str) -> Vec<String> {
     let scene = scene(text).unwrap();
@@ -115,7 +115,8 @@ fn everything_a_file_says_arrives() {
     "#;
     let text = text(more).replace(
         "ground = {}",
-        "ground = { profile = 'step-down', at = '1 m', height = '20 mm' }",
+        "ground = { restitution = 0.25, profile = 'step-down', at = '1 m', height = '20 mm' }
+        start = { q1 = '90 deg', q3 = '0.5 rad', q2_rate = '-3 rad/s' }",
     );
     let scenario = parse(&text).unwrap();
     let control = scenario.controller.as_ref().unwrap();
@@ -139,7 +140,14 @@ fn everything_a_file_says_arrives() {
     assert_eq!(scenario.io.step, SimDuration::from_micros(500));
     assert!(matches!(&scenario.io.transfer_time, TimeModel::Trace(times) if times.len() == 2));
     assert_eq!(scenario.observe.period, SimDuration::from_millis(4));
+    let quarter = core::f64::consts::FRAC_PI_2;
+    let start = StartPose {
+        q: [quarter, 0.0, 0.5],
+        rates: [0.0, -3.0, 0.0],
+    };
+    assert_eq!(scenario.plant.start, Some(start));
     let ground = scenario.plant.ground.as_ref().unwrap();
+    assert_eq!((ground.friction, ground.restitution), (None, 0.25));
     assert_eq!(
         ground.profile,
         Profile::StepDown {

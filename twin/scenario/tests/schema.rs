@@ -6,12 +6,16 @@ use serde_json::Value;
 use twinrig_scenario::schema;
 
 /// An unknown key in each table of a scenario, and where the schema has that table.
-const TABLES: [(&str, &str); 20] = [
+const TABLES: [(&str, &str); 21] = [
     ("zzzzzzzz = 1\nrobot = 1", ""),
     ("[actuator]\nzzzzzzzz = 1", "/properties/actuator"),
     (
         "[actuator.hip]\nzzzzzzzz = 1",
         "/properties/actuator/properties/hip",
+    ),
+    (
+        "[plant.start]\nzzzzzzzz = 1",
+        "/properties/plant/properties/start",
     ),
     ("[io]\nzzzzzzzz = 1", "/properties/io"),
     (

@@ -8,7 +8,7 @@ use crate::catalogue::Catalogue;
 use crate::expect::placed_text;
 use crate::options::Options;
 use crate::scenario::{
-    ActuatorKind, ActuatorSpec, Base, Ground, Heights, PlantSpec, Profile, ServoOverride,
+    ActuatorKind, ActuatorSpec, Base, Ground, Heights, PlantSpec, Profile, ServoOverride, StartPose,
 };
 
 /// `[plant]`
@@ -24,6 +24,7 @@ pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec,
     });
     let legs = table.optional("legs", |item| item.each(placed_text));
     let ground = table.optional("ground", ground);
+    let start = table.optional("start", start);
     let step = table.optional("step", step);
     let model = model.inspect_err(|_| table.give_up())?;
     let options = Options::read(&table, &model.options);
@@ -32,6 +33,7 @@ pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec,
         base: base?.unwrap_or(Base::Free),
         legs: legs?,
         ground: ground?,
+        start: start?,
         step: step?,
         options: options?,
     })
@@ -50,6 +52,21 @@ fn step(item: &Item<'_>) -> Result<SimDuration, Reported> {
     Ok(step)
 }
 
+fn start(item: &Item<'_>) -> Result<StartPose, Reported> {
+    let table = item.table()?;
+    let read = |key: &str, unit| {
+        let value = table.optional(key, |item| item.quantity(unit, &Range::ANY));
+        value.map(Option::unwrap_or_default)
+    };
+    let q = ["q1", "q2", "q3"].map(|key| read(key, Unit::Radian));
+    let rates = ["q1_rate", "q2_rate", "q3_rate"].map(|key| read(key, Unit::RadianPerSecond));
+    let ([q1, q2, q3], [hip, knee, ankle]) = (q, rates);
+    Ok(StartPose {
+        q: [q1?, q2?, q3?],
+        rates: [hip?, knee?, ankle?],
+    })
+}
+
 fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
     #[derive(Clone, Copy)]
     enum Shape {
@@ -59,6 +76,7 @@ fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
     }
     let table = item.table()?;
     let friction = table.optional("friction", |item| item.number(&Range::NOT_NEGATIVE));
+    let restitution = table.optional("restitution", |item| item.number(&Range::between(0.0, 1.0)));
     let shape = table.optional("profile", |item| {
         item.choice(&[
             ("flat", Shape::Flat),
@@ -94,6 +112,7 @@ fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
     };
     Ok(Ground {
         friction: friction?,
+        restitution: restitution?.unwrap_or_default(),
         profile,
     })
 }
@@ -140,8 +159,9 @@ fn heights(table: &Table<'_>) -> Result<Heights, Reported> {
 pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
     let kind = table.optional("kind", |item| {
         item.choice(&[
-            ("ideal", ActuatorKind::Ideal),
             ("servo", ActuatorKind::Servo),
+            ("ideal", ActuatorKind::Ideal),
+            ("none", ActuatorKind::None),
         ])
     });
     let both = servo(table);
@@ -152,8 +172,15 @@ pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
     let given = [both, hip, knee]
         .iter()
         .any(|servo| *servo != ServoOverride::default());
-    if kind == ActuatorKind::Ideal && given {
-        let message = "an ideal actuator has no lag, speed, torque or dead band";
+    let without = match kind {
+        ActuatorKind::Servo => None,
+        ActuatorKind::Ideal => Some("an ideal actuator has"),
+        ActuatorKind::None => Some("a leg without actuators has"),
+    };
+    if let Some(without) = without
+        && given
+    {
+        let message = format!("{without} no lag, speed, torque or dead band");
         return Err(table.report(
             "kind",
             message,
