@@ -98,12 +98,7 @@ pub fn precision(
     job.models(plants, &references);
     job.limit(plants)?;
     let rows = std::mem::take(&mut job.rows);
-    let mut study = Study::new(
-        StudyKind::Precision,
-        workshop.scene(),
-        stage.end,
-        stage.grid,
-    );
+    let mut study = Study::new(StudyKind::Precision, workshop, stage.end, stage.grid);
     study.references = notes;
     study.rows = rows;
     study.budget_s = plan.budget_s;

@@ -89,7 +89,7 @@ pub fn stability(
     let methods: usize = plants.iter().map(|plant| plant.methods.len()).sum();
     let parts = scales.len() * (methods + plants.len());
     let end = SimTime::ZERO + plan.duration;
-    let mut study = Study::new(StudyKind::Stability, scene, end, REFERENCE_GRID);
+    let mut study = Study::new(StudyKind::Stability, workshop, end, REFERENCE_GRID);
     study.budget_s = plan.budget_s;
     study.left_out = left_out;
     study.criteria = criteria(plan, scene.commands.period());

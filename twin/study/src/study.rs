@@ -7,7 +7,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::machine::Machine;
 use crate::reference::ReferenceNote;
 use crate::row::{Row, RowKind, Status};
-use crate::workshop::Scene;
+use crate::workshop::Workshop;
 
 /// Which study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -48,6 +48,8 @@ pub struct Study {
     pub ground: bool,
     /// What it was allowed to take \[s\].
     pub budget_s: f64,
+    /// The plants whose segments have mass.
+    pub massive: Vec<String>,
     /// What each plant is measured against.
     pub references: Vec<ReferenceNote>,
     /// What it found.
@@ -77,7 +79,15 @@ const ABOVE_FLOOR: f64 = 10.0;
 const SATURATED_M: f64 = 1e-2;
 
 impl Study {
-    pub(crate) fn new(kind: StudyKind, scene: &Scene, end: SimTime, grid: SimDuration) -> Self {
+    pub(crate) fn new(
+        kind: StudyKind,
+        workshop: &dyn Workshop,
+        end: SimTime,
+        grid: SimDuration,
+    ) -> Self {
+        let scene = workshop.scene();
+        let plants = workshop.plants().iter();
+        let massive = plants.filter(|plant| plant.segment_masses);
         Self {
             kind,
             scenario: scene.name.clone(),
@@ -87,6 +97,7 @@ impl Study {
             commanded: scene.commands.change(),
             ground: scene.ground,
             budget_s: 0.0,
+            massive: massive.map(|plant| plant.name.clone()).collect(),
             references: Vec::new(),
             rows: Vec::new(),
             criteria: Vec::new(),

@@ -1,7 +1,188 @@
-//! A study as one page.
+//! A study as one page that needs nothing else: no script, no font, no network.
+
+mod axis;
+mod number;
+mod plot;
+mod precision;
+mod rows;
+mod stability;
+mod table;
+mod text;
+
 use crate::machine::Machine;
-use crate::study::Study;
-/// x
-pub fn html(_: &Study, _: &Machine, _: &str) -> String {
-    String::new()
+use crate::study::{Study, StudyKind};
+
+use number::si;
+use text::{element, escaped, paragraph};
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page of a study, with the machine it ran on and the command that repeats it.
+pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
+    let (title, body) = match study.kind {
+        StudyKind::Precision => ("Error against run time", precision::body(study)),
+        StudyKind::Stability => ("The largest stable step", stability::body(study)),
+    };
+    let heading = format!(
+        "<header><p class=\"kind\">Study of {}</p><h1>{}: {}</h1></header>\n",
+        study.kind.name(),
+        escaped(title),
+        escaped(&study.scenario)
+    );
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{}: {}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{heading}{body}{}</main>\n</body>\n</html>\n",
+        escaped(title),
+        escaped(&study.scenario),
+        how(study, machine, command)
+    )
+}
+
+/// What it was run on, what its words mean, and how to run it again.
+fn how(study: &Study, machine: &Machine, command: &str) -> String {
+    let load = machine.load.map_or(String::new(), |load| {
+        format!(
+            "; load {load:.2} as the study began{}",
+            if load > 1.0 {
+                ", so others took part of the time"
+            } else {
+                ""
+            }
+        )
+    });
+    let mut terms = String::new();
+    let mut term = |name: &str, html: &str| {
+        terms += &format!("<dt>{}</dt><dd>{html}</dd>\n", escaped(name));
+    };
+    term("repeat it", &element("code", "", &escaped(command)));
+    term("scenario", &element("code", "", &escaped(&study.file)));
+    term(
+        "machine",
+        &escaped(&format!("{}, {}", machine.cpu, machine.system)),
+    );
+    term(
+        "cores",
+        &escaped(&format!(
+            "{}, of which a study uses one{load}",
+            machine.cores
+        )),
+    );
+    term("build", &escaped(&machine.build));
+    for (name, text) in &study.criteria {
+        term(name, &escaped(text));
+    }
+    for left in &study.left_out {
+        term("left out", &escaped(left));
+    }
+    let cut: Vec<String> = study
+        .cut()
+        .map(|row| format!("{} {} {}", row.plant, row.method, rows::setting(row)))
+        .collect();
+    let cut = if cut.is_empty() {
+        format!(
+            "nothing was cut; the study was allowed {} s",
+            study.budget_s
+        )
+    } else {
+        format!("for a budget of {} s: {}", study.budget_s, cut.join(", "))
+    };
+    term("cut", &escaped(&cut));
+    format!("<h2>How this came about</h2>\n<dl>\n{terms}</dl>\n")
+}
+
+/// What the plants were commanded, in a sentence.
+fn commanded(study: &Study) -> &'static str {
+    if study.commanded {
+        "The controller's commands were recorded once, in a run of the whole rig, and are played to every plant: what differs \
+         is the plant, and not how a controller answers it."
+    } else {
+        "The commands never change: what differs is the plant."
+    }
+}
+
+/// The references of the plants.
+fn references(study: &Study) -> String {
+    let mut table = table::Table::new(
+        &[
+            "plant",
+            "reference",
+            "checked by",
+            "disagreement, RMS",
+            "greatest",
+            "",
+        ],
+        3,
+    );
+    for note in &study.references {
+        let knob = rows::knob(note.step_s, note.tolerance);
+        let own = note.method.as_ref().map_or("none".to_owned(), |method| {
+            format!("{} {knob}", escaped(method))
+        });
+        let check = note.check.as_ref();
+        let by = check.map(|check| {
+            let knob = rows::knob(check.step_s, check.tolerance);
+            format!("{} {knob}", escaped(&check.method))
+        });
+        table.row(
+            "",
+            vec![
+                element("b", "", &escaped(&note.plant)),
+                own,
+                by.unwrap_or_default(),
+                check.map_or(String::new(), |check| si(check.disagreement_rms_m, "m")),
+                check.map_or(String::new(), |check| si(check.disagreement_max_m, "m")),
+                note.why
+                    .as_ref()
+                    .map_or(String::new(), |why| element("span", "why", &escaped(why))),
+            ],
+        );
+    }
+    table.html()
+}
+
+/// A legend: swatches and texts, in HTML.
+fn legend(entries: &[(String, String)]) -> String {
+    let items: String = entries
+        .iter()
+        .map(|(swatch, text)| format!("<li>{swatch}<span>{}</span></li>", escaped(text)))
+        .collect();
+    element("ul", "legend", &items) + "\n"
+}
+
+/// A plot with its legend and its caption.
+fn figure(heading: &str, entries: &[(String, String)], plot: &plot::Plot, caption: &str) -> String {
+    let heading = if heading.is_empty() {
+        String::new()
+    } else {
+        element("h3", "", &escaped(heading))
+    };
+    let legend = if entries.is_empty() {
+        String::new()
+    } else {
+        legend(entries)
+    };
+    let caption = if caption.is_empty() {
+        String::new()
+    } else {
+        element("figcaption", "", &escaped(caption))
+    };
+    format!(
+        "<figure>{heading}{legend}{}{caption}</figure>\n",
+        plot.svg()
+    )
+}
+
+/// A number with what it means, to be seen first.
+fn card(what: &str, value: &str, more: &str) -> String {
+    format!(
+        "<div class=\"card\"><div class=\"what\">{}</div><div class=\"value\">{}</div><div class=\"more\">{}</div></div>\n",
+        escaped(what),
+        escaped(value),
+        escaped(more)
+    )
+}
+
+fn lead(text: &str) -> String {
+    paragraph(text)
 }

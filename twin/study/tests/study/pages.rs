@@ -1,1 +1,93 @@
 //! Pages.
+
+use twinrig_study::{Factor, Machine, html};
+
+use crate::oscillator::Oscillators;
+use crate::{precision, stability};
+
+fn machine() -> Machine {
+    Machine {
+        cpu: "Any <CPU> & \"co\"".to_owned(),
+        cores: 2,
+        load: Some(1.5),
+        system: "linux x86_64".to_owned(),
+        build: "twinrig 0.0.0 (test)".to_owned(),
+    }
+}
+
+const METHODS: [&str; 5] = [
+    "rk4",
+    "semi-implicit",
+    "explicit-euler",
+    "tolerant",
+    "brittle",
+];
+
+fn pages() -> [String; 2] {
+    let precise = precision::study(&METHODS);
+    let oscillators = Oscillators::new(&METHODS, 200);
+    let stable = stability::study(&oscillators, &[Factor::Stiffness, Factor::Damping]);
+    [precise, stable].map(|study| {
+        let page = html(&study, &machine(), "twin study <&> it");
+        if let Some(folder) = std::env::var_os("STUDY_PAGES") {
+            let path = std::path::Path::new(&folder).join(format!("{}.html", study.kind.name()));
+            std::fs::write(path, &page).unwrap();
+        }
+        page
+    })
+}
+
+/// The names of the elements of `page`, which must close in the order they opened.
+fn elements(page: &str) -> Vec<String> {
+    let mut open: Vec<String> = Vec::new();
+    let mut all = Vec::new();
+    let mut rest = page.strip_prefix("<!DOCTYPE html>\n").unwrap();
+    while let Some(start) = rest.find('<') {
+        assert!(!rest[..start].contains('>'), "{}", &rest[..start]);
+        let end = start + rest[start..].find('>').unwrap();
+        let tag = &rest[start + 1..end];
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop().as_deref(), Some(name));
+        } else {
+            let name = tag.split([' ', '/']).next().unwrap().to_owned();
+            all.push(name.clone());
+            if !tag.ends_with('/') {
+                open.push(name);
+            }
+        }
+        rest = &rest[end + 1..];
+        // A style sheet is no HTML.
+        if open.last().is_some_and(|name| name == "style") {
+            rest = &rest[rest.find("</style>").unwrap()..];
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    all
+}
+
+#[test]
+fn pages_are_well_formed_whatever_things_are_called_and_need_nothing_else() {
+    for page in pages() {
+        let elements = elements(&page);
+        for wanted in ["svg", "table", "polyline", "title"] {
+            assert!(elements.iter().any(|name| name == wanted), "no {wanted}");
+        }
+        for absent in ["script", "link", "img", "iframe"] {
+            assert!(elements.iter().all(|name| name != absent), "{absent}");
+        }
+        for absent in ["http:", "https:", "url(", "NaN", "inf "] {
+            assert!(!page.contains(absent), "{absent}");
+        }
+        assert!(page.contains("Any &lt;CPU&gt; &amp; &quot;co&quot;"));
+    }
+}
+
+#[test]
+fn what_failed_is_shown_and_not_left_out() {
+    let [precise, stable] = pages();
+    assert!(precise.contains("class=\"strip\"") && precise.contains("it snapped"));
+    assert!(stable.contains("class=\"strip\"") && stable.contains("it snapped"));
+    assert!(precise.contains("no step makes it smaller"));
+    assert!(stable.contains("wrong"));
+}

@@ -1,0 +1,151 @@
+//! A logarithmic axis.
+
+use super::number::{plain, ten_to};
+
+/// A logarithmic axis between two powers of ten, on which zero can have a place of its own at the lower end.
+#[derive(Clone, Debug)]
+pub(crate) struct Axis {
+    /// Exponents of its ends.
+    low: i32,
+    high: i32,
+    /// Where the ends are \[px\].
+    from: f64,
+    to: f64,
+    zero: bool,
+}
+
+/// Room that zero takes, and the gap behind it, in decades.
+const ZERO_DECADES: f64 = 0.7;
+
+impl Axis {
+    /// That holds all `values`, between `from` and `to` \[px\]; what is neither zero nor positive and finite has no place.
+    pub(crate) fn around(values: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut zero = false;
+        for value in values {
+            if value == 0.0 {
+                zero = true;
+            } else if value > 0.0 && value.is_finite() {
+                let exponent = libm::log10(value);
+                low = low.min(exponent);
+                high = high.max(exponent);
+            }
+        }
+        if low > high {
+            (low, high) = (-1.0, 1.0);
+        }
+        // A value on a power of ten is on it, whichever way its logarithm rounds.
+        let mut low = whole(libm::floor(low + 1e-9));
+        let mut high = whole(libm::ceil(high - 1e-9));
+        if high == low {
+            low -= 1;
+            high += 1;
+        }
+        Self {
+            low,
+            high,
+            from,
+            to,
+            zero,
+        }
+    }
+
+    fn decades(&self) -> f64 {
+        f64::from(self.high - self.low) + if self.zero { ZERO_DECADES } else { 0.0 }
+    }
+
+    /// Where a value is \[px\]; what has no place is put to the lower end.
+    pub(crate) fn at(&self, value: f64) -> f64 {
+        let base = if self.zero { ZERO_DECADES } else { 0.0 };
+        let decades = if value > 0.0 {
+            let exponent = libm::log10(value).clamp(f64::from(self.low), f64::from(self.high));
+            base + exponent - f64::from(self.low)
+        } else {
+            0.0
+        };
+        self.from + (self.to - self.from) * decades / self.decades()
+    }
+
+    /// Whether a value is on it.
+    pub(crate) fn holds(&self, value: f64) -> bool {
+        value > 0.0 && (f64::from(self.low)..=f64::from(self.high)).contains(&libm::log10(value))
+    }
+
+    /// Places and labels of its ticks; `room` is what a label takes \[px\].
+    pub(crate) fn ticks(&self, room: f64) -> Vec<(f64, String)> {
+        let decade = (self.to - self.from).abs() / self.decades();
+        let every = whole(libm::ceil(room / decade)).max(1);
+        let mut ticks = Vec::new();
+        if self.zero {
+            ticks.push((self.from, "0".to_owned()));
+        }
+        let marked = (self.low..=self.high).filter(|exponent| exponent % every == 0);
+        ticks.extend(marked.map(|exponent| {
+            let value = ten_raised(exponent);
+            let label = if (-2..=3).contains(&exponent) {
+                plain(value)
+            } else {
+                ten_to(exponent)
+            };
+            (self.at(value), label)
+        }));
+        ticks
+    }
+
+    /// Places of the lines between ticks: 2 to 9 of each decade, where they are far enough apart.
+    pub(crate) fn lines(&self) -> Vec<f64> {
+        /// \[px\]
+        const APART: f64 = 90.0;
+        if (self.to - self.from).abs() / self.decades() < APART {
+            return Vec::new();
+        }
+        let decades = self.low..self.high;
+        let lines =
+            decades.flat_map(|exponent| (2..10).map(move |n| f64::from(n) * ten_raised(exponent)));
+        lines.map(|value| self.at(value)).collect()
+    }
+}
+
+fn ten_raised(exponent: i32) -> f64 {
+    libm::pow(10.0, f64::from(exponent))
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "exponents of f64 and numbers of ticks"
+)]
+fn whole(value: f64) -> i32 {
+    value as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_ends_at_powers_of_ten_and_zero_stands_apart() {
+        let axis = Axis::around([0.0, 1e-6, 0.5], 0.0, 670.0);
+        assert_eq!(axis.at(0.0), 0.0);
+        assert!((axis.at(1e-6) - 70.0).abs() < 1e-9);
+        assert!((axis.at(1.0) - 670.0).abs() < 1e-9);
+        let labels: Vec<String> = axis
+            .ticks(30.0)
+            .into_iter()
+            .map(|(_, label)| label)
+            .collect();
+        assert_eq!(
+            labels,
+            ["0", "10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1", "1"]
+        );
+        assert!(axis.holds(0.5) && !axis.holds(2.0) && !axis.holds(0.0));
+    }
+
+    #[test]
+    fn it_is_an_axis_whatever_is_on_it() {
+        for values in [vec![], vec![f64::NAN], vec![1.0], vec![-1.0, f64::INFINITY]] {
+            let axis = Axis::around(values, 10.0, 20.0);
+            assert!((10.0..=20.0).contains(&axis.at(1.0)));
+            assert!(!axis.ticks(1.0).is_empty());
+        }
+    }
+}

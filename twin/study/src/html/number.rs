@@ -1,0 +1,126 @@
+//! Numbers as a person reads them.
+
+/// A quantity with a prefix and three digits: `1.3e-7`, `m` is `130 nm`.
+pub(crate) fn si(value: f64, unit: &str) -> String {
+    const PREFIXES: [(f64, &str); 9] = [
+        (1e9, "G"),
+        (1e6, "M"),
+        (1e3, "k"),
+        (1.0, ""),
+        (1e-3, "m"),
+        (1e-6, "µ"),
+        (1e-9, "n"),
+        (1e-12, "p"),
+        (1e-15, "f"),
+    ];
+    if value == 0.0 {
+        return format!("0 {unit}").trim_end().to_owned();
+    }
+    let size = value.abs();
+    // What rounds to a thousand of a prefix is one of the next.
+    let fits = PREFIXES.iter().find(|(scale, _)| size >= 0.9995 * scale);
+    match fits {
+        Some((scale, prefix)) if size < 0.9995e12 => {
+            format!("{} {prefix}{unit}", digits(value / scale, 3))
+                .trim_end()
+                .to_owned()
+        }
+        _ => format!("{} {unit}", power(value, 2)).trim_end().to_owned(),
+    }
+}
+
+/// A plain number: short where it is near one, a power of ten elsewhere.
+pub(crate) fn plain(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        digits(value, 3)
+    } else {
+        power(value, 2)
+    }
+}
+
+/// `1.3 × 10⁻⁷`
+pub(crate) fn power(value: f64, significant: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let text = format!("{value:.*e}", significant.saturating_sub(1));
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let mantissa = trimmed(mantissa);
+    let exponent = exponent.parse().unwrap_or(0);
+    match mantissa {
+        "1" => ten_to(exponent),
+        _ => format!("{mantissa} × {}", ten_to(exponent)),
+    }
+}
+
+/// `10⁻⁶`
+pub(crate) fn ten_to(exponent: i32) -> String {
+    match exponent {
+        0 => "1".to_owned(),
+        1 => "10".to_owned(),
+        _ => format!("10{}", raised(exponent)),
+    }
+}
+
+fn raised(exponent: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let letter = |letter: char| match letter.to_digit(10) {
+        Some(digit) => DIGITS[digit as usize],
+        None => '⁻',
+    };
+    exponent.to_string().chars().map(letter).collect()
+}
+
+/// `value` with so many significant digits, without a power and without zeros that say nothing.
+fn digits(value: f64, significant: i32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = libm::floor(libm::log10(value.abs()) + 1e-9);
+    let places = (f64::from(significant - 1) - magnitude).max(0.0);
+    let count = (0..16).take_while(|&n| f64::from(n) < places).count();
+    trimmed(&format!("{value:.count$}")).to_owned()
+}
+
+fn trimmed(text: &str) -> &str {
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_have_three_digits_and_a_prefix() {
+        for (value, text) in [
+            (0.0, "0 m"),
+            (1.3e-7, "130 nm"),
+            (0.002, "2 ms"),
+            (1.661e-4, "166 µm"),
+            (0.099_96, "100 mm"),
+            (0.000_999_9, "1 mm"),
+            (12.34, "12.3 m"),
+            (4e-20, "4 × 10⁻²⁰ m"),
+        ] {
+            let text = text.trim_end_matches('s');
+            assert!(
+                si(value, "m").starts_with(text),
+                "{value}: {}",
+                si(value, "m")
+            );
+        }
+    }
+
+    #[test]
+    fn powers_are_raised() {
+        assert_eq!(power(1.34e-7, 2), "1.3 × 10⁻⁷");
+        assert_eq!(power(1e-12, 2), "10⁻¹²");
+        assert_eq!(plain(1200.0), "1200");
+        assert_eq!(plain(0.25), "0.25");
+        assert_eq!(plain(1e6), "10⁶");
+    }
+}

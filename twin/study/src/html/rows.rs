@@ -1,0 +1,122 @@
+//! Rows of a study in words and cells.
+
+use crate::row::{Row, Status};
+
+use super::number::{plain, power, si};
+use super::text::{element, escaped};
+
+/// `2 ms`, or `tolerance 10⁻⁸`.
+pub(crate) fn knob(step_s: Option<f64>, tolerance: Option<f64>) -> String {
+    match (step_s, tolerance) {
+        (Some(step), _) => si(step, "s"),
+        (None, Some(tolerance)) => format!("tolerance {}", power(tolerance, 2)),
+        (None, None) => String::new(),
+    }
+}
+
+/// How the method of a row is set.
+pub(crate) fn setting(row: &Row) -> String {
+    knob(row.step_s, row.tolerance)
+}
+
+/// A length, or nothing.
+pub(crate) fn length(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| si(value, "m"))
+}
+
+/// A time, or nothing.
+pub(crate) fn time(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| si(value, "s"))
+}
+
+/// `1200 ×`
+pub(crate) fn factor(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| {
+        let value = if value >= 100.0 {
+            libm::round(value)
+        } else {
+            value
+        };
+        format!("{} ×", plain(value))
+    })
+}
+
+/// A count, or nothing; a zero says nothing either.
+pub(crate) fn count(value: Option<u64>) -> String {
+    value
+        .filter(|&value| value > 0)
+        .map_or(String::new(), grouped)
+}
+
+/// Digits in groups of three.
+fn grouped(value: u64) -> String {
+    let digits = value.to_string();
+    let mut out = String::new();
+    for (n, digit) in digits.chars().enumerate() {
+        if n > 0 && (digits.len() - n).is_multiple_of(3) {
+            out.push('\u{202f}');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// The word of its status, coloured.
+pub(crate) fn status(row: &Row) -> String {
+    let (class, word) = match row.status {
+        Status::Ok if row.wrong => ("tag bad", "wrong"),
+        Status::Ok => ("tag ok", "ok"),
+        Status::Unstable => ("tag bad", "unstable"),
+        Status::Failed => ("tag bad", "failed"),
+    };
+    element("span", class, word)
+}
+
+/// Why it is so.
+pub(crate) fn why(row: &Row) -> String {
+    let why = row.why.as_ref();
+    why.map_or(String::new(), |why| element("span", "why", &escaped(why)))
+}
+
+/// The class of its line in a table.
+pub(crate) fn class(row: &Row, before: Option<&Row>) -> &'static str {
+    let first = before.is_some_and(|before| before.curve() != row.curve());
+    match (first, row.status) {
+        (true, Status::Ok) => "first",
+        (false, Status::Ok) => "",
+        (true, _) => "first bad",
+        (false, _) => "bad",
+    }
+}
+
+/// What a person sees who points at it.
+pub(crate) fn title(row: &Row) -> String {
+    let mut parts = vec![format!("{} {}, {}", row.plant, row.method, setting(row))];
+    if let Some(error) = row.error_rms_m {
+        parts.push(format!("foot {} RMS", si(error, "m")));
+    }
+    if let Some(error) = row.error_max_m {
+        parts.push(format!("greatest {}", si(error, "m")));
+    }
+    if row.real_time_factor.is_some() {
+        parts.push(format!("{} real time", factor(row.real_time_factor)));
+    }
+    if let Some(why) = &row.why {
+        parts.push(why.clone());
+    }
+    parts.join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_grouped_and_settings_named() {
+        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(grouped(12), "12");
+        assert_eq!(knob(Some(5e-4), None), "500 µs");
+        assert_eq!(knob(None, Some(1e-8)), "tolerance 10⁻⁸");
+        assert_eq!(factor(Some(1234.4)), "1234 ×");
+    }
+}

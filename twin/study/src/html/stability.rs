@@ -1,0 +1,420 @@
+//! The page of a study of stability.
+
+use crate::row::{Row, Status};
+use crate::study::Study;
+use crate::sweep::Factor;
+use crate::thesis::{FIGURES, ThesisFigure};
+use crate::workshop::Scales;
+
+use super::number::{plain, si};
+use super::plot::{Curve, Look, Mark, Plot, Point, foreign_swatch, swatch};
+use super::rows;
+use super::table::Table;
+use super::text::{element, escaped, paragraph};
+use super::{card, commanded, figure, lead, legend, references};
+
+/// The stiffness at which the thesis tells its second figure.
+const QUARTER: f64 = 0.25;
+
+pub(crate) fn body(study: &Study) -> String {
+    let found = format!(
+        "For each plant and method, the longest step at which the motion stays bounded over {}, found by bisection as in the \
+         thesis (section 2.5.1), with one property of the robot or the scene varied at a time. Stable is not right: at the \
+         limit, the feet are compared with a reference of the same plant, too. {}",
+        si(study.simulated_s, "s"),
+        commanded(study)
+    );
+    let mut out = lead(&found);
+    out += &cards(study);
+    out += "<h2>What limits the step</h2>\n";
+    out += &sweeps(study);
+    out += "<h2>The scene as it is</h2>\n";
+    out += &as_it_is(study);
+    if !study.commanded && !study.ground {
+        out += "<h2>Beside the thesis</h2>\n";
+        out += &thesis(study);
+    }
+    out += "<h2>What they are measured against</h2>\n";
+    out += &references(study);
+    out += "<h2>All searches</h2>\n";
+    out += &all(study);
+    out
+}
+
+/// What is shown of a row: its limit, or the mean step of a method that has none.
+fn shown(row: &Row) -> Option<f64> {
+    if row.status != Status::Ok {
+        return None;
+    }
+    row.largest_stable_step_s
+        .or(row.mean_step_s.filter(|_| row.tolerance.is_some()))
+}
+
+/// The longest that was tried, where that is stable.
+fn unlimited(row: &Row) -> bool {
+    row.largest_stable_step_s.is_some() && row.least_unstable_step_s.is_none()
+}
+
+fn cards(study: &Study) -> String {
+    let rows = || study.rows.iter().filter(|row| row.scales == Scales::AS_IS);
+    let limit = |row: &&Row| row.largest_stable_step_s.unwrap_or(0.0);
+    let longest = |right: bool| {
+        let sound = rows().filter(|row| row.status == Status::Ok && !(right && row.wrong));
+        sound
+            .filter(|row| limit(row) > 0.0)
+            .max_by(|a, b| limit(a).total_cmp(&limit(b)))
+    };
+    let name = |row: &Row| format!("{} {}", row.plant, row.method);
+    let bound = |row: &Row| {
+        format!(
+            "{}{}",
+            if unlimited(row) { "≥ " } else { "" },
+            si(limit(&row), "s")
+        )
+    };
+    let mut out = String::new();
+    if let Some(row) = longest(false) {
+        out += &card(
+            "longest stable step, scene as it is",
+            &bound(row),
+            &name(row),
+        );
+    }
+    if let Some(row) = longest(true) {
+        let more = format!("{}, feet {} off", name(row), rows::length(row.error_rms_m));
+        out += &card("longest limit that is right, too", &bound(row), &more);
+    }
+    let shortest = rows().filter(|row| limit(row) > 0.0);
+    if let Some(row) = shortest.min_by(|a, b| limit(a).total_cmp(&limit(b))) {
+        out += &card("shortest limit", &bound(row), &name(row));
+    }
+    let wrong = study.rows.iter().filter(|row| row.wrong).count();
+    let failed = study
+        .rows
+        .iter()
+        .filter(|row| row.status != Status::Ok)
+        .count();
+    let more = format!("{wrong} stable but wrong at the limit, {failed} without a limit");
+    out += &card("searches", &study.rows.len().to_string(), &more);
+    element("div", "cards", &out)
+}
+
+/// A plot for each factor.
+fn sweeps(study: &Study) -> String {
+    let curves = study.curves();
+    let adaptive = |curve: (&str, &str)| {
+        let mut rows = study.rows.iter().filter(|row| row.curve() == curve);
+        rows.any(|row| row.tolerance.is_some())
+    };
+    let mut entries: Vec<(String, String)> = curves
+        .iter()
+        .enumerate()
+        .map(|(number, &(plant, method))| {
+            let mean = if adaptive((plant, method)) {
+                " (mean step)"
+            } else {
+                ""
+            };
+            let dashed = adaptive((plant, method));
+            (swatch(number, dashed), format!("{plant} {method}{mean}"))
+        })
+        .collect();
+    if !study.commanded && !study.ground {
+        entries.push((foreign_swatch(), "thesis".to_owned()));
+    }
+    let mut out = legend(&entries);
+    out += &paragraph(
+        "Filled: right at the limit. Hollow: stable but wrong, or the longest step that was tried. In the strip: no stable step was found.",
+    );
+    let mut figures = String::new();
+    for factor in Factor::ALL {
+        let curves: Vec<Curve> = curves
+            .iter()
+            .enumerate()
+            .map(|(number, &curve)| sweep(study, factor, number, curve, adaptive(curve)))
+            .collect();
+        let values = curves
+            .iter()
+            .map(|curve| curve.points.len() + curve.failed.len());
+        if values.max().unwrap_or(0) < 2 {
+            continue;
+        }
+        let multiple = if factor.is_multiple() {
+            "  × the robot's"
+        } else {
+            ""
+        };
+        let plot = Plot {
+            title: format!("largest stable step over {}", factor.name()),
+            width: 560.0,
+            height: 400.0,
+            x_label: format!("{}{multiple}", factor.name()),
+            y_label: "largest stable step  [s]".to_owned(),
+            curves,
+            marks: foreign(study, factor),
+            strip: "none".to_owned(),
+        };
+        figures += &figure("", &[], &plot, "");
+    }
+    out += &element("div", "pair", &figures);
+    out
+}
+
+fn sweep(study: &Study, factor: Factor, number: usize, curve: (&str, &str), dashed: bool) -> Curve {
+    let rows = study.rows.iter().filter(|row| row.curve() == curve);
+    let mut rows: Vec<(f64, &Row)> = rows
+        .filter_map(|row| Some((factor.of(&row.scales)?, row)))
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let title =
+        |value: f64, row: &Row| format!("{} {}: {}", factor.name(), plain(value), rows::title(row));
+    let point = |&(value, row): &(f64, &Row)| {
+        Some(Point {
+            x: value,
+            y: shown(row)?,
+            title: title(value, row),
+            look: if row.wrong || unlimited(row) {
+                Look::Hollow
+            } else {
+                Look::Plain
+            },
+        })
+    };
+    let failed = rows.iter().filter(|(_, row)| shown(row).is_none());
+    Curve {
+        number,
+        dashed,
+        points: rows.iter().filter_map(point).collect(),
+        failed: failed
+            .map(|&(value, row)| (value, title(value, row)))
+            .collect(),
+    }
+}
+
+/// The figures of the thesis, where they belong.
+fn foreign(study: &Study, factor: Factor) -> Vec<Mark> {
+    if factor != Factor::Stiffness || study.commanded || study.ground {
+        return Vec::new();
+    }
+    let figures = FIGURES.iter();
+    let mark = |value: f64, step: f64, figure: &ThesisFigure| {
+        Mark::At(
+            value,
+            step,
+            format!("thesis, {}: {}", figure.model, si(step, "s")),
+        )
+    };
+    figures
+        .flat_map(|figure| {
+            let quarter = figure.quarter_s.map(|step| mark(QUARTER, step, figure));
+            [Some(mark(1.0, figure.step_s, figure)), quarter]
+        })
+        .flatten()
+        .collect()
+}
+
+fn limit_cell(row: &Row) -> String {
+    match row.largest_stable_step_s {
+        Some(step) if unlimited(row) => format!("≥ {}", si(step, "s")),
+        Some(step) => si(step, "s"),
+        None if row.tolerance.is_some() && row.status == Status::Ok => row
+            .mean_step_s
+            .map_or(String::new(), |step| format!("mean {}", si(step, "s"))),
+        None => String::new(),
+    }
+}
+
+/// A line for each method.
+fn as_it_is(study: &Study) -> String {
+    let mut table = Table::new(
+        &[
+            "plant",
+            "method",
+            "largest stable step",
+            "",
+            "feet, RMS",
+            "greatest",
+            "a step costs",
+            "speed",
+            "",
+        ],
+        2,
+    );
+    let mut before: Option<&Row> = None;
+    for row in study.rows.iter().filter(|row| row.scales == Scales::AS_IS) {
+        let first = before.is_some_and(|before| before.plant != row.plant);
+        before = Some(row);
+        table.row(
+            match (first, row.status) {
+                (true, Status::Ok) => "first",
+                (false, Status::Ok) => "",
+                _ => "bad",
+            },
+            vec![
+                element("b", "", &escaped(&row.plant)),
+                escaped(&row.method),
+                limit_cell(row),
+                rows::status(row),
+                rows::length(row.error_rms_m),
+                rows::length(row.error_max_m),
+                rows::time(row.cost_per_step_s),
+                rows::factor(row.real_time_factor),
+                rows::why(row),
+            ],
+        );
+    }
+    table.html()
+}
+
+/// The figures of the thesis, ours, and why they differ.
+fn thesis(study: &Study) -> String {
+    let mut out = paragraph(
+        "The thesis' robot had other springs and masses than the robot file here, parts of which are assumed, and \
+         what its search took for unstable is told in words only. So orders of magnitude and trends compare, and digits do not.",
+    );
+    let mut table = Table::new(
+        &[
+            "in the thesis",
+            "step",
+            "at ¼ stiffness",
+            "here",
+            "step",
+            "at ¼ stiffness",
+            "why they differ",
+        ],
+        1,
+    );
+    for thesis in &FIGURES {
+        let ours = ours(study, thesis);
+        let cells = |of: &dyn Fn(&Ours) -> String| {
+            let lines: Vec<String> = ours.iter().map(of).collect();
+            lines.join("<br/>")
+        };
+        table.row(
+            "first",
+            vec![
+                format!(
+                    "{}<br/><span class=\"soft\">{}</span>",
+                    escaped(thesis.model),
+                    escaped(thesis.place)
+                ),
+                si(thesis.step_s, "s"),
+                thesis.quarter_s.map_or(String::new(), |step| si(step, "s")),
+                if ours.is_empty() {
+                    "–".to_owned()
+                } else {
+                    cells(&|ours| escaped(&ours.name))
+                },
+                cells(&|ours| ours.step.clone()),
+                cells(&|ours| ours.quarter.clone()),
+                element("span", "why", &escaped(thesis.why)),
+            ],
+        );
+    }
+    out += &table.html();
+    out
+}
+
+/// What compares with a figure of the thesis.
+struct Ours {
+    name: String,
+    step: String,
+    quarter: String,
+}
+
+fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
+    let Some(masses) = thesis.segment_masses else {
+        return Vec::new();
+    };
+    let quarter = Scales {
+        stiffness: QUARTER,
+        ..Scales::AS_IS
+    };
+    let cell = |curve: (&str, &str), scales: Scales| {
+        let mut rows = study.rows.iter();
+        let row = rows.find(|row| row.curve() == curve && row.scales == scales);
+        row.map_or(String::new(), |row| {
+            let wrong = if row.wrong { " (wrong)" } else { "" };
+            match row.status {
+                Status::Ok => format!("{}{wrong}", limit_cell(row)),
+                status => status.word().to_owned(),
+            }
+        })
+    };
+    let curves = study.curves().into_iter();
+    curves
+        .filter(|(plant, _)| study.massive.iter().any(|known| known == plant) == masses)
+        .map(|curve| Ours {
+            name: format!("{} {}", curve.0, curve.1),
+            step: cell(curve, Scales::AS_IS),
+            quarter: cell(curve, quarter),
+        })
+        .collect()
+}
+
+/// Every search.
+fn all(study: &Study) -> String {
+    let mut table = Table::new(
+        &[
+            "varied",
+            "value",
+            "plant",
+            "method",
+            "largest stable step",
+            "shortest unstable",
+            "",
+            "feet, RMS",
+            "greatest",
+            "energy",
+            "fallbacks",
+            "a step costs",
+            "speed",
+            "probes",
+            "",
+        ],
+        1,
+    );
+    let mut before: Option<&Row> = None;
+    for row in &study.rows {
+        let first = before.is_some_and(|before| before.scales != row.scales);
+        before = Some(row);
+        let factor = Factor::ALL.into_iter().find_map(|factor| {
+            let value = factor
+                .of(&row.scales)
+                .filter(|_| row.scales != Scales::AS_IS)?;
+            Some((factor.name(), plain(value)))
+        });
+        let (name, value) = factor.unwrap_or(("nothing", String::new()));
+        table.row(
+            match (first, row.status) {
+                (true, Status::Ok) => "first",
+                (false, Status::Ok) => "",
+                (true, _) => "first bad",
+                (false, _) => "bad",
+            },
+            vec![
+                name.to_owned(),
+                value,
+                escaped(&row.plant),
+                escaped(&row.method),
+                limit_cell(row),
+                rows::time(row.least_unstable_step_s),
+                rows::status(row),
+                rows::length(row.error_rms_m),
+                rows::length(row.error_max_m),
+                row.energy_residual_j
+                    .map_or(String::new(), |joule| si(joule, "J")),
+                rows::count(row.fallbacks),
+                rows::time(row.cost_per_step_s),
+                rows::factor(row.real_time_factor),
+                rows::count(row.probes),
+                rows::why(row),
+            ],
+        );
+    }
+    let table = table.html();
+    format!(
+        "<details open=\"open\"><summary>{} searches</summary>{table}</details>\n",
+        study.rows.len()
+    )
+}

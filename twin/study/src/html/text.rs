@@ -1,0 +1,32 @@
+//! Text in HTML.
+
+/// `text` with what HTML would read as its own replaced.
+pub(crate) fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            // No control character may stand in a page.
+            letter if letter.is_control() => out.push(' '),
+            letter => out.push(letter),
+        }
+    }
+    out
+}
+
+/// An element with a class and content that is HTML already.
+pub(crate) fn element(name: &str, class: &str, content: &str) -> String {
+    if class.is_empty() {
+        format!("<{name}>{content}</{name}>")
+    } else {
+        format!("<{name} class=\"{class}\">{content}</{name}>")
+    }
+}
+
+/// A paragraph of plain text.
+pub(crate) fn paragraph(text: &str) -> String {
+    element("p", "", &escaped(text)) + "\n"
+}
