@@ -32,11 +32,11 @@ pub enum Terrain {
 /// Heights on a square grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightField {
-    origin: [f64; 2],
-    spacing: f64,
-    columns: usize,
-    rows: usize,
-    heights: Vec<f64>,
+    pub(crate) origin: [f64; 2],
+    pub(crate) spacing: f64,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    pub(crate) heights: Vec<f64>,
 }
 
 /// The ground below a point.
@@ -197,20 +197,20 @@ impl HeightField {
 
 /// Grid cell and place within it; the border cell goes on for ever.
 #[allow(clippy::cast_possible_truncation)] // clamped to the grid before
-fn cell(place: f64, points: usize) -> (i64, f64) {
+pub(crate) fn cell(place: f64, points: usize) -> (i64, f64) {
     let bounded = place.clamp(-1.0, points as f64);
     let floor = libm::floor(bounded);
     (floor as i64, bounded - floor)
 }
 
 /// Index of the k-th of the four points that a cell's spline uses.
-fn clamped(cell: i64, k: usize, points: usize) -> usize {
+pub(crate) fn clamped(cell: i64, k: usize, points: usize) -> usize {
     let index = cell + [-1, 0, 1, 2][k];
     usize::try_from(index).unwrap_or(0).min(points - 1)
 }
 
 /// Weights of a uniform cubic B-spline at `s`, and of its derivative.
-fn spline(s: f64) -> [[f64; 4]; 2] {
+pub(crate) fn spline(s: f64) -> [[f64; 4]; 2] {
     let r = 1.0 - s;
     [
         [

@@ -20,11 +20,20 @@
 //!
 //! What is not here: masses, bodies, time, and which constraints there are. Those are the plant's.
 
+mod curvature;
 mod dense;
+mod direct;
+mod gauss_seidel;
 mod ground;
+mod impact;
+mod lemke;
 mod newton;
 mod problem;
+mod residual;
+mod solution;
 
 pub use dense::{Factors, Singular};
 pub use ground::{Ground, GroundError, HeightField, Surface, Terrain};
-pub use problem::{Bound, Problem, Solution, Unsolved};
+pub use impact::Restitution;
+pub use problem::{Bound, Problem};
+pub use solution::{Method, Solution, Unsolved};

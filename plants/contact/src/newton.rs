@@ -57,8 +57,11 @@ impl Problem {
                 }
                 Bound::DiscSecond => (next[row - 1], 0.0),
             };
-            // A row that nothing moves has no say; NaN has.
-            let error = if step > 0.0 { error.abs() / step } else { 0.0 };
+            let error = if step > 0.0 {
+                error.abs() / step
+            } else {
+                self.violation_unmoved(row)
+            };
             most = if error.is_nan() {
                 f64::INFINITY
             } else {
@@ -138,7 +141,7 @@ impl Problem {
         }
         for (i, &row) in self.free.iter().enumerate() {
             if let (
-                Bound::Disc { .. },
+                Bound::Disc { normal, friction },
                 Place::Slipping {
                     direction: s,
                     share,
@@ -149,6 +152,12 @@ impl Problem {
                 let across = -s[1] * self.right[i] + s[0] * self.right[i + 1];
                 self.right[i] = -weight * s[1] * across;
                 self.right[i + 1] = weight * s[0] * across;
+                // A normal force that its bound holds is not among the columns.
+                if held && matches!(self.places[normal], Place::Low | Place::High) {
+                    let radius = friction * self.unknowns[normal].max(0.0);
+                    self.right[i] += radius * s[0];
+                    self.right[i + 1] += radius * s[1];
+                }
             }
         }
         self.right.resize(self.factors.stride(), 0.0);

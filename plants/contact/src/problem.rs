@@ -1,6 +1,9 @@
-//! A complementarity problem over a product of lines, rays, intervals and friction discs, and its solver.
+//! A complementarity problem over a product of lines, rays, intervals and friction discs, and its solvers.
 
 use crate::dense::{Factors, dot, padded};
+use crate::direct::Direct;
+use crate::impact::Phases;
+use crate::solution::{Method, Solution, Unsolved};
 
 /// What an unknown may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,36 +69,17 @@ pub struct Problem {
     /// Whether `places`, `free` and `factors` belong to the present matrix.
     pub(crate) factored: bool,
     pub(crate) right: Vec<f64>,
-}
-
-/// How a problem was solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution {
-    /// Projected Gauss–Seidel sweeps.
-    pub sweeps: u32,
-    /// Direct solves.
-    pub factorisations: u32,
-    /// Greatest violation of the complementarity conditions, in units of `w`.
-    pub residual: f64,
-}
-
-/// The solver found no solution.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{size} complementarity conditions stay violated by {residual:e} after {sweeps} sweeps")]
-pub struct Unsolved {
-    /// Number of conditions.
-    pub size: usize,
-    /// Sweeps made.
-    pub sweeps: u32,
-    /// What is left, in units of `w`.
-    pub residual: f64,
+    /// Whether there is an interval without zero: then zero is not what no force at all stands for.
+    pub(crate) shifted: bool,
+    pub(crate) direct: Direct,
+    pub(crate) phases: Phases,
 }
 
 /// Accepted residual, relative to the greatest offset: what a direct solve leaves at the condition numbers that occur.
-const TOLERANCE: f64 = 1e-9;
+pub(crate) const TOLERANCE: f64 = 1e-9;
 
 /// Residual that is accepted where nothing better is found, relative to the greatest offset.
-const ACCEPTABLE: f64 = 1e-6;
+pub(crate) const ACCEPTABLE: f64 = 1e-6;
 
 impl Problem {
     /// Starts a problem with `n` unknowns: all free, everything zero.
@@ -109,6 +93,7 @@ impl Problem {
         self.unknowns.clear();
         self.unknowns.resize(padded(n), 0.0);
         self.factored = false;
+        self.shifted = false;
     }
 
     /// Number of unknowns.
@@ -143,11 +128,19 @@ impl Problem {
     }
 
     /// Sets the bound of an unknown; a [`Bound::Disc`] takes the next one with it.
+    ///
+    /// # Panics
+    /// For an interval whose ends are not in order.
     pub fn bound(&mut self, row: usize, bound: Bound) {
         self.factored = false;
         self.bounds[row] = bound;
-        if let Bound::Disc { .. } = bound {
-            self.bounds[row + 1] = Bound::DiscSecond;
+        match bound {
+            Bound::Disc { .. } => self.bounds[row + 1] = Bound::DiscSecond,
+            Bound::Between { low, high } => {
+                assert!(low <= high, "an interval from {low} to {high}");
+                self.shifted |= low > 0.0 || high < 0.0;
+            }
+            _ => {}
         }
     }
 
@@ -178,18 +171,14 @@ impl Problem {
     /// [`Unsolved`] where no guess confirms itself; the best approximation stays in [`Self::unknowns`].
     pub fn solve_within(&mut self, relative: f64, absolute: f64) -> Result<Solution, Unsolved> {
         const ROUNDS: u32 = 8;
-        let mut solution = Solution {
-            sweeps: 0,
-            factorisations: 0,
-            residual: 0.0,
-        };
-        let scale = self
-            .offset
-            .iter()
-            .fold(0.0_f64, |most, b| most.max(b.abs()));
-        if scale == 0.0 {
+        let mut solution = Solution::default();
+        let scale = self.scale();
+        if scale == 0.0 && !self.shifted {
             self.unknowns.fill(0.0);
             return Ok(solution);
+        }
+        if !scale.is_finite() {
+            return Err(self.unsolvable());
         }
         let tolerance = absolute.max(relative * scale);
         if self.factored {
@@ -207,7 +196,7 @@ impl Problem {
             if round > 0 {
                 let sweeps = 1 << (2 * round.min(5));
                 for _ in 0..sweeps {
-                    self.sweep();
+                    self.sweep(1.0);
                 }
                 solution.sweeps += sweeps;
                 self.judge();
@@ -231,14 +220,32 @@ impl Problem {
         if solution.residual <= absolute.max(ACCEPTABLE * scale) {
             return Ok(solution);
         }
-        Err(Unsolved {
+        Err(Unsolved::Violated {
             size: self.len(),
             sweeps: solution.sweeps,
             residual: solution.residual,
         })
     }
 
-    fn w_of(&self, row: usize) -> f64 {
+    /// Solves the problem by a method of one's choice. The guess matters to [`Method::GaussSeidel`], and to
+    /// [`Method::Newton`] where there are several solutions; [`Method::Direct`] does not look at it.
+    ///
+    /// # Errors
+    /// [`Unsolved`], by what the method can tell; the unknowns then hold what it says.
+    pub fn solve_by(&mut self, method: Method) -> Result<Solution, Unsolved> {
+        match method {
+            Method::Newton => self.solve(),
+            Method::Direct => self.solve_directly(),
+            Method::GaussSeidel {
+                relaxation,
+                sweeps,
+                tolerance,
+            } => self.solve_by_sweeps(relaxation, sweeps, tolerance),
+        }
+    }
+
+    /// `w = G z + b` of a row, for the present unknowns.
+    pub fn w(&self, row: usize) -> f64 {
         let stride = self.unknowns.len();
         self.offset[row]
             + dot(
@@ -248,47 +255,45 @@ impl Problem {
             )
     }
 
-    /// Finds the steps of the rows.
-    fn measure(&mut self) {
-        let next = padded(self.len()) + 1;
-        self.steps.clear();
-        for row in 0..self.len() {
-            let own = self.matrix[row * next];
-            let diagonal = match self.bounds[row] {
-                Bound::Disc { .. } => own.max(self.matrix[(row + 1) * next]),
-                Bound::DiscSecond => own.max(self.matrix[(row - 1) * next]),
-                _ => own,
-            };
-            self.steps
-                .push(if diagonal > 0.0 { 1.0 / diagonal } else { 0.0 });
+    /// An entry of `G`.
+    pub(crate) fn entry(&self, row: usize, column: usize) -> f64 {
+        self.matrix[row * padded(self.len()) + column]
+    }
+
+    /// What residuals are relative to: the greatest offset, with what bounds that exclude zero do to it. Not finite where
+    /// an offset is not.
+    pub(crate) fn scale(&self) -> f64 {
+        if !self.offset.iter().all(|b| b.is_finite()) {
+            return f64::INFINITY;
+        }
+        let mut scale = self
+            .offset
+            .iter()
+            .fold(0.0_f64, |most, b| most.max(b.abs()));
+        if self.shifted {
+            let n = self.len();
+            for row in 0..n {
+                let moved = (0..n).map(|j| self.entry(row, j) * self.nearest_to_zero(j));
+                scale = scale.max((self.offset[row] + moved.sum::<f64>()).abs());
+            }
+        }
+        scale
+    }
+
+    /// The answer to what is not in numbers.
+    pub(crate) fn unsolvable(&self) -> Unsolved {
+        Unsolved::Violated {
+            size: self.len(),
+            sweeps: 0,
+            residual: f64::INFINITY,
         }
     }
 
-    fn sweep(&mut self) {
-        for row in 0..self.len() {
-            let (z, step) = (self.unknowns[row], self.steps[row]);
-            match self.bounds[row] {
-                Bound::Free => self.unknowns[row] = z - step * self.w_of(row),
-                Bound::NonNegative => self.unknowns[row] = (z - step * self.w_of(row)).max(0.0),
-                Bound::Between { low, high } => {
-                    self.unknowns[row] = (z - step * self.w_of(row)).clamp(low, high);
-                }
-                Bound::Disc { normal, friction } => {
-                    let t = [
-                        z - step * self.w_of(row),
-                        self.unknowns[row + 1] - step * self.w_of(row + 1),
-                    ];
-                    let (radius, length) = (friction * self.unknowns[normal].max(0.0), norm(t));
-                    let shrink = if length > radius {
-                        radius / length
-                    } else {
-                        1.0
-                    };
-                    self.unknowns[row] = t[0] * shrink;
-                    self.unknowns[row + 1] = t[1] * shrink;
-                }
-                Bound::DiscSecond => {}
-            }
+    /// What a bound allows nearest to no force.
+    pub(crate) fn nearest_to_zero(&self, row: usize) -> f64 {
+        match self.bounds[row] {
+            Bound::Between { low, high } => 0.0_f64.clamp(low, high),
+            _ => 0.0,
         }
     }
 }

@@ -31,7 +31,7 @@ proptest! {
         }
         problem.solve().unwrap();
         for i in 0..n {
-            let (z, w) = (problem.unknowns()[i], problem.w_of(i));
+            let (z, w) = (problem.unknowns()[i], problem.w(i));
             if i % 3 == 2 {
                 prop_assert!((-0.5..=0.3).contains(&z));
                 prop_assert!(w.abs() < 1e-8 || (z == -0.5 && w > 0.0) || (z == 0.3 && w < 0.0));
@@ -59,8 +59,8 @@ proptest! {
         if problem.solve().is_ok() {
             for c in 0..contacts {
                 let z = &problem.unknowns()[3 * c..3 * c + 3];
-                let w = [problem.w_of(3 * c + 1), problem.w_of(3 * c + 2)];
-                prop_assert!(z[0] >= -1e-6 && problem.w_of(3 * c) >= -1e-5);
+                let w = [problem.w(3 * c + 1), problem.w(3 * c + 2)];
+                prop_assert!(z[0] >= -1e-6 && problem.w(3 * c) >= -1e-5);
                 let (pull, slip) = (norm([z[1], z[2]]), norm(w));
                 prop_assert!(pull <= friction * z[0] + 1e-6);
                 if slip > 1e-4 {
@@ -92,7 +92,7 @@ fn a_block_on_a_slope_sticks_below_the_friction_angle_and_slides_above() {
         problem.offset(0, -9.81 * libm::cos(slope));
         problem.offset(1, -9.81 * libm::sin(slope));
         problem.solve().unwrap();
-        let acceleration = problem.w_of(1);
+        let acceleration = problem.w(1);
         let expected = if slides {
             -9.81 * (libm::sin(slope) - 0.5 * libm::cos(slope))
         } else {

@@ -1,0 +1,229 @@
+//! How a gap over the ground changes along a motion, to second order. With the height h(x, y) the gap is g = κφ and the
+//! normal n = κ∇φ. A prime is the derivative along the velocity v, of which h knows the horizontal part:
+//!
+//! ```text
+//!  φ  = z − h         κ  = 1/√(1 + p)               p  = h_x² + h_y²
+//!  φ′ = v_z − h′      κ′ = −½ κ³ p′
+//!  φ″ = −h″           κ″ = ¾ κ⁵ p′² − ½ κ³ p″       p′ = 2 (h_x h_x′ + h_y h_y′)
+//!  g″ = κφ″ + 2κ′φ′ + κ″φ                           p″ = 2 (h_x′² + h_x h_x″ + h_y′² + h_y h_y″)
+//! ```
+
+use nalgebra::Vector3;
+
+use crate::ground::{Ground, HeightField, Terrain, cell, clamped, spline};
+
+/// Height and slopes below a point, and their first and second derivatives along a velocity.
+struct Jet {
+    height: [f64; 3],
+    slope_x: [f64; 3],
+    slope_y: [f64; 3],
+}
+
+impl Ground {
+    /// Gradient ∇g of the gap that [`Ground::below`] gives \[1\]: ġ = ∇g·v. It is the normal on the surface, and on level
+    /// ground everywhere; above or below curved ground it differs from that by the order of the gap over the radius.
+    pub fn gap_gradient(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let Terrain::Heights(field) = &self.terrain else {
+            return Vector3::z();
+        };
+        let along = |axis: Vector3<f64>| Slope::of(field, point, &axis).gap[1];
+        Vector3::new(
+            along(Vector3::x()),
+            along(Vector3::y()),
+            along(Vector3::z()),
+        )
+    }
+
+    /// What the ground's shape adds to the gap's acceleration at a velocity \[m/s²\], vᵀ∇²g v, so that
+    /// g̈ = ∇g·a + vᵀ∇²g v. Zero on level ground; the edge of a step is not its curvature.
+    pub fn gap_curvature(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
+        match &self.terrain {
+            Terrain::Flat | Terrain::StepDown { .. } => 0.0,
+            Terrain::Heights(field) => Slope::of(field, point, velocity).gap[2],
+        }
+    }
+
+    /// How the normal below a point turns as the point moves \[1/s\]: the rate n·v changes by n·a + ṅ·v. For what slides
+    /// on the surface, n·v = 0, ṅ·v is [`Ground::gap_curvature`].
+    pub fn normal_rate(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> Vector3<f64> {
+        match &self.terrain {
+            Terrain::Flat | Terrain::StepDown { .. } => Vector3::zeros(),
+            Terrain::Heights(field) => Slope::of(field, point, velocity).normal_rate,
+        }
+    }
+}
+
+/// The gap with its first and second derivative along a velocity, and the first of the normal.
+struct Slope {
+    gap: [f64; 3],
+    normal_rate: Vector3<f64>,
+}
+
+impl Slope {
+    fn of(field: &HeightField, point: &Vector3<f64>, velocity: &Vector3<f64>) -> Self {
+        let Jet {
+            height: h,
+            slope_x: x,
+            slope_y: y,
+        } = field.jet(point, velocity);
+        let phi = [point.z - h[0], velocity.z - h[1], -h[2]];
+        let p1 = 2.0 * (x[0] * x[1] + y[0] * y[1]);
+        let p2 = 2.0 * (x[1] * x[1] + x[0] * x[2] + y[1] * y[1] + y[0] * y[2]);
+        let k = 1.0 / libm::sqrt(1.0 + x[0] * x[0] + y[0] * y[0]);
+        let cube = k * k * k;
+        let kappa = [
+            k,
+            -0.5 * cube * p1,
+            0.75 * cube * k * k * p1 * p1 - 0.5 * cube * p2,
+        ];
+        Self {
+            gap: [
+                kappa[0] * phi[0],
+                kappa[0] * phi[1] + kappa[1] * phi[0],
+                kappa[0] * phi[2] + 2.0 * kappa[1] * phi[1] + kappa[2] * phi[0],
+            ],
+            normal_rate: kappa[1] * Vector3::new(-x[0], -y[0], 1.0)
+                + kappa[0] * Vector3::new(-x[1], -y[1], 0.0),
+        }
+    }
+}
+
+impl HeightField {
+    /// Derivatives of the splines of [`HeightField::at`] along the horizontal part of a velocity. The slopes' second ones
+    /// are third ones of the height, which jump at the lines of the grid; they count for points off the surface only.
+    fn jet(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> Jet {
+        let (i, s) = cell((point.x - self.origin[0]) / self.spacing, self.columns);
+        let (j, t) = cell((point.y - self.origin[1]) / self.spacing, self.rows);
+        let (bx, by) = (derivatives(s), derivatives(t));
+        // Partial derivatives, by how often along x and along y.
+        let mut partial = [[0.0; 4]; 4];
+        for (k, l) in (0..4).flat_map(|k| (0..4).map(move |l| (k, l))) {
+            let (column, row) = (clamped(i, k, self.columns), clamped(j, l, self.rows));
+            let height = self.heights[row * self.columns + column];
+            for (by_x, bx) in partial.iter_mut().zip(&bx) {
+                for (value, by) in by_x.iter_mut().zip(&by) {
+                    *value += height * bx[k] * by[l];
+                }
+            }
+        }
+        let (u, v) = (velocity.x / self.spacing, velocity.y / self.spacing);
+        // The value and its first two derivatives along the velocity, of the derivative that is named.
+        let along = |a: usize, b: usize| {
+            let p = |c: usize, d: usize| partial[a + c][b + d];
+            [
+                p(0, 0),
+                p(1, 0) * u + p(0, 1) * v,
+                p(2, 0) * u * u + 2.0 * p(1, 1) * u * v + p(0, 2) * v * v,
+            ]
+        };
+        Jet {
+            height: along(0, 0),
+            slope_x: along(1, 0).map(|d| d / self.spacing),
+            slope_y: along(0, 1).map(|d| d / self.spacing),
+        }
+    }
+}
+
+/// Weights of a uniform cubic B-spline at `s`, and their first three derivatives.
+fn derivatives(s: f64) -> [[f64; 4]; 4] {
+    let [value, first] = spline(s);
+    [
+        value,
+        first,
+        [1.0 - s, 3.0 * s - 2.0, 1.0 - 3.0 * s, s],
+        [-1.0, 3.0, -3.0, 1.0],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn hills(heights: &[f64]) -> Ground {
+        let field = HeightField::new([-0.2, -0.3], 0.05, 10, heights.to_vec()).unwrap();
+        Ground::new(Terrain::Heights(field), 0.6, 0.0).unwrap()
+    }
+
+    fn vector(range: std::ops::Range<f64>) -> impl Strategy<Value = Vector3<f64>> {
+        proptest::array::uniform3(range).prop_map(Vector3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn derivatives_are_those_of_differences(
+            heights in proptest::collection::vec(-0.03..0.03_f64, 100),
+            point in vector(-0.35..0.35),
+            velocity in vector(-1.0..1.0),
+        ) {
+            // Beyond the border, too; by central differences that stay within a cell, or nearly so.
+            const H: f64 = 1e-4;
+            let ground = hills(&heights);
+            let gap = |t: f64| ground.below(&(point + t * velocity)).gap;
+            let normal = |t: f64| ground.below(&(point + t * velocity)).normal;
+            let gradient = ground.gap_gradient(&point);
+            prop_assert!(((gap(H) - gap(-H)) / (2.0 * H) - gradient.dot(&velocity)).abs() < 1e-3);
+            let turning = (normal(H) - normal(-H)) / (2.0 * H);
+            prop_assert!((turning - ground.normal_rate(&point, &velocity)).norm() < 1e-2);
+            // The gradient's change, and not the gap's second difference, which would lose half the digits.
+            let rate = |t: f64| ground.gap_gradient(&(point + t * velocity)).dot(&velocity);
+            let crosses = |axis: usize, origin: f64| {
+                let place = |t: f64| ((point + t * velocity)[axis] - origin) / 0.05;
+                place(-H).floor() != place(H).floor()
+            };
+            if !crosses(0, -0.2) && !crosses(1, -0.3) {
+                let curvature = ground.gap_curvature(&point, &velocity);
+                let difference = (rate(H) - rate(-H)) / (2.0 * H);
+                prop_assert!((difference - curvature).abs() < 1e-3 * (1.0 + curvature.abs()), "{} {}", difference, curvature);
+            }
+        }
+
+        #[test]
+        fn on_the_surface_gradient_and_normal_are_one(
+            heights in proptest::collection::vec(-0.03..0.03_f64, 100),
+            point in vector(-0.35..0.35),
+            velocity in vector(-1.0..1.0),
+        ) {
+            let ground = hills(&heights);
+            let surface = ground.below(&point);
+            // The normal is that of the ground straight below.
+            let point = point - Vector3::z() * surface.gap / surface.normal.z;
+            let normal = surface.normal;
+            prop_assert!((ground.gap_gradient(&point) - normal).norm() < 1e-12);
+            let sliding = velocity - normal * normal.dot(&velocity);
+            let curvature = ground.gap_curvature(&point, &sliding);
+            let turning = ground.normal_rate(&point, &sliding).dot(&sliding);
+            prop_assert!((curvature - turning).abs() < 1e-12 * (1.0 + curvature.abs()));
+        }
+    }
+
+    #[test]
+    fn level_ground_adds_nothing() {
+        let step = Terrain::StepDown {
+            at: 0.0,
+            drop: 0.02,
+        };
+        for terrain in [Terrain::Flat, step] {
+            let ground = Ground::new(terrain, 0.6, 0.0).unwrap();
+            let (point, velocity) = (Vector3::new(0.0, 1.0, 0.1), Vector3::new(3.0, 2.0, 1.0));
+            assert_eq!(ground.gap_gradient(&point), Vector3::z());
+            assert_eq!(ground.gap_curvature(&point, &velocity), 0.0);
+            assert_eq!(ground.normal_rate(&point, &velocity), Vector3::zeros());
+        }
+    }
+
+    #[test]
+    fn a_trough_pushes_up_what_slides_through_it_by_v_squared_over_its_radius() {
+        // h = ½ x²/R at its bottom; a cubic spline has a parabola's curvature exactly.
+        let radius = 2.0;
+        let heights = (0..100).map(|i| {
+            let x = -0.2 + 0.05 * f64::from(i % 10);
+            0.5 * x * x / radius
+        });
+        let ground = hills(&heights.collect::<Vec<_>>());
+        let surface = ground.below(&Vector3::zeros());
+        let bottom = Vector3::new(0.0, 0.0, -surface.gap);
+        let curvature = ground.gap_curvature(&bottom, &Vector3::new(3.0, 0.0, 0.0));
+        assert!((curvature + 9.0 / radius).abs() < 1e-12, "{curvature}");
+    }
+}

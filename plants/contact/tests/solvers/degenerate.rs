@@ -1,0 +1,227 @@
+//! What occurs where constraints say the same twice, nothing, or the impossible.
+
+use twinrig_contact::{Bound, Method, Problem, Unsolved};
+
+use crate::agreement::SWEEPS;
+use crate::oracle::Case;
+
+const METHODS: [Method; 3] = [Method::Newton, Method::Direct, SWEEPS];
+
+fn rays(j: &[Vec<f64>], b: &[f64]) -> Case {
+    Case::new(j, b.to_vec(), vec![Bound::NonNegative; b.len()], 0.0)
+}
+
+#[test]
+fn a_table_on_four_legs_stands() {
+    let corner = |x: f64, y: f64| vec![1.0, x, y];
+    let j = [
+        corner(1.0, 1.0),
+        corner(1.0, -1.0),
+        corner(-1.0, 1.0),
+        corner(-1.0, -1.0),
+    ];
+    let case = rays(&j, &[-9.81; 4]);
+    for method in [Method::Direct, SWEEPS] {
+        let mut problem = case.problem();
+        let solution = problem.solve_by(method).unwrap();
+        assert!(case.holds(problem.unknowns()) && solution.residual < 1e-8);
+        assert!((problem.unknowns().iter().sum::<f64>() - 9.81).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn the_same_stop_twelve_times_is_one_stop() {
+    let case = rays(&vec![vec![2.0]; 12], &[-1.0; 12]);
+    let mut problem = case.problem();
+    let solution = problem.solve_by(Method::Direct).unwrap();
+    assert!((problem.unknowns().iter().sum::<f64>() - 0.25).abs() < 1e-12);
+    assert!(solution.pivots <= 24, "{}", solution.pivots);
+}
+
+#[test]
+fn a_row_that_nothing_moves_is_judged_by_its_offset() {
+    for (offset, stands) in [(1.0, true), (0.0, true), (-1.0, false)] {
+        let case = rays(&[vec![0.0], vec![1.0]], &[offset, -2.0]);
+        for method in METHODS {
+            let mut problem = case.problem();
+            let result = problem.solve_by(method);
+            assert_eq!(result.is_ok(), stands, "{method:?} {offset}: {result:?}");
+            if stands {
+                assert_eq!(problem.unknowns()[0], 0.0);
+                assert!((problem.unknowns()[1] - 2.0).abs() < 1e-9);
+            } else if method == Method::Direct {
+                assert!(matches!(result, Err(Unsolved::Infeasible { size: 2, .. })));
+                assert_eq!(problem.unknowns(), &[1.0, 0.0]);
+            }
+        }
+    }
+}
+
+#[test]
+fn stops_that_contradict_each_other_are_proved_to() {
+    // Above one and below minus one.
+    let case = rays(&[vec![1.0], vec![-1.0]], &[-1.0, -1.0]);
+    for method in METHODS {
+        let result = case.problem().solve_by(method);
+        if method == Method::Direct {
+            assert!(
+                matches!(result, Err(Unsolved::Infeasible { .. })),
+                "{result:?}"
+            );
+        } else {
+            assert!(
+                matches!(result, Err(Unsolved::Violated { .. })),
+                "{method:?} {result:?}"
+            );
+        }
+    }
+    // Equalities, too.
+    let mut case = Case::new(
+        &[vec![1.0, 1.0], vec![2.0, 2.0]],
+        vec![1.0, 1.0],
+        vec![Bound::Free; 2],
+        0.0,
+    );
+    assert!(matches!(
+        case.problem().solve_by(Method::Direct),
+        Err(Unsolved::Infeasible { .. })
+    ));
+    case.b = vec![1.0, 2.0];
+    let mut problem = case.problem();
+    problem.solve_by(Method::Direct).unwrap();
+    assert!(case.holds(problem.unknowns()));
+}
+
+#[test]
+fn no_rows_and_no_offset_are_no_problem() {
+    for method in METHODS {
+        let mut problem = Problem::default();
+        problem.reset(0);
+        assert_eq!(problem.solve_by(method).unwrap().residual, 0.0);
+        let case = rays(&[vec![1.0], vec![1.0]], &[0.0, 0.0]);
+        let mut problem = case.problem();
+        assert_eq!(problem.solve_by(method).unwrap().residual, 0.0);
+        assert_eq!(problem.unknowns(), &[0.0, 0.0]);
+    }
+}
+
+#[test]
+fn an_interval_without_zero_holds_without_an_offset() {
+    for method in METHODS {
+        let bound = Bound::Between {
+            low: 0.5,
+            high: 2.0,
+        };
+        let mut problem = Case::new(&[vec![2.0]], vec![0.0], vec![bound], 0.0).problem();
+        problem.solve_by(method).unwrap();
+        assert_eq!(problem.unknowns(), &[0.5], "{method:?}");
+    }
+}
+
+#[test]
+fn what_is_not_a_number_is_not_a_solution() {
+    for method in METHODS {
+        for (entry, offset) in [(f64::NAN, -1.0), (1.0, f64::NAN), (1.0, f64::NEG_INFINITY)] {
+            let mut problem = Problem::default();
+            problem.reset(2);
+            problem.set(0, 0, entry);
+            problem.set(1, 1, 1.0);
+            problem.bound(0, Bound::NonNegative);
+            problem.offset(0, offset);
+            assert!(
+                problem.solve_by(method).is_err(),
+                "{method:?} {entry} {offset}"
+            );
+        }
+    }
+}
+
+#[test]
+fn sizes_do_not_matter() {
+    for size in [1e-9, 1e9] {
+        let mut case = rays(
+            &[vec![1.0, 0.5], vec![0.25, 1.0], vec![1.0, 1.0]],
+            &[-1.0, 0.5, -0.25],
+        );
+        case.b.iter_mut().for_each(|b| *b *= size);
+        for (i, row) in case.g.iter_mut().enumerate() {
+            row[i] += 0.1;
+            for g in row {
+                *g /= size;
+            }
+        }
+        let mut answers = METHODS.map(|method| {
+            let mut problem = case.problem();
+            problem.solve_by(method).unwrap();
+            problem.unknowns().to_vec()
+        });
+        let first = answers[0].clone();
+        for answer in &mut answers {
+            for (a, b) in answer.iter().zip(&first) {
+                assert!((a - b).abs() <= 1e-8 * first[0].abs());
+            }
+        }
+    }
+}
+
+#[test]
+fn relaxation_has_limits() {
+    for relaxation in [0.0, 2.0, -1.0, f64::NAN] {
+        let mut problem = rays(&[vec![1.0]], &[-1.0]).problem();
+        let method = Method::GaussSeidel {
+            relaxation,
+            sweeps: 10,
+            tolerance: 1e-9,
+        };
+        assert!(matches!(
+            problem.solve_by(method),
+            Err(Unsolved::Parameter {
+                what: "relaxation",
+                ..
+            })
+        ));
+    }
+}
+
+#[test]
+fn sweeps_end_where_they_are_told_to_and_leave_what_they_have() {
+    let case = Case::new(
+        &[vec![1.0, 0.0], vec![0.9, 0.4]],
+        vec![-1.0, -1.0],
+        vec![Bound::NonNegative; 2],
+        0.0,
+    );
+    let mut problem = case.problem();
+    let method = Method::GaussSeidel {
+        relaxation: 1.0,
+        sweeps: 3,
+        tolerance: 1e-12,
+    };
+    let Err(Unsolved::Violated {
+        sweeps, residual, ..
+    }) = problem.solve_by(method)
+    else {
+        panic!("not in three sweeps");
+    };
+    assert_eq!((sweeps, residual), (3, problem.residual()));
+    assert!(problem.unknowns()[0] > 0.1);
+}
+
+#[test]
+fn over_relaxation_saves_sweeps_where_rows_are_much_alike() {
+    let case = Case::new(
+        &[vec![1.0, 0.0], vec![0.95, 0.3]],
+        vec![-1.0, -1.0],
+        vec![Bound::NonNegative; 2],
+        0.0,
+    );
+    let sweeps = [1.0, 1.5].map(|relaxation| {
+        let method = Method::GaussSeidel {
+            relaxation,
+            sweeps: 1000,
+            tolerance: 1e-10,
+        };
+        case.problem().solve_by(method).unwrap().sweeps
+    });
+    assert!(2 * sweeps[1] < sweeps[0], "{sweeps:?}");
+}
