@@ -127,6 +127,21 @@ impl PositionServo {
         }
     }
 
+    /// Inner loop's bandwidth: the acceleration asked for, over the error of the rate \[1/s\].
+    pub fn stiffness(&self) -> f64 {
+        INNER_OVER_OUTER / self.lag
+    }
+
+    /// Greatest rate, without load \[rad/s\].
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Half-width of the error that is ignored \[rad\].
+    pub fn dead_band(&self) -> f64 {
+        self.dead_band
+    }
+
     /// Delay behind a ramp \[s\].
     pub fn lag(&self) -> f64 {
         self.lag

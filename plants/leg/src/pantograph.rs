@@ -199,6 +199,11 @@ impl Pantograph {
         self.length_min
     }
 
+    /// Length of the diagonal in the reference pose, where its stop is \[m\].
+    pub fn diagonal_max(&self) -> f64 {
+        self.diagonal_max
+    }
+
     /// Absolute angle of the first segment in the reference pose \[rad\].
     pub fn hip_reference(&self) -> f64 {
         self.hip_ref

@@ -1,0 +1,535 @@
+//! What happens at an instant: impacts, and what holds afterwards.
+//!
+//! Both are complementarity problems over the constraints that are closed at that instant ([`twinrig_contact::Problem`]):
+//!
+//! ```text
+//! impulses   q̇⁺ = q̇⁻ + H⁻¹ Jᵀ P    0 ≤ Pₙ ⊥ ġ⁺ + e ġ⁻ ≥ 0    |Pₜ| ≤ µ Pₙ
+//! forces     q̈  = a + H⁻¹ Jᵀ λ     0 ≤ λₙ ⊥ g̈ ≥ 0             |λₜ| ≤ µ λₙ
+//! ```
+
+use twinrig_contact::{Bound, Method, Problem, Restitution, Unsolved};
+
+use crate::articulated::{Articulated, Response, Row, between};
+use crate::hold::{Driven, Hold, Holding};
+use crate::mode::{Contact, Mode};
+use crate::model::Model;
+use crate::motion::Scene;
+use crate::real::{Lanes, Real};
+use crate::site::{Footing, Site};
+use crate::state::State;
+
+/// Gaps below this are closed \[m\].
+const CLOSED: f64 = 1e-8;
+
+/// Gaps of constraints that part or close slower than this stay closed \[m/s\].
+const AT_REST: f64 = 1e-7;
+
+/// Feet that slide slower than this hold \[m/s\].
+const HOLDING: f64 = 1e-7;
+
+/// Approach below which an impact gives nothing back \[m/s\].
+const RESTING: f64 = 0.05;
+
+/// Share of a row's mobility that others must leave it, or it says what they say.
+const INDEPENDENT: f64 = 1e-9;
+
+/// A one-sided constraint inside a leg, in the order of the guards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stop {
+    Closed,
+    Open,
+    Extended,
+    Bottomed,
+    Cable,
+}
+
+impl Stop {
+    pub(crate) const ALL: [Self; 5] = [
+        Self::Closed,
+        Self::Open,
+        Self::Extended,
+        Self::Bottomed,
+        Self::Cable,
+    ];
+
+    /// Where a mode notes that it holds.
+    pub(crate) fn of(self, mode: &mut Mode) -> &mut Lanes {
+        let holds = &mut mode.holds;
+        match self {
+            Self::Closed => &mut holds.closed,
+            Self::Open => &mut holds.open,
+            Self::Extended => &mut holds.extended,
+            Self::Bottomed => &mut holds.bottomed,
+            Self::Cable => &mut holds.cable,
+        }
+    }
+}
+
+/// What a row of a problem stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Role {
+    Stop(Stop),
+    /// Normal of a foot; where it slides, its friction comes with it.
+    Normal { links: usize, slides: Option<[f64; 2]> },
+    Tangent(usize),
+}
+
+/// A closed constraint.
+#[derive(Debug, Clone, Copy)]
+struct Entry<const N: usize> {
+    role: Role,
+    row: Row<f64, N>,
+    /// The direction of its force: the row, but for feet that slide.
+    push: Row<f64, N>,
+    /// Rate of the gap, and its acceleration while everything moves evenly.
+    rate: f64,
+    bias: f64,
+    /// Mobility of a pulley at the cable's other end \[1/kg\], and what its motor makes of it \[m/s²\].
+    compliance: f64,
+}
+
+/// The memory of impacts and changes of mode.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Instant<const N: usize> {
+    entries: Vec<Entry<N>>,
+    rows: Vec<Response<f64, N>>,
+    pushes: Vec<Response<f64, N>>,
+    problem: Problem,
+    before: Vec<f64>,
+    coefficients: Vec<f64>,
+    pub(crate) iterations: u64,
+    pub(crate) factorisations: u64,
+}
+
+/// What an impact took: by normal impulses, by friction \[J\], and the ground's impulses on each leg, world frame \[N·s\].
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Toll {
+    pub(crate) impact: f64,
+    pub(crate) friction: f64,
+    pub(crate) ground: [[f64; 3]; 4],
+}
+
+impl<const N: usize> Instant<N> {
+    /// Finds the constraints of these legs that are closed. Feet that slide push along their friction where `sliding` says
+    /// that they go on to.
+    fn find(
+        &mut self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        articulated: &Articulated<Lanes, N>,
+        drive: &Driven<Lanes>,
+        legs: &[usize],
+        sliding: bool,
+    ) {
+        self.entries.clear();
+        let chain = &articulated.chain;
+        let stops = [
+            chain.closed(scene.legs, &state.angles),
+            chain.open(scene.legs),
+            chain.extended(scene.legs),
+            chain.bottomed(scene.legs),
+            chain.taut(scene.legs, drive),
+        ];
+        let radius = scene.legs.pulley_radius;
+        for &leg in legs {
+            for (stop, hold) in Stop::ALL.into_iter().zip(&stops) {
+                if stop == Stop::Cable && scene.model.servos.is_none() {
+                    continue;
+                }
+                if hold.gap.lane(leg) >= CLOSED {
+                    continue;
+                }
+                let (mut compliance, mut bias) = (0.0, hold.curvature.lane(leg));
+                if stop == Stop::Cable {
+                    let r = radius.lane(leg);
+                    compliance = r * r * drive.pulley_mobility.lane(leg);
+                    bias -= r * drive.pulley_acceleration.lane(leg);
+                }
+                let row = stop_row(hold, leg);
+                self.entries.push(Entry {
+                    role: Role::Stop(stop),
+                    row,
+                    push: row,
+                    rate: hold.rate.lane(leg),
+                    bias,
+                    compliance,
+                });
+            }
+            self.find_feet(scene, state, articulated, leg, sliding);
+        }
+    }
+
+    fn find_feet(
+        &mut self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        articulated: &Articulated<Lanes, N>,
+        leg: usize,
+        sliding: bool,
+    ) {
+        let Some(ground) = &scene.model.ground else {
+            return;
+        };
+        let rotation = articulated.rotation();
+        for links in 3..=N {
+            let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
+            let footing = site.footing(ground, state.position, &rotation);
+            if footing.gap >= CLOSED {
+                continue;
+            }
+            let [_, a, b] = footing.velocity;
+            let speed = libm::hypot(a, b);
+            let slides = (sliding && speed > HOLDING).then(|| [a / speed, b / speed]);
+            let [n, along, across] = footing.directions;
+            let push = slides.map_or(n, |s| {
+                std::array::from_fn(|i| n[i] - ground.friction * (s[0] * along[i] + s[1] * across[i]))
+            });
+            let entry = |k: usize, role, push| Entry {
+                role,
+                row: site.row(footing.directions[k]),
+                push,
+                rate: footing.velocity[k],
+                bias: footing.bias[k],
+                compliance: 0.0,
+            };
+            self.entries
+                .push(entry(0, Role::Normal { links, slides }, site.row(push)));
+            if slides.is_none() {
+                for k in 1..3 {
+                    let own = site.row(footing.directions[k]);
+                    self.entries.push(entry(k, Role::Tangent(k), own));
+                }
+            }
+        }
+    }
+
+    /// Fills the problem's matrix and bounds.
+    fn prepare(&mut self, articulated: &Articulated<Lanes, N>, friction: f64) {
+        let n = self.entries.len();
+        self.problem.reset(n);
+        self.rows.clear();
+        self.pushes.clear();
+        for entry in &self.entries {
+            let row = articulated.response(&entry.row);
+            self.rows.push(row);
+            self.pushes.push(match entry.role {
+                Role::Normal { slides: Some(_), .. } => articulated.response(&entry.push),
+                _ => row,
+            });
+        }
+        for (i, (entry, row)) in self.entries.iter().zip(&self.rows).enumerate() {
+            for (j, (other, push)) in self.entries.iter().zip(&self.pushes).enumerate() {
+                let mut mobility = between(&entry.row, &row.pull, &other.push, push);
+                if i == j {
+                    mobility = mobility * (1.0 + INDEPENDENT) + entry.compliance;
+                }
+                self.problem.set(i, j, mobility);
+            }
+            match entry.role {
+                Role::Stop(_) | Role::Normal { .. } => self.problem.bound(i, Bound::NonNegative),
+                Role::Tangent(1) => {
+                    let normal = i - 1;
+                    self.problem.bound(i, Bound::Disc { normal, friction });
+                }
+                Role::Tangent(_) => {}
+            }
+        }
+    }
+
+    fn count(&mut self, solution: &twinrig_contact::Solution) {
+        self.iterations += u64::from(solution.sweeps + solution.pivots);
+        self.factorisations += u64::from(solution.factorisations);
+    }
+
+    /// The impact of these legs: impulses at every closed constraint that would close further.
+    pub(crate) fn impact(
+        &mut self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &mut State<Lanes, N>,
+        legs: &[usize],
+    ) -> Result<Toll, Unsolved> {
+        let (articulated, drive) = slack(scene, state);
+        self.find(scene, state, &articulated, &drive, legs, false);
+        let mut toll = Toll::default();
+        if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
+            return Ok(toll);
+        }
+        let (friction, restitution) = scene
+            .model
+            .ground
+            .as_ref()
+            .map_or((0.0, 0.0), |ground| (ground.friction, ground.restitution));
+        self.prepare(&articulated, friction);
+        self.before.clear();
+        self.before.extend(self.entries.iter().map(|entry| entry.rate));
+        self.coefficients.clear();
+        self.coefficients
+            .extend(self.entries.iter().map(|entry| match entry.role {
+                Role::Normal { .. } if entry.rate < -RESTING => restitution,
+                _ => 0.0,
+            }));
+        let solution = self.problem.impact(
+            Restitution::Poisson,
+            &self.before,
+            &self.coefficients,
+            Method::Newton,
+        )?;
+        self.count(&solution);
+        let mut trunk = [0.0; 6];
+        let mut torques = [Lanes::zero(); N];
+        for (i, (entry, &impulse)) in self.entries.iter().zip(self.problem.unknowns()).enumerate() {
+            let work = 0.5 * impulse * (entry.rate + self.problem.w(i));
+            match entry.role {
+                Role::Tangent(_) => toll.friction -= work,
+                _ => toll.impact -= work,
+            }
+            for (a, r) in trunk.iter_mut().zip(&self.pushes[i].trunk) {
+                *a += r * impulse;
+            }
+            for (torque, arm) in torques.iter_mut().zip(&entry.push.links) {
+                let own = torque.lane(entry.row.leg) + arm * impulse;
+                *torque = torque.with_lane(entry.row.leg, own);
+            }
+            if entry.role == Role::Stop(Stop::Cable) {
+                let leg = entry.row.leg;
+                let back = drive.pulley_mobility.lane(leg) * scene.legs.pulley_radius.lane(leg);
+                let rate = state.pulley_rate.lane(leg) - back * impulse;
+                state.pulley_rate = state.pulley_rate.with_lane(leg, rate);
+            }
+        }
+        articulated.give_way(state, trunk, torques);
+        self.ground_impulses(scene, state, &articulated, &mut toll);
+        Ok(toll)
+    }
+
+    fn ground_impulses(
+        &self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        articulated: &Articulated<Lanes, N>,
+        toll: &mut Toll,
+    ) {
+        let Some(ground) = &scene.model.ground else {
+            return;
+        };
+        let rotation = articulated.rotation();
+        for (i, entry) in self.entries.iter().enumerate() {
+            let Role::Normal { links, .. } = entry.role else {
+                continue;
+            };
+            let leg = entry.row.leg;
+            let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
+            let surface = site.footing(ground, state.position, &rotation).surface;
+            let [along, across] = surface.tangents();
+            let p = &self.problem.unknowns()[i..];
+            let sum = surface.normal * p[0] + along * p[1] + across * p[2];
+            for (total, part) in toll.ground[leg].iter_mut().zip(sum.iter()) {
+                *total += part;
+            }
+        }
+    }
+
+    /// What holds from here on: finds the forces of the closed constraints, and notes in the mode which of them push.
+    pub(crate) fn settle(
+        &mut self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        legs: &[usize],
+        mode: &mut Mode,
+    ) -> Result<(), Unsolved> {
+        let (articulated, drive) = motors_only(scene, state);
+        self.find(scene, state, &articulated, &drive, legs, true);
+        self.entries.retain(|entry| !entry.is_normal() || entry.rate < AT_REST);
+        self.drop_orphans();
+        for &leg in legs {
+            for stop in Stop::ALL {
+                let holds = stop.of(mode);
+                *holds = holds.with_lane(leg, 0.0);
+            }
+        }
+        mode.contacts.retain(|contact| !legs.contains(&contact.leg));
+        if self.entries.is_empty() {
+            mode.recount();
+            return Ok(());
+        }
+        let friction = scene.model.ground.as_ref().map_or(0.0, |g| g.friction);
+        self.prepare(&articulated, friction);
+        let free = articulated.accelerations();
+        for (i, entry) in self.entries.iter().enumerate() {
+            let mut acceleration = entry.bias;
+            for (j, a) in entry.row.trunk.iter().zip(&free.trunk) {
+                acceleration += j * a;
+            }
+            for (j, a) in entry.row.links.iter().zip(&free.links) {
+                acceleration += j * a.lane(entry.row.leg);
+            }
+            self.problem.offset(i, acceleration);
+        }
+        let solution = self.problem.solve()?;
+        self.count(&solution);
+        self.note(mode, friction);
+        mode.recount();
+        Ok(())
+    }
+
+    /// Takes out the tangents of feet that are not there any more.
+    fn drop_orphans(&mut self) {
+        let mut kept = false;
+        self.entries.retain(|entry| match entry.role {
+            Role::Normal { slides, .. } => {
+                kept = slides.is_none();
+                true
+            }
+            Role::Tangent(_) => kept,
+            Role::Stop(_) => {
+                kept = false;
+                true
+            }
+        });
+    }
+
+    /// Notes what pushes, leaving out what others imply.
+    fn note(&self, mode: &mut Mode, friction: f64) {
+        for (i, entry) in self.entries.iter().enumerate() {
+            let force = self.problem.unknowns()[i];
+            if force <= 0.0 {
+                continue;
+            }
+            let leg = entry.row.leg;
+            match entry.role {
+                Role::Stop(stop) => {
+                    if stop != Stop::Cable && self.implied_by_cable(i) {
+                        continue;
+                    }
+                    let holds = stop.of(mode);
+                    *holds = holds.with_lane(leg, 1.0);
+                }
+                Role::Normal { links, slides } => {
+                    let slides = slides.or_else(|| {
+                        // A foot at rest whose friction is used up starts to slide against it.
+                        let t = [self.problem.unknowns()[i + 1], self.problem.unknowns()[i + 2]];
+                        let size = libm::hypot(t[0], t[1]);
+                        let spent = size >= friction * force * (1.0 - 1e-9);
+                        let accelerates = libm::hypot(self.problem.w(i + 1), self.problem.w(i + 2));
+                        (spent && accelerates > 1e-6).then(|| [-t[0] / size, -t[1] / size])
+                    });
+                    mode.contacts.push(Contact { leg, links, slides });
+                }
+                Role::Tangent(_) => {}
+            }
+        }
+    }
+
+    /// Whether a stop says nothing that its leg's taut cable does not.
+    fn implied_by_cable(&self, stop: usize) -> bool {
+        let own = &self.entries[stop];
+        self.entries.iter().enumerate().any(|(j, other)| {
+            let same = other.row.leg == own.row.leg && other.role == Role::Stop(Stop::Cable);
+            if !same || self.problem.unknowns()[j] <= 0.0 || other.compliance > 0.0 {
+                return false;
+            }
+            let of = |a: &Entry<N>, i: usize| {
+                let mut sum = 0.0;
+                for k in 0..N {
+                    sum += a.row.links[k] * self.rows[i].links[k];
+                }
+                sum
+            };
+            let (aa, bb, ab) = (of(own, stop), of(other, j), of(own, j));
+            aa * bb - ab * ab <= 1e-6 * aa * bb
+        })
+    }
+}
+
+impl<const N: usize> Entry<N> {
+    fn is_normal(&self) -> bool {
+        !matches!(self.role, Role::Tangent(_))
+    }
+}
+
+fn stop_row<const N: usize>(hold: &Hold<Lanes, N>, leg: usize) -> Row<f64, N> {
+    Row {
+        leg,
+        trunk: [0.0; 6],
+        links: hold.gradient.map(|g| g.lane(leg)),
+    }
+}
+
+/// The robot as an impact finds it: a motor of limited torque has none to set against an impulse, one without limits stands
+/// like a rock.
+fn slack<const N: usize>(
+    scene: &Scene<'_, Lanes, N>,
+    state: &State<Lanes, N>,
+) -> (Articulated<Lanes, N>, Driven<Lanes>) {
+    let mut mode = scene.mode.clone_without_stops();
+    let mut drive = Driven::none();
+    if let Some(servos) = &scene.model.servos {
+        drive.pulley = state.pulley;
+        drive.pulley_rate = state.pulley_rate;
+        mode.holds.hip = Lanes::splat(1.0);
+        if servos.hip.torque().is_finite() {
+            mode.holds.hip = Lanes::zero();
+            drive.hip_inertia = Lanes::splat(servos.hip.inertia());
+        }
+        if servos.knee.torque().is_finite() {
+            drive.pulley_mobility = Lanes::splat(1.0 / servos.knee.inertia());
+        }
+    }
+    mode.recount();
+    (scene.articulated(state, &mode, &drive), drive)
+}
+
+/// The robot with its motors at work and nothing else that holds.
+fn motors_only<const N: usize>(
+    scene: &Scene<'_, Lanes, N>,
+    state: &State<Lanes, N>,
+) -> (Articulated<Lanes, N>, Driven<Lanes>) {
+    let mut mode = scene.mode.clone_without_stops();
+    mode.recount();
+    let drive = scene.drive(state);
+    (scene.articulated(state, &mode, &drive), drive)
+}
+
+impl<const N: usize> Scene<'_, Lanes, N> {
+    fn articulated(
+        &self,
+        state: &State<Lanes, N>,
+        mode: &Mode,
+        drive: &Driven<Lanes>,
+    ) -> Articulated<Lanes, N> {
+        let holding = Holding {
+            holds: &mode.holds,
+            drive,
+            recovery: Lanes::zero(),
+            any: mode.any,
+        };
+        Articulated::new(self.model, self.legs, state, &holding)
+    }
+}
+
+impl<const N: usize> Articulated<Lanes, N> {
+    /// Changes the velocities by what impulses do.
+    fn give_way(&self, state: &mut State<Lanes, N>, trunk: [f64; 6], mut torques: [Lanes; N]) {
+        if let Some(base) = &self.base {
+            for (torque, column) in torques.iter_mut().zip(&base.carried.columns) {
+                for (c, &row) in column.iter().zip(&crate::carried::COUPLED) {
+                    *torque -= *c * Lanes::splat(trunk[row]);
+                }
+            }
+            for i in 0..3 {
+                state.velocity[i] += trunk[i];
+                state.turning[i] += trunk[3 + i];
+            }
+        }
+        for i in 0..N {
+            for j in 0..N {
+                state.rates[i] += self.give.mobility[i][j] * torques[j];
+            }
+        }
+    }
+}
+
+/// The direction of a slide now, for a foot that goes on sliding.
+pub(crate) fn direction(footing: &Footing<f64>, last: [f64; 2]) -> [f64; 2] {
+    crate::motion::sliding(footing, last)
+}

@@ -1,0 +1,159 @@
+//! The plant in motion.
+
+use twinrig_contact::Unsolved;
+use twinrig_legged::{Ledger, Stored};
+use twinrig_runtime::WorkCounts;
+
+use crate::articulated::into_world;
+use crate::events::Instant;
+use crate::mode::Mode;
+use crate::model::Model;
+use crate::motion::{Bench, Motion, Scene};
+use crate::real::{Lanes, Real};
+use crate::site::Site;
+use crate::state::State;
+
+/// Why time cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(crate) enum FlowError {
+    #[error(transparent)]
+    Unsolved(#[from] Unsolved),
+    #[error("the state is not a number")]
+    NotFinite,
+    #[error("{events} events in {seconds:e} s do not come to an end")]
+    Crowded { events: u32, seconds: f64 },
+    #[error("a step of {seconds:e} s would have to be shorter than a billionth of a second")]
+    TooStiff { seconds: f64 },
+    #[error("the step of {seconds:e} s gained {gained:e} J out of nothing: it is unstable")]
+    Gained { seconds: f64, gained: f64 },
+}
+
+/// What has been felt, summed over time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tally {
+    /// Of hip motor, knee motor and cable: ∫ τ dt, ∫ F dt.
+    pub(crate) hip: Lanes,
+    pub(crate) knee: Lanes,
+    pub(crate) cable: Lanes,
+    /// Impulses of the ground on each leg, world frame \[N·s\].
+    pub(crate) ground: [[f64; 3]; 4],
+}
+
+impl Tally {
+    pub(crate) fn new() -> Self {
+        let zero = Lanes::zero();
+        Self {
+            hip: zero,
+            knee: zero,
+            cable: zero,
+            ground: [[0.0; 3]; 4],
+        }
+    }
+}
+
+/// The plant in motion.
+#[derive(Debug, Clone)]
+pub(crate) struct Flow<const N: usize> {
+    pub(crate) model: Model<N>,
+    pub(crate) state: State<Lanes, N>,
+    pub(crate) mode: Mode,
+    pub(crate) ledger: Ledger,
+    pub(crate) counts: WorkCounts,
+    pub(crate) tally: Tally,
+    pub(crate) bench: Bench<f64, N>,
+    pub(crate) instant: Instant<N>,
+}
+
+impl<const N: usize> Flow<N> {
+    pub(crate) fn new(model: Model<N>, state: State<Lanes, N>) -> Self {
+        let mut mode = Mode::free();
+        if model.servos.is_some() {
+            mode.holds.hip = Lanes::splat(1.0);
+            mode.recount();
+        }
+        let mut flow = Self {
+            model,
+            state,
+            mode,
+            ledger: Ledger::default(),
+            counts: WorkCounts::default(),
+            tally: Tally::new(),
+            bench: Bench::default(),
+            instant: Instant::default(),
+        };
+        flow.ledger = Ledger::opened(flow.stored());
+        flow
+    }
+
+    /// What moves by itself: the robot, or each of its legs where the trunk is held. Legs, one after the other.
+    pub(crate) fn islands(&self) -> impl Iterator<Item = core::ops::Range<usize>> + use<N> {
+        let (legs, free) = (self.model.legs.len(), self.model.is_free());
+        let islands = if free { legs.min(1).max(1) } else { legs };
+        (0..islands).map(move |i| if free { 0..legs } else { i..i + 1 })
+    }
+
+    /// The right-hand side in a state.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn motion(&mut self, state: &State<Lanes, N>, recovery: f64) -> Motion<Lanes, N> {
+        self.counts.evaluations += 1;
+        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
+        scene.motion(state, &mut self.bench)
+    }
+
+    /// Kinetic, spring and gravity energy \[J\].
+    pub(crate) fn stored(&mut self) -> Stored {
+        let state = self.state;
+        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
+        let motion = scene.motion(&state, &mut self.bench);
+        motion.articulated.stored(&self.model, &self.model.side_by_side, &state)
+    }
+
+    /// Adds what a motion feels to the sums, `weight` seconds of it.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn tally(&mut self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, weight: Lanes) {
+        if self.model.servos.is_some() {
+            self.tally.hip += weight * motion.felt.hip_torque;
+            self.tally.knee += weight * motion.felt.knee_torque;
+            self.tally.cable += weight * motion.felt.forces[crate::hold::CABLE];
+        }
+        if !self.mode.contacts.is_empty() {
+            self.tally_ground(state, motion, weight);
+        }
+    }
+
+    fn tally_ground(&mut self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, weight: Lanes) {
+        let Some(ground) = &self.model.ground else {
+            return;
+        };
+        let rotation = motion.articulated.rotation();
+        let mut forces = self.bench.forces.as_slice();
+        for contact in &self.mode.contacts {
+            let legs = &self.model.side_by_side;
+            let site = Site::new(legs, &motion.articulated.chain, state, contact.leg, contact.links);
+            let footing = site.footing(ground, state.position, &rotation);
+            let [n, a, b] = footing.directions;
+            let own: [f64; 3] = if let Some(last) = contact.slides {
+                let s = crate::motion::sliding(&footing, last);
+                let force = forces[0];
+                forces = &forces[1..];
+                std::array::from_fn(|i| {
+                    force * (n[i] - ground.friction * (s[0] * a[i] + s[1] * b[i]))
+                })
+            } else {
+                let [f, g, h] = [forces[0], forces[1], forces[2]];
+                forces = &forces[3..];
+                std::array::from_fn(|i| f * n[i] + g * a[i] + h * b[i])
+            };
+            let seconds = weight.lane(contact.leg);
+            for (sum, part) in self.tally.ground[contact.leg].iter_mut().zip(into_world(&rotation, own)) {
+                *sum += seconds * part;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "flow_tests.rs"]
+mod tests;

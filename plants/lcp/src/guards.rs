@@ -1,0 +1,170 @@
+//! What ends a smooth stretch: a gap that closes, a force that would have to pull, a foot that starts or stops to slide.
+
+use nalgebra::Vector3;
+
+use crate::hold::{CABLE, DIAGONAL, PANTOGRAPH};
+use crate::motion::{Bench, Motion, Scene};
+use crate::real::{Lanes, Real};
+use crate::site::Site;
+use crate::state::State;
+
+/// Guards of a leg: five stops that are open, three holds that push, and four for each of its two points that may touch the
+/// ground.
+pub(crate) const GUARDS: usize = STOPS + HELD + 2 * FOOT;
+pub(crate) const STOPS: usize = 5;
+const HELD: usize = 3;
+const FOOT: usize = 4;
+
+/// A guard that stands for nothing.
+const AT_EASE: f64 = f64::MAX;
+
+/// Guards by leg: what they stand for lasts while they are positive.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Guards {
+    pub(crate) values: [Lanes; GUARDS],
+    /// Rates of the gaps, where the guard is a gap.
+    pub(crate) rates: [Lanes; GUARDS],
+}
+
+/// What a guard stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Guard {
+    /// A gap, in metres.
+    Gap,
+    /// A force, in newtons.
+    Force,
+    /// What friction has to spare, in newtons.
+    Friction,
+    /// The speed of a slide along the direction it had, in metres per second.
+    Slide,
+}
+
+/// What the guard at a place stands for.
+pub(crate) const fn kind(place: usize) -> Guard {
+    if place < STOPS {
+        return Guard::Gap;
+    }
+    if place < STOPS + HELD {
+        return Guard::Force;
+    }
+    match (place - STOPS - HELD) % FOOT {
+        0 => Guard::Gap,
+        1 => Guard::Force,
+        2 => Guard::Friction,
+        _ => Guard::Slide,
+    }
+}
+
+/// The guard's place for the `which`-th of a point's four guards.
+pub(crate) const fn at_foot(links: usize, which: usize) -> usize {
+    STOPS + HELD + FOOT * (links - 3) + which
+}
+
+impl Guards {
+    /// The guards in a state.
+    pub(crate) fn new<const N: usize>(
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        motion: &Motion<Lanes, N>,
+        bench: &Bench<f64, N>,
+    ) -> Self {
+        let ease = Lanes::splat(AT_EASE);
+        let mut guards = Self {
+            values: [ease; GUARDS],
+            rates: [Lanes::zero(); GUARDS],
+        };
+        let (chain, holds) = (&motion.articulated.chain, &scene.holds);
+        let gaps = [
+            (chain.closed(scene.legs, &state.angles), holds.closed),
+            (chain.open(scene.legs), holds.open),
+            (chain.extended(scene.legs), holds.extended),
+            (chain.bottomed(scene.legs), holds.bottomed),
+            (chain.taut(scene.legs, &motion.drive), holds.cable),
+        ];
+        let stops = if scene.model.servos.is_some() { STOPS } else { STOPS - 1 };
+        for (place, (hold, holds)) in gaps.into_iter().enumerate().take(stops) {
+            guards.values[place] = hold.gap + holds * ease;
+            guards.rates[place] = hold.rate;
+        }
+        let forces = &motion.felt.forces;
+        for (place, (hold, holds)) in [
+            (PANTOGRAPH, holds.closed + holds.open),
+            (DIAGONAL, holds.extended + holds.bottomed),
+            (CABLE, holds.cable),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            if scene.mode.any[hold] {
+                guards.values[STOPS + place] =
+                    forces[hold] + (Lanes::splat(1.0) - holds) * ease;
+            }
+        }
+        guards.of_feet(scene, state, motion, bench);
+        guards
+    }
+
+    fn of_feet<const N: usize>(
+        &mut self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        motion: &Motion<Lanes, N>,
+        bench: &Bench<f64, N>,
+    ) {
+        let Some(ground) = &scene.model.ground else {
+            return;
+        };
+        let rotation = motion.articulated.rotation();
+        for leg in 0..scene.model.legs.len() {
+            for links in 3..=N {
+                let standing = scene.mode.contacts.iter();
+                let mut standing = standing.filter(|c| (c.leg, c.links) == (leg, links));
+                if standing.next().is_some() {
+                    continue;
+                }
+                let site = Site::new(scene.legs, &motion.articulated.chain, state, leg, links);
+                let surface = ground.below(&Vector3::from(site.in_world(state.position, &rotation)));
+                let moved = crate::articulated::into_world(&rotation, site.velocity);
+                let place = at_foot(links, 0);
+                self.put(place, leg, surface.gap);
+                let rate = self.rates[place].with_lane(leg, surface.normal.dot(&Vector3::from(moved)));
+                self.rates[place] = rate;
+            }
+        }
+        let mut forces = bench.forces.as_slice();
+        for contact in &scene.mode.contacts {
+            let (leg, links) = (contact.leg, contact.links);
+            let site = Site::new(scene.legs, &motion.articulated.chain, state, leg, links);
+            match contact.slides {
+                None => {
+                    let held = libm::hypot(forces[1], forces[2]);
+                    self.put(at_foot(links, 1), leg, forces[0]);
+                    self.put(at_foot(links, 2), leg, ground.friction * forces[0] - held);
+                    forces = &forces[3..];
+                }
+                Some(last) => {
+                    let footing = site.footing(ground, state.position, &rotation);
+                    let [_, a, b] = footing.velocity;
+                    self.put(at_foot(links, 1), leg, forces[0]);
+                    self.put(at_foot(links, 3), leg, a * last[0] + b * last[1]);
+                    forces = &forces[1..];
+                }
+            }
+        }
+    }
+
+    fn put(&mut self, place: usize, leg: usize, value: f64) {
+        self.values[place] = self.values[place].with_lane(leg, value);
+    }
+
+    /// The least guard of each kind, over all legs: where nothing is amiss, nothing more has to be looked at.
+    pub(crate) fn alarmed(&self, tolerances: &[f64; GUARDS]) -> bool {
+        self.values
+            .iter()
+            .zip(tolerances)
+            .any(|(guard, tolerance)| {
+                let least = guard.to_array();
+                least.iter().any(|&value| value < -tolerance)
+            })
+    }
+}

@@ -1,0 +1,94 @@
+//! What holds while the robot moves smoothly: stops and cables inside the legs, motors, feet on the ground.
+
+use crate::drives::Commands;
+use crate::hold::{CABLE, DIAGONAL, HIP, HOLDS, Holds, PANTOGRAPH};
+use crate::real::{Lanes, Real, Wide};
+
+/// A point of a leg on the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Contact {
+    pub(crate) leg: usize,
+    /// The joints above it: three for the end of the third segment, four for the tip of the toe.
+    pub(crate) links: usize,
+    /// None while it holds; where it slides, the direction it went last, in the ground's tangents.
+    pub(crate) slides: Option<[f64; 2]>,
+}
+
+/// What holds.
+#[derive(Debug, Clone)]
+pub(crate) struct Mode {
+    pub(crate) holds: Holds<Lanes>,
+    pub(crate) commands: Commands<Lanes>,
+    /// Kinds of constraints that hold in any leg.
+    pub(crate) any: [bool; HOLDS],
+    pub(crate) contacts: Vec<Contact>,
+}
+
+impl Mode {
+    /// Nothing holds, and there are no motors.
+    pub(crate) fn free() -> Self {
+        let none = Lanes::zero();
+        Self {
+            holds: Holds {
+                hip: none,
+                closed: none,
+                open: none,
+                extended: none,
+                bottomed: none,
+                cable: none,
+            },
+            commands: Commands {
+                hip: none,
+                pulley: none,
+                hip_spent: none,
+                pulley_spent: none,
+            },
+            any: [false; HOLDS],
+            contacts: Vec::with_capacity(8),
+        }
+    }
+
+    /// The motors alone.
+    pub(crate) fn clone_without_stops(&self) -> Self {
+        let mut mode = Self::free();
+        mode.holds.hip = self.holds.hip;
+        mode.commands = self.commands;
+        mode
+    }
+
+    /// Finds again which kinds of constraints hold in any leg.
+    pub(crate) fn recount(&mut self) {
+        let in_any = |lanes: Lanes| lanes.to_array().iter().any(|&holds| holds != 0.0);
+        let holds = &self.holds;
+        self.any[HIP] = in_any(holds.hip);
+        self.any[PANTOGRAPH] = in_any(holds.closed + holds.open);
+        self.any[DIAGONAL] = in_any(holds.extended + holds.bottomed);
+        self.any[CABLE] = in_any(holds.cable);
+    }
+}
+
+impl<R> Holds<R> {
+    /// The same in numbers of another kind.
+    pub(crate) fn map<S>(&self, of: impl Fn(&R) -> S) -> Holds<S> {
+        Holds {
+            hip: of(&self.hip),
+            closed: of(&self.closed),
+            open: of(&self.open),
+            extended: of(&self.extended),
+            bottomed: of(&self.bottomed),
+            cable: of(&self.cable),
+        }
+    }
+}
+
+impl Commands<Lanes> {
+    /// The same in numbers of another kind.
+    pub(crate) fn raised<R: Wide>(&self) -> Commands<R> {
+        Commands {
+            hip: R::of(self.hip),
+            pulley: R::of(self.pulley),
+            hip_spent: R::of(self.hip_spent),
+            pulley_spent: R::of(self.pulley_spent),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The constant part of the plant: masses, geometry, drives, and what of it is simulated.
+
+use twinrig_contact::Ground;
+use twinrig_leg::Pantograph;
+use twinrig_legged::{Base, LeggedError, Servos, Setup, positive};
+use twinrig_robot::{GRAVITY, Robot};
+
+use crate::constants::Constants;
+use crate::real::Lanes;
+use crate::trunk::TrunkConstants;
+
+/// Where all links in line leave less than this of a link's inertia to itself, it has none to speak of.
+const REGULAR: f64 = 1e-9;
+
+/// One leg.
+#[derive(Debug, Clone)]
+pub(crate) struct LegModel<const N: usize> {
+    pub(crate) name: String,
+    pub(crate) constants: Constants<f64, N>,
+    pub(crate) pantograph: Pantograph,
+}
+
+/// The constant part of the plant, with legs of `N` links.
+#[derive(Debug, Clone)]
+pub(crate) struct Model<const N: usize> {
+    pub(crate) base: Base,
+    pub(crate) trunk: TrunkConstants,
+    pub(crate) legs: Vec<LegModel<N>>,
+    pub(crate) side_by_side: Constants<Lanes, N>,
+    pub(crate) servos: Option<Servos>,
+    pub(crate) ground: Option<Ground>,
+    /// Weight times leg length: the energy by which others are measured \[J\].
+    pub(crate) energy_scale: f64,
+    /// Greatest leg length \[m\].
+    pub(crate) reach: f64,
+}
+
+impl<const N: usize> Model<N> {
+    pub(crate) fn new(robot: &Robot, setup: &Setup) -> Result<Self, LeggedError> {
+        let mut legs = Vec::new();
+        for mount in setup.chosen(robot)? {
+            let pantograph =
+                Pantograph::new(&mount.leg).map_err(LeggedError::of_leg(&mount.name))?;
+            let constants = Constants::new(mount, &pantograph);
+            positive(
+                &format!("inertia of the last link of leg {}", mount.name),
+                constants.inertias[N - 1][N - 1],
+            )?;
+            positive(
+                &format!("regularity of the inertia of leg {}", mount.name),
+                (constants.regularity() - REGULAR).max(0.0),
+            )?;
+            legs.push(LegModel {
+                name: mount.name.clone(),
+                constants,
+                pantograph,
+            });
+        }
+        let free = setup.base == Base::Free;
+        let planar = setup.base == Base::Planar;
+        if free || planar {
+            positive("mass of the trunk", robot.trunk.mass)?;
+            for (moment, axis) in robot.trunk.inertia.iter().zip(["roll", "pitch", "yaw"]) {
+                positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
+            }
+        }
+        let mass = robot.trunk.mass + legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
+        let reach = legs.iter().map(|leg| leg.pantograph.length_max());
+        let reach = reach.fold(0.0, f64::max);
+        let constants: Vec<_> = legs.iter().map(|leg| leg.constants).collect();
+        Ok(Self {
+            base: setup.base,
+            trunk: TrunkConstants {
+                mass,
+                inertia: robot.trunk.inertia,
+                moves: [
+                    free || planar,
+                    free,
+                    free || planar,
+                    free,
+                    free || planar,
+                    free,
+                ],
+            },
+            side_by_side: Constants::side_by_side(&constants),
+            legs,
+            servos: setup.servos(robot)?,
+            ground: setup.ground.clone(),
+            energy_scale: mass * GRAVITY * reach,
+            reach,
+        })
+    }
+
+    /// Whether the trunk moves at all.
+    pub(crate) fn is_free(&self) -> bool {
+        self.base != Base::Fixed
+    }
+}

@@ -1,0 +1,327 @@
+//! How the state changes while what holds goes on holding: the right-hand side of the equations of motion.
+
+use crate::articulated::{Accelerations, Articulated, Response, Row, between, into_world};
+use crate::constants::Constants;
+use crate::dense::solve;
+use crate::drives::{Commands, driven, greatest};
+use crate::hold::{CABLE, Driven, HIP, HOLDS, Holding, Holds};
+use crate::mode::Mode;
+use crate::model::Model;
+use crate::real::{Real, Wide};
+use crate::site::{Footing, Site};
+use crate::state::{Slope, State};
+
+/// The memory of a right-hand side.
+#[derive(Debug, Clone)]
+pub(crate) struct Bench<T, const N: usize> {
+    rows: Vec<Row<T, N>>,
+    pushes: Vec<Row<T, N>>,
+    responses: Vec<Response<T, N>>,
+    matrix: Vec<T>,
+    pub(crate) forces: Vec<T>,
+}
+
+impl<T, const N: usize> Default for Bench<T, N> {
+    fn default() -> Self {
+        Self {
+            rows: Vec::new(),
+            pushes: Vec::new(),
+            responses: Vec::new(),
+            matrix: Vec::new(),
+            forces: Vec::new(),
+        }
+    }
+}
+
+/// What is felt while things move: forces of what holds inside the legs, torques of the motors.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Felt<R> {
+    pub(crate) forces: [R; HOLDS],
+    pub(crate) hip_torque: R,
+    pub(crate) knee_torque: R,
+}
+
+/// The right-hand side, with what it was made from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion<R: Real, const N: usize> {
+    pub(crate) slope: Slope<R, N>,
+    pub(crate) felt: Felt<R>,
+    pub(crate) articulated: Articulated<R, N>,
+    pub(crate) drive: Driven<R>,
+}
+
+/// A model in numbers of one kind, and what holds of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Scene<'a, R, const N: usize> {
+    pub(crate) model: &'a Model<N>,
+    pub(crate) legs: &'a Constants<R, N>,
+    pub(crate) mode: &'a Mode,
+    pub(crate) holds: Holds<R>,
+    pub(crate) commands: Commands<R>,
+    /// How fast errors of constraints are taken back \[1/s\].
+    pub(crate) recovery: f64,
+}
+
+impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
+    pub(crate) fn new(
+        model: &'a Model<N>,
+        legs: &'a Constants<R, N>,
+        mode: &'a Mode,
+        recovery: f64,
+    ) -> Self {
+        Self {
+            model,
+            legs,
+            mode,
+            holds: mode.holds.map(|&lanes| R::of(lanes)),
+            commands: mode.commands.raised(),
+            recovery,
+        }
+    }
+
+    /// What the drives do in a state.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn drive(&self, state: &State<R, N>) -> Driven<R> {
+        let Some(servos) = &self.model.servos else {
+            return Driven::none();
+        };
+        driven(
+            &servos.hip,
+            &servos.knee,
+            &self.commands,
+            state.angles[0],
+            state.rates[0],
+            state.pulley,
+            state.pulley_rate,
+        )
+    }
+
+    /// The right-hand side in a state.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn motion(&self, state: &State<R, N>, bench: &mut Bench<R::Sum, N>) -> Motion<R, N> {
+        let drive = self.drive(state);
+        let holding = Holding {
+            holds: &self.holds,
+            drive: &drive,
+            recovery: R::splat(self.recovery),
+            any: self.mode.any,
+        };
+        let articulated = Articulated::new(self.model, self.legs, state, &holding);
+        let mut accelerations = articulated.accelerations();
+        let mut slope = Slope::zero();
+        slope.dissipated = articulated.chain.friction_power();
+        if !self.mode.contacts.is_empty() {
+            self.stand(state, &articulated, &mut accelerations, bench, &mut slope.dissipated);
+        }
+        let felt = self.feel(&articulated, &accelerations, &drive);
+        slope.angles = state.rates;
+        slope.rates = accelerations.links;
+        if self.model.servos.is_some() {
+            slope.pulley = state.pulley_rate;
+            slope.pulley_rate = drive.pulley_acceleration
+                - drive.pulley_mobility * self.legs.pulley_radius * felt.forces[CABLE];
+            slope.actuator =
+                felt.hip_torque * state.rates[0] + felt.knee_torque * state.pulley_rate;
+        }
+        if let Some(base) = &articulated.base {
+            let trunk = accelerations.trunk;
+            slope.position = into_world(&base.rotation, state.velocity);
+            slope.attitude = quaternion_rate(state.attitude, state.turning);
+            slope.velocity = [trunk[0], trunk[1], trunk[2]];
+            slope.turning = [trunk[3], trunk[4], trunk[5]];
+        }
+        Motion {
+            slope,
+            felt,
+            articulated,
+            drive,
+        }
+    }
+
+    /// Forces of what holds, and torques of the motors.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn feel(
+        &self,
+        articulated: &Articulated<R, N>,
+        accelerations: &Accelerations<R, N>,
+        drive: &Driven<R>,
+    ) -> Felt<R> {
+        let zero = R::zero();
+        let mut felt = Felt {
+            forces: [zero; HOLDS],
+            hip_torque: zero,
+            knee_torque: zero,
+        };
+        if self.mode.any.contains(&true) {
+            felt.forces = articulated.give.forces(&accelerations.torques);
+        }
+        if let Some(servos) = &self.model.servos {
+            let one = R::splat(1.0);
+            let hip = &self.commands;
+            let follows = one - hip.hip_spent * hip.hip_spent;
+            felt.hip_torque = drive.hip_torque
+                + follows
+                    * (R::splat(servos.hip.inertia()) * accelerations.links[0] + felt.forces[HIP]);
+            let follows = one - hip.pulley_spent * hip.pulley_spent;
+            felt.knee_torque = follows
+                * (R::splat(servos.knee.inertia()) * drive.pulley_acceleration
+                    + self.legs.pulley_radius * felt.forces[CABLE])
+                + greatest(&servos.knee, hip.pulley_spent, drive.pulley_rate);
+        }
+        felt
+    }
+
+    /// The feet on the ground: their forces, and what those change.
+    fn stand(
+        &self,
+        state: &State<R, N>,
+        articulated: &Articulated<R, N>,
+        accelerations: &mut Accelerations<R, N>,
+        bench: &mut Bench<R::Sum, N>,
+        dissipated: &mut R,
+    ) {
+        let Some(ground) = &self.model.ground else {
+            return;
+        };
+        type T<R> = <R as Real>::Sum;
+        let friction = T::<R>::splat(ground.friction);
+        let upright = articulated.rotation();
+        bench.rows.clear();
+        bench.pushes.clear();
+        bench.responses.clear();
+        bench.forces.clear();
+        for contact in &self.mode.contacts {
+            let site = Site::new(self.legs, &articulated.chain, state, contact.leg, contact.links);
+            let footing = site.footing(ground, state.position, &upright);
+            let count = if contact.slides.is_some() { 1 } else { 3 };
+            for k in 0..count {
+                let row = site.row(footing.directions[k]);
+                let push = match contact.slides {
+                    Some(last) => {
+                        let slide = sliding(&footing, last);
+                        let [n, a, b] = footing.directions;
+                        site.row(std::array::from_fn(|i| {
+                            n[i] - friction * (slide[0] * a[i] + slide[1] * b[i])
+                        }))
+                    }
+                    None => row,
+                };
+                let free = row_acceleration(&row, accelerations);
+                let back = T::<R>::splat(self.recovery);
+                let mut missing = -(free + footing.bias[k]) - back * footing.velocity[k];
+                if k == 0 {
+                    missing -= back * (footing.velocity[0] + back * footing.gap);
+                }
+                bench.responses.push(articulated.response(&push));
+                bench.rows.push(row);
+                bench.pushes.push(push);
+                bench.forces.push(missing);
+            }
+        }
+        let n = bench.rows.len();
+        bench.matrix.clear();
+        for row in 0..n {
+            let response = articulated.response(&bench.rows[row]);
+            for column in 0..n {
+                let mut entry = between(
+                    &bench.rows[row],
+                    &response.pull,
+                    &bench.pushes[column],
+                    &bench.responses[column],
+                );
+                if row == column {
+                    // Constraints that say the same thing twice share their force.
+                    entry = entry * T::<R>::splat(1.0 + 1e-10);
+                }
+                bench.matrix.push(entry);
+            }
+        }
+        solve(&mut bench.matrix, &mut bench.forces);
+        let mut trunk = accelerations.trunk;
+        let mut torques = articulated.torques;
+        for ((push, response), &force) in
+            bench.pushes.iter().zip(&bench.responses).zip(&bench.forces)
+        {
+            for (a, r) in trunk.iter_mut().zip(&response.trunk) {
+                *a += *r * force;
+            }
+            for (torque, arm) in torques.iter_mut().zip(&push.links) {
+                let own = torque.lane(push.leg) + *arm * force;
+                *torque = torque.with_lane(push.leg, own);
+            }
+        }
+        *accelerations = articulated.with_trunk(trunk, &torques);
+        let mut next = 0;
+        for contact in &self.mode.contacts {
+            if contact.slides.is_some() {
+                let site =
+                    Site::new(self.legs, &articulated.chain, state, contact.leg, contact.links);
+                let footing = site.footing(ground, state.position, &upright);
+                let [_, a, b] = footing.velocity;
+                let speed = (a * a + b * b).sqrt();
+                let taken = friction * bench.forces[next] * speed;
+                let own = dissipated.lane(contact.leg) + taken;
+                *dissipated = dissipated.with_lane(contact.leg, own);
+            }
+            next += if contact.slides.is_some() { 1 } else { 3 };
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Articulated<R, N> {
+    /// Rotation from trunk to world; none for a trunk that is held.
+    pub(crate) fn rotation(&self) -> [[R::Sum; 3]; 3] {
+        let (zero, one) = (
+            <R::Sum as Real>::zero(),
+            <R::Sum as Real>::splat(1.0),
+        );
+        self.base.as_ref().map_or(
+            [[one, zero, zero], [zero, one, zero], [zero, zero, one]],
+            |base| base.rotation,
+        )
+    }
+}
+
+/// Acceleration along a row, velocities aside.
+fn row_acceleration<R: Real, const N: usize>(
+    row: &Row<R::Sum, N>,
+    accelerations: &Accelerations<R, N>,
+) -> R::Sum {
+    let mut sum = <R::Sum as Real>::zero();
+    for (j, a) in row.trunk.iter().zip(&accelerations.trunk) {
+        sum += *j * *a;
+    }
+    for (j, a) in row.links.iter().zip(&accelerations.links) {
+        sum += *j * a.lane(row.leg);
+    }
+    sum
+}
+
+/// The direction in which a foot slides, in the ground's tangents; `last` where it hardly moves.
+pub(crate) fn sliding<T: Real>(footing: &Footing<T>, last: [f64; 2]) -> [T; 2] {
+    /// Slower than this a foot has no direction of its own \[m/s\].
+    const STILL: f64 = 1e-9;
+    let [_, a, b] = footing.velocity;
+    let speed = (a * a + b * b).sqrt();
+    if speed.plain() < STILL {
+        last.map(T::splat)
+    } else {
+        [a / speed, b / speed]
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn quaternion_rate<T: Real>([w, x, y, z]: [T; 4], turning: [T; 3]) -> [T; 4] {
+    let half = T::splat(0.5);
+    let [p, q, r] = turning.map(|rate| half * rate);
+    [
+        -(x * p + y * q + z * r),
+        w * p + y * r - z * q,
+        w * q + z * p - x * r,
+        w * r + x * q - y * p,
+    ]
+}

@@ -1,0 +1,461 @@
+//! Numbers that the equations of a leg are written in: one leg, four legs side by side, or either with a derivative.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+pub(crate) use wide::f64x4 as Lanes;
+
+/// A number, or several that are worked on alike; what one lane holds never shows in another.
+pub(crate) trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + core::fmt::Debug
+{
+    /// The same number in all lanes.
+    fn splat(value: f64) -> Self;
+
+    /// Square root.
+    fn sqrt(self) -> Self;
+
+    /// Sum over the lanes, in an order that does not change.
+    fn sum(self) -> Self::Sum;
+
+    /// Sine and cosine, to a unit in the last place for arguments up to 1e5 or so.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// The number itself between two others.
+    fn clamped(self, low: Self, high: Self) -> Self;
+
+    /// The number itself where it is farther from zero than `width`, else zero.
+    fn beyond(self, width: Self) -> Self;
+
+    /// Zero for zero, one for everything else.
+    fn is_other_than_zero(self) -> Self;
+
+    /// A single number of this kind: what the lanes add up to.
+    type Sum: Real<Sum = Self::Sum>;
+
+    /// The plain number of the first lane.
+    fn plain(self) -> f64;
+
+    /// One number for all lanes.
+    fn broadcast(value: Self::Sum) -> Self;
+
+    /// The number of one lane.
+    fn lane(self, lane: usize) -> Self::Sum;
+
+    /// The same with another number in one lane.
+    fn with_lane(self, lane: usize, value: Self::Sum) -> Self;
+
+    /// Zero.
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+}
+
+impl Real for f64 {
+    type Sum = Self;
+
+    fn splat(value: f64) -> Self {
+        value
+    }
+
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
+    }
+
+    fn sum(self) -> f64 {
+        self
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        sin_cos(self)
+    }
+
+    fn clamped(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+
+    fn beyond(self, width: Self) -> Self {
+        if self.abs() > width { self } else { 0.0 }
+    }
+
+    fn is_other_than_zero(self) -> Self {
+        if self == 0.0 { 0.0 } else { 1.0 }
+    }
+
+    fn plain(self) -> f64 {
+        self
+    }
+
+    fn broadcast(value: f64) -> Self {
+        value
+    }
+
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    fn with_lane(self, _: usize, value: f64) -> Self {
+        value
+    }
+}
+
+impl Real for Lanes {
+    type Sum = f64;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn splat(value: f64) -> Self {
+        Self::splat(value)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn sum(self) -> f64 {
+        let [a, b, c, d] = self.to_array();
+        (a + b) + (c + d)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn sin_cos(self) -> (Self, Self) {
+        sin_cos(self)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn clamped(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn beyond(self, width: Self) -> Self {
+        self.abs().simd_gt(width).bitselect(self, Self::splat(0.0))
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn is_other_than_zero(self) -> Self {
+        let zero = Self::splat(0.0);
+        self.simd_eq(zero).bitselect(zero, Self::splat(1.0))
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn plain(self) -> f64 {
+        self.to_array()[0]
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn broadcast(value: f64) -> Self {
+        Self::splat(value)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn lane(self, lane: usize) -> f64 {
+        self.to_array()[lane]
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn with_lane(self, lane: usize, value: f64) -> Self {
+        let mut lanes = self.to_array();
+        lanes[lane] = value;
+        Self::new(lanes)
+    }
+}
+
+/// Numbers of all legs at once.
+pub(crate) trait Wide: Real {
+    /// From plain numbers.
+    fn of(lanes: Lanes) -> Self;
+}
+
+impl Wide for Lanes {
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn of(lanes: Lanes) -> Self {
+        lanes
+    }
+}
+
+impl Wide for Dual<Lanes> {
+    fn of(value: Lanes) -> Self {
+        Self {
+            value,
+            slope: Lanes::zero(),
+        }
+    }
+}
+
+/// Sine and cosine by reduction to an eighth of a turn and the polynomials of fdlibm. Quadrants are told apart by products
+/// with zeros and ones, which lanes can do and which is exact.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn sin_cos<R: Real>(x: R) -> (R, R) {
+    /// Adding and subtracting this rounds to a whole number.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    /// π/2 in three parts of 33 bits and the rest: a product with a number of quarters below 2²⁰ is exact.
+    const QUARTER: [f64; 3] = [
+        1.570_796_326_734_125_6,
+        6.077_100_506_303_966e-11,
+        2.022_266_248_795_950_6e-21,
+    ];
+    let whole = R::splat(WHOLE);
+    let quarters = (x * R::splat(core::f64::consts::FRAC_2_PI) + whole) - whole;
+    let [first, second, third] = QUARTER.map(R::splat);
+    let r = ((x - quarters * first) - quarters * second) - quarters * third;
+    let (sine, cosine) = near_zero(r);
+    // −2, −1, 0, 1 or 2 quarters.
+    let q = quarters - R::splat(4.0) * ((quarters * R::splat(0.25) + whole) - whole);
+    let square = q * q;
+    let odd = square * (R::splat(4.0) - square) * R::splat(1.0 / 3.0);
+    let upright = (R::splat(1.0) - odd) * (R::splat(1.0) - R::splat(0.5) * square);
+    let turned = odd * q;
+    (
+        upright * sine + turned * cosine,
+        upright * cosine - turned * sine,
+    )
+}
+
+/// Sine and cosine of at most π/4.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn near_zero<R: Real>(r: R) -> (R, R) {
+    const SINE: [f64; 6] = [
+        1.589_690_995_211_55e-10,
+        -2.505_076_025_340_686_3e-8,
+        2.755_731_370_707_006_8e-6,
+        -1.984_126_982_985_795e-4,
+        8.333_333_333_322_49e-3,
+        -1.666_666_666_666_663_2e-1,
+    ];
+    const COSINE: [f64; 6] = [
+        -1.135_964_755_778_819_5e-11,
+        2.087_572_321_298_175e-9,
+        -2.755_731_435_139_066_3e-7,
+        2.480_158_728_947_673e-5,
+        -1.388_888_888_887_411e-3,
+        4.166_666_666_666_66e-2,
+    ];
+    let z = r * r;
+    let horner = |coefficients: [f64; 6]| {
+        let mut sum = R::splat(coefficients[0]);
+        for c in &coefficients[1..] {
+            sum = sum * z + R::splat(*c);
+        }
+        sum
+    };
+    (
+        r + r * (z * horner(SINE)),
+        R::splat(1.0) - (z * R::splat(0.5) - z * z * horner(COSINE)),
+    )
+}
+
+/// A number and its derivative in one direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Dual<R> {
+    pub(crate) value: R,
+    pub(crate) slope: R,
+}
+
+impl<R: Real> Real for Dual<R> {
+    type Sum = Dual<R::Sum>;
+
+    fn splat(value: f64) -> Self {
+        Self {
+            value: R::splat(value),
+            slope: R::zero(),
+        }
+    }
+
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        Self {
+            value,
+            slope: self.slope / (value + value),
+        }
+    }
+
+    fn sum(self) -> Self::Sum {
+        Dual {
+            value: self.value.sum(),
+            slope: self.slope.sum(),
+        }
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        let (sine, cosine) = self.value.sin_cos();
+        (
+            Self {
+                value: sine,
+                slope: cosine * self.slope,
+            },
+            Self {
+                value: cosine,
+                slope: -(sine * self.slope),
+            },
+        )
+    }
+
+    fn clamped(self, low: Self, high: Self) -> Self {
+        // One where the number is within, zero where a limit holds.
+        let value = self.value.clamped(low.value, high.value);
+        let within = R::splat(1.0) - (self.value - value).is_other_than_zero();
+        Self {
+            value,
+            slope: self.slope * within,
+        }
+    }
+
+    fn beyond(self, width: Self) -> Self {
+        let value = self.value.beyond(width.value);
+        let heeded = value.is_other_than_zero();
+        Self {
+            value,
+            slope: self.slope * heeded,
+        }
+    }
+
+    fn is_other_than_zero(self) -> Self {
+        Self {
+            value: self.value.is_other_than_zero(),
+            slope: R::zero(),
+        }
+    }
+
+    fn plain(self) -> f64 {
+        self.value.plain()
+    }
+
+    fn broadcast(value: Self::Sum) -> Self {
+        Self {
+            value: R::broadcast(value.value),
+            slope: R::broadcast(value.slope),
+        }
+    }
+
+    fn lane(self, lane: usize) -> Self::Sum {
+        Dual {
+            value: self.value.lane(lane),
+            slope: self.slope.lane(lane),
+        }
+    }
+
+    fn with_lane(self, lane: usize, value: Self::Sum) -> Self {
+        Self {
+            value: self.value.with_lane(lane, value.value),
+            slope: self.slope.with_lane(lane, value.slope),
+        }
+    }
+}
+
+impl<R: Real> Add for Dual<R> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+impl<R: Real> Sub for Dual<R> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self {
+            value: self.value - other.value,
+            slope: self.slope - other.slope,
+        }
+    }
+}
+
+impl<R: Real> Mul for Dual<R> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            slope: self.value * other.slope + self.slope * other.value,
+        }
+    }
+}
+
+impl<R: Real> Div for Dual<R> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self {
+            value,
+            slope: (self.slope - value * other.slope) / other.value,
+        }
+    }
+}
+
+impl<R: Real> Neg for Dual<R> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            slope: -self.slope,
+        }
+    }
+}
+
+impl<R: Real> AddAssign for Dual<R> {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<R: Real> SubAssign for Dual<R> {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn sine_and_cosine_are_those_of_the_library(x in -1000.0..1000.0_f64) {
+            let (sine, cosine) = Real::sin_cos(x);
+            // Two units in the last place of one: the library's own error is below one.
+            prop_assert!((sine - libm::sin(x)).abs() < 3e-16 && (cosine - libm::cos(x)).abs() < 3e-16);
+        }
+
+        #[test]
+        fn lanes_compute_what_single_numbers_do(x in proptest::array::uniform4(-10.0..10.0_f64)) {
+            let (sines, cosines) = Real::sin_cos(Lanes::new(x));
+            for (i, x) in x.into_iter().enumerate() {
+                let (sine, cosine) = Real::sin_cos(x);
+                prop_assert_eq!((sines.to_array()[i], cosines.to_array()[i]), (sine, cosine));
+            }
+        }
+
+        #[test]
+        fn slopes_are_derivatives(x in 0.1..3.0_f64) {
+            let f = |x: Dual<f64>| { let (s, c) = x.sin_cos(); (s * s * x.sqrt() - c / x) * Dual::splat(0.5) };
+            let at = |value| f(Dual { value, slope: 1.0 });
+            let difference = (at(x + 1e-6).value - at(x - 1e-6).value) / 2e-6;
+            prop_assert!((at(x).slope - difference).abs() < 1e-7 * (1.0 + 1.0 / (x * x)));
+        }
+    }
+}

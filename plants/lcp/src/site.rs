@@ -1,0 +1,129 @@
+//! A point of a leg that may touch the ground.
+
+use nalgebra::Vector3;
+use twinrig_contact::{Ground, Surface};
+
+use crate::articulated::{Rotation, Row, into_trunk, into_world};
+use crate::chain::Chain;
+use crate::constants::Constants;
+use crate::real::Real;
+use crate::state::State;
+use crate::trunk::cross;
+
+/// A point of a leg: where it is and how it moves, in trunk axes, seen from the trunk's centre of mass.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Site<T, const N: usize> {
+    pub(crate) leg: usize,
+    pub(crate) place: [T; 3],
+    pub(crate) velocity: [T; 3],
+    /// Its acceleration while trunk and links move evenly.
+    pub(crate) bias: [T; 3],
+    /// Its velocity per rate of each link: forward and up.
+    arms: [[T; 2]; N],
+}
+
+/// The ground under a site.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Footing<T> {
+    pub(crate) gap: T,
+    /// Normal and two tangents, trunk axes.
+    pub(crate) directions: [[T; 3]; 3],
+    /// Velocity of the site along them.
+    pub(crate) velocity: [T; 3],
+    /// Acceleration of the site along them while trunk and links move evenly, the ground's curvature included.
+    pub(crate) bias: [T; 3],
+    pub(crate) surface: Surface,
+}
+
+impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
+    /// The end of the first `links` links of a leg. The trunk's velocity is zero where it is held.
+    pub(crate) fn new<R: Real<Sum = T>>(
+        legs: &Constants<R, N>,
+        chain: &Chain<R, N>,
+        state: &State<R, N>,
+        leg: usize,
+        links: usize,
+    ) -> Self {
+        let mut place = legs.hip.map(|x| x.lane(leg));
+        let (mut relative, mut inward) = ([T::zero(); 3], [T::zero(); 2]);
+        let mut arms = [[T::zero(); 2]; N];
+        for (i, arm) in arms.iter_mut().enumerate().take(links) {
+            let length = legs.links[i].lane(leg);
+            let (s, c) = (chain.sines[i].lane(leg), chain.cosines[i].lane(leg));
+            let rate = chain.rates[i].lane(leg);
+            *arm = [length * c, length * s];
+            place[0] += length * s;
+            place[2] -= length * c;
+            relative[0] += arm[0] * rate;
+            relative[2] += arm[1] * rate;
+            inward[0] -= length * s * rate * rate;
+            inward[1] += length * c * rate * rate;
+        }
+        let (v, w) = (state.velocity, state.turning);
+        let carried = cross(w, place);
+        let sums: [T; 3] = std::array::from_fn(|i| v[i] + carried[i] + relative[i]);
+        // ω × v + ω × (ω × r) + 2 ω × ṙ
+        let twice: [T; 3] =
+            std::array::from_fn(|i| v[i] + carried[i] + T::splat(2.0) * relative[i]);
+        let mut bias = cross(w, twice);
+        bias[0] += inward[0];
+        bias[2] += inward[1];
+        Self {
+            leg,
+            place,
+            velocity: sums,
+            bias,
+            arms,
+        }
+    }
+
+    /// The row of a direction in trunk axes.
+    pub(crate) fn row(&self, direction: [T; 3]) -> Row<T, N> {
+        let turn = cross(self.place, direction);
+        let [x, y, z] = direction;
+        Row {
+            leg: self.leg,
+            trunk: [x, y, z, turn[0], turn[1], turn[2]],
+            links: self.arms.map(|arm| arm[0] * x + arm[1] * z),
+        }
+    }
+
+    /// Where the site is in the world.
+    pub(crate) fn in_world(&self, position: [T; 3], rotation: &Rotation<T>) -> [T; 3] {
+        let own = into_world(rotation, self.place);
+        std::array::from_fn(|i| position[i] + own[i])
+    }
+
+    /// The ground under it. Seen from here, the ground is its tangent plane: derivatives know its slope and not its bend.
+    pub(crate) fn footing(
+        &self,
+        ground: &Ground,
+        position: [T; 3],
+        rotation: &Rotation<T>,
+    ) -> Footing<T> {
+        let dot = |a: [T; 3], b: [T; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let world = self.in_world(position, rotation);
+        let plain = Vector3::from(world.map(T::plain));
+        let surface = ground.below(&plain);
+        let [along, across] = surface.tangents();
+        let directions = [surface.normal, along, across].map(|d| {
+            let d: [f64; 3] = d.into();
+            into_trunk(rotation, d.map(T::splat))
+        });
+        let moved = Vector3::from(into_world(rotation, self.velocity).map(T::plain));
+        let bend = T::splat(0.0 * moved.x);
+        let mut gap = T::splat(surface.gap);
+        for i in 0..3 {
+            gap += T::splat(surface.normal[i]) * (world[i] - T::splat(plain[i]));
+        }
+        let mut bias = directions.map(|d| dot(d, self.bias));
+        bias[0] += bend;
+        Footing {
+            gap,
+            directions,
+            velocity: directions.map(|d| dot(d, self.velocity)),
+            bias,
+            surface,
+        }
+    }
+}
