@@ -78,15 +78,14 @@ fn problems(n: usize, freedoms: usize, contact: bool) -> Vec<Problem> {
     many.collect()
 }
 
-fn solve(bencher: Bencher, method: &str, problems: Vec<Problem>) {
+fn solve(bencher: Bencher, method: &str, mut problems: Vec<Problem>) {
     let method = METHODS[NAMES.iter().position(|&name| name == method).unwrap_or(0)].1;
-    let mut problems: Vec<Problem> = problems;
     let unsolved = problems
         .iter_mut()
         .filter_map(|problem| problem.solve_by(method).err())
         .count();
     if unsolved > 0 {
-        println!("{unsolved} of 16 not solved");
+        eprintln!("{method:?}: {unsolved} of 16 not solved");
     }
     bencher
         .counter(divan::counter::ItemsCount::new(problems.len()))

@@ -301,6 +301,15 @@ impl Direct {
                 break;
             }
         }
+        if solution.residual > ACCEPTABLE * scale {
+            // The pyramid may have led astray. Newton's own way from nothing is another.
+            problem.unknowns.fill(0.0);
+            let way = problem.solve().unwrap_or_default();
+            solution.factorisations += way.factorisations;
+            solution.sweeps += way.sweeps;
+            let residual = problem.residual();
+            self.keep_better(problem, solution, residual);
+        }
     }
 
     /// Takes the unknowns if they are better than those kept, otherwise goes back to these.

@@ -258,3 +258,39 @@ impl Lemke {
             .unwrap_or(self.size)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn solve(m: &[[f64; 3]; 3], q: [f64; 3]) -> (End, [f64; 3], u32) {
+        let mut lemke = Lemke::default();
+        lemke.reset(3);
+        for (i, row) in m.iter().enumerate() {
+            for (j, &entry) in row.iter().enumerate() {
+                lemke.set(i, j, entry);
+            }
+            lemke.offset(i, q[i]);
+        }
+        let end = lemke.solve();
+        let mut x = [0.0; 3];
+        lemke.solution(&mut x);
+        (end, x, lemke.pivots)
+    }
+
+    /// All rows tie at the start. Taking just any of tied rows goes round in circles here, in either sense.
+    #[test]
+    fn ties_do_not_send_the_path_in_circles() {
+        for m in [
+            [[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]],
+            [[1.0, 0.0, 2.0], [2.0, 1.0, 0.0], [0.0, 2.0, 1.0]],
+        ] {
+            let (end, x, pivots) = solve(&m, [-1.0; 3]);
+            assert_eq!(end, End::Solution);
+            assert!(pivots <= 8, "{pivots} pivots");
+            for x in x {
+                assert!((x - 1.0 / 3.0).abs() < 1e-12);
+            }
+        }
+    }
+}
