@@ -11,6 +11,13 @@ pub const SWEEPS: Method = Method::GaussSeidel {
     tolerance: 1e-10,
 };
 
+/// As many sweeps as a problem that may have no solution deserves.
+const FEW_SWEEPS: Method = Method::GaussSeidel {
+    relaxation: 1.2,
+    sweeps: 500,
+    tolerance: 1e-10,
+};
+
 fn bound() -> impl Strategy<Value = Bound> {
     prop_oneof![
         5 => Just(Bound::NonNegative),
@@ -102,7 +109,7 @@ proptest! {
     #[test]
     fn sweeps_reach_what_there_is_to_reach(case in rough()) {
         let mut problem = case.problem();
-        let result = problem.solve_by(SWEEPS);
+        let result = problem.solve_by(FEW_SWEEPS);
         match case.solution() {
             // Slowly, where rows nearly say the same; but never something else.
             Some(z) => if result.is_ok() {
@@ -147,7 +154,7 @@ proptest! {
 
     #[test]
     fn a_used_problem_answers_like_a_new_one(first in rough(), second in rough()) {
-        for method in [Method::Newton, Method::Direct, SWEEPS] {
+        for method in [Method::Newton, Method::Direct, FEW_SWEEPS] {
             let mut used = Problem::default();
             first.fill(&mut used);
             let _ = used.solve_by(method);

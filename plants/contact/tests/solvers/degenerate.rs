@@ -93,6 +93,21 @@ fn stops_that_contradict_each_other_are_proved_to() {
 }
 
 #[test]
+fn what_is_not_semidefinite_is_not_proved_to_have_no_solution() {
+    // Forces of one and one would do; the path ends on a ray, which proves nothing here.
+    let case = Case {
+        g: vec![vec![-1.0, 2.0], vec![2.0, -1.0]],
+        b: vec![-1.0; 2],
+        bounds: vec![Bound::NonNegative; 2],
+    };
+    assert!(case.holds(&[1.0, 1.0]));
+    match case.problem().solve_by(Method::Direct) {
+        Ok(_) | Err(Unsolved::Undecided { .. } | Unsolved::Violated { .. }) => {}
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[test]
 fn no_rows_and_no_offset_are_no_problem() {
     for method in METHODS {
         let mut problem = Problem::default();
