@@ -39,10 +39,8 @@ pub enum LeggedError {
         /// How far beyond \[m\].
         by: f64,
     },
-    /// A leg would start with a joint bent the other way, which lengths alone do not tell.
-    #[error(
-        "leg {leg}: the start turns the {joint} by {angle:.4} rad; it bends only between {least:.4} rad and {greatest:.4} rad"
-    )]
+    /// A leg would start with a joint bent the other way, which the lengths of rods and springs alone do not tell.
+    #[error("leg {leg}: the start bends the {joint} the wrong way, by {angle:.4} rad")]
     StartBentBack {
         /// Name of the leg.
         leg: String,
@@ -50,10 +48,6 @@ pub enum LeggedError {
         joint: &'static str,
         /// Its angle, q2 or q3 \[rad\].
         angle: f64,
-        /// The angle at which the segments fold up \[rad\].
-        least: f64,
-        /// The angle at which they stretch out \[rad\].
-        greatest: f64,
     },
     /// A servo makes no servo.
     #[error("{drive} servo: {why}")]

@@ -192,7 +192,7 @@ impl Signals {
     /// Writes all measurements that are wanted; ground forces are means over the window, which is at `now_s` \[s\].
     pub fn write(
         &self,
-        readings: &impl Readings,
+        readings: &(impl Readings + ?Sized),
         window: &Window,
         now_s: f64,
         outputs: &mut [f64],
@@ -226,7 +226,7 @@ impl BodySignal {
 
     fn write<'a>(
         self,
-        readings: &impl Readings,
+        readings: &(impl Readings + ?Sized),
         books: &EnergyBooks,
         outputs: &'a mut [f64],
     ) -> &'a mut [f64] {
@@ -251,7 +251,7 @@ impl BodySignal {
 impl LegSignal {
     fn write<'a>(
         self,
-        of: &impl Readings,
+        of: &(impl Readings + ?Sized),
         leg: usize,
         window: &Window,
         now_s: f64,

@@ -1,6 +1,6 @@
 //! Where the legs are when time begins, and how high above the ground that puts the trunk.
 
-use core::ops::Range;
+use core::f64::consts::PI;
 
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
@@ -125,25 +125,27 @@ fn commanded(
 }
 
 impl StartPose {
-    /// Refuses joints bent the other way: there, too, the springs and rods have lengths between their stops.
+    /// Refuses joints bent the other way: there, too, diagonal and rod have lengths between their stops. The way they bend
+    /// is the one on which the diagonal grows with q2 and the rod with q3, up to where they are stretched out.
     fn check_bends(&self, leg: &str, pantograph: &Pantograph) -> Result<(), LeggedError> {
-        use core::f64::consts::PI;
-        let straight = pantograph.joints([0.0; 3]);
-        let bends = |joint, angle: f64, range: Range<f64>| {
-            if range.contains(&angle) {
-                return Ok(());
-            }
-            Err(LeggedError::StartBentBack {
-                leg: leg.to_owned(),
-                joint,
-                angle,
-                least: range.start,
-                greatest: range.end,
-            })
+        let [_, q2, q3] = self.q;
+        let joints = Joints { q2, q3 };
+        let knee = q2 + pantograph.joints([0.0; 3]).q3;
+        let diagonal = pantograph.diagonal_of(joints).gradient[0];
+        let rod = pantograph.parallel_of(joints).gradient[1];
+        let back = |joint, angle| LeggedError::StartBentBack {
+            leg: leg.to_owned(),
+            joint,
+            angle,
         };
-        let [_, knee, ankle] = self.q;
-        bends("knee", knee, straight.q2 - PI..straight.q2)?;
-        bends("ankle", ankle, straight.q3..straight.q3 + PI)
+        // Written so that what is no number does not pass.
+        if !((-PI..0.0).contains(&knee) && diagonal > 0.0) {
+            return Err(back("knee", q2));
+        }
+        if !((-PI..PI).contains(&(q2 + q3)) && rod > 0.0) {
+            return Err(back("ankle", q3));
+        }
+        Ok(())
     }
 
     fn taken(&self, pantograph: &Pantograph) -> Result<(LegStart, Pose), LegError> {

@@ -119,6 +119,11 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Commands
     let mut commands = [[0.0; 2]; LEGS];
     for (i, leg) in model.legs.iter().enumerate() {
         let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
+        let [_, second, third] = start.angles;
+        if libm::sin(third - second) <= 0.0 {
+            let why = "the ankle is folded up beyond the second segment, where hip and foot do not tell the pose";
+            return Err(MasslessError::Start(format!("leg {}: {why}", leg.name)));
+        }
         commands[i] = [start.command.hip, start.command.knee];
         state.set_foot(i, start.foot);
         state.set_hip(i, start.angles[0]);

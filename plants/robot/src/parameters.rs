@@ -89,7 +89,8 @@ pub struct Leg {
 pub struct Spring {
     /// Stiffness \[N/m\].
     pub stiffness: f64,
-    /// Preload: how far the spring is deformed at its stop \[m\].
+    /// Preload: how far the spring is deformed where it presses the leg against its stop; below zero, how far off that stop
+    /// it holds the leg \[m\].
     pub preload: f64,
 }
 

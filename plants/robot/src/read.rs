@@ -164,6 +164,22 @@ fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
         let help = format!("it must be less than {}", mm(leg.l2));
         result = Err(table.report("parallel", message, help));
     }
+    if leg.diagonal_min < longest && -leg.diagonal.preload > longest - leg.diagonal_min {
+        let message = "the preload of `diagonal` would have the leg bottom out by itself";
+        let help = format!(
+            "it must not be less than {}, which is the way from extended to bottomed out",
+            mm(leg.diagonal_min - longest)
+        );
+        result = Err(table.report("diagonal", message, help));
+    }
+    if -leg.parallel.preload > leg.parallel_travel {
+        let message = "the preload of `parallel` would have the pantograph open beyond its stop";
+        let help = format!(
+            "it must not be less than {}, which is the way that it opens",
+            mm(-leg.parallel_travel)
+        );
+        result = Err(table.report("parallel", message, help));
+    }
     result
 }
 
@@ -175,7 +191,7 @@ fn diagonal_length(leg: &Leg) -> f64 {
 
 fn spring(table: &Table<'_>) -> Result<Spring, Reported> {
     let stiffness = positive(table, "stiffness", Unit::NewtonPerMeter);
-    let preload = not_negative(table, "preload", Unit::Meter);
+    let preload = table.required("preload", |item| item.quantity(Unit::Meter, &Range::ANY));
     Ok(Spring {
         stiffness: stiffness?,
         preload: preload?,

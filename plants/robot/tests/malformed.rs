@@ -38,6 +38,8 @@ cases! {
     a_pantograph_that_does_not_fit: "l_delta = \"15 mm\"" => "l_delta = \"60 mm\"";
     a_diagonal_that_is_too_long: "diagonal_min = \"62.82 mm\"" => "diagonal_min = \"90 mm\"";
     a_rod_that_opens_too_far: "parallel_travel = \"10 mm\"" => "parallel_travel = \"31 mm\"";
+    a_diagonal_that_bottoms_out_by_itself: "\"4400 N/m\", preload = \"3 mm\"" => "\"4400 N/m\", preload = \"-22 mm\"";
+    a_rod_that_opens_too_far_by_itself: "\"1800 N/m\", preload = \"3 mm\"" => "\"1800 N/m\", preload = \"-11 mm\"";
     a_foot_without_mass: "lumped_foot = \"30 g\"" => "lumped_foot = \"0 g\"";
     a_foot_heavier_than_its_leg: "lumped_foot = \"30 g\"" => "lumped_foot = \"30 kg\"";
     a_segment_of_negative_mass: "l2 = \"10 g\"" => "l2 = \"-10 g\"";

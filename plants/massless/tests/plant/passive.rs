@@ -1,0 +1,181 @@
+//! Legs without drives, and starts from joint angles and rates.
+
+use twinrig_kernel::Direction;
+use twinrig_leg::Pantograph;
+use twinrig_legged::{Base, Drives, LeggedError, Setup, StartPose};
+use twinrig_massless::{Force, Massless, MasslessError, Options};
+use twinrig_robot::Robot;
+use twinrig_runtime::Plant;
+
+use crate::scene::{Scene, at, robot, setup};
+
+/// One leg on a trunk that is held, in the air, without drives.
+fn hanging(q: [f64; 3], rates: [f64; 3], step_us: u64) -> Setup {
+    Setup {
+        base: Base::Fixed,
+        legs: vec!["LF".to_owned()],
+        ground: None,
+        step: twinrig_kernel::SimDuration::from_micros(step_us),
+        drives: Drives::None,
+        start: StartPose { q, rates }.into(),
+    }
+}
+
+fn without_friction(mut robot: Robot) -> Robot {
+    for mount in &mut robot.legs {
+        let friction = &mut mount.leg.joint_friction;
+        (friction.hip, friction.knee, friction.ankle) = (0.0, 0.0, 0.0);
+    }
+    robot
+}
+
+#[test]
+fn a_leg_that_its_springs_hold_rigid_swings_like_a_pendulum() {
+    // So preloaded that it stays stretched out and closed: a foot on a stick, and the first segment's own inertia.
+    let mut robot = without_friction(robot());
+    for mount in &mut robot.legs {
+        (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (0.05, 0.05);
+    }
+    let (leg, start) = (&robot.legs[0].leg, 0.02);
+    let length = Pantograph::new(leg).unwrap().length_max();
+    let inertia = leg.mass.lumped_foot * length * length + leg.mass.l1 * leg.l1 * leg.l1 / 3.0;
+    let omega = (leg.mass.lumped_foot * 9.81 * length / inertia).sqrt();
+    let mut scene = Scene::new(&robot, &hanging([start, 0.0, 0.0], [0.0; 3], 100));
+    let mut worst = 0.0_f64;
+    for ms in 1..=1000_u32 {
+        scene.to(ms.into());
+        let expected = start * libm::cos(omega * f64::from(ms) * 1e-3);
+        worst = worst.max((scene.value("leg/LF/hip/position") - expected).abs());
+    }
+    // A swing of 0.02 rad is slower by 0.02²/16 than a small one, 2.5e-5: 8.1 rad are late by 2e-4. The stops give way by
+    // what a step overlaps them, which swings the leg faster; 2e-3 of it at 1 ms, a hundredth of that at 0.1 ms.
+    assert!(worst < 5e-4 * start, "{worst:e} rad");
+    // Which sees the first segment's inertia, a hundredth of the foot's.
+    let without = (9.81 / length).sqrt();
+    assert!((omega / without - 1.0).abs() > 1e-3);
+}
+
+#[test]
+fn the_books_of_a_passive_leg_close_and_friction_brings_it_to_rest() {
+    let mut scene = Scene::new(&robot(), &hanging([0.17, -0.16, 0.26], [0.0; 3], 250));
+    assert!(scene.commands.is_empty());
+    let begun = scene.energy();
+    assert_eq!(begun.kinetic, 0.0);
+    for ms in 1..=3000 {
+        scene.to(ms);
+        let angles = scene.read("leg/LF/angles");
+        assert!(angles.iter().all(|angle| angle.abs() < 2.0), "{angles:?}");
+    }
+    let books = scene.energy();
+    assert_eq!(books.actuator, 0.0);
+    assert!(books.residual.abs() < 1e-9 * books.exchanged, "{books:?}");
+    assert!(
+        books.dissipated > 0.0 && books.kinetic < 1e-3 * books.dissipated,
+        "{books:?}"
+    );
+    assert!(scene.value("leg/LF/hip/position").abs() < 0.05);
+}
+
+#[test]
+fn a_start_has_the_angles_and_the_kinetic_energy_of_its_rates() {
+    let (q, rates) = ([0.3, -0.4, 0.5], [-10.0, 15.0, 30.0]);
+    let (robot, setup) = (robot(), hanging(q, rates, 1000));
+    let mut scene = Scene::new(&robot, &setup);
+    let leg = &robot.legs[0].leg;
+    let pantograph = Pantograph::new(leg).unwrap();
+    let angles = scene.read("leg/LF/angles").to_vec();
+    let joints = pantograph.joints([angles[0], angles[1], angles[2]]);
+    assert!((joints.q2 - q[1]).abs() < 1e-9 && (joints.q3 - q[2]).abs() < 1e-9);
+    assert!((scene.value("leg/LF/hip/position") - q[0]).abs() < 1e-12);
+    let speed = scene.read("leg/LF/foot/velocity").to_vec();
+    let before = scene.read("leg/LF/foot/position").to_vec();
+    let kinetic = 0.5 * leg.mass.lumped_foot * speed.iter().map(|v| v * v).sum::<f64>()
+        + leg.mass.l1 * leg.l1 * leg.l1 / 6.0 * rates[0] * rates[0];
+    assert!((scene.energy().kinetic - kinetic).abs() < 1e-12);
+    // And it goes where it says: a microsecond changes 1 m/s by a millionth or so.
+    let instant = twinrig_kernel::SimTime::from_nanos(1000);
+    scene.plant.advance(instant, &[]).unwrap();
+    let after = scene.read("leg/LF/foot/position").to_vec();
+    for i in 0..3 {
+        let found = (after[i] - before[i]) / 1e-6;
+        assert!((found - speed[i]).abs() < 5e-3, "{found} {}", speed[i]);
+    }
+}
+
+#[test]
+fn an_ankle_folded_up_beyond_the_second_segment_is_refused() {
+    // The widest opening at a strong bend: between the stops, but the foot's place is that of another pose, too.
+    let robot = robot();
+    let pantograph = Pantograph::new(&robot.legs[0].leg).unwrap();
+    let knee = -1.4;
+    let widest = 0.98 * pantograph.opening_stop(knee).unwrap().value;
+    let options = Options {
+        setup: hanging([0.0, knee, widest - knee], [0.0; 3], 1000),
+        force: Force::Solve,
+    };
+    let error = Massless::new(&robot, &options, &|_| true).unwrap_err();
+    assert!(
+        matches!(&error, MasslessError::Start(why) if why.contains("LF")),
+        "{error}"
+    );
+}
+
+#[test]
+fn drives_hold_a_start_from_joint_angles() {
+    let q = [0.2, -0.5, 0.5];
+    let posed = Setup {
+        base: Base::Fixed,
+        ground: None,
+        start: StartPose { q, rates: [0.0; 3] }.into(),
+        ..setup()
+    };
+    let mut scene = Scene::new(&robot(), &posed);
+    let first = scene.commands.clone();
+    assert_eq!(first.len(), 8);
+    assert!(first.chunks(2).all(|pair| pair[0] == q[0] && pair[1] > 0.0));
+    let before = scene.read("leg/RH/foot/position").to_vec();
+    scene.to(500);
+    let after = scene.read("leg/RH/foot/position").to_vec();
+    let moved = (0..3).map(|i| (after[i] - before[i]).abs());
+    assert!(moved.fold(0.0, f64::max) < 1e-4, "{before:?} {after:?}");
+}
+
+#[test]
+fn without_drives_there_is_nothing_to_command_and_no_cable_to_stop_a_leg() {
+    let options = Options {
+        setup: hanging([0.0, -0.8, 0.8], [0.0; 3], 1000),
+        force: Force::Solve,
+    };
+    let mut plant = Massless::new(&robot(), &options, &|_| true).unwrap();
+    let ports = plant.ports();
+    assert!(ports.iter().all(|port| port.direction == Direction::Output));
+    assert!(ports.iter().all(|port| !port.name.contains("cable")));
+    // A cable that was just taut would hold the knee where it starts; its spring stretches it.
+    plant.advance(at(500), &[]).unwrap();
+    let layout = twinrig_kernel::Layout::of(&ports, Direction::Output);
+    let mut outputs = vec![0.0; layout.len()];
+    plant.observe(&mut outputs);
+    let angles = &outputs[layout.find("leg/LF/angles").unwrap()];
+    let pantograph = Pantograph::new(&robot().legs[0].leg).unwrap();
+    let joints = pantograph.joints([angles[0], angles[1], angles[2]]);
+    assert!(joints.q2.abs() < 1e-3, "{joints:?}");
+}
+
+#[test]
+fn a_first_segment_without_mass_cannot_turn_by_itself() {
+    let mut robot = robot();
+    robot.legs[0].leg.mass.l1 = 0.0;
+    let options = |drives| Options {
+        setup: Setup {
+            drives,
+            ..hanging([0.0; 3], [0.0; 3], 1000)
+        },
+        force: Force::Solve,
+    };
+    let error = Massless::new(&robot, &options(Drives::None), &|_| true).unwrap_err();
+    assert!(
+        matches!(&error, MasslessError::Setup(LeggedError::Mass { .. })),
+        "{error}"
+    );
+    Massless::new(&robot, &options(setup().drives), &|_| true).unwrap();
+}
