@@ -1,5 +1,6 @@
 //! Projected Gauss–Seidel sweeps, with over-relaxation: z ← Π(z − ω ρ w), row by row, each seeing what those before it
-//! have become. ρ is the inverse of the row's own entry of G, so that ω = 1 solves the row.
+//! have become. ρ is the inverse of the row's own entry of G, so that ω = 1 solves the row; of a disc's own block, the
+//! inverse of the larger eigenvalue.
 
 use crate::dense::padded;
 use crate::problem::{Bound, Problem, norm};
@@ -26,6 +27,7 @@ impl Problem {
         let allowed = tolerance * scale;
         self.factored = false;
         self.measure();
+        self.slow_discs();
         // A row that nothing moves keeps its guess, which its bound must allow; none is as good as any.
         for row in 0..self.len() {
             if self.steps[row] == 0.0 {
@@ -68,6 +70,22 @@ impl Problem {
             };
             self.steps
                 .push(if diagonal > 0.0 { 1.0 / diagonal } else { 0.0 });
+        }
+    }
+
+    /// Steps of discs by the larger eigenvalue of their own block of G, for both components go at once: by the larger of
+    /// its diagonal entries, strongly coupled ones would swing up.
+    fn slow_discs(&mut self) {
+        for row in 0..self.len() {
+            if let Bound::Disc { .. } = self.bounds[row] {
+                let (a, b) = (self.entry(row, row), self.entry(row + 1, row + 1));
+                let coupling = self.entry(row, row + 1);
+                let largest = 0.5 * (a + b) + norm([0.5 * (a - b), coupling]);
+                if largest > 0.0 {
+                    self.steps[row] = 1.0 / largest;
+                    self.steps[row + 1] = 1.0 / largest;
+                }
+            }
         }
     }
 

@@ -58,6 +58,14 @@ fn a_row_that_nothing_moves_is_judged_by_its_offset() {
 }
 
 #[test]
+fn sweeps_forget_a_guess_that_nothing_would_move() {
+    let mut problem = rays(&[vec![0.0], vec![1.0]], &[1.0, -2.0]).problem();
+    problem.guess(0, 3.0);
+    problem.solve_by(SWEEPS).unwrap();
+    assert_eq!(problem.unknowns()[0], 0.0);
+}
+
+#[test]
 fn stops_that_contradict_each_other_are_proved_to() {
     // Above one and below minus one.
     let case = rays(&[vec![1.0], vec![-1.0]], &[-1.0, -1.0]);

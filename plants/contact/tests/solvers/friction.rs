@@ -98,6 +98,40 @@ proptest! {
 }
 
 #[test]
+fn tangents_that_are_much_alike_do_not_make_sweeps_swing() {
+    let mut problem = Problem::default();
+    problem.reset(3);
+    for (i, row) in [[1.4, 0.3, 0.1], [0.3, 1.9, -1.7], [0.1, -1.7, 1.9]]
+        .iter()
+        .enumerate()
+    {
+        for (j, &entry) in row.iter().enumerate() {
+            problem.set(i, j, entry);
+        }
+    }
+    let normal = 0;
+    problem.bound(normal, Bound::NonNegative);
+    problem.bound(
+        1,
+        Bound::Disc {
+            normal,
+            friction: 0.15,
+        },
+    );
+    problem.offset(0, -0.5);
+    problem.offset(2, -0.13);
+    for relaxation in [0.5, 1.0, 1.5, 1.9] {
+        let method = Method::GaussSeidel {
+            relaxation,
+            sweeps: 1000,
+            tolerance: 1e-9,
+        };
+        let solution = problem.solve_by(method).unwrap();
+        assert!(solution.residual < 1e-9);
+    }
+}
+
+#[test]
 fn a_cone_that_is_pushed_apart_by_its_own_friction_is_not_called_proved() {
     // Painlevé's rod: friction presses it into the ground faster than the ground pushes it off.
     let mut problem = Problem::default();
