@@ -5,9 +5,11 @@ use twinrig_legged::{Ledger, Stored};
 use twinrig_runtime::WorkCounts;
 
 use crate::articulated::into_world;
+use crate::chain::Chain;
 use crate::events::Instant;
 use crate::mode::Mode;
 use crate::model::Model;
+use crate::options::Method;
 use crate::motion::{Bench, Motion, Scene};
 use crate::real::{Lanes, Real};
 use crate::site::Site;
@@ -60,12 +62,25 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
     pub(crate) tally: Tally,
+    /// The sums before the last run, and how long that was \[s\].
+    pub(crate) tally_before: Tally,
+    pub(crate) tallied: f64,
+    /// The step that each island found good last \[s\].
+    pub(crate) stride: Lanes,
+    pub(crate) method: Method,
+    /// Error that a step may make \[m\].
+    pub(crate) tolerance: f64,
     pub(crate) bench: Bench<f64, N>,
     pub(crate) instant: Instant<N>,
 }
 
 impl<const N: usize> Flow<N> {
-    pub(crate) fn new(model: Model<N>, state: State<Lanes, N>) -> Self {
+    pub(crate) fn new(
+        model: Model<N>,
+        state: State<Lanes, N>,
+        method: Method,
+        tolerance: f64,
+    ) -> Self {
         let mut mode = Mode::free();
         if model.servos.is_some() {
             mode.holds.hip = Lanes::splat(1.0);
@@ -78,11 +93,44 @@ impl<const N: usize> Flow<N> {
             ledger: Ledger::default(),
             counts: WorkCounts::default(),
             tally: Tally::new(),
+            tally_before: Tally::new(),
+            tallied: 0.0,
+            stride: Lanes::splat(f64::INFINITY),
+            method,
+            tolerance,
             bench: Bench::default(),
             instant: Instant::default(),
         };
         flow.ledger = Ledger::opened(flow.stored());
         flow
+    }
+
+    /// Moves on by `seconds`.
+    pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
+        match self.method {
+            _ => self.run_rk4(seconds),
+        }
+    }
+
+    /// How far constraints that hold are open \[m\].
+    pub(crate) fn open(&self) -> f64 {
+        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
+        let chain = Chain::new(scene.legs, &self.state.angles, &self.state.rates);
+        let drive = scene.drive(&self.state);
+        let holds = &self.mode.holds;
+        let mut worst = 0.0_f64;
+        for (hold, holds) in [
+            (chain.closed(scene.legs, &self.state.angles), holds.closed),
+            (chain.open(scene.legs), holds.open),
+            (chain.extended(scene.legs), holds.extended),
+            (chain.bottomed(scene.legs), holds.bottomed),
+            (chain.taut(scene.legs, &drive), holds.cable),
+        ] {
+            for leg in 0..self.model.legs.len() {
+                worst = worst.max((hold.gap * holds).lane(leg).abs());
+            }
+        }
+        worst
     }
 
     /// What moves by itself: the robot, or each of its legs where the trunk is held. Legs, one after the other.

@@ -25,7 +25,7 @@ fn flow(robot: &twinrig_robot::Robot, base: Base, q: [f64;3], rates: [f64;3]) ->
         let s = setup.start.of_leg(&leg.name, &leg.pantograph).unwrap();
         for k in 0..3 { state.angles[k] = state.angles[k].with_lane(i, s.angles[k]); state.rates[k] = state.rates[k].with_lane(i, s.rates[k]); }
     }
-    Flow::new(model, state)
+    Flow::new(model, state, crate::options::Method::Rk4, f64::INFINITY)
 }
 
 fn foot(flow: &Flow<3>) -> [f64;2] {

@@ -1,5 +1,6 @@
 //! wip
 mod articulated;
+mod body;
 mod carried;
 mod chain;
 mod constants;
@@ -12,9 +13,14 @@ mod hold;
 mod mode;
 mod model;
 mod motion;
+mod options;
+mod plant;
 mod real;
 mod rk4;
 mod root;
 mod site;
 mod state;
 mod trunk;
+
+pub use options::{LcpError, Method, Options};
+pub use plant::Lcp;

@@ -1,16 +1,28 @@
 //! The parts that come with the program, a line each.
 
 use twinrig_gait::{Cpg, Gait, Stand};
+use twinrig_kernel::SimDuration;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
+use crate::lcp;
 use crate::massless;
-use crate::registry::{ControllerKind, Registry};
+use crate::method::Method;
+use crate::registry::{ControllerKind, PlantKind, Registry};
 
 pub(crate) fn registry() -> Registry {
     Registry::empty()
-        .with_plant(massless::kind())
+        .with_plant(massless_with_its_method())
+        .with_plant(lcp::kind())
         .with_controller(cpg())
         .with_controller(stand())
+}
+
+fn massless_with_its_method() -> PlantKind {
+    let midpoint = Method::stepped("midpoint", "implicit, conserves the energy of its springs")
+        .trusted_at_step(SimDuration::from_micros(5));
+    massless::kind()
+        .with_method(midpoint)
+        .without_segment_masses()
 }
 
 fn cpg() -> ControllerKind {

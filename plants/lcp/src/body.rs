@@ -1,0 +1,373 @@
+//! A robot in motion, whatever the number of its links.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use twinrig_legged::{Ledger, Readings, Setup};
+use twinrig_robot::Robot;
+use twinrig_runtime::{EnergyBooks, WorkCounts};
+
+use crate::articulated::{into_world, rotation};
+use crate::chain::Chain;
+use crate::flow::{Flow, FlowError, Tally};
+use crate::mode::Contact;
+use crate::model::Model;
+use crate::options::{LcpError, Options};
+use crate::real::{Lanes, Real};
+use crate::site::Site;
+use crate::state::State;
+
+/// What the plant asks of a robot in motion.
+pub(crate) trait Body: Readings + Send {
+    /// Takes what hips and pulleys are told \[rad\], leg by leg.
+    fn command(&mut self, commands: &[f64]);
+
+    /// What they are told now.
+    fn commands(&self, commands: &mut [f64]);
+
+    /// Moves on by `seconds`, or stays where it is.
+    fn run(&mut self, seconds: f64) -> Result<(), FlowError>;
+
+    /// What it has cost.
+    fn counts(&self) -> WorkCounts;
+
+    /// Impulses of the ground on the legs since the start.
+    fn ground_impulses(&self) -> &[[f64; 3]];
+
+    /// What of the constraints that hold is open \[m\].
+    fn drift(&self) -> f64;
+
+    fn save(&self) -> SavedBody;
+
+    fn restore(&mut self, saved: &SavedBody) -> Result<(), String>;
+}
+
+/// A robot at rest, so to say.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct SavedBody {
+    /// State, what holds, sums, in an order of their own.
+    numbers: Vec<f64>,
+    contacts: Vec<(u64, u64, Option<[f64; 2]>)>,
+    ledger: Ledger,
+    counts: WorkCounts,
+}
+
+/// The robot at its start.
+pub(crate) fn started<const N: usize>(
+    robot: &Robot,
+    options: &Options,
+) -> Result<Flow<N>, LcpError> {
+    let setup = &options.setup;
+    let model = Model::<N>::new(robot, setup)?;
+    let zero = Lanes::zero();
+    let mut state = State {
+        position: [0.0, 0.0, height::<N>(robot, setup)?],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        turning: [0.0; 3],
+        angles: [zero; N],
+        rates: [zero; N],
+        pulley: zero,
+        pulley_rate: zero,
+    };
+    let mut told = [zero; 2];
+    for (i, leg) in model.legs.iter().enumerate() {
+        let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
+        for k in 0..N {
+            // An unloaded toe goes with the third segment.
+            let (angle, rate) = if k < 3 {
+                (start.angles[k], start.rates[k])
+            } else {
+                (start.angles[2] + leg.constants.toe[1], start.rates[2])
+            };
+            state.angles[k] = state.angles[k].with_lane(i, angle);
+            state.rates[k] = state.rates[k].with_lane(i, rate);
+        }
+        state.pulley = state.pulley.with_lane(i, start.command.knee);
+        told[0] = told[0].with_lane(i, start.angles[0]);
+        told[1] = told[1].with_lane(i, start.command.knee);
+    }
+    let mut flow = Flow::new(model, state, options.method, options.tolerance);
+    [flow.mode.commands.hip, flow.mode.commands.pulley] = told;
+    Ok(flow)
+}
+
+/// How high the trunk starts.
+fn height<const N: usize>(robot: &Robot, setup: &Setup) -> Result<f64, LcpError> {
+    let lowest = |mount: &twinrig_robot::LegMount, start: &twinrig_legged::LegStart| {
+        let foot = Vector3::from(mount.hip) + Vector3::new(start.foot.x, 0.0, start.foot.y);
+        let Some(toe) = mount.leg.toe.filter(|_| N > 3) else {
+            return foot;
+        };
+        let angle = start.angles[2] + toe.rest;
+        let tip = foot + Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle)) * toe.length;
+        if tip.z < foot.z { tip } else { foot }
+    };
+    Ok(setup.height(robot, lowest)?)
+}
+
+impl<const N: usize> Flow<N> {
+    fn chain(&self) -> Chain<Lanes, N> {
+        Chain::new(&self.model.side_by_side, &self.state.angles, &self.state.rates)
+    }
+
+    fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
+        Site::new(&self.model.side_by_side, &self.chain(), &self.state, leg, links)
+    }
+
+    /// The point of a leg that is nearest to the ground, and how near.
+    fn nearest(&self, leg: usize) -> Option<(f64, Vector3<f64>)> {
+        let ground = self.model.ground.as_ref()?;
+        let upright = rotation(self.state.attitude);
+        let points = (3..=N).map(|links| {
+            let place = self.site(leg, links).in_world(self.state.position, &upright);
+            let below = ground.below(&Vector3::from(place));
+            (below.gap, below.normal)
+        });
+        points.reduce(|a, b| if b.0 < a.0 { b } else { a })
+    }
+
+    fn mean(&self, of: impl Fn(&Tally) -> Lanes, leg: usize) -> f64 {
+        let [before, after] = [&self.tally_before, &self.tally].map(|tally| of(tally).lane(leg));
+        if self.tallied > 0.0 {
+            (after - before) / self.tallied
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<const N: usize> Readings for Flow<N> {
+    fn position(&self) -> Vector3<f64> {
+        self.state.position.into()
+    }
+
+    fn attitude(&self) -> [f64; 4] {
+        self.state.attitude
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        let rows = rotation(self.state.attitude);
+        Matrix3::from_fn(|i, j| rows[i][j])
+    }
+
+    fn velocity(&self) -> Vector3<f64> {
+        into_world(&rotation(self.state.attitude), self.state.velocity).into()
+    }
+
+    fn angular_velocity(&self) -> Vector3<f64> {
+        self.state.turning.into()
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        self.ledger.books()
+    }
+
+    fn hip(&self, leg: usize) -> f64 {
+        self.state.angles[0].lane(leg) - self.model.legs[leg].pantograph.hip_reference()
+    }
+
+    fn hip_torque(&self, leg: usize) -> f64 {
+        self.mean(|tally| tally.hip, leg)
+    }
+
+    fn pulley(&self, leg: usize) -> f64 {
+        self.state.pulley.lane(leg)
+    }
+
+    fn knee_torque(&self, leg: usize) -> f64 {
+        self.mean(|tally| tally.knee, leg)
+    }
+
+    fn cable_tension(&self, leg: usize) -> f64 {
+        self.mean(|tally| tally.cable, leg)
+    }
+
+    fn angles(&self, leg: usize) -> [f64; 3] {
+        std::array::from_fn(|i| self.state.angles[i].lane(leg))
+    }
+
+    fn foot_position(&self, leg: usize) -> Vector3<f64> {
+        let upright = rotation(self.state.attitude);
+        self.site(leg, 3).in_world(self.state.position, &upright).into()
+    }
+
+    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
+        let upright = rotation(self.state.attitude);
+        into_world(&upright, self.site(leg, 3).velocity).into()
+    }
+
+    fn ground_impulse(&self, leg: usize) -> [f64; 3] {
+        self.tally.ground[leg]
+    }
+
+    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
+        self.nearest(leg).map_or_else(Vector3::z, |(_, normal)| normal)
+    }
+
+    fn clearance(&self, leg: usize) -> f64 {
+        self.nearest(leg).map_or(f64::INFINITY, |(gap, _)| gap)
+    }
+}
+
+impl<const N: usize> Body for Flow<N> {
+    fn command(&mut self, commands: &[f64]) {
+        for (leg, pair) in commands.chunks_exact(2).enumerate() {
+            let reference = self.model.legs[leg].pantograph.hip_reference();
+            let told = &mut self.mode.commands;
+            told.hip = told.hip.with_lane(leg, pair[0] + reference);
+            told.pulley = told.pulley.with_lane(leg, pair[1]);
+        }
+    }
+
+    fn commands(&self, commands: &mut [f64]) {
+        for (leg, pair) in commands.chunks_exact_mut(2).enumerate() {
+            let reference = self.model.legs[leg].pantograph.hip_reference();
+            pair[0] = self.mode.commands.hip.lane(leg) - reference;
+            pair[1] = self.mode.commands.pulley.lane(leg);
+        }
+    }
+
+    fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
+        let before = self.save();
+        self.tally_before = self.tally;
+        self.tallied = seconds;
+        let moved = self.step(seconds);
+        if moved.is_err() {
+            self.restore(&before)
+                .expect("it was saved from a robot of as many links");
+        }
+        moved
+    }
+
+    fn counts(&self) -> WorkCounts {
+        self.counts
+    }
+
+    fn ground_impulses(&self) -> &[[f64; 3]] {
+        &self.tally.ground[..self.model.legs.len()]
+    }
+
+    fn drift(&self) -> f64 {
+        self.open()
+    }
+
+    fn save(&self) -> SavedBody {
+        let mut numbers = Vec::new();
+        self.visit(&mut |x| numbers.push(x));
+        let contact = |c: &Contact| (c.leg as u64, c.links as u64, c.slides);
+        SavedBody {
+            numbers,
+            contacts: self.mode.contacts.iter().map(contact).collect(),
+            ledger: self.ledger,
+            counts: self.counts,
+        }
+    }
+
+    fn restore(&mut self, saved: &SavedBody) -> Result<(), String> {
+        let mut expected = 0;
+        self.visit(&mut |_| expected += 1);
+        if saved.numbers.len() != expected {
+            return Err(format!("{} numbers where {expected} are due", saved.numbers.len()));
+        }
+        let mut numbers = saved.numbers.iter();
+        self.replace(&mut || *numbers.next().expect("there are as many as were counted"));
+        self.mode.contacts.clear();
+        for &(leg, links, slides) in &saved.contacts {
+            let contact = usize::try_from(leg).ok().zip(usize::try_from(links).ok());
+            let Some((leg, links)) = contact
+                .filter(|&(leg, links)| leg < self.model.legs.len() && (3..=N).contains(&links))
+            else {
+                return Err(format!("a contact of leg {leg} at link {links}"));
+            };
+            self.mode.contacts.push(Contact { leg, links, slides });
+        }
+        self.mode.recount();
+        (self.ledger, self.counts) = (saved.ledger, saved.counts);
+        self.instant.iterations = self.counts.solver_iterations;
+        self.instant.factorisations = self.counts.factorisations;
+        Ok(())
+    }
+}
+
+impl<const N: usize> Flow<N> {
+    /// The numbers that the way ahead depends on.
+    fn visit(&self, to: &mut dyn FnMut(f64)) {
+        let mut copy = self.clone_numbers();
+        copy.each(&mut |x| to(*x));
+    }
+
+    fn replace(&mut self, by: &mut dyn FnMut() -> f64) {
+        let mut copy = self.clone_numbers();
+        copy.each(&mut |x| *x = by());
+        (self.state, self.tally, self.tally_before) = (copy.state, copy.tally, copy.tally_before);
+        [
+            self.mode.holds.hip,
+            self.mode.holds.closed,
+            self.mode.holds.open,
+            self.mode.holds.extended,
+            self.mode.holds.bottomed,
+            self.mode.holds.cable,
+            self.mode.commands.hip,
+            self.mode.commands.pulley,
+            self.mode.commands.hip_spent,
+            self.mode.commands.pulley_spent,
+            self.stride,
+        ] = copy.lanes;
+        self.tallied = copy.tallied;
+    }
+
+    fn clone_numbers(&self) -> Numbers<N> {
+        let (holds, commands) = (&self.mode.holds, &self.mode.commands);
+        Numbers {
+            state: self.state,
+            tally: self.tally,
+            tally_before: self.tally_before,
+            lanes: [
+                holds.hip,
+                holds.closed,
+                holds.open,
+                holds.extended,
+                holds.bottomed,
+                holds.cable,
+                commands.hip,
+                commands.pulley,
+                commands.hip_spent,
+                commands.pulley_spent,
+                self.stride,
+            ],
+            tallied: self.tallied,
+        }
+    }
+}
+
+/// All numbers of a flow, to be gone through in one order.
+struct Numbers<const N: usize> {
+    state: State<Lanes, N>,
+    tally: Tally,
+    tally_before: Tally,
+    lanes: [Lanes; 11],
+    tallied: f64,
+}
+
+impl<const N: usize> Numbers<N> {
+    fn each(&mut self, to: &mut dyn FnMut(&mut f64)) {
+        let state = &mut self.state;
+        let trunk = state.position.iter_mut().chain(&mut state.attitude);
+        let trunk = trunk.chain(&mut state.velocity).chain(&mut state.turning);
+        trunk.for_each(&mut *to);
+        let tallies = [&mut self.tally, &mut self.tally_before];
+        let mut lanes: Vec<&mut Lanes> = state.angles.iter_mut().chain(&mut state.rates).collect();
+        lanes.extend([&mut state.pulley, &mut state.pulley_rate]);
+        lanes.extend(&mut self.lanes);
+        for tally in tallies {
+            tally.ground.iter_mut().flatten().for_each(&mut *to);
+            lanes.extend([&mut tally.hip, &mut tally.knee, &mut tally.cable]);
+        }
+        for lane in lanes {
+            let mut numbers = lane.to_array();
+            numbers.iter_mut().for_each(&mut *to);
+            *lane = Lanes::new(numbers);
+        }
+        to(&mut self.tallied);
+    }
+}

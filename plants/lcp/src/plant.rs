@@ -1,0 +1,156 @@
+//! The plant as the rig sees it.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_legged::{Signals, Window};
+use twinrig_robot::Robot;
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+
+use crate::body::{Body, SavedBody, started};
+use crate::flow::FlowError;
+use crate::options::{LcpError, Options};
+
+/// A robot whose every segment has inertia.
+pub struct Lcp {
+    body: Box<dyn Body>,
+    now: SimTime,
+    step: SimDuration,
+    signals: Signals,
+    window: Window,
+}
+
+/// Everything the way ahead depends on.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    now: SimTime,
+    window: Window,
+    body: SavedBody,
+}
+
+impl Lcp {
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
+    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
+    /// needs.
+    ///
+    /// # Errors
+    /// [`LcpError`] where robot and options do not fit together.
+    pub fn new(
+        robot: &Robot,
+        options: &Options,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, LcpError> {
+        if options.tolerance.is_nan() || options.tolerance <= 0.0 {
+            return Err(LcpError::Tolerance(options.tolerance));
+        }
+        let chosen = options.setup.chosen(robot)?;
+        let toes = options.toe && chosen.iter().any(|mount| mount.leg.toe.is_some());
+        if let Some(mount) = chosen.iter().find(|mount| toes && mount.leg.toe.is_none()) {
+            let leg = mount.name.clone();
+            return Err(LcpError::Toe { leg });
+        }
+        let names: Vec<&str> = chosen.iter().map(|mount| mount.name.as_str()).collect();
+        let body: Box<dyn Body> = if toes {
+            Box::new(started::<4>(robot, options)?)
+        } else {
+            Box::new(started::<3>(robot, options)?)
+        };
+        Ok(Self {
+            body,
+            now: SimTime::ZERO,
+            step: options.setup.step,
+            signals: Signals::new(&names, &options.setup, wanted),
+            window: Window::default(),
+        })
+    }
+
+    fn fault(&self, error: &FlowError) -> PlantFault {
+        let part = match error {
+            FlowError::Unsolved(_) => "contact",
+            _ => "integrator",
+        };
+        PlantFault {
+            time: self.now,
+            part: part.to_owned(),
+            energy: self.energy().stored(),
+            why: error.to_string(),
+        }
+    }
+
+    fn inputs(&self) -> usize {
+        let ports = self.signals.ports().iter();
+        ports.filter(|port| port.direction == Direction::Input).count()
+    }
+}
+
+impl Plant for Lcp {
+    fn name(&self) -> &'static str {
+        "lcp"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.signals.ports().to_vec()
+    }
+
+    fn first_inputs(&self, inputs: &mut [f64]) {
+        let count = self.inputs().min(inputs.len());
+        self.body.commands(&mut inputs[..count]);
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        self.signals
+            .check_inputs(inputs, self.now, || self.energy().stored())?;
+        self.body.command(inputs);
+        while self.now < to {
+            let next = to.min(self.now + self.step);
+            let seconds = (next - self.now).as_secs_f64();
+            if let Err(error) = self.body.run(seconds) {
+                return Err(self.fault(&error));
+            }
+            self.now = next;
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        let now_s = self.now.as_secs_f64();
+        self.signals
+            .write(self.body.as_ref(), &self.window, now_s, outputs);
+    }
+
+    fn begin_window(&mut self) {
+        self.window
+            .begin(self.now.as_secs_f64(), self.body.ground_impulses());
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        self.body.energy()
+    }
+
+    fn work(&self) -> WorkCounts {
+        self.body.counts()
+    }
+
+    fn drift(&self) -> Option<f64> {
+        Some(self.body.drift())
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            now: self.now,
+            window: self.window,
+            body: self.body.save(),
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved = snapshot.read()?;
+        self.body
+            .restore(&saved.body)
+            .map_err(|found| SnapshotError::Mismatch {
+                expected: "lcp".to_owned(),
+                found,
+            })?;
+        (self.now, self.window) = (saved.now, saved.window);
+        Ok(())
+    }
+}
