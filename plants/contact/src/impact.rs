@@ -34,9 +34,9 @@ impl Problem {
     /// afterwards is stopped without restitution, which takes energy only.
     ///
     /// By Poisson's law the kinetic energy changes by at most ½(|EP₁|² − |P₁|²), in the norm of G and with the
-    /// coefficients E: as the second phase minimises its own friction's and normals' work, it does no worse than E P₁.
-    /// For one coefficient that is not positive. Several that differ could give more than was taken; then they
-    /// are lowered together, by |P₁|/|EP₁|.
+    /// coefficients E: of the impulses that its bounds allow, E P₁ among them, the second phase takes those that leave the
+    /// least energy. For one coefficient that is not positive. Several that differ, with friction, would now and then give
+    /// more than was taken, even many times as much; then they are lowered together, by |P₁|/|EP₁|.
     ///
     /// # Errors
     /// [`Unsolved`], as the method says; [`Unsolved::Parameter`] for a coefficient outside [0, 1].

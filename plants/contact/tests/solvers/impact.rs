@@ -252,6 +252,81 @@ fn unlike_coefficients_make_newtons_law_give_energy_and_are_lowered_by_poissons(
     assert!(gains[1] < 1e-12 && gains[1] > -0.9, "{gains:?}");
 }
 
+/// Two feet that friction couples, one elastic and one not: by Poisson's law as it stands the energy would grow to
+/// seventy times what it was. This is why the coefficients are lowered.
+#[test]
+fn poissons_coefficients_are_lowered_where_they_would_give_energy() {
+    let j = [
+        [0.9895, 0.4206, 0.2781, -0.8155, -0.2164, -0.6914],
+        [0.4828, 0.3639, -0.1065, -0.6244, 0.3691, 0.5394],
+        [0.7748, -0.5781, 0.0067, -0.0161, 0.7060, -0.8629],
+        [-0.4772, -0.3085, 0.8838, -0.3093, -0.1805, 0.2878],
+        [-0.1320, 0.8063, 0.5477, -0.7428, -0.6011, 0.0116],
+        [0.5673, 0.0641, 0.3949, -0.7646, -0.4221, 0.5168],
+    ];
+    let disc = |normal| Bound::Disc {
+        normal,
+        friction: 2.08,
+    };
+    let (ray, second) = (Bound::NonNegative, Bound::DiscSecond);
+    let hit = Hit {
+        masses: vec![1.0; 6],
+        j: j.map(Vec::from).to_vec(),
+        v: vec![-0.9145, -0.4066, -0.8714, 0.9380, 0.6598, 0.6540],
+        bounds: vec![ray, disc(0), second, ray, disc(3), second],
+    };
+    let (rates, e) = (hit.rates(&hit.v), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    for method in [Method::Newton, Method::Direct] {
+        let mut problem = hit.case().problem();
+        problem
+            .impact(Restitution::Poisson, &rates, &e, method)
+            .unwrap();
+        let after = hit.after(problem.unknowns());
+        assert!(hit.energy(&after) <= hit.energy(&hit.v), "{method:?}");
+        assert!(hit.rates(&after)[0] > -1e-8 && hit.rates(&after)[3] > -1e-8);
+    }
+}
+
+#[test]
+fn a_brake_takes_no_more_than_its_interval_over_both_phases() {
+    // A ball that falls on an elastic ground, and whose fall drags a brake that can hold little.
+    let hit = Hit {
+        masses: vec![1.0],
+        j: vec![vec![1.0], vec![1.0]],
+        v: vec![-1.0],
+        bounds: vec![
+            Bound::NonNegative,
+            Bound::Between {
+                low: -0.2,
+                high: 0.3,
+            },
+        ],
+    };
+    let (problem, after) = hit.solve(Restitution::Poisson, &[1.0, 0.0]).unwrap();
+    let brake = problem.unknowns()[1];
+    assert!((-0.2..=0.3).contains(&brake), "{brake}");
+    assert!(after[0] >= 0.0 && hit.energy(&after) <= hit.energy(&hit.v));
+}
+
+#[test]
+fn friction_of_a_bounce_is_the_same_by_every_method() {
+    let hit = rod(0.6, 0.2, KANE);
+    let rates = hit.rates(&hit.v);
+    let answers = [Method::Newton, Method::Direct, crate::agreement::SWEEPS].map(|method| {
+        let mut problem = hit.case().problem();
+        problem
+            .impact(Restitution::Poisson, &rates, &[0.5, 0.0, 0.0], method)
+            .unwrap();
+        problem.unknowns().to_vec()
+    });
+    for answer in &answers {
+        assert!(answer[0] > 0.1);
+        for (a, b) in answer.iter().zip(&answers[0]) {
+            assert!((a - b).abs() < 1e-7, "{answers:?}");
+        }
+    }
+}
+
 #[test]
 fn bounds_and_rates_are_as_before_afterwards() {
     let hit = rod(0.6, 0.6, KANE);
