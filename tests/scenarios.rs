@@ -33,6 +33,63 @@ fn every_scenario_is_sound_and_expects_something() {
     }
 }
 
+fn setting(key: &str, value: &str) -> Setting {
+    Setting {
+        origin: "the test".to_owned(),
+        key: key.to_owned(),
+        value: value.to_owned(),
+    }
+}
+
+fn scenario(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenarios/{name}.toml"))
+}
+
+#[test]
+fn a_controller_that_commands_legs_without_drives_is_told_that_nothing_takes_its_commands() {
+    let registry = Registry::standard();
+    let text = r#"
+        robot = "cheetah-cub"
+        duration = "1 s"
+        plant = { model = "massless" }
+        actuator = { kind = "none" }
+        controller = { kind = "stand", period = "2 ms" }
+        [[expect]]
+        body = { fall = false }
+    "#;
+    let robot = include_str!("../robots/cheetah-cub.toml");
+    let assembly = Assembly::of_texts(&registry, text, robot, &[]);
+    let error = assembly.and_then(|assembly| assembly.rig().map(drop));
+    let error = error.unwrap_err();
+    let told = error.to_string();
+    assert!(told.contains("nothing takes `leg/LF/hip/command"), "{told}");
+}
+
+#[test]
+fn ground_gives_back_what_the_scenario_says() {
+    let registry = Registry::standard();
+    let stays = |restitution: &str| {
+        let settings = [setting("plant.ground.restitution", restitution)];
+        let assembly = Assembly::of_file(&registry, &scenario("leg-drop"), &settings);
+        let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
+        let report = execute(&assembly, &Execution::default());
+        let report = report.unwrap_or_else(|error| panic!("{error}"));
+        let mut outcomes = report.expectations.iter().map(|line| &line.0);
+        let lands = outcomes.find(|outcome| outcome.name == "is on the ground from then on");
+        lands.unwrap().holds()
+    };
+    assert!(stays("0.0") && !stays("0.9"));
+}
+
+#[test]
+fn a_start_beyond_a_stop_is_an_error_that_says_by_how_much() {
+    let registry = Registry::standard();
+    let settings = [setting("plant.start.q3", "\"8 deg\"")];
+    let error = Assembly::of_file(&registry, &scenario("passive-legs"), &settings).err();
+    let told = error.unwrap().to_string();
+    assert!(told.contains("m beyond the stop Closed"), "{told}");
+}
+
 /// The thesis reports more than 80 % of success.
 #[test]
 fn a_blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
