@@ -23,6 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-robot",
             "twinrig-runtime",
             "twinrig-scenario",
+            "twinrig-study",
         ],
     ),
     ("twinrig-actuator", &["twinrig-robot"]),
@@ -66,6 +67,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twinrig-robot", &["twinrig-document", "twinrig-kernel"]),
     ("twinrig-runtime", &["twinrig-kernel"]),
     ("twinrig-scenario", &["twinrig-document", "twinrig-kernel"]),
+    ("twinrig-study", &["twinrig-kernel", "twinrig-runtime"]),
     ("twinrig-tests", &["twinrig", "twinrig-record"]),
 ];
 

@@ -4,6 +4,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use twinrig_document::parse_duration;
+use twinrig_kernel::SimDuration;
 
 /// Runs a legged robot, its controller and its I/O together in virtual time, and judges the run.
 #[derive(Debug, Parser)]
@@ -30,6 +32,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Run a recording again and say whether everything happens as it did
     Replay(ReplayArgs),
+    /// Find out how precise, how fast and how stable plants are
+    Study(StudyArgs),
 }
 
 /// What is set on top of a scenario file.
@@ -121,6 +125,72 @@ pub struct ReplayArgs {
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// `twin study`
+#[derive(Clone, Debug, Args)]
+pub struct StudyArgs {
+    /// Which study
+    #[command(subcommand)]
+    pub study: StudyCommand,
+}
+
+/// Which study.
+#[derive(Clone, Debug, Subcommand)]
+pub enum StudyCommand {
+    /// Error of each plant, method and step against its run time
+    ///
+    /// Leads every plant through the scene by each of its methods at each of many steps or tolerances, and compares where the
+    /// feet are with the best method at its finest setting, which a second method checks. A controller's commands are
+    /// recorded once and played to all. What fails or takes too long is a row that says so.
+    Precision(StudyOptions),
+    /// Largest stable step of each plant and method, and what limits it
+    ///
+    /// Searches for the longest step at which the motion stays bounded, while stiffness, masses, damping, gain, friction or
+    /// restitution of the robot and its ground are varied, one at a time. A limit at which the feet are not where they
+    /// should be is marked as wrong.
+    Stability(StudyOptions),
+}
+
+/// What a study is told.
+#[derive(Clone, Debug, Args)]
+pub struct StudyOptions {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO", default_value = "scenarios/passive-legs.toml")]
+    pub scenario: PathBuf,
+    /// Study this plant, and others that are named so; all of this build if none is
+    #[arg(long, value_name = "MODEL")]
+    pub plant: Vec<String>,
+    /// Set a key of the scenario: duration="300 ms"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Simulate so much: "300 ms" [default: precision all of the scene, stability 2 s]
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub duration: Option<SimDuration>,
+    /// Take at most about so many seconds; what is cut for it is shown
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
+    pub budget: f64,
+    /// Folder for the page, the CSV and the JSON
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub out: PathBuf,
+    /// Print the JSON, and no table
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn duration(text: &str) -> Result<SimDuration, String> {
+    let duration = parse_duration(text).map_err(|error| error.to_string())?;
+    if duration.is_zero() {
+        return Err("nothing happens in no time".to_owned());
+    }
+    Ok(duration)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if seconds > 0.0 && seconds < 1e6 => Ok(seconds),
+        _ => Err("it must be a number of seconds above 0 and below 1000000".to_owned()),
+    }
 }
 
 fn key_value(text: &str) -> Result<(String, String), String> {

@@ -6,7 +6,9 @@ use twinrig_document::Document;
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, DirectIo, Plant, Process, Rig, RigError, Schedule, Timing};
-use twinrig_scenario::{ChangeAmount, Facts, LegFact, Scenario, Scene, Setting, TimeModel};
+use twinrig_scenario::{
+    ActuatorSpec, ChangeAmount, Facts, LegFact, PlantSpec, Scenario, Scene, Setting, TimeModel,
+};
 
 use crate::error::TwinError;
 use crate::idle::Idle;
@@ -158,9 +160,17 @@ impl<'r> Assembly<'r> {
     /// # Errors
     /// A part that cannot be built, or signals that do not connect.
     pub fn rig(&self) -> Result<Rig, TwinError> {
+        self.rig_around(|plant| plant)
+    }
+
+    /// The same with something around the plant.
+    pub(crate) fn rig_around(
+        &self,
+        around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
+    ) -> Result<Rig, TwinError> {
         let scenario = self.scenario();
         let wanted = |name: &str| self.scene.wanted.iter().any(|other| other == name);
-        let plant = self.plant(&wanted)?;
+        let plant = around(self.plant(&wanted)?);
         let process = self.process()?;
         let transfer = timing(&scenario.io.transfer_time);
         let io = DirectIo::for_process("io", &process.ports(), transfer, scenario.seed)
@@ -218,18 +228,30 @@ impl<'r> Assembly<'r> {
 
     fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {
         let scenario = self.scenario();
+        self.plant_of(&self.robot, &scenario.plant, &scenario.actuator, wanted)
+    }
+
+    /// The plant of the scene with another robot, set otherwise.
+    pub(crate) fn plant_of(
+        &self,
+        robot: &Robot,
+        plant: &PlantSpec,
+        actuator: &ActuatorSpec,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, TwinError> {
+        let scenario = self.scenario();
         let first_commands = self.first_commands()?;
         let physics = Physics {
-            robot: &self.robot,
+            robot,
             legs: &self.leg_names(),
-            plant: &scenario.plant,
-            actuator: &scenario.actuator,
+            plant,
+            actuator,
             first_commands: &first_commands,
             command_period: self.period(),
             seed: scenario.seed,
             wanted,
         };
-        let name = &scenario.plant.model;
+        let name = &plant.model;
         let built = self.registry.plant(&physics);
         built
             .unwrap_or_else(|| Err("there is none of that name".into()))

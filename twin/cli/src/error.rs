@@ -62,6 +62,14 @@ pub enum TwinError {
         /// What is missing.
         why: String,
     },
+    /// There is no study.
+    #[error("error: {source}\n --> {file}")]
+    Study {
+        /// The scenario.
+        file: String,
+        /// Why not.
+        source: twinrig_study::StudyError,
+    },
     /// A file or folder cannot be written.
     #[error("error: cannot write: {source}\n --> {}", path.display())]
     Write {

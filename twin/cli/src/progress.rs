@@ -1,4 +1,4 @@
-//! A line that says how far a long run is, on a terminal only.
+//! A line that says how far a long run or study is, on a terminal only.
 #![expect(
     clippy::disallowed_methods,
     reason = "a person waits for it, and nothing else depends on it"
@@ -12,7 +12,7 @@ const QUIET: Duration = Duration::from_millis(400);
 /// Time between two updates.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// The progress of one run.
+/// The progress of one run or study.
 #[derive(Debug)]
 pub struct Progress {
     title: String,
@@ -35,8 +35,27 @@ impl Progress {
         }
     }
 
+    /// Of a study called `title`.
+    pub fn of_parts(title: &str, wanted: bool) -> Self {
+        Self::new(title, 0.0, wanted)
+    }
+
     /// Tells that the run has come to `now_s` \[s\].
     pub fn at(&mut self, now_s: f64) {
+        let (title, end_s) = (self.title.clone(), self.end_s);
+        self.show(|wall_s| line(&title, now_s, end_s, wall_s));
+    }
+
+    /// Tells that the study begins part `part` of `of`, which is `doing`.
+    pub fn part(&mut self, part: usize, of: usize, doing: &str) {
+        let title = self.title.clone();
+        self.show(|wall_s| {
+            let bar = bar(part as f64 / of.max(1) as f64);
+            format!("{title}  {bar}  {part} of {of}  {wall_s:.0} s  {doing}")
+        });
+    }
+
+    fn show(&mut self, line: impl FnOnce(f64) -> String) {
         if !self.on {
             return;
         }
@@ -47,7 +66,7 @@ impl Progress {
         };
         if due {
             self.shown = Some(Instant::now());
-            let line = line(&self.title, now_s, self.end_s, wall.as_secs_f64());
+            let line = line(wall.as_secs_f64());
             let mut terminal = std::io::stderr().lock();
             // Whoever closed stderr does not want to know.
             let _ = write!(terminal, "\r\x1b[2K{line}").and_then(|()| terminal.flush());
@@ -66,14 +85,17 @@ impl Drop for Progress {
 
 /// `trot  [#####...............]  5.0 of 20.0 s  412 × real time`
 fn line(title: &str, now_s: f64, end_s: f64, wall_s: f64) -> String {
+    let bar = bar(if end_s > 0.0 { now_s / end_s } else { 1.0 });
+    let speed = now_s / wall_s;
+    format!("{title}  {bar}  {now_s:.1} of {end_s:.1} s  {speed:.0} × real time")
+}
+
+fn bar(share: f64) -> String {
     const WIDTH: usize = 24;
-    let share = if end_s > 0.0 { now_s / end_s } else { 1.0 };
     let full = (1..=WIDTH)
         .filter(|&n| n as f64 <= share * WIDTH as f64)
         .count();
-    let bar: String = "█".repeat(full) + &"·".repeat(WIDTH - full);
-    let speed = now_s / wall_s;
-    format!("{title}  {bar}  {now_s:.1} of {end_s:.1} s  {speed:.0} × real time")
+    "█".repeat(full) + &"·".repeat(WIDTH - full)
 }
 
 #[cfg(test)]

@@ -7,7 +7,9 @@ use twinrig_runtime::{Plant, Process};
 use twinrig_scenario::{
     ActuatorSpec, Catalogue, Kind, OptionSpec, Options, PlantSpec, VariableSpec,
 };
+use twinrig_study::PlantOffer;
 
+use crate::method::Method;
 use crate::standard;
 
 /// Why a part could not be built; `?` makes one of any error.
@@ -65,6 +67,8 @@ pub struct PlantKind {
     about: String,
     options: Vec<OptionSpec>,
     step: Option<SimDuration>,
+    methods: Vec<Method>,
+    segment_masses: bool,
     build: BuildPlant,
 }
 
@@ -121,6 +125,8 @@ impl PlantKind {
             about: about.into(),
             options: Vec::new(),
             step: None,
+            methods: Vec::new(),
+            segment_masses: true,
             build: Box::new(move |physics| Ok(Box::new(build(physics)?))),
         }
     }
@@ -136,6 +142,20 @@ impl PlantKind {
     #[must_use]
     pub fn with_step(mut self, step: SimDuration) -> Self {
         self.step = Some(step);
+        self
+    }
+
+    /// Can be integrated by `method`: for studies, which try them all. One that declares none has one, with its step.
+    #[must_use]
+    pub fn with_method(mut self, method: Method) -> Self {
+        self.methods.push(method);
+        self
+    }
+
+    /// The segments of its legs have no mass: studies then compare it with plants whose segments lose theirs.
+    #[must_use]
+    pub fn without_segment_masses(mut self) -> Self {
+        self.segment_masses = false;
         self
     }
 }
@@ -201,6 +221,22 @@ impl Registry {
         let name = &physics.plant.model;
         let kind = self.plants.iter().find(|kind| kind.name == *name)?;
         Some((kind.build)(physics))
+    }
+
+    /// What studies can do with the plant `name`; none if there is no such plant.
+    pub(crate) fn offer(&self, name: &str) -> Option<(PlantOffer, Vec<Method>)> {
+        let kind = self.plants.iter().find(|kind| kind.name == name)?;
+        let methods = match &kind.methods[..] {
+            [] => vec![Method::stepped("its own", "the only method of this plant")],
+            methods => methods.to_vec(),
+        };
+        let offer = PlantOffer {
+            name: kind.name.clone(),
+            about: kind.about.clone(),
+            segment_masses: kind.segment_masses,
+            methods: methods.iter().map(Method::offer).collect(),
+        };
+        Some((offer, methods))
     }
 
     /// The step of a plant: the scenario's, or else that of its kind, if it has one.

@@ -78,6 +78,21 @@ impl Options {
         self.0.iter().map(|(name, value)| (name.as_str(), value))
     }
 
+    /// The same with `value` for `name`, whatever was there.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: OptionValue) -> Self {
+        self = self.without(name);
+        self.0.push((name.to_owned(), value));
+        self
+    }
+
+    /// The same without any value for `name`.
+    #[must_use]
+    pub fn without(mut self, name: &str) -> Self {
+        self.0.retain(|(known, _)| known != name);
+        self
+    }
+
     /// The defaults of `specs`, where they have one.
     pub fn defaults(specs: &[OptionSpec]) -> Self {
         let default = |spec: &OptionSpec| Some((spec.name.clone(), spec.default.clone()?));

@@ -5,6 +5,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
+use crate::number::instant;
 use crate::reference::{self, Reference, ReferenceNote, Stage, ended};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
@@ -238,7 +239,10 @@ impl Job<'_> {
         row.drift_m = trace.drift;
         if let crate::outing::Ending::Enough(at) = ending {
             row.note_time(trace.took_s, trace.reached_s(), 1);
-            let why = format!("its kinetic energy exceeds the reference's {RUNAWAY} times at {at}");
+            let why = format!(
+                "its kinetic energy exceeds the reference's {RUNAWAY} times at {}",
+                instant(at)
+            );
             return (row.ended(Status::Unstable, why), trace.took_s);
         }
         if let Some((status, why)) = ended(&ending, share) {
@@ -246,7 +250,7 @@ impl Job<'_> {
             return (row.ended(status, why), trace.took_s);
         }
         if let Some(reference) = reference {
-            self.compare(&mut row, &trace, reference);
+            Self::compare(&mut row, &trace, reference);
         } else {
             row.why = Some("there is no reference to compare with".to_owned());
         }
@@ -254,7 +258,7 @@ impl Job<'_> {
         (row, trace.took_s)
     }
 
-    fn compare(&self, row: &mut Row, trace: &Trace, reference: &Reference) {
+    fn compare(row: &mut Row, trace: &Trace, reference: &Reference) {
         if let Some(errors) = trace.errors(&reference.trace) {
             row.note_errors(&errors);
             row.at_floor = errors.foot_rms <= reference.floor_rms();

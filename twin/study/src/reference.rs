@@ -4,6 +4,7 @@ use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
+use crate::number::instant;
 use crate::outing::{Ending, Outing};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
@@ -110,11 +111,15 @@ pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
         Ending::Fault(fault) => Some((Status::Failed, fault.to_string())),
         Ending::NotFinite(at) => Some((
             Status::Unstable,
-            format!("something is no longer a number at {at}"),
+            format!("something is no longer a number at {}", instant(*at)),
         )),
         Ending::TooSlow(at) => Some((
             Status::Failed,
-            format!("too slow: at {at} after {:.1} s, its budget", share.seconds),
+            format!(
+                "too slow: at {} after {:.1} s, its budget",
+                instant(*at),
+                share.seconds
+            ),
         )),
     }
 }
@@ -150,6 +155,23 @@ fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
     }
 }
 
+/// A reference to tell right from wrong by, and no more.
+///
+/// # Errors
+/// Why none of the methods gives one.
+pub(crate) fn rough(
+    stage: &Stage<'_>,
+    offer: &PlantOffer,
+    scales: Scales,
+    share: Share,
+) -> Result<Reference, String> {
+    let mut variants = trusted(offer, scales);
+    for variant in &mut variants {
+        variant.knob = variant.knob.relaxed();
+    }
+    first_whole(stage, variants, share)
+}
+
 /// A reference without a check.
 ///
 /// # Errors
@@ -160,8 +182,16 @@ pub(crate) fn unchecked(
     scales: Scales,
     share: Share,
 ) -> Result<Reference, String> {
+    first_whole(stage, trusted(offer, scales), share)
+}
+
+fn first_whole(
+    stage: &Stage<'_>,
+    variants: Vec<Variant>,
+    share: Share,
+) -> Result<Reference, String> {
     let mut why = String::from("it has no method");
-    for variant in trusted(offer, scales) {
+    for variant in variants {
         match stage.whole(&variant, share) {
             Ok(trace) => {
                 return Ok(Reference {

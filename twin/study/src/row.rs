@@ -104,6 +104,8 @@ pub struct Row {
     pub solver_iterations: Option<u64>,
     /// Times another method, or a shorter step, took over.
     pub fallbacks: Option<u64>,
+    /// The longest step that is stable and right, where that is known \[s\].
+    pub largest_right_step_s: Option<f64>,
     /// The shortest step that was found unstable \[s\].
     pub least_unstable_step_s: Option<f64>,
     /// Runs that a search took.
@@ -154,6 +156,7 @@ impl Row {
             factorisations: None,
             solver_iterations: None,
             fallbacks: None,
+            largest_right_step_s: None,
             least_unstable_step_s: None,
             probes: None,
             real_time_factor: None,

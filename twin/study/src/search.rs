@@ -37,6 +37,9 @@ pub(crate) struct Range {
 /// Shares of a limit at which it is checked that shorter steps are stable, too: an island of stability is no limit.
 const CHECKED_BELOW: [f64; 2] = [0.8, 0.5];
 
+/// As long as nothing is stable, the next step is so many times shorter.
+const DESCENT: u64 = 10;
+
 /// Finds the largest stable step by bisection of its logarithm.
 pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) -> Found {
     let mut found = Found::default();
@@ -88,8 +91,13 @@ impl Found {
         if self.unstable != Some(high) && !self.ask(high, probe) {
             return;
         }
-        if self.stable == Some(high) || range.least >= high || !self.ask(range.least, probe) {
-            return;
+        // Down by large steps: what is unstable shows soon, and what is stable is the cheaper the longer it steps.
+        let mut low = high;
+        while self.stable.is_none() && low > range.least {
+            low = (low / DESCENT).max(range.least);
+            if !self.ask(low, probe) {
+                return;
+            }
         }
         while let (Some(stable), Some(unstable)) = (self.stable, self.unstable) {
             let (low, high) = (stable.as_secs_f64(), unstable.as_secs_f64());
@@ -174,7 +182,7 @@ mod tests {
         let none = search(RANGE, limit_at(10));
         assert_eq!(
             (none.stable, none.unstable, none.probes),
-            (None, Some(RANGE.least), 2)
+            (None, Some(RANGE.least), 6)
         );
     }
 

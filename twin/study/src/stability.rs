@@ -4,6 +4,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
+use crate::number::{duration, instant};
 use crate::outing::{Ending, Outing};
 use crate::precision::RUNAWAY;
 use crate::reference::{self, Reference, ReferenceNote, Stage, ended};
@@ -11,6 +12,7 @@ use crate::row::{Row, RowKind, Status};
 use crate::search::{Found, Probe, Range, search};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
+use crate::trace::{Errors, Trace};
 use crate::watcher::Watcher;
 use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
 
@@ -106,7 +108,7 @@ pub fn stability(
     for &scales in &scales {
         for plant in plants {
             let share = job.begin(&plant.name)?;
-            let reference = reference::unchecked(&job.stage, plant, scales, share);
+            let reference = reference::rough(&job.stage, plant, scales, share);
             if scales == Scales::AS_IS {
                 study.references.push(match &reference {
                     Ok(reference) => reference.note(),
@@ -153,7 +155,7 @@ fn criteria(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, S
                  times the greatest of the reference, or its peak in the last quarter exceeds {GROWN} times that of the first \
                  quarter and {GROWN} times that of the reference's last (below {REST:e} of the reference's greatest it counts as \
                  rest)",
-                plan.duration
+                duration(plan.duration)
             ),
         ),
         text(
@@ -161,7 +163,9 @@ fn criteria(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, S
             format!(
                 "bisection of the logarithm of the step from {} to {}, until the shortest unstable step is at most {} times \
                  the longest stable one; steps of 0.8 and 0.5 of the limit must be stable, too",
-                plan.least, plan.most, plan.ratio
+                duration(plan.least),
+                duration(plan.most),
+                plan.ratio
             ),
         ),
         text(
@@ -182,7 +186,7 @@ fn criteria(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, S
     if let Some(period) = period {
         criteria.push(text(
             "commands",
-            format!("arrive every {period}, and no step is longer than that: a limit of so much is a lower bound"),
+            format!("arrive every {}, and no step is longer than that: a limit of so much is a lower bound", duration(period)),
         ));
     }
     criteria
@@ -259,27 +263,89 @@ impl Job<'_> {
         if let Some(cut) = &found.cut {
             let known = match (found.stable, found.unstable) {
                 (Some(stable), Some(unstable)) => {
-                    format!("; known: {stable} is stable, {unstable} is not")
+                    format!(
+                        "; known: {} is stable, {} is not",
+                        duration(stable),
+                        duration(unstable)
+                    )
                 }
-                (Some(stable), None) => format!("; known: {stable} is stable"),
-                (None, Some(unstable)) => format!("; known: {unstable} is not stable"),
+                (Some(stable), None) => format!("; known: {} is stable", duration(stable)),
+                (None, Some(unstable)) => format!("; known: {} is not stable", duration(unstable)),
                 (None, None) => String::new(),
             };
             return row.ended(Status::Failed, format!("{cut}{known}"));
         }
         let Some(stable) = found.stable else {
             let why = found.why.clone().unwrap_or_default();
-            let why = format!("not even at {}: {why}", self.plan.least);
+            let why = format!("not even at {}: {why}", duration(self.plan.least));
             return row.ended(Status::Unstable, why);
         };
         row.largest_stable_step_s = Some(stable.as_nanos() as f64 / 1e9);
         row.why = match (&found.why, found.unstable) {
-            (Some(why), Some(unstable)) => Some(format!("at {unstable}: {why}")),
+            (Some(why), Some(unstable)) => Some(format!("at {}: {why}", duration(unstable))),
             _ => Some("the longest step that was tried is stable".to_owned()),
         };
-        self.compare(&mut row, &variant, stable, reference, share);
+        if let Some(errors) = self.compare(&mut row, &variant, stable, reference, share) {
+            row.largest_right_step_s = if errors.foot_rms <= self.plan.wrong_m {
+                row.largest_stable_step_s
+            } else {
+                self.right(&variant, stable, reference, share)
+            };
+        }
         self.time(&mut row, &variant, stable, share);
         row
+    }
+
+    /// The longest step below `wrong` that is right, too \[s\]; none if it is not known.
+    fn right(
+        &self,
+        variant: &Variant,
+        wrong: SimDuration,
+        reference: Option<&Reference>,
+        share: Share,
+    ) -> Option<f64> {
+        let range = Range {
+            least: self.plan.least,
+            most: wrong,
+            ratio: self.plan.ratio,
+        };
+        let found = search(range, |step| {
+            let variant = Variant {
+                knob: Knob::Step(step),
+                ..variant.clone()
+            };
+            match self.against(&variant, step, reference, share) {
+                Some((_, Some(errors))) if errors.foot_rms <= self.plan.wrong_m => Probe::Stable,
+                Some(_) => Probe::Unstable(String::new()),
+                None => Probe::Unknown(String::new()),
+            }
+        });
+        let right = found.stable.filter(|_| found.cut.is_none());
+        right.map(|step| step.as_nanos() as f64 / 1e9)
+    }
+
+    /// A run over what is compared, and how far it is from the reference.
+    fn against(
+        &self,
+        variant: &Variant,
+        step: SimDuration,
+        reference: Option<&Reference>,
+        share: Share,
+    ) -> Option<(Trace, Option<Errors>)> {
+        let scene = self.stage.workshop.scene().duration;
+        let compared = self.plan.compared.unwrap_or(scene).min(self.plan.duration);
+        let stage = Stage {
+            grid: looks(step),
+            end: SimTime::ZERO + compared.max(looks(step)),
+            ..self.stage
+        };
+        let (trace, ending) = stage.record(variant, share, |_| false).ok()?;
+        if matches!(ending, Ending::TooSlow(_)) {
+            return None;
+        }
+        let errors = reference.and_then(|reference| trace.errors_between(&reference.trace));
+        let errors = errors.filter(|_| ending == Ending::Whole);
+        Some((trace, errors))
     }
 
     /// The row of a method that chooses its steps.
@@ -322,7 +388,7 @@ impl Job<'_> {
         match &ending {
             Ending::Whole => {}
             Ending::Enough(at) => {
-                return Probe::Unstable(format!("kinetic energy runs away at {at}"));
+                return Probe::Unstable(format!("kinetic energy runs away at {}", instant(*at)));
             }
             Ending::TooSlow(_) => {
                 let why = ended(&ending, share).map(|(_, why)| why);
@@ -343,7 +409,7 @@ impl Job<'_> {
         Probe::Stable
     }
 
-    /// Whether a stable step is right, too.
+    /// Notes how far a stable step is from the reference.
     fn compare(
         &self,
         row: &mut Row,
@@ -351,30 +417,22 @@ impl Job<'_> {
         step: SimDuration,
         reference: Option<&Reference>,
         share: Share,
-    ) {
-        let scene = self.stage.workshop.scene().duration;
-        let compared = self.plan.compared.unwrap_or(scene).min(self.plan.duration);
-        let stage = Stage {
-            grid: looks(step),
-            end: SimTime::ZERO + compared.max(looks(step)),
-            ..self.stage
-        };
-        let Ok((trace, _)) = stage.record(variant, share, |_| false) else {
-            return;
-        };
+    ) -> Option<Errors> {
+        let (trace, errors) = self.against(variant, step, reference, share)?;
         row.note_work(&trace.work, trace.reached_s());
         row.energy_residual_j = Some(trace.residual);
         row.drift_m = trace.drift;
-        let Some(errors) = reference.and_then(|reference| trace.errors_between(&reference.trace))
-        else {
+        if let Some(errors) = &errors {
+            row.note_errors(errors);
+            row.wrong = errors.foot_rms > self.plan.wrong_m;
+        } else {
+            let why = "there is no reference";
             row.why = Some(match row.why.take() {
-                Some(why) => format!("{why}; there is no reference"),
-                None => "there is no reference".to_owned(),
+                Some(before) => format!("{before}; {why}"),
+                None => why.to_owned(),
             });
-            return;
-        };
-        row.note_errors(&errors);
-        row.wrong = errors.foot_rms > self.plan.wrong_m;
+        }
+        errors
     }
 
     /// What a step costs.

@@ -106,7 +106,7 @@ impl Study {
     }
 
     /// The curves: plants and methods in the order of their rows.
-    pub(crate) fn curves(&self) -> Vec<(&str, &str)> {
+    pub fn curves(&self) -> Vec<(&str, &str)> {
         let mut curves = Vec::new();
         for row in &self.rows {
             let ours = matches!(row.kind, RowKind::Integration | RowKind::Stability);

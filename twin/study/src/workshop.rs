@@ -108,6 +108,15 @@ impl Knob {
         }
     }
 
+    /// A setting that is still good where an error of a millimetre matters and one of a nanometre does not.
+    #[must_use]
+    pub(crate) fn relaxed(self) -> Self {
+        match self {
+            Self::Step(step) => Self::Step(step * 8),
+            Self::Tolerance(tolerance) => Self::Tolerance(tolerance * 1e3),
+        }
+    }
+
     /// A setting that is clearly coarser: for a method that has to be its own check.
     #[must_use]
     pub fn coarser(self) -> Self {

@@ -6,6 +6,7 @@ mod list;
 mod plan;
 mod replay;
 mod run;
+mod study;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -133,6 +134,7 @@ fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
         Command::List(args) => list::list(registry, &args, terminal),
         Command::Diff(args) => diff::diff(&args, terminal),
         Command::Replay(args) => replay::replay(registry, &args, terminal),
+        Command::Study(args) => study::study(registry, &args, terminal),
     }
 }
 

@@ -6,3 +6,4 @@ mod common;
 mod interrupt;
 mod recordings;
 mod schema;
+mod studies;

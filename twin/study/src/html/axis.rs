@@ -1,6 +1,6 @@
 //! A logarithmic axis.
 
-use super::number::{plain, ten_to};
+use crate::number::{plain, ten_to};
 
 /// A logarithmic axis between two powers of ten, on which zero can have a place of its own at the lower end.
 #[derive(Clone, Debug)]

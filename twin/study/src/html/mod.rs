@@ -1,7 +1,6 @@
 //! A study as one page that needs nothing else: no script, no font, no network.
 
 mod axis;
-mod number;
 mod plot;
 mod precision;
 mod rows;
@@ -9,10 +8,12 @@ mod stability;
 mod table;
 mod text;
 
+use std::fmt::Write as _;
+
 use crate::machine::Machine;
 use crate::study::{Study, StudyKind};
 
-use number::si;
+use crate::number::si;
 use text::{element, escaped, paragraph};
 
 const STYLE: &str = include_str!("style.css");
@@ -53,7 +54,8 @@ fn how(study: &Study, machine: &Machine, command: &str) -> String {
     });
     let mut terms = String::new();
     let mut term = |name: &str, html: &str| {
-        terms += &format!("<dt>{}</dt><dd>{html}</dd>\n", escaped(name));
+        // Writing to a text cannot fail.
+        let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
     };
     term("repeat it", &element("code", "", &escaped(command)));
     term("scenario", &element("code", "", &escaped(&study.file)));
@@ -143,10 +145,11 @@ fn references(study: &Study) -> String {
 
 /// A legend: swatches and texts, in HTML.
 fn legend(entries: &[(String, String)]) -> String {
-    let items: String = entries
-        .iter()
-        .map(|(swatch, text)| format!("<li>{swatch}<span>{}</span></li>", escaped(text)))
-        .collect();
+    let item = |(swatch, text): &(String, String)| {
+        let text = element("span", "", &escaped(text));
+        element("li", "", &format!("{swatch}{text}"))
+    };
+    let items: String = entries.iter().map(item).collect();
     element("ul", "legend", &items) + "\n"
 }
 

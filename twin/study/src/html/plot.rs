@@ -62,6 +62,8 @@ pub(crate) struct Plot {
     pub(crate) y_label: String,
     pub(crate) curves: Vec<Curve>,
     pub(crate) marks: Vec<Mark>,
+    /// Values that the y axis holds, too: so that plots beside each other have the same.
+    pub(crate) beside: Vec<f64>,
     /// What the strip of failures is called.
     pub(crate) strip: String,
 }
@@ -113,6 +115,7 @@ impl Plot {
         let xs = points().map(|point| point.x).chain(across);
         let xs = xs.chain(failed.map(|(x, _)| *x));
         let ys = points().map(|point| point.y).chain(along);
+        let ys = ys.chain(self.beside.iter().copied());
         (
             Axis::around(xs, LEFT, self.width - RIGHT),
             Axis::around(ys, self.height - BOTTOM, top),
@@ -168,8 +171,13 @@ impl Plot {
                     let _ = write!(
                         out,
                         "<text transform=\"translate({:.1} {:.1}) rotate(-90)\">{}</text>",
-                        at - 5.0,
-                        bottom - 8.0,
+                        // Beside the line, on the side that has room.
+                        if at - left > 20.0 {
+                            at - 5.0
+                        } else {
+                            at + 14.0
+                        },
+                        bottom - if at - left > 20.0 { 8.0 } else { 28.0 },
                         escaped(label)
                     );
                 }
@@ -240,7 +248,9 @@ impl Curve {
         let dashed = if self.dashed { " dashed" } else { "" };
         let _ = write!(out, "<g class=\"c{}{dashed}\">", self.number % COLOURS);
         let place = |point: &Point| format!("{:.1},{:.1}", x.at(point.x), y.at(point.y));
-        let path: Vec<String> = self.points.iter().map(place).collect();
+        // Zero stands apart: nothing is known between it and the next.
+        let path = self.points.iter().filter(|point| point.x > 0.0);
+        let path: Vec<String> = path.map(place).collect();
         if path.len() > 1 {
             let _ = write!(out, "<polyline points=\"{}\"/>", path.join(" "));
         }

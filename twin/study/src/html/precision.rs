@@ -3,12 +3,12 @@
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
-use super::number::{power, si};
 use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, commanded, figure, lead, references};
+use crate::number::{power, si};
 
 /// The step that plants are used at, and what is aimed for there.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -120,16 +120,20 @@ fn entries(study: &Study, of: impl Fn(&(&str, &str)) -> bool) -> Vec<(String, St
         .collect()
 }
 
-fn point(row: &Row, x: f64) -> Option<Point> {
+/// The place of a row on a plot. What is below the floor stands just below it: where exactly is chance.
+fn point(study: &Study, row: &Row, x: f64) -> Option<Point> {
+    /// Of the floor.
+    const BELOW: f64 = 0.5;
     let error = row.error_rms_m.filter(|_| row.status == Status::Ok)?;
+    let floor = study.floor_of(&row.plant);
     Some(Point {
         x,
-        y: error.max(LEAST_M),
+        y: error.max(BELOW * floor).max(LEAST_M),
         title: rows::title(row),
-        look: if at_usual_step(row) {
-            Look::Marked
-        } else {
-            Look::Plain
+        look: match (row.at_floor, at_usual_step(row)) {
+            (true, _) => Look::Hollow,
+            (false, true) => Look::Marked,
+            (false, false) => Look::Plain,
         },
     })
 }
@@ -147,7 +151,7 @@ fn cost(study: &Study) -> String {
                 number,
                 dashed: false,
                 points: of_curve(study, curve)
-                    .filter_map(|row| point(row, cost(row)?))
+                    .filter_map(|row| point(study, row, cost(row)?))
                     .collect(),
                 failed: failed
                     .filter_map(|row| Some((cost(row)?, failure(row))))
@@ -167,6 +171,7 @@ fn cost(study: &Study) -> String {
             Mark::Along(AIM_M, "aim: 10⁻⁶ m".to_owned()),
             floor(study),
         ],
+        beside: Vec::new(),
         strip: "failed".to_owned(),
     };
     let unplaced = integration(study)
@@ -182,7 +187,7 @@ fn cost(study: &Study) -> String {
     };
     let caption = format!(
         "Down and to the left is better. A point is a step or a tolerance, finer ones further down; the large ones are steps of \
-         {}. Crosses in the strip at the top are runs that failed or became unstable, at the run time they took by then.{unplaced} \
+         {}, hollow ones are at the floor. Crosses in the strip at the top are runs that failed or became unstable, at the run time they took by then.{unplaced} \
          Point at anything to see what it is.",
         si(USUAL_STEP_S, "s")
     );
@@ -215,7 +220,7 @@ fn convergence(study: &Study) -> String {
                 number,
                 dashed: false,
                 points: of_curve(study, curve)
-                    .filter_map(|row| point(row, row.step_s?))
+                    .filter_map(|row| point(study, row, row.step_s?))
                     .collect(),
                 failed: failed
                     .filter_map(|row| Some((row.step_s?, failure(row))))
@@ -230,6 +235,7 @@ fn convergence(study: &Study) -> String {
         y_label: "distance of the feet, RMS  [m]".to_owned(),
         curves: curves.collect(),
         marks: vec![Mark::Along(AIM_M, "aim: 10⁻⁶ m".to_owned()), floor(study)],
+        beside: Vec::new(),
         strip: "failed".to_owned(),
     };
     let caption = "The slope of a curve is the order of its method: by how many powers of ten its error falls with one of its step.";
@@ -255,7 +261,7 @@ fn summary(study: &Study) -> String {
         2,
     );
     let orders = study.orders();
-    let mut plant_before = String::new();
+    let mut plant_before = "";
     for (plant, method) in study.curves() {
         let sound = || of_curve(study, (plant, method)).filter(|row| row.status == Status::Ok);
         let usual = sound().find(|row| at_usual_step(row));
@@ -268,7 +274,7 @@ fn summary(study: &Study) -> String {
             .find(|order| order.plant == plant && order.method == method);
         let failed = of_curve(study, (plant, method)).filter(|row| row.status != Status::Ok);
         let class = if plant == plant_before { "" } else { "first" };
-        plant_before = plant.to_owned();
+        plant_before = plant;
         table.row(
             class,
             vec![
@@ -319,8 +325,8 @@ fn models(study: &Study) -> String {
                 format!("{} {}", escaped(&row.method), rows::setting(row)),
                 rows::length(row.error_rms_m),
                 rows::length(row.error_max_m),
-                rows::length(row.trunk_error_rms_m),
-                rows::length(row.trunk_error_max_m),
+                rows::length(row.trunk_error_rms_m.filter(|&error| error > 0.0)),
+                rows::length(row.trunk_error_max_m.filter(|&error| error > 0.0)),
                 rows::why(row),
             ],
         );
@@ -361,6 +367,7 @@ fn models(study: &Study) -> String {
                 .collect(),
         }],
         marks: Vec::new(),
+        beside: Vec::new(),
         strip: "failed".to_owned(),
     };
     let caption = "As the segments lose their mass, their feet excepted, the two models become one: what is left of the \

@@ -2,8 +2,8 @@
 
 use crate::row::{Row, Status};
 
-use super::number::{plain, power, si};
 use super::text::{element, escaped};
+use crate::number::{plain, power, si};
 
 /// `2 ms`, or `tolerance 10⁻⁸`.
 pub(crate) fn knob(step_s: Option<f64>, tolerance: Option<f64>) -> String {
@@ -29,15 +29,15 @@ pub(crate) fn time(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| si(value, "s"))
 }
 
-/// `1200 ×`
+/// `1230 ×`
 pub(crate) fn factor(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| {
-        let value = if value >= 100.0 {
-            libm::round(value)
-        } else {
-            value
-        };
-        format!("{} ×", plain(value))
+        if value < 1e3 {
+            return format!("{} ×", plain(value));
+        }
+        let unit = libm::pow(10.0, libm::floor(libm::log10(value)) - 2.0);
+        let rounded = libm::round(value / unit) * unit;
+        format!("{} ×", grouped(&format!("{rounded:.0}")))
     })
 }
 
@@ -45,12 +45,11 @@ pub(crate) fn factor(value: Option<f64>) -> String {
 pub(crate) fn count(value: Option<u64>) -> String {
     value
         .filter(|&value| value > 0)
-        .map_or(String::new(), grouped)
+        .map_or(String::new(), |value| grouped(&value.to_string()))
 }
 
 /// Digits in groups of three.
-fn grouped(value: u64) -> String {
-    let digits = value.to_string();
+fn grouped(digits: &str) -> String {
     let mut out = String::new();
     for (n, digit) in digits.chars().enumerate() {
         if n > 0 && (digits.len() - n).is_multiple_of(3) {
@@ -113,10 +112,10 @@ mod tests {
 
     #[test]
     fn counts_are_grouped_and_settings_named() {
-        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
-        assert_eq!(grouped(12), "12");
+        assert_eq!(grouped("1234567"), "1\u{202f}234\u{202f}567");
+        assert_eq!(grouped("12"), "12");
         assert_eq!(knob(Some(5e-4), None), "500 µs");
         assert_eq!(knob(None, Some(1e-8)), "tolerance 10⁻⁸");
-        assert_eq!(factor(Some(1234.4)), "1234 ×");
+        assert_eq!(factor(Some(1234.4)), "1\u{202f}230 ×");
     }
 }

@@ -6,12 +6,12 @@ use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
 use crate::workshop::Scales;
 
-use super::number::{plain, si};
 use super::plot::{Curve, Look, Mark, Plot, Point, foreign_swatch, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, commanded, figure, lead, legend, references};
+use crate::number::{plain, si};
 
 /// The stiffness at which the thesis tells its second figure.
 const QUARTER: f64 = 0.25;
@@ -58,12 +58,12 @@ fn unlimited(row: &Row) -> bool {
 fn cards(study: &Study) -> String {
     let rows = || study.rows.iter().filter(|row| row.scales == Scales::AS_IS);
     let limit = |row: &&Row| row.largest_stable_step_s.unwrap_or(0.0);
-    let longest = |right: bool| {
-        let sound = rows().filter(|row| row.status == Status::Ok && !(right && row.wrong));
-        sound
-            .filter(|row| limit(row) > 0.0)
-            .max_by(|a, b| limit(a).total_cmp(&limit(b)))
-    };
+    let right = |row: &&Row| row.largest_right_step_s.unwrap_or(0.0);
+    let sound = || rows().filter(|row| row.status == Status::Ok && limit(row) > 0.0);
+    let longest = sound().max_by(|a, b| limit(a).total_cmp(&limit(b)));
+    let rightest = sound()
+        .filter(|row| right(row) > 0.0)
+        .max_by(|a, b| right(a).total_cmp(&right(b)));
     let name = |row: &Row| format!("{} {}", row.plant, row.method);
     let bound = |row: &Row| {
         format!(
@@ -73,20 +73,20 @@ fn cards(study: &Study) -> String {
         )
     };
     let mut out = String::new();
-    if let Some(row) = longest(false) {
+    if let Some(row) = longest {
         out += &card(
             "longest stable step, scene as it is",
             &bound(row),
             &name(row),
         );
     }
-    if let Some(row) = longest(true) {
-        let more = format!("{}, feet {} off", name(row), rows::length(row.error_rms_m));
-        out += &card("longest limit that is right, too", &bound(row), &more);
+    if let Some(row) = rightest {
+        let step = si(right(&row), "s");
+        out += &card("longest that is right, too", &step, &name(row));
     }
-    let shortest = rows().filter(|row| limit(row) > 0.0);
-    if let Some(row) = shortest.min_by(|a, b| limit(a).total_cmp(&limit(b))) {
-        out += &card("shortest limit", &bound(row), &name(row));
+    let shortest = sound().min_by(|a, b| limit(a).total_cmp(&limit(b)));
+    if let Some(row) = shortest {
+        out += &card("shortest limit of a method", &bound(row), &name(row));
     }
     let wrong = study.rows.iter().filter(|row| row.wrong).count();
     let failed = study
@@ -126,6 +126,7 @@ fn sweeps(study: &Study) -> String {
     out += &paragraph(
         "Filled: right at the limit. Hollow: stable but wrong, or the longest step that was tried. In the strip: no stable step was found.",
     );
+    let beside: Vec<f64> = study.rows.iter().filter_map(shown).collect();
     let mut figures = String::new();
     for factor in Factor::ALL {
         let curves: Vec<Curve> = curves
@@ -152,6 +153,7 @@ fn sweeps(study: &Study) -> String {
             y_label: "largest stable step  [s]".to_owned(),
             curves,
             marks: foreign(study, factor),
+            beside: beside.clone(),
             strip: "none".to_owned(),
         };
         figures += &figure("", &[], &plot, "");
@@ -232,6 +234,7 @@ fn as_it_is(study: &Study) -> String {
             "method",
             "largest stable step",
             "",
+            "right up to",
             "feet, RMS",
             "greatest",
             "a step costs",
@@ -255,6 +258,7 @@ fn as_it_is(study: &Study) -> String {
                 escaped(&row.method),
                 limit_cell(row),
                 rows::status(row),
+                rows::time(row.largest_right_step_s),
                 rows::length(row.error_rms_m),
                 rows::length(row.error_max_m),
                 rows::time(row.cost_per_step_s),
@@ -363,8 +367,8 @@ fn all(study: &Study) -> String {
             "largest stable step",
             "shortest unstable",
             "",
+            "right up to",
             "feet, RMS",
-            "greatest",
             "energy",
             "fallbacks",
             "a step costs",
@@ -400,8 +404,8 @@ fn all(study: &Study) -> String {
                 limit_cell(row),
                 rows::time(row.least_unstable_step_s),
                 rows::status(row),
+                rows::time(row.largest_right_step_s),
                 rows::length(row.error_rms_m),
-                rows::length(row.error_max_m),
                 row.energy_residual_j
                     .map_or(String::new(), |joule| si(joule, "J")),
                 rows::count(row.fallbacks),

@@ -31,7 +31,14 @@ impl Table {
             cells.any(|cell| !cell.is_empty())
         };
         let columns: Vec<usize> = (0..self.head.len()).filter(|&n| filled(n)).collect();
-        let side = |column: usize| if column < self.words { "" } else { "n" };
+        // Words stand on the left, and reasons, which come last and may be long.
+        let last = self.head.len() - 1;
+        let reasons = |head: &str| head.is_empty() || head.starts_with("why");
+        let side = |column: usize| match &*self.head[column] {
+            head if column == last && reasons(head) => "w",
+            _ if column < self.words => "",
+            _ => "n",
+        };
         let head: String = columns
             .iter()
             .map(|&n| element("th", side(n), &escaped(&self.head[n])))

@@ -104,7 +104,7 @@ impl Oscillator {
 }
 
 impl Plant for Oscillator {
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         "oscillator"
     }
 

@@ -1,7 +1,9 @@
 //! Numbers as a person reads them.
 
+use twinrig_kernel::{SimDuration, SimTime};
+
 /// A quantity with a prefix and three digits: `1.3e-7`, `m` is `130 nm`.
-pub(crate) fn si(value: f64, unit: &str) -> String {
+pub fn si(value: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 9] = [
         (1e9, "G"),
         (1e6, "M"),
@@ -27,6 +29,16 @@ pub(crate) fn si(value: f64, unit: &str) -> String {
         }
         _ => format!("{} {unit}", power(value, 2)).trim_end().to_owned(),
     }
+}
+
+/// A time in a text: three digits are enough.
+pub(crate) fn instant(at: SimTime) -> String {
+    si(at.as_secs_f64(), "s")
+}
+
+/// The same for a duration.
+pub(crate) fn duration(duration: SimDuration) -> String {
+    si(duration.as_secs_f64(), "s")
 }
 
 /// A plain number: short where it is near one, a power of ten elsewhere.

@@ -1,0 +1,237 @@
+//! The scene of a scenario, for a study to vary.
+
+use std::path::Path;
+
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_robot::Robot;
+use twinrig_runtime::Plant;
+use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
+use twinrig_study::{Commands, PlantOffer, Scales, Scene, Tapped, Variant, Workshop};
+
+use crate::assembly::Assembly;
+use crate::error::TwinError;
+use crate::method::Method;
+use crate::registry::Registry;
+
+/// Builds the plants of a study out of a scenario.
+pub(crate) struct Studio<'r> {
+    scene: Scene,
+    offers: Vec<PlantOffer>,
+    benches: Vec<Bench<'r>>,
+}
+
+/// A plant in the scene.
+struct Bench<'r> {
+    methods: Vec<Method>,
+    /// Why there is none: it is a row of the study.
+    assembly: Result<Assembly<'r>, String>,
+}
+
+impl<'r> Studio<'r> {
+    /// For the plants called `names`, all if none is, in the scenario at `path` with `settings`.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the scenario, or with a plant that is asked for by its name.
+    pub(crate) fn new(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        names: &[String],
+        duration: Option<SimDuration>,
+    ) -> Result<Self, TwinError> {
+        let own = Assembly::of_file(registry, path, settings)?;
+        let all: Vec<String> = match names {
+            [] => registry.plants().map(str::to_owned).collect(),
+            names => names.to_vec(),
+        };
+        let (mut offers, mut benches) = (Vec::new(), Vec::new());
+        for name in all {
+            let mut settings = settings.to_vec();
+            settings.push(Setting {
+                origin: "--plant".to_owned(),
+                key: "plant.model".to_owned(),
+                value: format!("{name:?}"),
+            });
+            let assembly = Assembly::of_file(registry, path, &settings);
+            let assembly = match assembly {
+                Err(error) if !names.is_empty() => return Err(error),
+                assembly => assembly.map_err(|error| first_line(&error.to_string())),
+            };
+            // A scenario is read against the same plants, so there is one of that name.
+            if let Some((offer, methods)) = registry.offer(&name) {
+                offers.push(offer);
+                benches.push(Bench { methods, assembly });
+            }
+        }
+        Ok(Self {
+            scene: scene(&own, duration)?,
+            offers,
+            benches,
+        })
+    }
+}
+
+impl Workshop for Studio<'_> {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn plants(&self) -> &[PlantOffer] {
+        &self.offers
+    }
+
+    fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        let place = self
+            .offers
+            .iter()
+            .position(|offer| offer.name == variant.plant);
+        let bench = place.and_then(|place| self.benches.get(place));
+        let bench = bench.ok_or_else(|| format!("there is no plant `{}`", variant.plant))?;
+        let assembly = bench.assembly.as_ref().map_err(Clone::clone)?;
+        let methods = bench.methods.iter();
+        let method = methods
+            .into_iter()
+            .find(|method| method.name() == variant.method);
+        let method = method.ok_or_else(|| format!("there is no method `{}`", variant.method))?;
+        let scenario = assembly.scenario();
+        let robot = scaled_robot(assembly.robot(), &variant.scales);
+        let plant = scaled_plant(method.set(&scenario.plant, variant.knob), &variant.scales);
+        let actuator = scaled_actuator(&scenario.actuator, variant.scales.gain);
+        assembly
+            .plant_of(&robot, &plant, &actuator, &is_compared)
+            .map_err(|error| first_line(&error.to_string()))
+    }
+}
+
+/// What studies compare.
+fn is_compared(signal: &str) -> bool {
+    signal == "body/position" || signal.ends_with("/foot/position")
+}
+
+fn first_line(error: &str) -> String {
+    let line = error.lines().next().unwrap_or_default();
+    line.trim_start_matches("error: ").to_owned()
+}
+
+fn scene(assembly: &Assembly<'_>, duration: Option<SimDuration>) -> Result<Scene, TwinError> {
+    let scenario = assembly.scenario();
+    Ok(Scene {
+        name: scenario.name.clone(),
+        file: scenario.file.clone(),
+        duration: scenario.duration,
+        ground: scenario.plant.ground.is_some(),
+        servos: scenario.actuator.kind == ActuatorKind::Servo,
+        commands: commands(assembly, duration.unwrap_or(scenario.duration))?,
+    })
+}
+
+/// What the scenario's controller commands in a run of the whole rig with the scenario's own plant.
+fn commands(assembly: &Assembly<'_>, duration: SimDuration) -> Result<Commands, TwinError> {
+    let scenario = assembly.scenario();
+    if scenario.controller.is_none() || scenario.actuator.kind == ActuatorKind::None {
+        return Ok(Commands::none());
+    }
+    let mut tape = None;
+    let mut rig = assembly.rig_around(|plant| {
+        let (tapped, its_tape) = Tapped::new(plant);
+        tape = Some(its_tape);
+        Box::new(tapped)
+    })?;
+    let end = assembly.end().min(SimTime::ZERO + duration);
+    rig.run_until(end, &mut ())
+        .map_err(|error| assembly.rig_error(error))?;
+    Ok(tape.map_or_else(Commands::none, |tape| tape.commands()))
+}
+
+fn scaled_robot(robot: &Robot, scales: &Scales) -> Robot {
+    let mut robot = robot.clone();
+    for mount in &mut robot.legs {
+        let leg = &mut mount.leg;
+        leg.diagonal.stiffness *= scales.stiffness;
+        leg.parallel.stiffness *= scales.stiffness;
+        if let Some(toe) = &mut leg.toe {
+            toe.stiffness *= scales.stiffness;
+        }
+        let friction = &mut leg.joint_friction;
+        for joint in [
+            &mut friction.hip,
+            &mut friction.knee,
+            &mut friction.ankle,
+            &mut friction.toe,
+        ] {
+            *joint *= scales.damping;
+        }
+        let mass = &mut leg.mass;
+        for segment in [&mut mass.l1, &mut mass.l2, &mut mass.l3] {
+            *segment *= scales.mass;
+        }
+        if scales.bare_foot {
+            mass.lumped_foot = mass.foot;
+        }
+        // What a leg lumps into its foot it must have.
+        mass.lumped_foot = mass.lumped_foot.min(mass.total());
+    }
+    for servo in [&mut robot.actuators.hip, &mut robot.actuators.knee] {
+        servo.lag /= scales.gain;
+    }
+    robot
+}
+
+fn scaled_plant(mut plant: PlantSpec, scales: &Scales) -> PlantSpec {
+    if let Some(ground) = &mut plant.ground {
+        ground.friction = scales.friction.or(ground.friction);
+        ground.restitution = scales.restitution.unwrap_or(ground.restitution);
+    }
+    plant
+}
+
+/// The lag of a position loop is one over its gain.
+fn scaled_actuator(actuator: &ActuatorSpec, gain: f64) -> ActuatorSpec {
+    let mut actuator = actuator.clone();
+    for servo in [&mut actuator.hip, &mut actuator.knee] {
+        servo.lag = servo.lag.map(|lag| lag / gain);
+    }
+    actuator
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_robot::RobotFile;
+
+    use super::*;
+
+    #[test]
+    fn scales_reach_what_they_are_of_and_nothing_else() {
+        let robot = RobotFile::find("cheetah-cub", Path::new(""))
+            .unwrap()
+            .robot()
+            .unwrap();
+        assert_eq!(scaled_robot(&robot, &Scales::AS_IS), robot);
+        let scales = Scales {
+            stiffness: 2.0,
+            mass: 0.5,
+            damping: 3.0,
+            gain: 4.0,
+            ..Scales::AS_IS
+        };
+        let scaled = scaled_robot(&robot, &scales);
+        let (own, new) = (&robot.legs[0].leg, &scaled.legs[0].leg);
+        assert_eq!(new.diagonal.stiffness, 2.0 * own.diagonal.stiffness);
+        assert_eq!(new.parallel.stiffness, 2.0 * own.parallel.stiffness);
+        assert_eq!(new.diagonal.preload, own.diagonal.preload);
+        assert_eq!(new.mass.l3, 0.5 * own.mass.l3);
+        assert_eq!(new.mass.foot, own.mass.foot);
+        assert_eq!(new.joint_friction.ankle, 3.0 * own.joint_friction.ankle);
+        assert_eq!(scaled.actuators.hip.lag, robot.actuators.hip.lag / 4.0);
+        assert_eq!(scaled.trunk, robot.trunk);
+        // A leg of less than its lumped foot lumps what it has.
+        let light = scaled_robot(
+            &robot,
+            &Scales {
+                mass: 0.0,
+                ..Scales::AS_IS
+            },
+        );
+        assert_eq!(light.legs[0].leg.mass.lumped_foot, own.mass.foot);
+    }
+}

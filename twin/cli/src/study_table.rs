@@ -1,0 +1,204 @@
+//! A study for a person at a terminal; the page has the rest.
+
+use std::path::PathBuf;
+
+use twinrig_study::{Row, RowKind, Scales, Status, Study, StudyKind, brief};
+
+use crate::grid::{Cell, Grid, Side, Tint};
+use crate::paint::Paint;
+
+/// The step that methods are compared at.
+const USUAL_STEP_S: f64 = 2e-3;
+
+/// What a study found, and the files that it wrote.
+pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
+    let mut lines = vec![format!(
+        "{}  {}",
+        paint.bold(&study.scenario),
+        paint.dim(&format!("study of {}", study.kind.name()))
+    )];
+    let grid = match study.kind {
+        StudyKind::Precision => precision(study),
+        StudyKind::Stability => stability(study),
+    };
+    lines.push(String::new());
+    lines.extend(grid.lines(2, paint));
+    lines.push(String::new());
+    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, Tint::Dim), text.into()]);
+    for note in &study.references {
+        fact("reference", reference(note));
+    }
+    let cut = study.cut().count();
+    if cut > 0 {
+        let plural = if cut == 1 { "row was" } else { "rows were" };
+        fact(
+            "cut",
+            format!(
+                "{cut} {plural} too slow for a budget of {} s",
+                study.budget_s
+            ),
+        );
+    }
+    for left in &study.left_out {
+        fact("left out", left.clone());
+    }
+    for file in files {
+        fact("written", file.display().to_string());
+    }
+    lines.extend(facts.lines(2, paint));
+    lines.join("\n")
+}
+
+fn reference(note: &twinrig_study::ReferenceNote) -> String {
+    let knob = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, Some(tolerance)) => format!("at {tolerance:e}"),
+        (None, None) => String::new(),
+    };
+    let own = match (&note.method, &note.why) {
+        (Some(method), _) => format!("{method} {}", knob(note.step_s, note.tolerance)),
+        (None, Some(why)) => format!("none: {why}"),
+        (None, None) => "none".to_owned(),
+    };
+    let check = note.check.as_ref().map_or(String::new(), |check| {
+        format!(
+            ", {} away from {} {}",
+            brief(check.disagreement_rms_m, "m"),
+            check.method,
+            knob(check.step_s, check.tolerance)
+        )
+    });
+    format!("{}: {own}{check}", note.plant)
+}
+
+fn precision(study: &Study) -> Grid {
+    let mut grid = Grid::new(&[
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Right,
+        Side::Right,
+        Side::Right,
+        Side::Left,
+        Side::Left,
+    ]);
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    grid.row([
+        dim("plant"),
+        dim("method"),
+        dim("order"),
+        dim("RMS at 2 ms"),
+        dim("× real time"),
+        dim("best RMS"),
+        dim("at"),
+        "".into(),
+    ]);
+    let orders = study.orders();
+    for (plant, method) in study.curves() {
+        let rows: Vec<&Row> = study
+            .rows
+            .iter()
+            .filter(|row| {
+                row.kind == RowKind::Integration && (&*row.plant, &*row.method) == (plant, method)
+            })
+            .collect();
+        let sound = || rows.iter().filter(|row| row.status == Status::Ok);
+        let usual = sound().find(|row| row.step_s == Some(USUAL_STEP_S));
+        let best = sound()
+            .filter(|row| row.error_rms_m.is_some())
+            .min_by(|a, b| {
+                a.error_rms_m
+                    .unwrap_or(f64::INFINITY)
+                    .total_cmp(&b.error_rms_m.unwrap_or(f64::INFINITY))
+            });
+        let order = orders
+            .iter()
+            .find(|order| order.plant == plant && order.method == method);
+        let metres = |row: &Row| {
+            row.error_rms_m
+                .map_or(String::new(), |error| brief(error, "m"))
+        };
+        let failed = rows.len() - sound().count();
+        grid.row([
+            plant.into(),
+            method.into(),
+            order
+                .map_or(String::new(), |order| format!("{:.1}", order.order))
+                .into(),
+            usual.map_or(String::new(), |row| metres(row)).into(),
+            usual
+                .and_then(|row| row.real_time_factor)
+                .map_or(String::new(), |factor| format!("{factor:.0}"))
+                .into(),
+            best.map_or(String::new(), |row| metres(row)).into(),
+            best.map_or(String::new(), |row| setting(row)).into(),
+            if failed > 0 {
+                Cell::new(format!("{failed} of {} failed", rows.len()), Tint::Red)
+            } else {
+                "".into()
+            },
+        ]);
+    }
+    grid
+}
+
+fn setting(row: &Row) -> String {
+    match (row.step_s, row.tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, Some(tolerance)) => format!("{tolerance:e}"),
+        (None, None) => String::new(),
+    }
+}
+
+fn stability(study: &Study) -> Grid {
+    let mut grid = Grid::new(&[
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Right,
+        Side::Right,
+        Side::Left,
+    ]);
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    grid.row([
+        dim("plant"),
+        dim("method"),
+        dim("largest stable step"),
+        dim("RMS there"),
+        dim("a step costs"),
+        "".into(),
+    ]);
+    for row in study.rows.iter().filter(|row| row.scales == Scales::AS_IS) {
+        let bound = if row.least_unstable_step_s.is_none() {
+            "≥ "
+        } else {
+            ""
+        };
+        let limit = match (row.largest_stable_step_s, row.tolerance) {
+            (Some(step), _) => format!("{bound}{}", brief(step, "s")),
+            (None, Some(_)) => row
+                .mean_step_s
+                .map_or(String::new(), |step| format!("mean {}", brief(step, "s"))),
+            (None, None) => String::new(),
+        };
+        let (word, tint) = match row.status {
+            Status::Ok if row.wrong => ("stable, but wrong", Tint::Yellow),
+            Status::Ok => ("", Tint::None),
+            status => (status.word(), Tint::Red),
+        };
+        grid.row([
+            row.plant.as_str().into(),
+            row.method.as_str().into(),
+            limit.into(),
+            row.error_rms_m
+                .map_or(String::new(), |error| brief(error, "m"))
+                .into(),
+            row.cost_per_step_s
+                .map_or(String::new(), |cost| brief(cost, "s"))
+                .into(),
+            Cell::new(word, tint),
+        ]);
+    }
+    grid
+}

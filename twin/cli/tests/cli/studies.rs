@@ -1,0 +1,298 @@
+//! `twin study`, end to end, with plants that are fast to build and easy to break.
+
+use std::path::Path;
+
+use crate::common::{Done, Folder, json, registry, twin, twin_of};
+use twinrig::Method;
+use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig::runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig::{PlantKind, Registry};
+
+/// A foot on a spring that follows the first hip's command, by explicit or semi-implicit Euler.
+struct Spring {
+    inputs: Vec<Port>,
+    implicit: bool,
+    step: SimDuration,
+    omega_squared: f64,
+    now: SimTime,
+    state: [f64; 2],
+    steps: u64,
+}
+
+impl Plant for Spring {
+    fn name(&self) -> &'static str {
+        "spring"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        let mut ports = self.inputs.clone();
+        ports.push(Port::output("leg/LF/foot/position", Unit::Meter, 3));
+        ports
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        let aim = inputs.first().map_or(0.0, |command| 0.1 * command);
+        while self.now < to {
+            let next = to.min(self.now + self.step);
+            let h = (next - self.now).as_secs_f64();
+            let [x, v] = self.state;
+            let faster = v - h * (self.omega_squared * (x - aim) + 20.0 * v);
+            let along = if self.implicit { faster } else { v };
+            self.state = [x + h * along, faster];
+            self.now = next;
+            self.steps += 1;
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        outputs.copy_from_slice(&[self.state[0], 0.0, 0.0]);
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        EnergyBooks {
+            kinetic: 0.5 * self.state[1] * self.state[1],
+            ..EnergyBooks::default()
+        }
+    }
+
+    fn work(&self) -> WorkCounts {
+        WorkCounts {
+            steps: self.steps,
+            evaluations: self.steps,
+            ..WorkCounts::default()
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&())
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        snapshot.read()
+    }
+}
+
+/// The registry of the other tests, with springs that can be studied.
+fn springs() -> Registry {
+    let spring = PlantKind::new("spring", "a foot on a spring", |physics| {
+        let leg = &physics.robot.legs[0].leg;
+        let commands = physics
+            .legs
+            .iter()
+            .flat_map(|leg| ["hip", "knee"].map(|joint| format!("leg/{leg}/{joint}/command")));
+        Ok(Spring {
+            inputs: commands
+                .map(|name| Port::input(name, Unit::Radian, 1))
+                .collect(),
+            implicit: physics.plant.options.text("how") == Some("semi-implicit"),
+            step: physics.plant.step.unwrap_or(SimDuration::from_millis(1)),
+            // As many as the robot has newtons a metre: 4400.
+            omega_squared: leg.diagonal.stiffness,
+            now: SimTime::ZERO,
+            state: [0.01, 0.0],
+            steps: 0,
+        })
+    });
+    let option = twinrig::scenario::OptionSpec {
+        name: "how".to_owned(),
+        about: "a method".to_owned(),
+        accepts: twinrig::scenario::Accepts::Text,
+        default: None,
+    };
+    let method = |name: &str| Method::stepped(name, "a method").with_option("how", name);
+    registry().with_plant(
+        spring
+            .with_option(option)
+            .with_method(method("semi-implicit").trusted_at_step(SimDuration::from_micros(5)))
+            .with_method(method("explicit-euler")),
+    )
+}
+
+const STILL: &str = r#"
+name = "a <spring>"
+robot = "cheetah-cub"
+duration = "200 ms"
+plant = { model = "spring" }
+actuator = { kind = "none" }
+"#;
+
+const DRIVEN: &str = r#"
+robot = "cheetah-cub"
+duration = "200 ms"
+plant = { model = "spring", legs = ["LF"] }
+controller = { kind = "cpg", gait = "trot", period = "2 ms", frequency = "3 Hz" }
+"#;
+
+fn study(folder: &Folder, words: &[&str], text: &str) -> Done {
+    let scenario = folder.file("spring.toml", text);
+    let out = folder.join("out");
+    let mut all = vec!["study", words[0], &scenario, "--out", &out];
+    all.extend(&words[1..]);
+    twin_of(&springs(), &all)
+}
+
+#[test]
+fn a_study_prints_the_promised_keys_and_writes_page_table_and_json() {
+    let folder = Folder::new("study");
+    let done = study(
+        &folder,
+        &["precision", "--plant", "spring", "--json"],
+        STILL,
+    );
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    let printed = &json(&done.out)[0];
+    let keys: Vec<&str> = printed
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    assert_eq!(
+        keys[..5],
+        ["study", "scenario", "machine", "reference", "rows"]
+    );
+    assert_eq!(printed["scenario"], "a <spring>");
+    assert_eq!(printed["rows"].as_array().unwrap().len(), 20);
+    for ending in ["html", "csv", "json"] {
+        let path = folder.join(&format!("out/precision-spring.{ending}"));
+        let text = std::fs::read_to_string(Path::new(&path)).unwrap();
+        assert!(text.len() > 1000, "{path}");
+        if ending == "json" {
+            assert_eq!(
+                &serde_json::from_str::<serde_json::Value>(&text).unwrap(),
+                printed
+            );
+        }
+    }
+}
+
+#[test]
+fn the_table_names_method_order_reference_and_files() {
+    let folder = Folder::new("study-table");
+    let done = study(&folder, &["precision", "--plant", "spring"], STILL);
+    for wanted in [
+        "a <spring>",
+        "explicit-euler",
+        "semi-implicit",
+        "1.0",
+        "reference",
+        "precision-spring.html",
+    ] {
+        assert!(done.out.contains(wanted), "no {wanted} in\n{}", done.out);
+    }
+}
+
+#[test]
+fn a_plant_that_does_not_fit_the_scene_is_a_row_unless_it_is_asked_for() {
+    let folder = Folder::new("study-all");
+    let scene = STILL.replace("\"spring\" }", "\"spring\", how = \"semi-implicit\" }");
+    let done = study(
+        &folder,
+        &["precision", "--json", "--duration", "50 ms"],
+        &scene,
+    );
+    assert_eq!(done.code, 0, "{}", done.err);
+    let rows = &json(&done.out)[0]["rows"];
+    let of = |plant: &str| {
+        let rows = rows.as_array().unwrap().iter();
+        rows.filter(|row| row["plant"] == plant).collect::<Vec<_>>()
+    };
+    // Only `spring` has the option that the scene gives.
+    assert!(of("massless").iter().all(|row| row["status"] == "failed"));
+    let why = of("massless")[0]["why"].as_str().unwrap();
+    assert!(why.contains("how"), "{why}");
+    assert!(of("spring").iter().any(|row| row["status"] == "ok"));
+    let asked = study(&folder, &["precision", "--plant", "massless"], &scene);
+    assert_eq!((asked.code, asked.out.as_str()), (2, ""));
+    assert!(asked.err.contains("how"), "{}", asked.err);
+}
+
+#[test]
+fn stability_finds_what_stiffness_does_to_a_limit() {
+    let folder = Folder::new("study-stable");
+    let words = [
+        "stability",
+        "--plant",
+        "spring",
+        "--json",
+        "--duration",
+        "1 s",
+    ];
+    let done = study(&folder, &words, STILL);
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    let rows = &json(&done.out)[0]["rows"];
+    let limit = |stiffness: f64| {
+        let mut rows = rows.as_array().unwrap().iter();
+        let ours = |row: &&serde_json::Value| {
+            row["method"] == "explicit-euler"
+                && row["stiffness"] == stiffness
+                && row["damping"] == 1.0
+        };
+        rows.find(ours).unwrap()["largest_stable_step_s"]
+            .as_f64()
+            .unwrap()
+    };
+    // c/k: 4.5 ms, and at a quarter of the stiffness the fourfold.
+    assert!(
+        (limit(1.0) * 4400.0 / 20.0 - 1.0).abs() < 0.1,
+        "{}",
+        limit(1.0)
+    );
+    assert!((limit(0.25) / limit(1.0) - 4.0).abs() < 0.4);
+}
+
+#[test]
+fn commands_are_recorded_once_and_played_to_every_plant() {
+    let folder = Folder::new("study-driven");
+    let done = study(
+        &folder,
+        &["precision", "--plant", "spring", "--json"],
+        DRIVEN,
+    );
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    let study = &json(&done.out)[0];
+    assert_eq!(study["commands_played"], true);
+    // Steps that the commands would cut are not studied.
+    assert_eq!(study["compared_every_s"], 0.002);
+    let rows = study["rows"].as_array().unwrap();
+    assert!(
+        rows.iter()
+            .all(|row| row["step_s"].as_f64().unwrap() <= 0.002)
+    );
+    assert!(rows.iter().all(|row| row["status"] == "ok"));
+}
+
+#[test]
+fn what_is_wrong_is_said_and_is_exit_code_2() {
+    let folder = Folder::new("study-wrong");
+    for (words, wanted) in [
+        (
+            &["precision", "--plant", "sprung"][..],
+            "did you mean `spring`?",
+        ),
+        (&["precision", "--duration", "1 ms"], "too short to study"),
+        (&["precision", "--duration", "1 m"], "--duration"),
+        (&["stability", "--budget", "0"], "--budget"),
+        (&["precision", "--set", "duratoin=1"], "duratoin"),
+    ] {
+        let done = study(&folder, words, STILL);
+        assert_eq!((done.code, done.out.as_str()), (2, ""), "{words:?}");
+        assert!(done.err.contains(wanted), "{words:?}: {}", done.err);
+    }
+    let missing = twin(&[
+        "study",
+        "stability",
+        "nowhere.toml",
+        "--json",
+        "--out",
+        &folder.join("out"),
+    ]);
+    assert_eq!(missing.code, 2);
+    assert!(
+        json(&missing.out)[0]["error"]
+            .as_str()
+            .unwrap()
+            .contains("nowhere.toml")
+    );
+}
