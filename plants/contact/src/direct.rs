@@ -62,9 +62,9 @@ pub(crate) struct Direct {
 impl Problem {
     /// Pivots to a solution, or to the proof that there is none.
     pub(crate) fn solve_directly(&mut self) -> Result<Solution, Unsolved> {
-        let mut direct = std::mem::take(&mut self.direct);
+        let mut direct = self.direct.take().unwrap_or_default();
         let result = direct.solve(self);
-        self.direct = direct;
+        self.direct = Some(direct);
         result
     }
 }
@@ -351,5 +351,37 @@ fn is_free(bound: Bound) -> bool {
         Bound::Free => true,
         Bound::Between { low, high } => low.is_infinite() && high.is_infinite(),
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A block of unit mass on a slope along x, which is one of the pyramid's directions: pivots alone give the disc's
+    /// answer. Its normal force may be bound from below, as in the second phase of an impact.
+    #[test]
+    fn along_its_sides_the_pyramid_is_the_disc() {
+        for (low, friction, pull) in [(0.0, 0.5, 7.0), (0.0, 1.5, 7.0), (12.0, 0.5, 7.0)] {
+            let mut problem = Problem::default();
+            problem.reset(3);
+            for (row, mobility) in [2.0, 0.5, 0.5].into_iter().enumerate() {
+                problem.set(row, row, mobility);
+            }
+            let high = f64::INFINITY;
+            problem.bound(0, Bound::Between { low, high });
+            let normal = 0;
+            problem.bound(1, Bound::Disc { normal, friction });
+            problem.offset(0, -20.0);
+            problem.offset(1, pull);
+            let solution = problem.solve_by(crate::Method::Direct).unwrap();
+            assert_eq!(solution.factorisations, 0);
+            let force = f64::max(low, 10.0);
+            let held = f64::min(friction * force, pull / 0.5);
+            let expected = [force, -held, 0.0];
+            for (z, expected) in problem.unknowns().iter().zip(expected) {
+                assert!((z - expected).abs() < 1e-12, "{:?}", problem.unknowns());
+            }
+        }
     }
 }

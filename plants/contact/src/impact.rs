@@ -58,7 +58,7 @@ impl Problem {
                 value,
             });
         }
-        let mut phases = std::mem::take(&mut self.phases);
+        let mut phases = self.phases.take().unwrap_or_default();
         phases.bounds.clone_from(&self.bounds);
         let shifted = self.shifted;
         let result = match law {
@@ -71,7 +71,7 @@ impl Problem {
         }
         self.shifted = shifted;
         self.offset.copy_from_slice(before);
-        self.phases = phases;
+        self.phases = Some(phases);
         result
     }
 }

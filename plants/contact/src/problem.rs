@@ -71,8 +71,9 @@ pub struct Problem {
     pub(crate) right: Vec<f64>,
     /// Whether there is an interval without zero: then zero is not what no force at all stands for.
     pub(crate) shifted: bool,
-    pub(crate) direct: Direct,
-    pub(crate) phases: Phases,
+    /// What few ask for; apart, so that the rest lies close together.
+    pub(crate) direct: Option<Box<Direct>>,
+    pub(crate) phases: Option<Box<Phases>>,
 }
 
 /// Accepted residual, relative to the greatest offset: what a direct solve leaves at the condition numbers that occur.
@@ -173,8 +174,10 @@ impl Problem {
         const ROUNDS: u32 = 8;
         let mut solution = Solution::default();
         let scale = self.scale();
-        if scale == 0.0 && !self.shifted {
-            self.unknowns.fill(0.0);
+        if scale == 0.0 {
+            for row in 0..self.len() {
+                self.unknowns[row] = self.nearest_to_zero(row);
+            }
             return Ok(solution);
         }
         if !scale.is_finite() {
@@ -260,16 +263,14 @@ impl Problem {
         self.matrix[row * padded(self.len()) + column]
     }
 
-    /// What residuals are relative to: the greatest offset, with what bounds that exclude zero do to it. Not finite where
-    /// an offset is not.
+    /// What residuals are relative to: the greatest offset, with what bounds that exclude zero do to it.
     pub(crate) fn scale(&self) -> f64 {
-        if !self.offset.iter().all(|b| b.is_finite()) {
+        let greatest = |most: f64, b: &f64| most.max(b.abs());
+        let mut scale = self.offset.iter().fold(0.0_f64, greatest);
+        // `max` lets go of what is not a number; where that is all there is, nothing else would tell.
+        if scale == 0.0 && self.offset.iter().any(|b| b.is_nan()) {
             return f64::INFINITY;
         }
-        let mut scale = self
-            .offset
-            .iter()
-            .fold(0.0_f64, |most, b| most.max(b.abs()));
         if self.shifted {
             let n = self.len();
             for row in 0..n {

@@ -131,13 +131,46 @@ fn no_rows_and_no_offset_are_no_problem() {
 #[test]
 fn an_interval_without_zero_holds_without_an_offset() {
     for method in METHODS {
-        let bound = Bound::Between {
-            low: 0.5,
-            high: 2.0,
-        };
-        let mut problem = Case::new(&[vec![2.0]], vec![0.0], vec![bound], 0.0).problem();
-        problem.solve_by(method).unwrap();
-        assert_eq!(problem.unknowns(), &[0.5], "{method:?}");
+        for entry in [2.0, 0.0] {
+            let bound = Bound::Between {
+                low: 0.5,
+                high: 2.0,
+            };
+            let mut problem = Case::new(&[vec![entry]], vec![0.0], vec![bound], 0.0).problem();
+            problem.solve_by(method).unwrap();
+            assert_eq!(problem.unknowns(), &[0.5], "{method:?}");
+        }
+    }
+}
+
+#[test]
+fn a_normal_force_held_by_its_bound_still_gives_friction() {
+    // Pressed by at least two, of which the ground needs one.
+    for method in METHODS {
+        let mut problem = Problem::default();
+        problem.reset(3);
+        for (i, row) in [[1.0, 0.2, 0.1], [0.2, 1.0, 0.3], [0.1, 0.3, 1.0]]
+            .iter()
+            .enumerate()
+        {
+            for (j, &entry) in row.iter().enumerate() {
+                problem.set(i, j, entry);
+            }
+            problem.offset(i, [-1.0, 3.0, 2.0][i]);
+        }
+        let high = f64::INFINITY;
+        problem.bound(0, Bound::Between { low: 2.0, high });
+        let (normal, friction) = (0, 0.5);
+        problem.bound(1, Bound::Disc { normal, friction });
+        let solution = problem.solve_by(method).unwrap();
+        let z = problem.unknowns();
+        assert_eq!(z[0], 2.0);
+        assert!(
+            (libm::hypot(z[1], z[2]) - 1.0).abs() < 1e-8,
+            "{method:?} {z:?}"
+        );
+        // Newton's method by itself, without sweeps to help it.
+        assert!(method != Method::Newton || solution.sweeps == 0);
     }
 }
 

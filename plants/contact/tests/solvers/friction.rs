@@ -101,7 +101,7 @@ proptest! {
 fn tangents_that_are_much_alike_do_not_make_sweeps_swing() {
     let mut problem = Problem::default();
     problem.reset(3);
-    for (i, row) in [[1.4, 0.3, 0.1], [0.3, 1.9, -1.7], [0.1, -1.7, 1.9]]
+    for (i, row) in [[1.43, 0.3, 0.13], [0.3, 1.875, -1.69], [0.13, -1.69, 1.85]]
         .iter()
         .enumerate()
     {
@@ -115,11 +115,11 @@ fn tangents_that_are_much_alike_do_not_make_sweeps_swing() {
         1,
         Bound::Disc {
             normal,
-            friction: 0.15,
+            friction: 0.145,
         },
     );
-    problem.offset(0, -0.5);
-    problem.offset(2, -0.13);
+    problem.offset(0, -0.517);
+    problem.offset(2, -0.128);
     for relaxation in [0.5, 1.0, 1.5, 1.9] {
         let method = Method::GaussSeidel {
             relaxation,
