@@ -12,7 +12,7 @@ use crate::registry::{ControllerKind, PlantKind, Registry};
 pub(crate) fn registry() -> Registry {
     Registry::empty()
         .with_plant(massless_with_its_method())
-        .with_plant(lcp::kind())
+        .with_plant(lcp_with_its_methods())
         .with_controller(cpg())
         .with_controller(stand())
 }
@@ -23,6 +23,28 @@ fn massless_with_its_method() -> PlantKind {
     massless::kind()
         .with_method(midpoint)
         .without_segment_masses()
+}
+
+fn lcp_with_its_methods() -> PlantKind {
+    const OPTION: &str = "integrator";
+    let stepped = |name, about| Method::stepped(name, about).with_option(OPTION, name);
+    // Steps are as long as they are told to be: it is their error that is studied.
+    let rk4 = stepped("rk4", "fourth order, finds events")
+        .with_number("tolerance", f64::INFINITY)
+        .trusted_at_step(SimDuration::from_micros(10));
+    let rodas4 = Method::tolerant("rodas4", "fourth order, L-stable, chooses its steps")
+        .with_option(OPTION, "rodas4")
+        .trusted_at_tolerance(1e-13);
+    lcp::kind()
+        .with_method(rodas4)
+        .with_method(rk4)
+        .with_method(stepped("moreau", "midpoint, constraints on velocities"))
+        .with_method(stepped(
+            "semi-implicit",
+            "symplectic, constraints on velocities",
+        ))
+        .with_method(stepped("explicit-euler", "for comparison"))
+        .with_method(stepped("thesis", "as published, its signs corrected"))
 }
 
 fn cpg() -> ControllerKind {

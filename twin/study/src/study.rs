@@ -126,6 +126,13 @@ impl Study {
         self.rows.iter().filter(slow)
     }
 
+    /// The reference of the plant that others are measured against: the first whose segments have mass.
+    pub fn reference(&self) -> Option<&ReferenceNote> {
+        let massive = |note: &&ReferenceNote| self.massive.contains(&note.plant);
+        let mut notes = self.references.iter();
+        notes.clone().find(massive).or_else(|| notes.next())
+    }
+
     /// The floor of a plant's errors \[m\].
     pub(crate) fn floor_of(&self, plant: &str) -> f64 {
         let note = self.references.iter().find(|note| note.plant == plant);
@@ -170,7 +177,7 @@ impl Study {
             "study": self.kind,
             "scenario": self.scenario,
             "machine": machine,
-            "reference": self.references.first(),
+            "reference": self.reference(),
             "rows": self.rows,
             "file": self.file,
             "command": command,

@@ -75,12 +75,15 @@ const TOP: f64 = 12.0;
 /// Height of the strip in which failures are shown, and the gap below it.
 const STRIP: f64 = 26.0;
 const GAP: f64 = 6.0;
+/// Each curve that failed has so much of it.
+const STRIP_ROW: f64 = 10.0;
 
 impl Plot {
     /// The picture.
     pub(crate) fn svg(&self) -> String {
-        let failures = self.curves.iter().any(|curve| !curve.failed.is_empty());
-        let top = TOP + if failures { STRIP + GAP } else { 0.0 };
+        let failures = self.failing().count();
+        let strip = STRIP.max(STRIP_ROW * failures as f64);
+        let top = TOP + if failures > 0 { strip + GAP } else { 0.0 };
         let (x, y) = self.axes(top);
         let mut out = format!(
             "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n",
@@ -90,14 +93,19 @@ impl Plot {
         );
         self.grid(&mut out, &x, &y, top);
         self.marks(&mut out, &x, &y, top);
-        if failures {
-            self.strip(&mut out, &x);
+        if failures > 0 {
+            self.strip(&mut out, &x, strip);
         }
         for curve in &self.curves {
             curve.draw(&mut out, &x, &y);
         }
         out.push_str("</svg>\n");
         out
+    }
+
+    /// The curves on which something failed.
+    fn failing(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| !curve.failed.is_empty())
     }
 
     fn axes(&self, top: f64) -> (Axis, Axis) {
@@ -168,16 +176,13 @@ impl Plot {
                 Mark::Across(value, label) => {
                     let at = x.at(*value);
                     line(out, "", [at, top], [at, bottom]);
+                    // Beside the line, on the side that has room.
+                    let beside = if at - left > 20.0 { -5.0 } else { 14.0 };
                     let _ = write!(
                         out,
-                        "<text transform=\"translate({:.1} {:.1}) rotate(-90)\">{}</text>",
-                        // Beside the line, on the side that has room.
-                        if at - left > 20.0 {
-                            at - 5.0
-                        } else {
-                            at + 14.0
-                        },
-                        bottom - if at - left > 20.0 { 8.0 } else { 28.0 },
+                        "<text class=\"end\" transform=\"translate({:.1} {:.1}) rotate(-90)\">{}</text>",
+                        at + beside,
+                        top + 8.0,
                         escaped(label)
                     );
                 }
@@ -212,30 +217,29 @@ impl Plot {
     }
 
     /// What failed stands at the top edge, outside of the scale.
-    fn strip(&self, out: &mut String, x: &Axis) {
+    fn strip(&self, out: &mut String, x: &Axis, strip: f64) {
         let _ = write!(
             out,
-            "<g class=\"strip\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{STRIP}\"/>",
+            "<g class=\"strip\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{strip:.1}\"/>",
             self.width - RIGHT - LEFT
         );
         text(
             out,
             "end",
-            [LEFT - 8.0, TOP + STRIP / 2.0 + 4.0],
+            [LEFT - 8.0, TOP + strip / 2.0 + 4.0],
             &self.strip,
         );
         // One row for each curve that failed, so that they do not hide each other.
-        let failing = self.curves.iter().filter(|curve| !curve.failed.is_empty());
-        let rows = failing.clone().count().max(1) as f64;
-        for (row, curve) in failing.enumerate() {
-            let height = TOP + STRIP * (row as f64 + 0.5) / rows;
+        let rows = self.failing().count().max(1) as f64;
+        for (row, curve) in self.failing().enumerate() {
+            let height = TOP + strip * (row as f64 + 0.5) / rows;
             for (at, why) in &curve.failed {
                 let _ = write!(
                     out,
                     "<g class=\"c{}\"><title>{}</title>{}</g>",
                     curve.number % COLOURS,
                     escaped(why),
-                    cross(x.at(*at), height, (STRIP / rows / 2.0).min(4.5))
+                    cross(x.at(*at), height, (strip / rows / 2.0 - 1.0).min(4.5))
                 );
             }
         }

@@ -194,13 +194,13 @@ fn cost(study: &Study) -> String {
     figure("", &entries(study, |_| true), &plot, &caption)
 }
 
-/// What is not known of the first reference.
+/// What is not known of the reference.
 fn floor(study: &Study) -> Mark {
-    let first = study.references.first();
-    let plant = first.map_or("", |note| note.plant.as_str());
+    let reference = study.reference();
+    let plant = reference.map_or("", |note| note.plant.as_str());
     Mark::Below(
         study.floor_of(plant),
-        format!("floor: disagreement of the references of {plant}"),
+        format!("floor: the references of {plant} disagree by so much"),
     )
 }
 

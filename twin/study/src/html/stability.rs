@@ -60,8 +60,10 @@ fn cards(study: &Study) -> String {
     let limit = |row: &&Row| row.largest_stable_step_s.unwrap_or(0.0);
     let right = |row: &&Row| row.largest_right_step_s.unwrap_or(0.0);
     let sound = || rows().filter(|row| row.status == Status::Ok && limit(row) > 0.0);
-    let longest = sound().max_by(|a, b| limit(a).total_cmp(&limit(b)));
+    // Of several that are alike, the first.
+    let longest = sound().rev().max_by(|a, b| limit(a).total_cmp(&limit(b)));
     let rightest = sound()
+        .rev()
         .filter(|row| right(row) > 0.0)
         .max_by(|a, b| right(a).total_cmp(&right(b)));
     let name = |row: &Row| format!("{} {}", row.plant, row.method);
@@ -298,7 +300,7 @@ fn thesis(study: &Study) -> String {
             "first",
             vec![
                 format!(
-                    "{}<br/><span class=\"soft\">{}</span>",
+                    "<span class=\"wrap\">{}</span><span class=\"wrap soft\">{}</span>",
                     escaped(thesis.model),
                     escaped(thesis.place)
                 ),
