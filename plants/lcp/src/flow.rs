@@ -72,6 +72,9 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) tolerance: f64,
     pub(crate) bench: Bench<f64, N>,
     pub(crate) instant: Instant<N>,
+    pub(crate) rodas4: crate::rodas4::Memory<N>,
+    /// By how much a foot may be wrong after the last step, as the step itself says \[m\].
+    pub(crate) estimate: f64,
 }
 
 impl<const N: usize> Flow<N> {
@@ -100,6 +103,8 @@ impl<const N: usize> Flow<N> {
             tolerance,
             bench: Bench::default(),
             instant: Instant::default(),
+            rodas4: crate::rodas4::Memory::default(),
+            estimate: 0.0,
         };
         flow.ledger = Ledger::opened(flow.stored());
         flow

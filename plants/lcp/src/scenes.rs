@@ -1,0 +1,145 @@
+//! Robots for tests.
+
+use twinrig_contact::{Ground, Terrain};
+use twinrig_kernel::SimDuration;
+use twinrig_legged::{Base, Drives, Ledger, Setup, StartPose};
+use twinrig_robot::{Robot, RobotFile};
+
+use crate::flow::Flow;
+use crate::model::Model;
+use crate::real::{Lanes, Real};
+use crate::state::State;
+
+/// Relative joint angles \[°\] and rates \[rad/s\] of a start.
+pub(crate) type Pose = ([f64; 3], [f64; 3]);
+
+/// The thesis' passive legs, at rest on their lower stop.
+pub(crate) const PASSIVE: Pose = ([10.0, -9.5, 9.5], [0.0; 3]);
+
+/// A start that hits the stops hard.
+pub(crate) const HARD: Pose = ([20.0, -40.0, 62.0], [-10.0, 15.0, 30.0]);
+
+pub(crate) fn robot() -> Robot {
+    let text = include_str!("../../../robots/cheetah-cub.toml");
+    RobotFile::parse("cheetah-cub.toml", text)
+        .unwrap()
+        .robot()
+        .unwrap()
+}
+
+/// Drives of the robot's own servos.
+pub(crate) fn driven(robot: &Robot) -> Drives {
+    let (hip, knee) = (robot.actuators.hip, robot.actuators.knee);
+    Drives::Servos { hip, knee }
+}
+
+pub(crate) fn flat() -> Ground {
+    Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()
+}
+
+/// A robot in a pose, with legs of `N` links.
+pub(crate) fn flow<const N: usize>(
+    robot: &Robot,
+    base: Base,
+    (angles, rates): Pose,
+    drives: Drives,
+    ground: Option<Ground>,
+) -> Flow<N> {
+    let setup = Setup {
+        base,
+        legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
+        ground,
+        step: SimDuration::from_millis(2),
+        drives,
+        start: StartPose {
+            q: angles.map(f64::to_radians),
+            rates,
+        }
+        .into(),
+    };
+    let model = Model::<N>::new(robot, &setup).unwrap();
+    let zero = Lanes::zero();
+    let mut state = State {
+        position: [0.0; 3],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        turning: [0.0; 3],
+        angles: [zero; N],
+        rates: [zero; N],
+        pulley: zero,
+        pulley_rate: zero,
+    };
+    for (i, leg) in model.legs.iter().enumerate() {
+        let start = setup.start.of_leg(&leg.name, &leg.pantograph).unwrap();
+        for k in 0..N {
+            let toe = if k > 2 { leg.constants.toe[1] } else { 0.0 };
+            state.angles[k] = state.angles[k].with_lane(i, start.angles[k.min(2)] + toe);
+            state.rates[k] = state.rates[k].with_lane(i, start.rates[k.min(2)]);
+        }
+        state.pulley = state.pulley.with_lane(i, start.command.knee);
+    }
+    let [hip, pulley] = [state.angles[0], state.pulley];
+    let mut flow = begun(model, state);
+    (flow.mode.commands.hip, flow.mode.commands.pulley) = (hip, pulley);
+    flow
+}
+
+fn begun<const N: usize>(model: Model<N>, state: State<Lanes, N>) -> Flow<N> {
+    Flow::new(model, state, crate::options::Method::Rodas4, f64::INFINITY)
+}
+
+/// A trunk that moves in every way.
+pub(crate) fn tumbling<const N: usize>(flow: &mut Flow<N>) {
+    flow.state.position = [0.1, -0.2, 0.5];
+    flow.state.attitude = [0.9, 0.3, -0.2, 0.245];
+    flow.state.velocity = [1.0, 0.5, 2.0];
+    flow.state.turning = [3.0, -2.0, 5.0];
+    let size = libm::sqrt(flow.state.attitude.iter().map(|c| c * c).sum());
+    flow.state.attitude = flow.state.attitude.map(|c| c / size);
+    let stored = flow.stored();
+    flow.ledger = Ledger::opened(stored);
+}
+
+/// The foot of the first leg, in the leg's plane \[m\].
+pub(crate) fn foot<const N: usize>(flow: &Flow<N>) -> [f64; 2] {
+    let links = &flow.model.legs[0].constants.links;
+    let mut foot = [0.0; 2];
+    for (link, angle) in links.iter().zip(&flow.state.angles) {
+        foot[0] += link * libm::sin(angle.lane(0));
+        foot[1] -= link * libm::cos(angle.lane(0));
+    }
+    foot
+}
+
+/// Root mean square distance of two traces.
+pub(crate) fn rms(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let squares = a.iter().zip(b).map(|(a, b)| {
+        let [x, y] = [a[0] - b[0], a[1] - b[1]];
+        x * x + y * y
+    });
+    libm::sqrt(squares.sum::<f64>() / a.len() as f64)
+}
+
+/// Greatest difference of two states, angles and rates alike.
+pub(crate) fn distance<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>) -> f64 {
+    let mut most = 0.0_f64;
+    let trunk = [
+        (&a.position[..], &b.position[..]),
+        (&a.attitude[..], &b.attitude[..]),
+        (&a.velocity[..], &b.velocity[..]),
+        (&a.turning[..], &b.turning[..]),
+    ];
+    for (a, b) in trunk.into_iter().flat_map(|(a, b)| a.iter().zip(b)) {
+        most = most.max((a - b).abs());
+    }
+    let legs = [(&a.angles, &b.angles), (&a.rates, &b.rates)];
+    let legs = legs.into_iter().flat_map(|(a, b)| a.iter().zip(b));
+    let pulleys = [(&a.pulley, &b.pulley), (&a.pulley_rate, &b.pulley_rate)];
+    for (a, b) in legs.chain(pulleys) {
+        for lane in 0..4 {
+            most = most.max((a.lane(lane) - b.lane(lane)).abs());
+        }
+    }
+    most
+}
