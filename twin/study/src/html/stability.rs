@@ -340,7 +340,11 @@ fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
         let mut rows = study.rows.iter();
         let row = rows.find(|row| row.curve() == curve && row.scales == scales);
         row.map_or(String::new(), |row| {
-            let wrong = if row.wrong { " (wrong)" } else { "" };
+            let wrong = match (row.wrong, row.largest_right_step_s) {
+                (true, Some(step)) => format!(" (right to {})", si(step, "s")),
+                (true, None) => " (wrong)".to_owned(),
+                (false, _) => String::new(),
+            };
             match row.status {
                 Status::Ok => format!("{}{wrong}", limit_cell(row)),
                 status => status.word().to_owned(),
