@@ -83,8 +83,12 @@ proptest! {
             let solution = result.unwrap();
             prop_assert!(case.holds(problem.unknowns()), "{:?}", problem.unknowns());
             prop_assert!(solution.residual < 1e-9 && solution.residual == problem.residual());
-            // The forces may be several, what they do is one.
-            prop_assert!(apart(&case.w(&z), &case.w(problem.unknowns())) < 1e-7);
+            // The forces may be several, what they do is one; to the digits that great forces leave.
+            let greatest = apart(&z, &vec![0.0; z.len()]);
+            prop_assert!(apart(&case.w(&z), &case.w(problem.unknowns())) < 1e-8 * (1.0 + greatest));
+        } else if result.is_ok() {
+            // Nearly singular: the oracle's own elimination lost too much.
+            prop_assert!(case.holds(problem.unknowns()), "{:?}", problem.unknowns());
         } else {
             let infeasible = matches!(result, Err(Unsolved::Infeasible { .. }));
             prop_assert!(infeasible, "{:?}", result);
