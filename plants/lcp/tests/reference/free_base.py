@@ -146,11 +146,12 @@ class FreeRobot:
         centre = self.masses @ places / self.masses.sum()
         return self.masses @ speeds, self.masses @ np.cross(places - centre, speeds)
 
-    def feet(self, q):
-        """What touches the ground, world; and its Jacobians in world axes."""
+    def feet(self, q, point=4):
+        """What touches the ground (foot, with toe its tip), world; and its Jacobians in world axes. Or, as point 3, the end of
+        the third segment."""
         attitude, found = turn(q[3:7]), []
         for number, angles in enumerate(q[7:].reshape(len(self.legs), -1)):
-            rows = self.legs[number].special[4:]
+            rows = self.legs[number].special[point : point + 1]
             place, _, _, jacobian = self.points_of(number, rows, angles, np.zeros(self.joints))
             found.append((q[:3] + attitude @ place[0], attitude @ self.with_trunk(place, jacobian)[0]))
         return found
@@ -206,22 +207,19 @@ def probe(states):
 
 # Trajectories.
 
-TIMES = np.arange(0, 301, 10) / 1000.0
-START = {
-    "position": [0.0, 0.0, 0.5],
-    "orientation": [0.8, 0.36, -0.48, 0.0],
-    "velocity": [0.6, -0.3, 0.4, 5.0, -7.0, 3.0],
-    # Of each leg: thesis' angles [deg] and rates of the joints [rad/s].
-    "angles_deg": [[10.0, -30.0, 40.0, 10.0], [-20.0, -40.0, 48.0, -10.0], [5.0, -35.0, 45.0, 5.0], [25.0, -45.0, 52.0, 0.0]],
-    "rates": [[6.0, -4.0, 3.0, 5.0], [-5.0, 3.0, -6.0, -5.0], [3.0, 5.0, -2.0, 10.0], [-8.0, 2.0, 4.0, 0.0]],
-}
+TIMES = np.arange(0, 301, 20) / 1000.0
+# Three legs of four, so that the trunk turns about every axis; all start alike, the trunk level and at rest.
+LEGS = ["LF", "RF", "RH"]
+START = {"angles_deg": [10.0, -25.0, 37.0], "rates": [30.0, -10.0, 12.0]}
+BETWEEN = {"preload_m": -4e-3, "travel_m": 14e-3}
+
 SCENES = {
-    # Springs whose rest lies between the stops, and no stops: nothing happens but smooth motion.
-    "tumble": {"stops": False, "preload_m": -0.004},
-    "tumble-undamped": {"stops": False, "preload_m": -0.004, "damping": 0.0},
-    "tumble-toe": {"stops": False, "preload_m": -0.004, "toe": True},
-    # One leg as it is, whose stops the trunk feels; and all four, whose stops knock each other open.
-    "tumble-leg": {"legs": 1},
+    # Springs whose rest lies between the stops, none of which is reached: nothing happens but smooth motion.
+    "tumble": {**BETWEEN},
+    "tumble-undamped": {**BETWEEN, "damping": 0.0},
+    "tumble-toe": {**BETWEEN, "toe": True},
+    # The robot as it is: one leg, whose stops the trunk feels, and three, whose stops knock each other open.
+    "tumble-leg": {"legs": ["LF"]},
     "tumble-stops": {},
 }
 CHEAP = ["tumble-toe"]
@@ -231,19 +229,23 @@ class Scene:
     def __init__(self, name):
         self.name, self.given = name, SCENES[name]
         robot = cheetah_cub()
-        count = self.given.get("legs", len(robot.legs))
-        robot.legs, robot.hips, robot.names = robot.legs[:count], robot.hips[:count], robot.names[:count]
-        for leg in {id(leg): leg for leg in robot.legs}.values():
+        kept = [robot.names.index(name) for name in self.given.get("legs", LEGS)]
+        robot.names, robot.legs = [robot.names[k] for k in kept], [robot.legs[k] for k in kept]
+        robot.hips = robot.hips[kept]
+        for leg in robot.legs:
+            leg.travel = self.given.get("travel_m", leg.travel)
             leg.preload_d = leg.preload_p = self.given.get("preload_m", leg.preload_d)
             leg.friction = [value * self.given.get("damping", 1.0) for value in leg.friction]
-        self.system = FreeRobot(robot, self.given.get("toe", False), self.given.get("stops", True))
+        self.system = FreeRobot(robot, self.given.get("toe", False))
 
     def start(self):
-        legs, joints = self.system.legs, self.system.joints
-        angles = [leg.joint_coordinates(*np.radians(angles)) for leg, angles in zip(legs, START["angles_deg"])]
-        rates = [rates[:joints] for rates in START["rates"]]
-        q = np.concatenate([START["position"], START["orientation"], *angles])
-        return q, np.concatenate([START["velocity"], *rates])
+        system = self.system
+        angles = [leg.joint_coordinates(*np.radians(START["angles_deg"]), leg.leg.toe_rest) for leg in system.legs]
+        rates = [[*START["rates"], 0.0][: system.joints]] * len(system.legs)
+        q = np.concatenate([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], *angles])
+        # The lowest foot starts at height zero.
+        q[2] = -min(place[2] for place, _ in system.feet(q))
+        return q, np.concatenate([np.zeros(6), *rates])
 
     def run(self, method):
         hybrid = Hybrid(self.system, method=method, rtol=1e-12, atol=(1e-14, 1e-12))
@@ -266,15 +268,16 @@ class Scene:
         return {
             "scene": self.name,
             "robot": system.robot.name,
+            "legs": system.robot.names,
             "preload_m": leg.leg.preload_d,
+            "travel_m": leg.leg.travel,
             "friction": leg.leg.friction,
             "toe": leg.toe,
-            "stops": bool(system.stop_names),
             "start": START,
             "step_s": float(TIMES[1]),
             "position": [list(q[:3]) for q, _, _ in parts],
             "orientation": [list(q[3:7] / np.linalg.norm(q[3:7])) for q, _, _ in parts],
-            "feet": [[list(place) for place, _ in system.feet(q)] for q, _, _ in parts],
+            "feet": [[list(place) for place, _ in system.feet(q, point=3)] for q, _, _ in parts],
             "energy": [sum(e) for e in energies],
             "dissipated": [d for _, _, d in parts],
             "impact": list(lost),

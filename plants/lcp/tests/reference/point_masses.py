@@ -43,7 +43,7 @@ def rows_of_leg(leg, toe):
 class PlanarLeg:
     """One leg on a fixed hip, or (`trunk` given: mass, inertia about y, hip's x) on a trunk that moves in x, z and pitch.
 
-    World x forward, z up; an angle is zero straight down and positive forward, pitch is positive nose down.
+    `ground` is the height of the ground, if there is any. World x forward, z up; an angle is zero straight down and positive forward, pitch is positive nose down.
     """
 
     def __init__(self, leg, toe=False, trunk=None, stops=True, ground=None):
@@ -118,14 +118,14 @@ class PlanarLeg:
         return diagonal - (leg.diagonal_max + leg.preload_d), parallel - (leg.l2 - leg.preload_p)
 
     def gaps(self, q):
-        """What every stop leaves, and the foot's height over the ground at zero."""
+        """What every stop leaves, and the foot's height over the ground."""
         leg, gaps = self.leg, []
         if self.stop_names:
             diagonal, parallel = self.lengths(q)
             opening = q[self.free + 1] + q[self.free + 2]
             gaps = [opening, leg.l2 + leg.travel - parallel, leg.diagonal_max - diagonal, diagonal - leg.diagonal_min]
         if self.ground is not None:
-            gaps.append(self.place(self.special[4:], q)[0, 1])
+            gaps.append(self.place(self.special[4:], q)[0, 1] - self.ground)
         return np.array(gaps)
 
     def constraints(self, q, u):
