@@ -21,6 +21,7 @@
 
 mod budget;
 mod commands;
+mod criteria;
 mod csv;
 mod error;
 mod events;

@@ -6,6 +6,7 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
 use crate::number::instant;
+use crate::outing::Ending;
 use crate::reference::{self, Reference, ReferenceNote, Stage, ended};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
@@ -211,7 +212,7 @@ impl Job<'_> {
                     share.seconds
                 );
                 self.rows
-                    .push(Row::new(RowKind::Integration, &variant).ended(Status::Failed, why));
+                    .push(Row::new(RowKind::Integration, &variant).cut_off(why));
                 continue;
             }
             let (row, took_s) = self.row(&variant, reference, share);
@@ -237,7 +238,7 @@ impl Job<'_> {
         row.note_work(&trace.work, trace.reached_s());
         row.energy_residual_j = Some(trace.residual);
         row.drift_m = trace.drift;
-        if let crate::outing::Ending::Enough(at) = ending {
+        if let Ending::Enough(at) = ending {
             row.note_time(trace.took_s, trace.reached_s(), 1);
             let why = format!(
                 "its kinetic energy exceeds the reference's {RUNAWAY} times at {}",
@@ -247,6 +248,7 @@ impl Job<'_> {
         }
         if let Some((status, why)) = ended(&ending, share) {
             row.note_time(trace.took_s, trace.reached_s(), 1);
+            row.cut = matches!(ending, Ending::TooSlow(_));
             return (row.ended(status, why), trace.took_s);
         }
         if let Some(reference) = reference {

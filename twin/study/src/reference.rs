@@ -73,7 +73,7 @@ impl Stage<'_> {
     /// Builds a variant and leads it through the scene.
     ///
     /// # Errors
-    /// Status and reason of the row that a run that did not come to its end is.
+    /// Why it could not be built.
     pub(crate) fn record(
         &self,
         variant: &Variant,

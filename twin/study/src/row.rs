@@ -76,6 +76,8 @@ pub struct Row {
     pub kind: RowKind,
     /// Why it is not `ok`, or what is to be known of it.
     pub why: Option<String>,
+    /// It would have taken longer than its share of the budget.
+    pub cut: bool,
     /// It is stable, and not where it should be.
     pub wrong: bool,
     /// Its error is no greater than what is known of the reference.
@@ -142,6 +144,7 @@ impl Row {
             evaluations: None,
             kind,
             why: None,
+            cut: false,
             wrong: false,
             at_floor: false,
             trunk_error_rms_m: None,
@@ -169,6 +172,14 @@ impl Row {
         self.status = status;
         self.why = Some(why.into());
         self
+    }
+
+    /// The same, cut for the budget.
+    pub(crate) fn cut_off(self, why: impl Into<String>) -> Self {
+        Self {
+            cut: true,
+            ..self.ended(Status::Failed, why)
+        }
     }
 
     /// Notes the work of a run that came to `reached_s`.

@@ -9,6 +9,8 @@ pub(crate) enum Probe {
     Unstable(String),
     /// It cannot be said.
     Unknown(String),
+    /// There was no time to find out.
+    TooSlow(String),
 }
 
 /// What a search found.
@@ -22,6 +24,8 @@ pub(crate) struct Found {
     pub(crate) why: Option<String>,
     /// Why the search ended early.
     pub(crate) cut: Option<String>,
+    /// It did because there was no more time.
+    pub(crate) slow: bool,
     pub(crate) probes: u64,
 }
 
@@ -64,6 +68,10 @@ pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) 
                 }
                 Probe::Unknown(why) => {
                     found.cut = Some(why);
+                    false
+                }
+                Probe::TooSlow(why) => {
+                    (found.cut, found.slow) = (Some(why), true);
                     false
                 }
                 Probe::Stable => false,
@@ -125,6 +133,10 @@ impl Found {
             }
             Probe::Unknown(why) => {
                 self.cut = Some(why);
+                return false;
+            }
+            Probe::TooSlow(why) => {
+                (self.cut, self.slow) = (Some(why), true);
                 return false;
             }
         }
@@ -207,11 +219,11 @@ mod tests {
         let found = search(RANGE, |step| {
             left -= 1;
             if left < 0 {
-                return Probe::Unknown("too slow".to_owned());
+                return Probe::TooSlow("too slow".to_owned());
             }
             limit_at(2_000_000)(step)
         });
-        assert_eq!(found.cut.as_deref(), Some("too slow"));
+        assert_eq!((found.cut.as_deref(), found.slow), (Some("too slow"), true));
         assert!(found.stable < found.unstable);
     }
 }

@@ -3,6 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::criteria;
 use crate::error::StudyError;
 use crate::number::{duration, instant};
 use crate::outing::{Ending, Outing};
@@ -57,9 +58,9 @@ impl Default for StabilityPlan {
 
 /// Kinetic energy grows if its peak in the last quarter of a run exceeds so many times that in the first, and in the last
 /// quarter of the reference.
-const GROWN: f64 = 2.0;
+pub(crate) const GROWN: f64 = 2.0;
 /// What is less than this share of the reference's greatest kinetic energy is rest.
-const REST: f64 = 1e-9;
+pub(crate) const REST: f64 = 1e-9;
 /// References are sampled so often, and interpolated between.
 const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
 /// Kinetic energy is looked at so often, or at each step where those are longer.
@@ -94,7 +95,7 @@ pub fn stability(
     let mut study = Study::new(StudyKind::Stability, workshop, end, REFERENCE_GRID);
     study.budget_s = plan.budget_s;
     study.left_out = left_out;
-    study.criteria = criteria(plan, scene.commands.period());
+    study.criteria = criteria::of(plan, scene.commands.period());
     let mut job = Job {
         stage: Stage {
             workshop,
@@ -142,54 +143,6 @@ fn sweeps(workshop: &dyn Workshop, plan: &StabilityPlan) -> (Vec<Scales>, Vec<St
         }
     }
     (scales, left_out)
-}
-
-/// What is meant by stable, for whoever reads the report.
-fn criteria(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {
-    let text = |name: &str, text: String| (name.to_owned(), text);
-    let mut criteria = vec![
-        text(
-            "unstable",
-            format!(
-                "over {} the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
-                 times the greatest of the reference, or its peak in the last quarter exceeds {GROWN} times that of the first \
-                 quarter and {GROWN} times that of the reference's last (below {REST:e} of the reference's greatest it counts as \
-                 rest)",
-                duration(plan.duration)
-            ),
-        ),
-        text(
-            "search",
-            format!(
-                "bisection of the logarithm of the step from {} to {}, until the shortest unstable step is at most {} times \
-                 the longest stable one; steps of 0.8 and 0.5 of the limit must be stable, too",
-                duration(plan.least),
-                duration(plan.most),
-                plan.ratio
-            ),
-        ),
-        text(
-            "wrong",
-            format!(
-                "stable, but the feet are {} mm or more (RMS) from the reference of the same plant",
-                plan.wrong_m * 1e3
-            ),
-        ),
-        text(
-            "methods with a tolerance",
-            format!(
-                "choose their steps themselves; at a tolerance of {:e} their mean step is shown",
-                plan.tolerance
-            ),
-        ),
-    ];
-    if let Some(period) = period {
-        criteria.push(text(
-            "commands",
-            format!("arrive every {}, and no step is longer than that: a limit of so much is a lower bound", duration(period)),
-        ));
-    }
-    criteria
 }
 
 /// A study on its way.
@@ -273,6 +226,7 @@ impl Job<'_> {
                 (None, Some(unstable)) => format!("; known: {} is not stable", duration(unstable)),
                 (None, None) => String::new(),
             };
+            row.cut = found.slow;
             return row.ended(Status::Failed, format!("{cut}{known}"));
         }
         let Some(stable) = found.stable else {
@@ -359,6 +313,7 @@ impl Job<'_> {
             }
             Probe::Unstable(why) => row.ended(Status::Unstable, why),
             Probe::Unknown(why) => row.ended(Status::Failed, why),
+            Probe::TooSlow(why) => row.cut_off(why),
         }
     }
 
@@ -392,7 +347,7 @@ impl Job<'_> {
             }
             Ending::TooSlow(_) => {
                 let why = ended(&ending, share).map(|(_, why)| why);
-                return Probe::Unknown(why.unwrap_or_default());
+                return Probe::TooSlow(why.unwrap_or_default());
             }
             Ending::Fault(_) | Ending::NotFinite(_) => {
                 let why = ended(&ending, share).map(|(_, why)| why);

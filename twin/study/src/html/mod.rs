@@ -1,12 +1,14 @@
 //! A study as one page that needs nothing else: no script, no font, no network.
 
 mod axis;
+mod models;
 mod plot;
 mod precision;
 mod rows;
 mod stability;
 mod table;
 mod text;
+mod thesis;
 
 use std::fmt::Write as _;
 

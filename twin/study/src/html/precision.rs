@@ -7,8 +7,8 @@ use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, lead, references};
-use crate::number::{power, si};
+use super::{card, commanded, figure, lead, models, references};
+use crate::number::si;
 
 /// The step that plants are used at, and what is aimed for there.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -16,7 +16,7 @@ const AIM_M: f64 = 1e-6;
 const AIM_FACTOR: f64 = 1000.0;
 
 /// The smallest error that has a place on a logarithmic scale \[m\].
-const LEAST_M: f64 = 1e-16;
+pub(crate) const LEAST_M: f64 = 1e-16;
 
 pub(crate) fn body(study: &Study) -> String {
     let compared = format!(
@@ -40,7 +40,7 @@ pub(crate) fn body(study: &Study) -> String {
          disagreement of the two are at the floor: less is not known of them.",
     );
     out += &references(study);
-    out += &models(study);
+    out += &models::section(study);
     out += "<h2>All runs</h2>\n";
     out += &all(study);
     out
@@ -292,88 +292,6 @@ fn summary(study: &Study) -> String {
         );
     }
     table.html()
-}
-
-/// What models leave out: no error of a method, and so apart.
-fn models(study: &Study) -> String {
-    let of = |kind| study.rows.iter().filter(move |row| row.kind == kind);
-    if of(RowKind::Model).next().is_none() && of(RowKind::Limit).next().is_none() {
-        return String::new();
-    }
-    let mut out = "<h2>What a model leaves out</h2>\n".to_owned();
-    out += &paragraph(
-        "Another model is another motion, however well both are integrated. That difference is between the references of two \
-         plants; no step makes it smaller, and it belongs to none of the curves above.",
-    );
-    let mut table = Table::new(
-        &[
-            "plant",
-            "its reference",
-            "feet, RMS",
-            "greatest",
-            "trunk, RMS",
-            "greatest",
-            "",
-        ],
-        2,
-    );
-    for row in of(RowKind::Model) {
-        table.row(
-            rows::class(row, None),
-            vec![
-                element("b", "", &escaped(&row.plant)),
-                format!("{} {}", escaped(&row.method), rows::setting(row)),
-                rows::length(row.error_rms_m),
-                rows::length(row.error_max_m),
-                rows::length(row.trunk_error_rms_m.filter(|&error| error > 0.0)),
-                rows::length(row.trunk_error_max_m.filter(|&error| error > 0.0)),
-                rows::why(row),
-            ],
-        );
-    }
-    out += &table.html();
-    let limits: Vec<&Row> = of(RowKind::Limit).collect();
-    if limits.is_empty() {
-        return out;
-    }
-    let point = |row: &&Row| {
-        let error = row.error_rms_m.filter(|_| row.status == Status::Ok)?;
-        Some(Point {
-            x: row.scales.mass,
-            y: error.max(LEAST_M),
-            title: format!("segments × {}: {}", row.scales.mass, si(error, "m")),
-            look: Look::Plain,
-        })
-    };
-    let failed = limits.iter().filter(|row| row.status != Status::Ok);
-    let plot = Plot {
-        title: "difference of the models over mass of the segments".to_owned(),
-        width: 1080.0,
-        height: 380.0,
-        x_label: "mass of the legs' segments, as a share of the robot's".to_owned(),
-        y_label: "feet, RMS  [m]".to_owned(),
-        curves: vec![Curve {
-            number: 0,
-            dashed: false,
-            points: limits.iter().filter_map(point).collect(),
-            failed: failed
-                .map(|row| {
-                    let why = row.why.clone().unwrap_or_default();
-                    (
-                        row.scales.mass,
-                        format!("segments × {}: {why}", power(row.scales.mass, 2)),
-                    )
-                })
-                .collect(),
-        }],
-        marks: Vec::new(),
-        beside: Vec::new(),
-        strip: "failed".to_owned(),
-    };
-    let caption = "As the segments lose their mass, their feet excepted, the two models become one: what is left of the \
-                   difference is what the model without segments leaves out. In both, a foot has its own mass here.";
-    out += &figure("The limit of segments without mass", &[], &plot, caption);
-    out
 }
 
 /// Every run.

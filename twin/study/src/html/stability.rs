@@ -10,11 +10,11 @@ use super::plot::{Curve, Look, Mark, Plot, Point, foreign_swatch, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, lead, legend, references};
+use super::{card, commanded, figure, lead, legend, references, thesis};
 use crate::number::{plain, si};
 
 /// The stiffness at which the thesis tells its second figure.
-const QUARTER: f64 = 0.25;
+pub(crate) const QUARTER: f64 = 0.25;
 
 pub(crate) fn body(study: &Study) -> String {
     let found = format!(
@@ -32,7 +32,7 @@ pub(crate) fn body(study: &Study) -> String {
     out += &as_it_is(study);
     if !study.commanded && !study.ground {
         out += "<h2>Beside the thesis</h2>\n";
-        out += &thesis(study);
+        out += &thesis::section(study);
     }
     out += "<h2>What they are measured against</h2>\n";
     out += &references(study);
@@ -217,7 +217,7 @@ fn foreign(study: &Study, factor: Factor) -> Vec<Mark> {
         .collect()
 }
 
-fn limit_cell(row: &Row) -> String {
+pub(crate) fn limit_cell(row: &Row) -> String {
     match row.largest_stable_step_s {
         Some(step) if unlimited(row) => format!("≥ {}", si(step, "s")),
         Some(step) => si(step, "s"),
@@ -270,96 +270,6 @@ fn as_it_is(study: &Study) -> String {
         );
     }
     table.html()
-}
-
-/// The figures of the thesis, ours, and why they differ.
-fn thesis(study: &Study) -> String {
-    let mut out = paragraph(
-        "The thesis' robot had other springs and masses than the robot file here, parts of which are assumed, and \
-         what its search took for unstable is told in words only. So orders of magnitude and trends compare, and digits do not.",
-    );
-    let mut table = Table::new(
-        &[
-            "in the thesis",
-            "step",
-            "at ¼ stiffness",
-            "here",
-            "step",
-            "at ¼ stiffness",
-            "why they differ",
-        ],
-        1,
-    );
-    for thesis in &FIGURES {
-        let ours = ours(study, thesis);
-        let cells = |of: &dyn Fn(&Ours) -> String| {
-            let lines: Vec<String> = ours.iter().map(of).collect();
-            lines.join("<br/>")
-        };
-        table.row(
-            "first",
-            vec![
-                format!(
-                    "<span class=\"wrap\">{}</span><span class=\"wrap soft\">{}</span>",
-                    escaped(thesis.model),
-                    escaped(thesis.place)
-                ),
-                si(thesis.step_s, "s"),
-                thesis.quarter_s.map_or(String::new(), |step| si(step, "s")),
-                if ours.is_empty() {
-                    "–".to_owned()
-                } else {
-                    cells(&|ours| escaped(&ours.name))
-                },
-                cells(&|ours| ours.step.clone()),
-                cells(&|ours| ours.quarter.clone()),
-                element("span", "why", &escaped(thesis.why)),
-            ],
-        );
-    }
-    out += &table.html();
-    out
-}
-
-/// What compares with a figure of the thesis.
-struct Ours {
-    name: String,
-    step: String,
-    quarter: String,
-}
-
-fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
-    let Some(masses) = thesis.segment_masses else {
-        return Vec::new();
-    };
-    let quarter = Scales {
-        stiffness: QUARTER,
-        ..Scales::AS_IS
-    };
-    let cell = |curve: (&str, &str), scales: Scales| {
-        let mut rows = study.rows.iter();
-        let row = rows.find(|row| row.curve() == curve && row.scales == scales);
-        row.map_or(String::new(), |row| {
-            let wrong = match (row.wrong, row.largest_right_step_s) {
-                (true, Some(step)) => format!(" (right to {})", si(step, "s")),
-                (true, None) => " (wrong)".to_owned(),
-                (false, _) => String::new(),
-            };
-            match row.status {
-                Status::Ok => format!("{}{wrong}", limit_cell(row)),
-                status => status.word().to_owned(),
-            }
-        })
-    };
-    let curves = study.curves().into_iter();
-    curves
-        .filter(|(plant, _)| study.massive.iter().any(|known| known == plant) == masses)
-        .map(|curve| Ours {
-            name: format!("{} {}", curve.0, curve.1),
-            step: cell(curve, Scales::AS_IS),
-            quarter: cell(curve, quarter),
-        })
-        .collect()
 }
 
 /// Every search.

@@ -1,0 +1,55 @@
+//! What a study of stability means by its words.
+
+use twinrig_kernel::SimDuration;
+
+use crate::number::duration;
+use crate::precision::RUNAWAY;
+use crate::stability::{GROWN, REST, StabilityPlan};
+
+/// What is meant by stable, for whoever reads the report.
+pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {
+    let text = |name: &str, text: String| (name.to_owned(), text);
+    let mut criteria = vec![
+        text(
+            "unstable",
+            format!(
+                "over {} the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
+                 times the greatest of the reference, or its peak in the last quarter exceeds {GROWN} times that of the first \
+                 quarter and {GROWN} times that of the reference's last (below {REST:e} of the reference's greatest it counts as \
+                 rest)",
+                duration(plan.duration)
+            ),
+        ),
+        text(
+            "search",
+            format!(
+                "bisection of the logarithm of the step from {} to {}, until the shortest unstable step is at most {} times \
+                 the longest stable one; steps of 0.8 and 0.5 of the limit must be stable, too",
+                duration(plan.least),
+                duration(plan.most),
+                plan.ratio
+            ),
+        ),
+        text(
+            "wrong",
+            format!(
+                "stable, but the feet are {} mm or more (RMS) from the reference of the same plant",
+                plan.wrong_m * 1e3
+            ),
+        ),
+        text(
+            "methods with a tolerance",
+            format!(
+                "choose their steps themselves; at a tolerance of {:e} their mean step is shown",
+                plan.tolerance
+            ),
+        ),
+    ];
+    if let Some(period) = period {
+        criteria.push(text(
+            "commands",
+            format!("arrive every {}, and no step is longer than that: a limit of so much is a lower bound", duration(period)),
+        ));
+    }
+    criteria
+}

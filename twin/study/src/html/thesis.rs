@@ -1,0 +1,101 @@
+//! The part of a page that sets figures beside those of the thesis.
+
+use crate::number::si;
+use crate::row::Status;
+use crate::study::Study;
+use crate::thesis::{FIGURES, ThesisFigure};
+use crate::workshop::Scales;
+
+use super::stability::{QUARTER, limit_cell};
+use super::table::Table;
+use super::text::{element, escaped, paragraph};
+
+/// The figures of the thesis, ours, and why they differ.
+pub(crate) fn section(study: &Study) -> String {
+    let mut out = paragraph(
+        "The thesis' robot had other springs and masses than the robot file here, parts of which are assumed, and \
+         what its search took for unstable is told in words only. So orders of magnitude and trends compare, and digits do not.",
+    );
+    let mut table = Table::new(
+        &[
+            "in the thesis",
+            "step",
+            "at ¼ stiffness",
+            "here",
+            "step",
+            "at ¼ stiffness",
+            "why they differ",
+        ],
+        1,
+    );
+    for thesis in &FIGURES {
+        let ours = ours(study, thesis);
+        let cells = |of: &dyn Fn(&Ours) -> String| {
+            let lines: Vec<String> = ours.iter().map(of).collect();
+            lines.join("<br/>")
+        };
+        table.row(
+            "first",
+            vec![
+                format!(
+                    "<span class=\"wrap\">{}</span><span class=\"wrap soft\">{}</span>",
+                    escaped(thesis.model),
+                    escaped(thesis.place)
+                ),
+                si(thesis.step_s, "s"),
+                thesis.quarter_s.map_or(String::new(), |step| si(step, "s")),
+                if ours.is_empty() {
+                    "–".to_owned()
+                } else {
+                    cells(&|ours| escaped(&ours.name))
+                },
+                cells(&|ours| ours.step.clone()),
+                cells(&|ours| ours.quarter.clone()),
+                element("span", "why", &escaped(thesis.why)),
+            ],
+        );
+    }
+    out += &table.html();
+    out
+}
+
+/// What compares with a figure of the thesis.
+struct Ours {
+    name: String,
+    step: String,
+    quarter: String,
+}
+
+fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
+    let Some(masses) = thesis.segment_masses else {
+        return Vec::new();
+    };
+    let quarter = Scales {
+        stiffness: QUARTER,
+        ..Scales::AS_IS
+    };
+    let cell = |curve: (&str, &str), scales: Scales| {
+        let mut rows = study.rows.iter();
+        let row = rows.find(|row| row.curve() == curve && row.scales == scales);
+        row.map_or(String::new(), |row| {
+            let wrong = match (row.wrong, row.largest_right_step_s) {
+                (true, Some(step)) => format!(" (right to {})", si(step, "s")),
+                (true, None) => " (wrong)".to_owned(),
+                (false, _) => String::new(),
+            };
+            match row.status {
+                Status::Ok => format!("{}{wrong}", limit_cell(row)),
+                status => status.word().to_owned(),
+            }
+        })
+    };
+    let curves = study.curves().into_iter();
+    curves
+        .filter(|(plant, _)| study.massive.iter().any(|known| known == plant) == masses)
+        .map(|curve| Ours {
+            name: format!("{} {}", curve.0, curve.1),
+            step: cell(curve, Scales::AS_IS),
+            quarter: cell(curve, quarter),
+        })
+        .collect()
+}
