@@ -220,51 +220,85 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         }
     }
 
-    /// Kinetic and gravity energy, springs' energy \[J\]; `height` is that of the trunk's centre of mass.
+    /// Kinetic, spring and gravity energy \[J\].
     pub(crate) fn stored(
         &self,
         model: &Model<N>,
         legs: &Constants<R, N>,
         state: &State<R, N>,
     ) -> [R::Sum; 3] {
-        let half = <R::Sum as Real>::splat(0.5);
-        let gravity = <R::Sum as Real>::splat(GRAVITY);
-        let mut kinetic = self.chain.kinetic_energy();
-        if let Some(servos) = &model.servos {
-            let [hip, pulley] = [state.rates[0], state.pulley_rate];
-            kinetic += R::splat(0.5 * servos.hip.inertia()) * hip * hip
-                + R::splat(0.5 * servos.knee.inertia()) * pulley * pulley;
-        }
-        let springs = self.chain.spring_energy(legs, &state.angles).sum();
-        let Some(base) = &self.base else {
-            let mut height = R::zero();
-            for i in 0..N {
-                height -= legs.moments[i] * self.chain.cosines[i];
-            }
-            return [kinetic.sum(), springs, gravity * height.sum()];
-        };
-        let mut momentum = [R::zero(); 5];
-        for (column, rate) in base.carried.columns.iter().zip(&state.rates) {
-            for (sum, c) in momentum.iter_mut().zip(column) {
-                *sum += *c * *rate;
-            }
-        }
-        let mass = <R::Sum as Real>::splat(model.trunk.mass);
-        let [v, w] = [state.velocity, state.turning];
-        let twist = [v[0], v[1], v[2], w[0], w[1], w[2]];
-        let mut total = kinetic.sum();
-        for (sum, &row) in momentum.iter().zip(&COUPLED) {
-            total += sum.sum() * twist[row];
-        }
-        let carried = cross(w, base.trunk.moment);
-        for i in 0..3 {
-            let mut spin = <R::Sum as Real>::zero();
-            for j in 0..3 {
-                spin += base.trunk.inertia[i][j] * w[j];
-            }
-            total += half * (mass * v[i] * v[i] + w[i] * spin) + v[i] * carried[i];
-        }
-        let height = mass * state.position[2] + into_world(&base.rotation, base.trunk.moment)[2];
-        [total, springs, gravity * height]
+        let base = self.base.as_ref();
+        let base = base.map(|base| (&base.carried, &base.trunk, &base.rotation));
+        stored(model, legs, state, &self.chain, base)
     }
+}
+
+/// Kinetic, spring and gravity energy \[J\] of legs in a state, and of a trunk that moves.
+pub(crate) fn stored<R: Real, const N: usize>(
+    model: &Model<N>,
+    legs: &Constants<R, N>,
+    state: &State<R, N>,
+    chain: &Chain<R, N>,
+    base: Option<(&Carried<R, N>, &Trunk<R::Sum>, &Rotation<R::Sum>)>,
+) -> [R::Sum; 3] {
+    let half = <R::Sum as Real>::splat(0.5);
+    let gravity = <R::Sum as Real>::splat(GRAVITY);
+    let mut kinetic = chain.kinetic_energy();
+    if let Some(servos) = &model.servos {
+        let [hip, pulley] = [state.rates[0], state.pulley_rate];
+        kinetic += R::splat(0.5 * servos.hip.inertia()) * hip * hip
+            + R::splat(0.5 * servos.knee.inertia()) * pulley * pulley;
+    }
+    let springs = chain.spring_energy(legs, &state.angles).sum();
+    let Some((carried, trunk, rotation)) = base else {
+        let mut height = R::zero();
+        for i in 0..N {
+            height -= legs.moments[i] * chain.cosines[i];
+        }
+        return [kinetic.sum(), springs, gravity * height.sum()];
+    };
+    let mut momentum = [R::zero(); 5];
+    for (column, rate) in carried.columns.iter().zip(&state.rates) {
+        for (sum, c) in momentum.iter_mut().zip(column) {
+            *sum += *c * *rate;
+        }
+    }
+    let mass = <R::Sum as Real>::splat(model.trunk.mass);
+    let [v, w] = [state.velocity, state.turning];
+    let twist = [v[0], v[1], v[2], w[0], w[1], w[2]];
+    let mut total = kinetic.sum();
+    for (sum, &row) in momentum.iter().zip(&COUPLED) {
+        total += sum.sum() * twist[row];
+    }
+    let turned = cross(w, trunk.moment);
+    for i in 0..3 {
+        let mut spin = <R::Sum as Real>::zero();
+        for j in 0..3 {
+            spin += trunk.inertia[i][j] * w[j];
+        }
+        total += half * (mass * v[i] * v[i] + w[i] * spin) + v[i] * turned[i];
+    }
+    let height = mass * state.position[2] + into_world(rotation, trunk.moment)[2];
+    [total, springs, gravity * height]
+}
+
+/// The same, from the state alone.
+pub(crate) fn stored_in<R: Real, const N: usize>(
+    model: &Model<N>,
+    legs: &Constants<R, N>,
+    state: &State<R, N>,
+) -> [R::Sum; 3] {
+    let chain = Chain::new(legs, &state.angles, &state.rates);
+    if !model.is_free() {
+        return stored(model, legs, state, &chain, None);
+    }
+    let still = [<R::Sum as Real>::zero(); 3];
+    let carrier = Carrier {
+        turning: still.map(R::broadcast),
+        field: still.map(R::broadcast),
+    };
+    let carried = Carried::new(legs, &chain, &carrier);
+    let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), still, still);
+    let upright = rotation(state.attitude);
+    stored(model, legs, state, &chain, Some((&carried, &trunk, &upright)))
 }

@@ -8,6 +8,7 @@ use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::articulated::{into_world, rotation};
 use crate::chain::Chain;
+use crate::events::PLACES;
 use crate::flow::{Flow, FlowError, Tally};
 use crate::mode::Contact;
 use crate::model::Model;
@@ -313,7 +314,7 @@ impl<const N: usize> Flow<N> {
             self.mode.commands.pulley_spent,
             self.stride,
         ] = copy.lanes;
-        self.tallied = copy.tallied;
+        (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
@@ -336,6 +337,7 @@ impl<const N: usize> Flow<N> {
                 self.stride,
             ],
             tallied: self.tallied,
+            pushed: self.pushed,
         }
     }
 }
@@ -347,6 +349,7 @@ struct Numbers<const N: usize> {
     tally_before: Tally,
     lanes: [Lanes; 11],
     tallied: f64,
+    pushed: [[f64; PLACES]; 4],
 }
 
 impl<const N: usize> Numbers<N> {
@@ -369,5 +372,6 @@ impl<const N: usize> Numbers<N> {
             *lane = Lanes::new(numbers);
         }
         to(&mut self.tallied);
+        self.pushed.iter_mut().flatten().for_each(&mut *to);
     }
 }

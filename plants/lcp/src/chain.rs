@@ -72,15 +72,9 @@ impl<R: Real, const N: usize> Chain<R, N> {
         let cable = turns.length(l1 * l1 + l2 * l2, [l1 * l2, zero, zero]);
         let pull = |length: &Length<R>, spring: [R; 2]| spring[0] * (spring[1] - length.value);
         let (push_d, push_p) = (pull(&diagonal, leg.diagonal), pull(&parallel, leg.parallel));
-        let (mut springs, mut friction) = ([zero; N], [zero; N]);
+        let (mut springs, friction) = ([zero; N], rubbed(leg, rates));
         for i in 0..3 {
             springs[i] = push_d * diagonal.gradient[i] + push_p * parallel.gradient[i];
-        }
-        friction[0] = -(leg.friction[0] * rates[0]);
-        for i in 1..N {
-            let torque = leg.friction[i] * (rates[i] - rates[i - 1]);
-            friction[i] -= torque;
-            friction[i - 1] += torque;
         }
         if N > 3 {
             let torque = leg.toe[0] * (angles[N - 1] - angles[2] - leg.toe[1]);
@@ -152,6 +146,20 @@ impl<R: Real, const N: usize> Chain<R, N> {
         }
         R::splat(0.5) * twice
     }
+}
+
+/// Torques of friction in the joints at these rates of the links.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn rubbed<R: Real, const N: usize>(leg: &Constants<R, N>, rates: &[R; N]) -> [R; N] {
+    let mut torques = [R::zero(); N];
+    torques[0] = -(leg.friction[0] * rates[0]);
+    for i in 1..N {
+        let torque = leg.friction[i] * (rates[i] - rates[i - 1]);
+        torques[i] -= torque;
+        torques[i - 1] += torque;
+    }
+    torques
 }
 
 /// The angles between the three segments: (1, 2), (1, 3), (2, 3).

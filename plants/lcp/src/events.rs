@@ -65,36 +65,64 @@ impl Stop {
     }
 }
 
+/// Whether a gap is closed.
+fn touching(gap: f64, _: f64) -> bool {
+    gap < CLOSED
+}
+
 /// What a row of a problem stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Role {
+pub(crate) enum Role {
     Stop(Stop),
     /// Normal of a foot; where it slides, its friction comes with it.
     Normal { links: usize, slides: Option<[f64; 2]> },
-    Tangent(usize),
+    /// The first or second tangent of such a foot.
+    Tangent { links: usize, which: usize },
 }
+
+impl Role {
+    /// Its place among the forces on a leg.
+    pub(crate) const fn place(self) -> usize {
+        match self {
+            Self::Stop(stop) => stop as usize,
+            Self::Normal { links, .. } => 5 + 3 * (links - 3),
+            Self::Tangent { links, which } => 5 + 3 * (links - 3) + which,
+        }
+    }
+
+    pub(crate) const fn is_tangent(self) -> bool {
+        matches!(self, Self::Tangent { .. })
+    }
+}
+
+/// Forces on a leg that may be there at once, by [`Role::place`].
+pub(crate) const PLACES: usize = 11;
 
 /// A closed constraint.
 #[derive(Debug, Clone, Copy)]
-struct Entry<const N: usize> {
-    role: Role,
-    row: Row<f64, N>,
+pub(crate) struct Entry<const N: usize> {
+    pub(crate) role: Role,
+    pub(crate) row: Row<f64, N>,
     /// The direction of its force: the row, but for feet that slide.
-    push: Row<f64, N>,
+    pub(crate) push: Row<f64, N>,
+    pub(crate) gap: f64,
     /// Rate of the gap, and its acceleration while everything moves evenly.
-    rate: f64,
-    bias: f64,
-    /// Mobility of a pulley at the cable's other end \[1/kg\], and what its motor makes of it \[m/s²\].
+    pub(crate) rate: f64,
+    pub(crate) bias: f64,
+    /// What a pulley does to the gap of its cable \[m/s²\], and its mobility at the cable's end \[1/kg\].
+    pub(crate) winding: f64,
     compliance: f64,
+    /// Where a foot is pushed to, world frame.
+    pub(crate) direction: [f64; 3],
 }
 
 /// The memory of impacts and changes of mode.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Instant<const N: usize> {
-    entries: Vec<Entry<N>>,
+    pub(crate) entries: Vec<Entry<N>>,
     rows: Vec<Response<f64, N>>,
-    pushes: Vec<Response<f64, N>>,
-    problem: Problem,
+    pub(crate) pushes: Vec<Response<f64, N>>,
+    pub(crate) problem: Problem,
     before: Vec<f64>,
     coefficients: Vec<f64>,
     pub(crate) iterations: u64,
@@ -112,7 +140,7 @@ pub(crate) struct Toll {
 impl<const N: usize> Instant<N> {
     /// Finds the constraints of these legs that are closed. Feet that slide push along their friction where `sliding` says
     /// that they go on to.
-    fn find(
+    pub(crate) fn find(
         &mut self,
         scene: &Scene<'_, Lanes, N>,
         state: &State<Lanes, N>,
@@ -120,6 +148,7 @@ impl<const N: usize> Instant<N> {
         drive: &Driven<Lanes>,
         legs: &[usize],
         sliding: bool,
+        closed: &dyn Fn(f64, f64) -> bool,
     ) {
         self.entries.clear();
         let chain = &articulated.chain;
@@ -136,26 +165,30 @@ impl<const N: usize> Instant<N> {
                 if stop == Stop::Cable && scene.model.servos.is_none() {
                     continue;
                 }
-                if hold.gap.lane(leg) >= CLOSED {
+                let (gap, rate) = (hold.gap.lane(leg), hold.rate.lane(leg));
+                if !closed(gap, rate) {
                     continue;
                 }
-                let (mut compliance, mut bias) = (0.0, hold.curvature.lane(leg));
+                let (mut compliance, mut winding) = (0.0, 0.0);
                 if stop == Stop::Cable {
                     let r = radius.lane(leg);
                     compliance = r * r * drive.pulley_mobility.lane(leg);
-                    bias -= r * drive.pulley_acceleration.lane(leg);
+                    winding = -r * drive.pulley_acceleration.lane(leg);
                 }
                 let row = stop_row(hold, leg);
                 self.entries.push(Entry {
                     role: Role::Stop(stop),
                     row,
                     push: row,
-                    rate: hold.rate.lane(leg),
-                    bias,
+                    gap,
+                    rate,
+                    bias: hold.curvature.lane(leg),
+                    winding,
                     compliance,
+                    direction: [0.0; 3],
                 });
             }
-            self.find_feet(scene, state, articulated, leg, sliding);
+            self.find_feet(scene, state, articulated, leg, sliding, closed);
         }
     }
 
@@ -166,6 +199,7 @@ impl<const N: usize> Instant<N> {
         articulated: &Articulated<Lanes, N>,
         leg: usize,
         sliding: bool,
+        closed: &dyn Fn(f64, f64) -> bool,
     ) {
         let Some(ground) = &scene.model.ground else {
             return;
@@ -174,13 +208,15 @@ impl<const N: usize> Instant<N> {
         for links in 3..=N {
             let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
             let footing = site.footing(ground, state.position, &rotation);
-            if footing.gap >= CLOSED {
+            if !closed(footing.gap, footing.velocity[0]) {
                 continue;
             }
             let [_, a, b] = footing.velocity;
             let speed = libm::hypot(a, b);
             let slides = (sliding && speed > HOLDING).then(|| [a / speed, b / speed]);
             let [n, along, across] = footing.directions;
+            let [forward, sideways] = footing.surface.tangents();
+            let world = [footing.surface.normal, forward, sideways].map(<[f64; 3]>::from);
             let push = slides.map_or(n, |s| {
                 std::array::from_fn(|i| n[i] - ground.friction * (s[0] * along[i] + s[1] * across[i]))
             });
@@ -188,23 +224,26 @@ impl<const N: usize> Instant<N> {
                 role,
                 row: site.row(footing.directions[k]),
                 push,
+                gap: footing.gap,
                 rate: footing.velocity[k],
                 bias: footing.bias[k],
+                winding: 0.0,
                 compliance: 0.0,
+                direction: world[k],
             };
             self.entries
                 .push(entry(0, Role::Normal { links, slides }, site.row(push)));
             if slides.is_none() {
                 for k in 1..3 {
                     let own = site.row(footing.directions[k]);
-                    self.entries.push(entry(k, Role::Tangent(k), own));
+                    self.entries.push(entry(k, Role::Tangent { links, which: k }, own));
                 }
             }
         }
     }
 
     /// Fills the problem's matrix and bounds.
-    fn prepare(&mut self, articulated: &Articulated<Lanes, N>, friction: f64) {
+    pub(crate) fn prepare(&mut self, articulated: &Articulated<Lanes, N>, friction: f64) {
         let n = self.entries.len();
         self.problem.reset(n);
         self.rows.clear();
@@ -227,16 +266,16 @@ impl<const N: usize> Instant<N> {
             }
             match entry.role {
                 Role::Stop(_) | Role::Normal { .. } => self.problem.bound(i, Bound::NonNegative),
-                Role::Tangent(1) => {
+                Role::Tangent { which: 1, .. } => {
                     let normal = i - 1;
                     self.problem.bound(i, Bound::Disc { normal, friction });
                 }
-                Role::Tangent(_) => {}
+                Role::Tangent { .. } => {}
             }
         }
     }
 
-    fn count(&mut self, solution: &twinrig_contact::Solution) {
+    pub(crate) fn count(&mut self, solution: &twinrig_contact::Solution) {
         self.iterations += u64::from(solution.sweeps + solution.pivots);
         self.factorisations += u64::from(solution.factorisations);
     }
@@ -249,7 +288,7 @@ impl<const N: usize> Instant<N> {
         legs: &[usize],
     ) -> Result<Toll, Unsolved> {
         let (articulated, drive) = slack(scene, state);
-        self.find(scene, state, &articulated, &drive, legs, false);
+        self.find(scene, state, &articulated, &drive, legs, false, &touching);
         let mut toll = Toll::default();
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(toll);
@@ -280,7 +319,7 @@ impl<const N: usize> Instant<N> {
         for (i, (entry, &impulse)) in self.entries.iter().zip(self.problem.unknowns()).enumerate() {
             let work = 0.5 * impulse * (entry.rate + self.problem.w(i));
             match entry.role {
-                Role::Tangent(_) => toll.friction -= work,
+                Role::Tangent { .. } => toll.friction -= work,
                 _ => toll.impact -= work,
             }
             for (a, r) in trunk.iter_mut().zip(&self.pushes[i].trunk) {
@@ -298,35 +337,19 @@ impl<const N: usize> Instant<N> {
             }
         }
         articulated.give_way(state, trunk, torques);
-        self.ground_impulses(scene, state, &articulated, &mut toll);
+        toll.ground = self.ground();
         Ok(toll)
     }
 
-    fn ground_impulses(
-        &self,
-        scene: &Scene<'_, Lanes, N>,
-        state: &State<Lanes, N>,
-        articulated: &Articulated<Lanes, N>,
-        toll: &mut Toll,
-    ) {
-        let Some(ground) = &scene.model.ground else {
-            return;
-        };
-        let rotation = articulated.rotation();
-        for (i, entry) in self.entries.iter().enumerate() {
-            let Role::Normal { links, .. } = entry.role else {
-                continue;
-            };
-            let leg = entry.row.leg;
-            let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
-            let surface = site.footing(ground, state.position, &rotation).surface;
-            let [along, across] = surface.tangents();
-            let p = &self.problem.unknowns()[i..];
-            let sum = surface.normal * p[0] + along * p[1] + across * p[2];
-            for (total, part) in toll.ground[leg].iter_mut().zip(sum.iter()) {
-                *total += part;
+    /// The ground's impulses on each leg, world frame.
+    pub(crate) fn ground(&self) -> [[f64; 3]; 4] {
+        let mut ground = [[0.0; 3]; 4];
+        for (entry, impulse) in self.entries.iter().zip(self.problem.unknowns()) {
+            for (sum, d) in ground[entry.row.leg].iter_mut().zip(&entry.direction) {
+                *sum += impulse * d;
             }
         }
+        ground
     }
 
     /// What holds from here on: finds the forces of the closed constraints, and notes in the mode which of them push.
@@ -338,7 +361,7 @@ impl<const N: usize> Instant<N> {
         mode: &mut Mode,
     ) -> Result<(), Unsolved> {
         let (articulated, drive) = motors_only(scene, state);
-        self.find(scene, state, &articulated, &drive, legs, true);
+        self.find(scene, state, &articulated, &drive, legs, true, &touching);
         self.entries.retain(|entry| !entry.is_normal() || entry.rate < AT_REST);
         self.drop_orphans();
         for &leg in legs {
@@ -356,7 +379,7 @@ impl<const N: usize> Instant<N> {
         self.prepare(&articulated, friction);
         let free = articulated.accelerations();
         for (i, entry) in self.entries.iter().enumerate() {
-            let mut acceleration = entry.bias;
+            let mut acceleration = entry.bias + entry.winding;
             for (j, a) in entry.row.trunk.iter().zip(&free.trunk) {
                 acceleration += j * a;
             }
@@ -380,7 +403,7 @@ impl<const N: usize> Instant<N> {
                 kept = slides.is_none();
                 true
             }
-            Role::Tangent(_) => kept,
+            Role::Tangent { .. } => kept,
             Role::Stop(_) => {
                 kept = false;
                 true
@@ -415,7 +438,7 @@ impl<const N: usize> Instant<N> {
                     });
                     mode.contacts.push(Contact { leg, links, slides });
                 }
-                Role::Tangent(_) => {}
+                Role::Tangent { .. } => {}
             }
         }
     }
@@ -443,7 +466,7 @@ impl<const N: usize> Instant<N> {
 
 impl<const N: usize> Entry<N> {
     fn is_normal(&self) -> bool {
-        !matches!(self.role, Role::Tangent(_))
+        !self.role.is_tangent()
     }
 }
 
@@ -501,6 +524,7 @@ impl<const N: usize> Scene<'_, Lanes, N> {
             holds: &mode.holds,
             drive,
             recovery: Lanes::zero(),
+            ahead: 0.0,
             any: mode.any,
         };
         Articulated::new(self.model, self.legs, state, &holding)

@@ -4,9 +4,9 @@ use twinrig_contact::Unsolved;
 use twinrig_legged::{Ledger, Stored};
 use twinrig_runtime::WorkCounts;
 
-use crate::articulated::into_world;
+use crate::articulated::{into_world, stored_in};
 use crate::chain::Chain;
-use crate::events::Instant;
+use crate::events::{Instant, PLACES};
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::options::Method;
@@ -72,6 +72,9 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) tolerance: f64,
     pub(crate) bench: Bench<f64, N>,
     pub(crate) instant: Instant<N>,
+    /// Forces of the last step of [`Method::Moreau`], the first guess of the next; and rates without them.
+    pub(crate) pushed: [[f64; PLACES]; 4],
+    pub(crate) free_rates: Vec<f64>,
     pub(crate) rodas4: crate::rodas4::Memory<N>,
     /// By how much a foot may be wrong after the last step, as the step itself says \[m\].
     pub(crate) estimate: f64,
@@ -103,6 +106,8 @@ impl<const N: usize> Flow<N> {
             tolerance,
             bench: Bench::default(),
             instant: Instant::default(),
+            pushed: [[0.0; PLACES]; 4],
+            free_rates: Vec::new(),
             rodas4: crate::rodas4::Memory::default(),
             estimate: 0.0,
         };
@@ -113,6 +118,7 @@ impl<const N: usize> Flow<N> {
     /// Moves on by `seconds`.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         match self.method {
+            Method::Moreau => self.run_moreau(seconds),
             _ => self.run_rk4(seconds),
         }
     }
@@ -155,11 +161,8 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Kinetic, spring and gravity energy \[J\].
-    pub(crate) fn stored(&mut self) -> Stored {
-        let state = self.state;
-        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
-        let motion = scene.motion(&state, &mut self.bench);
-        motion.articulated.stored(&self.model, &self.model.side_by_side, &state)
+    pub(crate) fn stored(&self) -> Stored {
+        stored_in(&self.model, &self.model.side_by_side, &self.state)
     }
 
     /// Adds what a motion feels to the sums, `weight` seconds of it.

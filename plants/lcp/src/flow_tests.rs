@@ -76,3 +76,40 @@ fn scratch_passive() {
         println!("{name} x real {}", 0.3 * n as f64 / t0.elapsed().as_secs_f64());
     }
 }
+
+fn standing() -> Flow<3> { standing_on(Base::Free) }
+fn standing_on(base: Base) -> Flow<3> {
+    use twinrig_contact::{Ground, Terrain};
+    let robot = robot();
+    let servo = twinrig_robot::Servo { lag: 5e-3, speed: 20.0, torque: 5.0, dead_band: 0.0, inertia: 1e-4 };
+    let setup = Setup { base, legs: robot.legs.iter().map(|m| m.name.clone()).collect(), ground: Some(Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()), step: SimDuration::from_millis(2), drives: Drives::Servos { hip: servo, knee: servo },
+        start: Vec::new().into() };
+    let options = crate::options::Options { setup, method: crate::options::Method::Rk4, tolerance: f64::INFINITY, toe: false };
+    crate::body::started::<3>(&robot, &options).unwrap()
+}
+
+#[test]
+fn scratch_books() {
+    for (name, case) in [("fixed drive", 0), ("slide", 1), ("free drive air", 2), ("stand drive", 3)] {
+        let mut flow = standing_on(if case == 0 { Base::Fixed } else { Base::Free });
+        if case == 0 || case == 2 { flow.model.ground = None; }
+        if case == 1 { flow.state.velocity = [0.5, 0.0, 0.0]; }
+        let s = flow.stored();
+        flow.ledger = Ledger::opened(s);
+        for i in 0..10 {
+            if case != 1 { flow.mode.commands.hip = flow.mode.commands.hip + Lanes::splat(0.001); }
+            let r = flow.step(2e-3);
+            println!("{name} {i} {r:?} ev {} {:?} books {:?}", flow.counts.events, flow.mode.contacts.first(), flow.ledger.books());
+        }
+    }
+}
+
+#[test]
+fn scratch_stand() {
+    let mut flow = standing();
+    for i in 0..100 {
+        let r = flow.step(2e-3);
+        println!("{i} z {:.6} w {:?} events {} {:?} {:e}", flow.state.position[2], flow.state.turning, flow.counts.events, flow.mode.contacts.iter().map(|c| (c.leg, c.slides)).collect::<Vec<_>>(), flow.ledger.books().residual);
+        if let Err(e) = r { println!("{e}"); break; }
+    }
+}

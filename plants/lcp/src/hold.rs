@@ -323,6 +323,8 @@ pub(crate) struct Holding<'a, R> {
     pub(crate) holds: &'a Holds<R>,
     pub(crate) drive: &'a Driven<R>,
     pub(crate) recovery: R,
+    /// Seconds over which friction in the joints answers to accelerations: half a step of an implicit rule, or zero.
+    pub(crate) ahead: f64,
     /// Which kinds of constraints hold in any lane; the others cost nothing.
     pub(crate) any: [bool; HOLDS],
 }
@@ -332,10 +334,28 @@ impl<R: Real, const N: usize> Chain<R, N> {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn give(&self, leg: &Constants<R, N>, angles: &[R; N], held: &Holding<'_, R>) -> Give<R, N> {
-        let Holding { holds, drive, recovery, any } = held;
+        let Holding {
+            holds,
+            drive,
+            recovery,
+            ahead,
+            any,
+        } = held;
         let zero = R::zero();
         let mut inertia = self.inertia;
         inertia[0][0] += drive.hip_inertia;
+        if *ahead > 0.0 {
+            let weight = R::splat(*ahead);
+            for i in 0..N {
+                let friction = weight * leg.friction[i];
+                inertia[i][i] += friction;
+                if i > 0 {
+                    inertia[i - 1][i - 1] += friction;
+                    inertia[i - 1][i] -= friction;
+                    inertia[i][i - 1] -= friction;
+                }
+            }
+        }
         let mut give = Give::free(&inertia);
         let target = |hold: &Hold<R, N>| {
             -(hold.curvature + *recovery * (R::splat(2.0) * hold.rate + *recovery * hold.gap))

@@ -106,6 +106,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             holds: &self.holds,
             drive: &drive,
             recovery: R::splat(self.recovery),
+            ahead: 0.0,
             any: self.mode.any,
         };
         let articulated = Articulated::new(self.model, self.legs, state, &holding);
@@ -315,7 +316,7 @@ pub(crate) fn sliding<T: Real>(footing: &Footing<T>, last: [f64; 2]) -> [T; 2] {
 
 #[inline(always)]
 #[allow(clippy::inline_always)]
-fn quaternion_rate<T: Real>([w, x, y, z]: [T; 4], turning: [T; 3]) -> [T; 4] {
+pub(crate) fn quaternion_rate<T: Real>([w, x, y, z]: [T; 4], turning: [T; 3]) -> [T; 4] {
     let half = T::splat(0.5);
     let [p, q, r] = turning.map(|rate| half * rate);
     [

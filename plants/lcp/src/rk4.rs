@@ -3,10 +3,12 @@
 //! A step that an event cuts short is taken again up to the event. Where legs hang on a trunk that is held they have nothing
 //! to do with each other: each then goes its own time, side by side with the others.
 
+use crate::drives::wanted;
 use crate::events::{Stop, direction};
 use crate::flow::{Flow, FlowError};
 use crate::guards::{GUARDS, Guard, Guards, STOPS, at_foot, kind};
 use crate::motion::{Motion, Scene};
+use crate::motors::Effort;
 use crate::real::{Lanes, Real};
 use crate::root::{first_root_of_cubic, first_root_of_quadratic};
 use crate::site::Site;
@@ -15,10 +17,16 @@ use crate::state::{Slope, State};
 /// Guards count as broken beyond these: metres, newtons, metres per second.
 const GAP: f64 = 1e-10;
 const FORCE: f64 = 1e-9;
-const SLIDE: f64 = 0.0;
+const SLIDE: f64 = 2e-7;
 
 /// Errors of constraints are taken back at this rate per step.
 const RECOVERY: f64 = 0.2;
+
+/// Steps are not made shorter than this to see a gap open \[s\].
+const SHORTEST: f64 = 1e-7;
+
+/// Gaps below this may close at once \[m\].
+const TOUCHING: f64 = 1e-8;
 
 /// Events in one step, at most.
 const EVENTS_MAX: u32 = 200;
@@ -46,6 +54,9 @@ struct Due {
     at: f64,
     place: usize,
     leg: usize,
+    /// Whether it is one: a gap that was closed to begin with tells nothing of when it closed again, only that the step was
+    /// too long to see it.
+    met: bool,
 }
 
 impl<const N: usize> Flow<N> {
@@ -54,8 +65,8 @@ impl<const N: usize> Flow<N> {
         let recovery = RECOVERY / seconds;
         let mut remaining = Lanes::splat(seconds);
         let tolerances = tolerances();
-        self.obey()?;
-        let mut start = self.start(recovery, seconds)?;
+        self.obey();
+        let mut start = self.start(recovery)?;
         let mut events = 0;
         loop {
             let state = self.state;
@@ -79,19 +90,20 @@ impl<const N: usize> Flow<N> {
                 }
             }
             let mut leap = self.leap(&state, &start, h, recovery);
-            let mut end = self.motion(&leap.end, recovery);
+            let end = self.motion(&leap.end, recovery);
             let correction = self.correction(&leap.end, &end, &due, h);
             leap.end = taylor(&leap.end, &end.slope, correction, self.model.is_free());
             h += correction;
             self.accept(&leap, &state, &start, h);
             remaining -= h;
             for (island, due) in self.islands().zip(&due) {
-                if due.is_some() {
+                if due.is_some_and(|due| due.met) {
+                    if std::env::var("DBG").is_ok() { let d = due.unwrap(); eprintln!("due {} at {:e} leg {} h {:e} rem {:e}", d.place, d.at, d.leg, h.lane(0), remaining.lane(0)); }
                     events += 1;
                     self.counts.events += 1;
                     let legs: Vec<usize> = island.clone().collect();
                     self.meet(&legs, recovery)?;
-                } else {
+                } else if due.is_none() {
                     for leg in self.lanes_of(island) {
                         remaining = remaining.with_lane(leg, 0.0);
                     }
@@ -100,8 +112,13 @@ impl<const N: usize> Flow<N> {
             if events > EVENTS_MAX {
                 return Err(FlowError::Crowded { events, seconds });
             }
-            end = self.motion(&self.state.clone(), recovery);
-            start = end;
+            let state = self.state;
+            start = self.motion(&state, recovery);
+            if remaining.to_array().iter().all(|&left| left <= 0.0) {
+                self.counts.steps += 1;
+                self.end_of_step(&start);
+                return self.check();
+            }
         }
     }
 
@@ -132,30 +149,30 @@ impl<const N: usize> Flow<N> {
     }
 
     /// The motion at the start, in a mode that has something to it.
-    fn start(&mut self, recovery: f64, seconds: f64) -> Result<Motion<Lanes, N>, FlowError> {
-        let tolerances = tolerances();
-        for events in 0.. {
-            let state = self.state;
-            let motion = self.motion(&state, recovery);
-            let guards = self.guards(&state, &motion, recovery);
-            if !guards.alarmed(&tolerances) {
-                return Ok(motion);
-            }
-            if events > 3 {
-                return Ok(motion);
-            }
-            for island in self.islands() {
-                let alarmed = |leg: usize| {
-                    let values = guards.values.iter().zip(&tolerances);
-                    values.clone().any(|(guard, tolerance)| guard.lane(leg) < -tolerance)
-                };
-                if island.clone().any(alarmed) {
-                    let legs: Vec<usize> = island.collect();
-                    self.meet(&legs, recovery)?;
-                }
+    fn start(&mut self, recovery: f64) -> Result<Motion<Lanes, N>, FlowError> {
+        // A gap counts here from where it touches: what was let go at that very instant may be caught again by new commands.
+        let thresholds: [f64; GUARDS] = std::array::from_fn(|place| match kind(place) {
+            Guard::Gap => -TOUCHING,
+            _ => FORCE,
+        });
+        let state = self.state;
+        let motion = self.motion(&state, recovery);
+        let guards = self.guards(&state, &motion, recovery);
+        if !guards.alarmed(&thresholds) {
+            return Ok(motion);
+        }
+        for island in self.islands() {
+            let alarmed = |leg: usize| {
+                let mut values = guards.values.iter().zip(&thresholds);
+                values.any(|(guard, threshold)| guard.lane(leg) < -threshold)
+            };
+            if island.clone().any(alarmed) {
+                let legs: Vec<usize> = island.collect();
+                self.meet(&legs, recovery)?;
             }
         }
-        Err(FlowError::Crowded { events: 0, seconds })
+        let state = self.state;
+        Ok(self.motion(&state, recovery))
     }
 
     /// Impact and change of mode of these legs.
@@ -173,6 +190,7 @@ impl<const N: usize> Flow<N> {
         (self.counts.solver_iterations, self.counts.factorisations) =
             (self.instant.iterations, self.instant.factorisations);
         let toll = settled?;
+        if std::env::var("DBG").is_ok() { eprintln!("   meet toll {:e} {:e} contacts {:?} holds {:?}", toll.impact, toll.friction, mode.contacts, [mode.holds.closed, mode.holds.extended, mode.holds.cable]); }
         self.state = state;
         self.mode = mode;
         self.ledger.impact += toll.impact;
@@ -240,7 +258,7 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    fn check(&self) -> Result<(), FlowError> {
+    pub(crate) fn check(&self) -> Result<(), FlowError> {
         let sum = self.state.rates.iter().fold(Lanes::zero(), |sum, r| sum + *r);
         let legs = self.model.legs.len();
         if sum.to_array()[..legs].iter().all(|x| x.is_finite()) && self.state.position[2].is_finite() {
@@ -273,7 +291,15 @@ impl<const N: usize> Flow<N> {
                     if b >= -tolerance && !(u < 0.0 && v > 0.0) {
                         continue;
                     }
-                    first_root_of_cubic(a, u, b, v, b < -tolerance)
+                    if b < -tolerance && a <= *tolerance {
+                        let met = seconds < SHORTEST;
+                        let at = if met { seconds } else { 0.25 * seconds };
+                        if due.is_none_or(|due| at < due.at) {
+                            due = Some(Due { at, place, leg, met });
+                        }
+                        continue;
+                    }
+                    first_root_of_cubic(a, u, b, v)
                 } else if b < -tolerance {
                     Some(first_root_of_quadratic(a, m, b))
                 } else {
@@ -282,7 +308,8 @@ impl<const N: usize> Flow<N> {
                 if let Some(share) = share {
                     let at = share * seconds;
                     if due.is_none_or(|due| at < due.at) {
-                        due = Some(Due { at, place, leg });
+                        let met = true;
+                        due = Some(Due { at, place, leg, met });
                     }
                 }
             }
@@ -312,7 +339,7 @@ impl<const N: usize> Flow<N> {
         let mut correction = Lanes::zero();
         for (island, due) in self.islands().zip(due) {
             let Some(due) = due else { continue };
-            if kind(due.place) != Guard::Gap {
+            if kind(due.place) != Guard::Gap || !due.met {
                 continue;
             }
             let (gap, rate) = (
@@ -341,7 +368,7 @@ fn dips(before: &Guards, after: &Guards, h: Lanes) -> bool {
             u[leg] < 0.0
                 && v[leg] > 0.0
                 && a[leg].min(b[leg]) < 0.25 * seconds * (v[leg] - u[leg])
-                && first_root_of_cubic(a[leg], u[leg] * seconds, b[leg], v[leg] * seconds, false)
+                && first_root_of_cubic(a[leg], u[leg] * seconds, b[leg], v[leg] * seconds)
                     .is_some()
         })
     })
@@ -378,69 +405,31 @@ pub(crate) fn normalised<const N: usize>(state: &State<Lanes, N>, free: bool) ->
 
 impl<const N: usize> Flow<N> {
     /// Takes up new commands: motors that have their torque again, motors that have none left.
-    fn obey(&mut self) -> Result<(), FlowError> {
-        let Some(servos) = self.model.servos else {
-            return Ok(());
-        };
+    fn obey(&mut self) {
         /// A motor that changes its mind more often is on the border of its torque; either answer is right there.
         const CHANGES_MAX: usize = 4;
+        let Some(servos) = self.model.servos else {
+            return;
+        };
+        if servos.both().iter().all(|servo| servo.torque().is_infinite()) {
+            return;
+        }
         for _ in 0..CHANGES_MAX {
             let state = self.state;
             let motion = self.motion(&state, 0.0);
-            let mut changed = false;
-            let mut commands = self.mode.commands;
-            for leg in 0..self.model.legs.len() {
-                for (servo, torque, spent, command, position, rate, accelerated) in [
-                    (
-                        &servos.hip,
-                        motion.felt.hip_torque,
-                        &mut commands.hip_spent,
-                        self.mode.commands.hip,
-                        state.angles[0],
-                        state.rates[0],
-                        motion.slope.rates[0],
-                    ),
-                    (
-                        &servos.knee,
-                        motion.felt.knee_torque,
-                        &mut commands.pulley_spent,
-                        self.mode.commands.pulley,
-                        state.pulley,
-                        state.pulley_rate,
-                        motion.slope.pulley_rate,
-                    ),
-                ] {
-                    if servo.torque().is_infinite() {
-                        continue;
-                    }
-                    let (torque, rate) = (torque.lane(leg), rate.lane(leg));
-                    let wanted =
-                        crate::drives::wanted(servo, command.lane(leg), position.lane(leg), rate);
-                    let now = spent.lane(leg);
-                    let next = if now == 0.0 {
-                        let way = torque.signum();
-                        let most = crate::drives::greatest(servo, way, rate).abs();
-                        if torque.abs() > most { way } else { 0.0 }
-                    } else if (accelerated.lane(leg) - wanted) * now > 0.0 {
-                        0.0
-                    } else {
-                        now
-                    };
-                    if next != now {
-                        changed = true;
-                        *spent = spent.with_lane(leg, next);
-                    }
-                }
+            let commands = &self.mode.commands;
+            let effort = Effort {
+                torques: [motion.felt.hip_torque, motion.felt.knee_torque],
+                given: [motion.slope.rates[0], motion.slope.pulley_rate],
+                wanted: [
+                    wanted(&servos.hip, commands.hip, state.angles[0], state.rates[0]),
+                    wanted(&servos.knee, commands.pulley, state.pulley, state.pulley_rate),
+                ],
+            };
+            if !self.tire(&effort) {
+                return;
             }
-            if !changed {
-                return Ok(());
-            }
-            self.mode.commands = commands;
-            let spent = commands.hip_spent * commands.hip_spent;
-            self.mode.holds.hip = Lanes::splat(1.0) - spent;
-            self.mode.recount();
         }
-        Ok(())
     }
 }
 

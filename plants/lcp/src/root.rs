@@ -1,8 +1,7 @@
 //! Where a guard breaks within a step, as a share of the step.
 
-/// The first root, from above, of the cubic with these values and slopes at 0 and 1. Where `certain`, there is one: the value
-/// at 1 is negative.
-pub(crate) fn first_root_of_cubic(a: f64, u: f64, b: f64, v: f64, certain: bool) -> Option<f64> {
+/// The first root, from above, of the cubic with these values and slopes at 0 and 1, if it has one.
+pub(crate) fn first_root_of_cubic(a: f64, u: f64, b: f64, v: f64) -> Option<f64> {
     let at = |s: f64| {
         let r = 1.0 - s;
         a * r * r * (1.0 + 2.0 * s) + u * s * r * r + b * s * s * (3.0 - 2.0 * s) - v * s * s * r
@@ -12,12 +11,12 @@ pub(crate) fn first_root_of_cubic(a: f64, u: f64, b: f64, v: f64, certain: bool)
     let mut low = 0.0;
     for piece in 1..=PIECES {
         let high = f64::from(piece) / f64::from(PIECES);
-        if at(high) < 0.0 && (at(low) > 0.0 || low > 0.0 || a > 0.0) {
+        if at(high) < 0.0 && at(low) >= 0.0 {
             return Some(bisected(at, low, high));
         }
         low = high;
     }
-    certain.then_some(0.0)
+    None
 }
 
 /// The first root, from above, of the parabola through these values at 0, 1/2 and 1; the last is negative.

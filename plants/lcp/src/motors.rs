@@ -1,0 +1,57 @@
+//! Motors whose torque is used up, and motors that have some to spare again.
+
+use crate::drives::greatest;
+use crate::flow::Flow;
+use crate::real::{Lanes, Real};
+
+/// What the two motors of each leg do: hip, then pulley.
+pub(crate) struct Effort {
+    /// Torque that each gives \[N·m\].
+    pub(crate) torques: [Lanes; 2],
+    /// The acceleration that each gives its joint, and the one it would want to \[rad/s²\].
+    pub(crate) given: [Lanes; 2],
+    pub(crate) wanted: [Lanes; 2],
+}
+
+impl<const N: usize> Flow<N> {
+    /// Notes which motors are used up by this effort; says whether that is news.
+    pub(crate) fn tire(&mut self, effort: &Effort) -> bool {
+        let Some(servos) = self.model.servos else {
+            return false;
+        };
+        let commands = &mut self.mode.commands;
+        let rates = [self.state.rates[0], self.state.pulley_rate];
+        let spent = [&mut commands.hip_spent, &mut commands.pulley_spent];
+        let mut news = false;
+        for (drive, (servo, spent)) in servos.both().into_iter().zip(spent).enumerate() {
+            if servo.torque().is_infinite() {
+                continue;
+            }
+            for leg in 0..self.model.legs.len() {
+                let of = |lanes: &[Lanes; 2]| lanes[drive].lane(leg);
+                let now = spent.lane(leg);
+                let next = if now == 0.0 {
+                    let torque = of(&effort.torques);
+                    let way = torque.signum();
+                    let most = greatest(servo, way, of(&rates)).abs();
+                    if torque.abs() > most { way } else { 0.0 }
+                } else if (of(&effort.given) - of(&effort.wanted)) * now > 0.0 {
+                    // It would give more than is wanted.
+                    0.0
+                } else {
+                    now
+                };
+                if next != now {
+                    news = true;
+                    *spent = spent.with_lane(leg, next);
+                }
+            }
+        }
+        if news {
+            let spent = commands.hip_spent * commands.hip_spent;
+            self.mode.holds.hip = Lanes::splat(1.0) - spent;
+            self.mode.recount();
+        }
+        news
+    }
+}
