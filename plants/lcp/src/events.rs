@@ -7,6 +7,8 @@
 //! forces     q̈  = a + H⁻¹ Jᵀ λ     0 ≤ λₙ ⊥ g̈ ≥ 0             |λₜ| ≤ µ λₙ
 //! ```
 
+pub(crate) mod constrained;
+
 use twinrig_contact::{Bound, Method, Problem, Restitution, Unsolved};
 
 use crate::articulated::{Articulated, Response, Row, between};

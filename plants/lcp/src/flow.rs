@@ -119,6 +119,9 @@ impl<const N: usize> Flow<N> {
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         match self.method {
             Method::Moreau => self.run_moreau(seconds),
+            Method::SemiImplicit => self.run_semi_implicit(seconds),
+            Method::ExplicitEuler => self.run_explicit_euler(seconds),
+            Method::Thesis => self.run_thesis(seconds),
             _ => self.run_rk4(seconds),
         }
     }

@@ -6,6 +6,7 @@ mod chain;
 mod constants;
 mod dense;
 mod drives;
+mod euler;
 mod events;
 mod flow;
 mod guards;
@@ -27,6 +28,7 @@ mod root;
 mod scenes;
 mod site;
 mod state;
+mod thesis;
 mod trunk;
 
 pub use options::{LcpError, Method, Options};

@@ -111,12 +111,33 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         };
         let articulated = Articulated::new(self.model, self.legs, state, &holding);
         let mut accelerations = articulated.accelerations();
-        let mut slope = Slope::zero();
-        slope.dissipated = articulated.chain.friction_power();
+        let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {
-            self.stand(state, &articulated, &mut accelerations, bench, &mut slope.dissipated);
+            self.stand(state, &articulated, &mut accelerations, bench, &mut dissipated);
         }
         let felt = self.feel(&articulated, &accelerations, &drive);
+        let mut slope = self.slope(state, &articulated, &accelerations, &drive, &felt);
+        slope.dissipated = dissipated;
+        Motion {
+            slope,
+            felt,
+            articulated,
+            drive,
+        }
+    }
+
+    /// How the state changes with these accelerations; what friction takes is left open.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn slope(
+        &self,
+        state: &State<R, N>,
+        articulated: &Articulated<R, N>,
+        accelerations: &Accelerations<R, N>,
+        drive: &Driven<R>,
+        felt: &Felt<R>,
+    ) -> Slope<R, N> {
+        let mut slope = Slope::zero();
         slope.angles = state.rates;
         slope.rates = accelerations.links;
         if self.model.servos.is_some() {
@@ -133,18 +154,13 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             slope.velocity = [trunk[0], trunk[1], trunk[2]];
             slope.turning = [trunk[3], trunk[4], trunk[5]];
         }
-        Motion {
-            slope,
-            felt,
-            articulated,
-            drive,
-        }
+        slope
     }
 
     /// Forces of what holds, and torques of the motors.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    fn feel(
+    pub(crate) fn feel(
         &self,
         articulated: &Articulated<R, N>,
         accelerations: &Accelerations<R, N>,

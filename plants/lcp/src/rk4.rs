@@ -405,7 +405,7 @@ pub(crate) fn normalised<const N: usize>(state: &State<Lanes, N>, free: bool) ->
 
 impl<const N: usize> Flow<N> {
     /// Takes up new commands: motors that have their torque again, motors that have none left.
-    fn obey(&mut self) {
+    pub(crate) fn obey(&mut self) {
         /// A motor that changes its mind more often is on the border of its torque; either answer is right there.
         const CHANGES_MAX: usize = 4;
         let Some(servos) = self.model.servos else {

@@ -161,7 +161,8 @@ impl<const N: usize> Flow<N> {
         let free = self.model.is_free();
         let places = self.places();
         let mut memory = core::mem::take(&mut self.rodas4);
-        self.counts.factorisations += 1;
+        self.instant.factorisations += 1;
+        self.counts.factorisations = self.instant.factorisations;
         let system = if free {
             if !self.whole(state, h.lane(0), recovery, &mut memory) {
                 self.rodas4 = memory;

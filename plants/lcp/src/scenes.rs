@@ -143,3 +143,48 @@ pub(crate) fn distance<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>)
     }
     most
 }
+
+/// A robot with points for feet, whose legs swing between their stops.
+pub(crate) fn between() -> (Robot, Pose) {
+    let mut robot = robot();
+    for mount in &mut robot.legs {
+        let leg = &mut mount.leg;
+        leg.toe = None;
+        leg.diagonal.preload = -0.004;
+        leg.parallel.preload = -0.004;
+        leg.parallel_travel = 0.014;
+    }
+    (robot, ([10.0, -25.0, 37.0], [6.0, -4.0, 3.0]))
+}
+
+/// A robot with points for feet.
+pub(crate) fn without_toes() -> Robot {
+    let mut robot = robot();
+    for mount in &mut robot.legs {
+        mount.leg.toe = None;
+    }
+    robot
+}
+
+/// The robot that hangs from a trunk that is held, without motors.
+pub(crate) fn hanging(robot: &Robot, pose: Pose) -> Flow<3> {
+    flow(robot, Base::Fixed, pose, Drives::None, None)
+}
+
+/// The foot's way in steps of 2 ms.
+pub(crate) fn trace(
+    mut flow: Flow<3>,
+    seconds: f64,
+    h: f64,
+    mut step: impl FnMut(&mut Flow<3>, f64),
+) -> (Vec<[f64; 2]>, Flow<3>) {
+    let per = libm::round(2e-3 / h) as usize;
+    let mut feet = Vec::new();
+    for _ in 0..libm::round(seconds / 2e-3) as usize {
+        for _ in 0..per {
+            step(&mut flow, h);
+        }
+        feet.push(foot(&flow));
+    }
+    (feet, flow)
+}

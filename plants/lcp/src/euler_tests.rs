@@ -1,0 +1,187 @@
+use twinrig_legged::{Base, Ledger};
+use twinrig_robot::Robot;
+
+use super::*;
+use crate::options::Method as Integrator;
+use crate::scenes::{self, HARD, PASSIVE, Pose, flow, hanging, rms, trace};
+
+type Step = fn(&mut Flow<3>, f64) -> Result<(), FlowError>;
+
+const EXPLICIT: Step = Flow::run_explicit_euler;
+const SEMI_IMPLICIT: Step = Flow::run_semi_implicit;
+
+/// Error of the foot over 0.3 s, at these steps \[m\].
+fn errors<const M: usize>(robot: &Robot, pose: Pose, step: Step, lengths: [f64; M]) -> [f64; M] {
+    let mut right = hanging(robot, pose);
+    right.method = Integrator::Rk4;
+    let (right, _) = trace(right, 0.3, 1e-4, |flow, h| flow.step(h).unwrap());
+    lengths.map(|h| {
+        let (feet, _) = trace(hanging(robot, pose), 0.3, h, |flow, h| {
+            step(flow, h).unwrap()
+        });
+        rms(&feet, &right)
+    })
+}
+
+#[test]
+fn between_stops_both_are_of_first_order() {
+    let (robot, pose) = scenes::between();
+    for (step, lengths, most) in [
+        (SEMI_IMPLICIT, [2e-3, 1e-3, 5e-4], 1e-4),
+        (EXPLICIT, [1e-4, 5e-5, 2.5e-5], 5e-5),
+    ] {
+        let [coarse, middle, fine] = errors(&robot, pose, step, lengths);
+        assert!(coarse < most, "{coarse:e}");
+        for ratio in [coarse / middle, middle / fine] {
+            assert!((1.9..2.1).contains(&ratio), "{ratio}");
+        }
+    }
+}
+
+#[test]
+fn with_stops_both_converge_however_unevenly() {
+    let robot = scenes::without_toes();
+    for (pose, step, most, lengths) in [
+        (PASSIVE, SEMI_IMPLICIT, 3e-3, [2e-3, 1e-4, 1e-5]),
+        (PASSIVE, EXPLICIT, 1e-3, [2e-3, 1e-4, 1e-5]),
+        (HARD, SEMI_IMPLICIT, 2e-2, [2e-3, 1e-4, 1e-5]),
+        (HARD, EXPLICIT, 2e-2, [2e-3, 1e-4, 1e-5]),
+    ] {
+        let [coarse, middle, fine] = errors(&robot, pose, step, lengths);
+        assert!(coarse < most && coarse > 1e-4, "{coarse:e}");
+        assert!(
+            middle < coarse / 8.0 && fine < middle / 4.0,
+            "{coarse:e} {middle:e} {fine:e}"
+        );
+    }
+}
+
+#[test]
+fn the_explicit_method_makes_energy_where_the_other_keeps_it() {
+    let (robot, pose) = scenes::between();
+    let residual = |step: Step, h: f64| {
+        let (_, flow) = trace(hanging(&robot, pose), 0.3, h, |flow, h| {
+            step(flow, h).unwrap()
+        });
+        flow.ledger.books().residual
+    };
+    // Well above 2ζ/ω, and far below what the symplectic method bears.
+    assert!(residual(EXPLICIT, 2e-3) > 1.0);
+    assert!(residual(SEMI_IMPLICIT, 2e-3).abs() < 1e-3);
+    let [coarse, fine] = [1e-4, 5e-5].map(|h| residual(EXPLICIT, h));
+    assert!(
+        coarse > 0.0 && (1.8..2.4).contains(&(coarse / fine)),
+        "{coarse:e} {fine:e}"
+    );
+}
+
+#[test]
+fn the_estimate_is_what_one_step_is_wrong_by() {
+    let (robot, pose) = scenes::between();
+    for step in [EXPLICIT, SEMI_IMPLICIT] {
+        let [coarse, fine] = [1e-3, 5e-4].map(|h| {
+            let mut flow = hanging(&robot, pose);
+            step(&mut flow, h).unwrap();
+            let mut right = hanging(&robot, pose);
+            right.method = Integrator::Rk4;
+            right.step(h).unwrap();
+            let error = rms(&[scenes::foot(&flow)], &[scenes::foot(&right)]);
+            // It adds up what may cancel.
+            assert!(
+                flow.estimate > error && flow.estimate < 100.0 * error,
+                "{error:e}"
+            );
+            flow.estimate
+        });
+        assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+    }
+}
+
+#[test]
+fn stops_take_energy_and_give_none() {
+    let robot = scenes::without_toes();
+    let mut flow = hanging(&robot, HARD);
+    let before: f64 = flow.stored().iter().sum();
+    for _ in 0..30_000 {
+        flow.run_semi_implicit(1e-5).unwrap();
+        let stored: f64 = flow.stored().iter().sum();
+        assert!(stored < before * (1.0 + 1e-3), "{before} to {stored}");
+    }
+    assert!(flow.ledger.impact > 0.0 && flow.ledger.dissipated > 0.0);
+    assert!(
+        flow.ledger.books().residual.abs() < 1e-3,
+        "{:?}",
+        flow.ledger.books()
+    );
+}
+
+/// The robot as it stands on the ground with its motors on.
+fn standing(base: Base) -> Flow<3> {
+    let robot = scenes::without_toes();
+    let servos = scenes::driven(&robot);
+    let pose = ([0.0; 3], [0.0; 3]);
+    let mut flow = flow::<3>(&robot, base, pose, servos, Some(scenes::flat()));
+    let foot = scenes::foot(&flow);
+    flow.state.position = [
+        0.0,
+        0.0,
+        1e-3 - foot[1] - flow.model.legs[0].constants.hip[2],
+    ];
+    let stored = flow.stored();
+    flow.ledger = Ledger::opened(stored);
+    flow
+}
+
+#[test]
+fn the_ground_bears_a_robot_that_drops_on_it() {
+    for (base, step, h) in [
+        (Base::Free, SEMI_IMPLICIT, 1e-3),
+        (Base::Planar, SEMI_IMPLICIT, 1e-3),
+        (Base::Free, EXPLICIT, 5e-5),
+    ] {
+        let mut flow = standing(base);
+        let count = libm::round(0.5 / h) as usize;
+        for _ in 0..2 * count {
+            step(&mut flow, h).unwrap();
+        }
+        let before = flow.tally.ground.iter().map(|leg| leg[2]).sum::<f64>();
+        for _ in 0..count {
+            step(&mut flow, h).unwrap();
+        }
+        let after = flow.tally.ground.iter().map(|leg| leg[2]).sum::<f64>();
+        let weight = flow.model.trunk.mass * twinrig_robot::GRAVITY;
+        let borne = (after - before) / 0.5;
+        assert!(
+            (borne / weight - 1.0).abs() < 0.02,
+            "{base:?}: {borne} of {weight}"
+        );
+        assert!(
+            flow.state.velocity[2].abs() < 5e-2,
+            "{:?}",
+            flow.state.velocity
+        );
+    }
+}
+
+#[test]
+fn work_is_counted() {
+    let robot = scenes::without_toes();
+    for step in [EXPLICIT, SEMI_IMPLICIT] {
+        let mut flow = hanging(&robot, PASSIVE);
+        for _ in 0..150 {
+            step(&mut flow, 2e-3).unwrap();
+        }
+        assert_eq!((flow.counts.steps, flow.counts.evaluations), (150, 150));
+        // Each leg reaches its end, and then closes.
+        assert_eq!(flow.counts.events, 8);
+    }
+}
+
+#[test]
+fn a_state_that_is_no_number_is_told() {
+    for step in [EXPLICIT, SEMI_IMPLICIT] {
+        let mut flow = hanging(&scenes::without_toes(), PASSIVE);
+        flow.state.rates[1] = flow.state.rates[1].with_lane(2, f64::NAN);
+        assert!(step(&mut flow, 1e-3).is_err());
+    }
+}
