@@ -1,5 +1,5 @@
 //! Against trajectories of `tests/reference`, which has other coordinates, other derivatives, other integrators and another
-//! language. Two of its integrators agree to 1e-12 m in each scene.
+//! language. Two of its integrators agree to 1e-11 m in each scene.
 
 use std::fs;
 use std::path::Path;
@@ -230,16 +230,16 @@ fn tumble(name: &str, way: Way) -> f64 {
 
 #[test]
 fn a_passive_leg_moves_as_the_reference_does() {
-    for name in [
-        "passive",
-        "hard-hit",
-        "hard-light",
-        "undamped",
-        "loose",
-        "between",
-        "toe",
+    for (name, step_us) in [
+        ("passive", 50),
+        ("hard-hit", 50),
+        ("loose", 50),
+        ("between", 40),
+        ("hard-light", 25),
+        ("undamped", 25),
+        ("toe", 25),
     ] {
-        let worst = passive(name, steps_of(25));
+        let worst = passive(name, steps_of(step_us));
         assert!(worst < 1e-9, "{name}: {worst:e}");
     }
 }
@@ -247,15 +247,15 @@ fn a_passive_leg_moves_as_the_reference_does() {
 #[test]
 fn a_leg_of_a_hundred_times_the_stiffness_moves_as_the_reference_does() {
     for name in ["stiff", "stiff-between"] {
-        let worst = passive(name, steps_of(5));
-        assert!(worst < 1e-9, "{name}: {worst:e}");
+        let worst = passive(name, steps_of(10));
+        assert!(worst < 1e-8, "{name}: {worst:e}");
     }
 }
 
 #[test]
 fn a_robot_tumbles_as_the_reference_does() {
     for name in ["tumble", "tumble-undamped", "tumble-toe", "tumble-leg"] {
-        let worst = tumble(name, steps_of(25));
+        let worst = tumble(name, steps_of(50));
         assert!(worst < 1e-9, "{name}: {worst:e}");
     }
 }

@@ -230,7 +230,7 @@ class Hybrid:
         for index in closed:
             if index in held and index not in before:
                 self.note(time, index, "reached, holds")
-            elif index not in held and index not in before and time > 0.0 and rows[index] @ u >= 0.0:
+            elif index not in held and index not in before and time > 0.0 and rows[index] @ u >= -STILL:
                 self.note(time, index, "reached, leaves")
         if self.ground in held:
             self.note(time, index=self.ground, what=slide_name(held[self.ground]))
@@ -269,7 +269,13 @@ class Hybrid:
             # unwatched for a while that is too short for it to come back.
             until = min([end, *(start + moment for moment in left.values())])
             watched = [entry for entry in self.watched(held) if entry[0] not in left]
-            solution = self.solve(start, until, y, held, [ending(function) for _, function in watched])
+            events = [ending(function) for _, function in watched]
+            solution = self.solve(start, until, y, held, events)
+            dip = self.dip(solution, [index for (kind, index), _ in watched if kind == "reached"])
+            if dip is not None:
+                # To where it is closed; there the signs tell.
+                solution = self.solve(start, dip, y, held, events)
+                assert solution.status == 1, "a gap that closes and opens again is lost"
             if solution.status == 0:
                 start, y, left = until, solution.y[:, -1], {}
                 continue
@@ -288,6 +294,18 @@ class Hybrid:
             start, y = time, np.concatenate([q, u, at[-1:]])
             left = self.just_left(q, u, held)
         return y, held
+
+    def dip(self, solution, indices):
+        """The first of some instants within the steps at which a gap is closed that is open at their ends; if there is one."""
+        if not indices:
+            return None
+        ends = solution.t
+        for start, end in zip(ends[:-1], ends[1:]):
+            for part in (0.2, 0.4, 0.6, 0.8):
+                time = start + part * (end - start)
+                if self.system.gaps(self.split(solution.sol(time))[0])[indices].min() < -1e-13:
+                    return time
+        return None
 
     def just_left(self, q, u, held):
         """What begins at zero and opens, with a time in which it does not come back [s]."""
