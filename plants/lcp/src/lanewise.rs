@@ -31,8 +31,9 @@ impl LaneFactors {
             for i in k + 1..n {
                 let swap = a[i][k].abs().simd_gt(a[k][k].abs());
                 swapped[k][i] = swap;
-                for j in 0..n {
-                    (a[k][j], a[i][j]) = ordered(swap, a[k][j], a[i][j]);
+                let (above, below) = a.split_at_mut(i);
+                for (p, q) in above[k].iter_mut().zip(&mut below[0]).take(n) {
+                    (*p, *q) = ordered(swap, *p, *q);
                 }
             }
             let inverse = Lanes::splat(1.0) / a[k][k];
@@ -40,9 +41,9 @@ impl LaneFactors {
             for i in k + 1..n {
                 let factor = a[i][k] * inverse;
                 a[i][k] = factor;
-                for j in k + 1..n {
-                    let upper = a[k][j];
-                    a[i][j] -= factor * upper;
+                let upper = a[k];
+                for (entry, upper) in a[i].iter_mut().zip(&upper).take(n).skip(k + 1) {
+                    *entry -= factor * *upper;
                 }
             }
         }

@@ -11,6 +11,7 @@ type Matrix = [[f64; STAGES]; STAGES];
 fn classical() -> (Matrix, Matrix, [[f64; STAGES]; 2]) {
     let mut gammas = [[0.0; STAGES]; STAGES];
     // Γ⁻¹ = I/γ − C is triangular.
+    #[allow(clippy::needless_range_loop)] // As in formulas.
     for column in 0..STAGES {
         for row in column..STAGES {
             let mut sum = if row == column { 1.0 } else { 0.0 };
@@ -134,7 +135,7 @@ fn runge_kutta<const N: usize>(
 }
 
 /// `steps` steps, and the work of friction and motors in them.
-fn steps<const N: usize>(flow: &mut Flow<N>, h: f64, steps: usize) -> [f64; 2] {
+fn steps<const N: usize>(flow: &mut Flow<N>, h: f64, steps: u32) -> [f64; 2] {
     let mut work = [0.0; 2];
     for _ in 0..steps {
         let state = flow.state;
@@ -162,7 +163,7 @@ fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     let servos = scenes::driven(&robot);
     let mut tumbling = flow::<N>(&robot, Base::Free, OPEN, Drives::None, None);
     scenes::tumbling(&mut tumbling);
-    let mut held = flow::<N>(&robot, Base::Fixed, OPEN, servos.clone(), None);
+    let mut held = flow::<N>(&robot, Base::Fixed, OPEN, servos, None);
     held.state.pulley_rate = Lanes::new([1.0, 2.0, 0.5, 3.0]);
     // Beyond the dead band, below the greatest speed.
     held.mode.commands.hip += Lanes::splat(0.1);
@@ -330,9 +331,9 @@ fn errors_fall_with_the_fourth_power_of_the_step() {
             // Its pose does not satisfy its constraints: it would be torn into place.
             continue;
         }
-        let ends = [16, 32, 512].map(|count| {
+        let ends = [16_u32, 32, 512].map(|count| {
             let mut flow = start.clone();
-            let work = steps(&mut flow, 0.016 / f64::from(count), count as usize);
+            let work = steps(&mut flow, 0.016 / f64::from(count), count);
             (flow.state, work)
         });
         let errors = [0, 1].map(|i| distance(&ends[i].0, &ends[2].0));
@@ -377,10 +378,10 @@ fn the_energy_books_close_with_the_methods_order() {
         if name == "standing" || name == "held" {
             continue;
         }
-        let residual = |count: usize| {
+        let residual = |count: u32| {
             let mut flow = start.clone();
             let before: f64 = flow.stored().iter().sum();
-            let [dissipated, actuator] = steps(&mut flow, 0.064 / count as f64, count);
+            let [dissipated, actuator] = steps(&mut flow, 0.064 / f64::from(count), count);
             flow.stored().iter().sum::<f64>() + dissipated - actuator - before
         };
         let [coarse, fine] = [64, 128].map(residual);

@@ -24,7 +24,7 @@ use crate::events::Stop;
 use crate::events::constrained::Demand;
 use crate::flow::{Flow, FlowError};
 use crate::motion::Scene;
-use crate::real::{Lanes, Real};
+use crate::real::Real;
 use crate::site::Site;
 
 /// τ in steps, "relatively larger than the integration time-step". ASSUMED.

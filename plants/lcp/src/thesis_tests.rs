@@ -1,5 +1,6 @@
 use super::*;
 use crate::options::Method as Integrator;
+use crate::real::Lanes;
 use crate::scenes::{self, HARD, PASSIVE, hanging, rms, trace};
 
 #[test]
@@ -11,7 +12,7 @@ fn it_does_not_converge_where_stops_are_reached() {
         let (right, _) = trace(right, 0.3, 1e-4, |flow, h| flow.step(h).unwrap());
         for h in [2e-3, 5e-4, 1e-4, 2e-5] {
             let (feet, _) = trace(hanging(&robot, pose), 0.3, h, |flow, h| {
-                flow.run_thesis(h).unwrap()
+                flow.run_thesis(h).unwrap();
             });
             let error = rms(&feet, &right);
             assert!(error > 0.05 && error < 0.5, "{h}: {error}");
@@ -25,7 +26,7 @@ fn energy_that_a_reset_makes_is_what_the_books_miss() {
     // The residual of an Euler step shrinks with the step; that of a reset stays.
     let residuals = [1e-4, 2e-5].map(|h| {
         let (_, flow) = trace(hanging(&robot, PASSIVE), 0.3, h, |flow, h| {
-            flow.run_thesis(h).unwrap()
+            flow.run_thesis(h).unwrap();
         });
         assert!(flow.ledger.impact >= 0.0);
         flow.ledger.books().residual
