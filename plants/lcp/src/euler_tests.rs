@@ -1,3 +1,4 @@
+use twinrig_contact::{Ground, Terrain};
 use twinrig_legged::{Base, Ledger};
 use twinrig_robot::Robot;
 
@@ -160,6 +161,21 @@ fn the_ground_bears_a_robot_that_drops_on_it() {
             flow.state.velocity
         );
     }
+}
+
+#[test]
+fn what_bouncing_ground_takes_is_in_the_books() {
+    let mut flow = standing(Base::Free);
+    flow.model.ground = Some(Ground::new(Terrain::Flat, 0.6, 0.5).unwrap());
+    flow.state.velocity[2] = -0.5;
+    let stored = flow.stored();
+    flow.ledger = Ledger::opened(stored);
+    for _ in 0..2000 {
+        flow.run_semi_implicit(1e-5).unwrap();
+    }
+    let books = flow.ledger.books();
+    assert!(flow.counts.events > 0 && books.impact > 1e-3, "{books:?}");
+    assert!(books.residual.abs() < 0.1 * books.impact, "{books:?}");
 }
 
 #[test]
