@@ -490,6 +490,32 @@ fn legs_on_a_held_trunk_do_not_see_each_other() {
 }
 
 #[test]
+fn the_work_of_motors_and_taut_cables_is_in_the_books() {
+    let robot = scenes::without_toes();
+    let pose = (OPEN.0, [0.0; 3]);
+    for taut in [false, true] {
+        let residual = |count: u32| {
+            let servos = scenes::driven(&robot);
+            let mut flow = flow::<3>(&robot, Base::Fixed, pose, servos, None);
+            flow.mode.holds.cable = Lanes::splat(if taut { 1.0 } else { 0.0 });
+            flow.mode.recount();
+            flow.mode.commands.hip += Lanes::splat(0.1);
+            flow.mode.commands.pulley += Lanes::splat(0.1);
+            let before: f64 = flow.stored().iter().sum();
+            let [dissipated, actuator] = steps(&mut flow, 0.01 / f64::from(count), count);
+            assert!(actuator > 1e-2, "{actuator}");
+            flow.stored().iter().sum::<f64>() + dissipated - actuator - before
+        };
+        let [coarse, fine] = [10, 100].map(residual);
+        // The fourth power, and more.
+        assert!(
+            fine.abs() < 1e-11 && coarse.abs() < 1e-6,
+            "{coarse:e} {fine:e}"
+        );
+    }
+}
+
+#[test]
 fn a_step_of_no_length_changes_nothing() {
     for (name, mut flow) in assorted::<3>() {
         let state = flow.state;
