@@ -168,14 +168,20 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         let trunk = self
             .base
             .as_ref()
-            .map_or([<R::Sum as Real>::zero(); 6], |base| base.schur.solve(base.schur.force));
+            .map_or([<R::Sum as Real>::zero(); 6], |base| {
+                base.schur.solve(base.schur.force)
+            });
         self.with_trunk(trunk, &self.torques)
     }
 
     /// Accelerations of the links under these torques, on a trunk of this acceleration.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn with_trunk(&self, trunk: Spatial<R::Sum>, torques: &[R; N]) -> Accelerations<R, N> {
+    pub(crate) fn with_trunk(
+        &self,
+        trunk: Spatial<R::Sum>,
+        torques: &[R; N],
+    ) -> Accelerations<R, N> {
         let mut torques = *torques;
         if let Some(base) = &self.base {
             for (torque, column) in torques.iter_mut().zip(&base.carried.columns) {
@@ -300,5 +306,11 @@ pub(crate) fn stored_in<R: Real, const N: usize>(
     let carried = Carried::new(legs, &chain, &carrier);
     let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), still, still);
     let upright = rotation(state.attitude);
-    stored(model, legs, state, &chain, Some((&carried, &trunk, &upright)))
+    stored(
+        model,
+        legs,
+        state,
+        &chain,
+        Some((&carried, &trunk, &upright)),
+    )
 }

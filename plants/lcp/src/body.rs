@@ -10,6 +10,7 @@ use crate::articulated::{into_world, rotation};
 use crate::chain::Chain;
 use crate::events::PLACES;
 use crate::flow::{Flow, FlowError, Tally};
+use crate::log::Happening;
 use crate::mode::Contact;
 use crate::model::Model;
 use crate::options::{LcpError, Options};
@@ -26,7 +27,13 @@ pub(crate) trait Body: Readings + Send {
     fn commands(&self, commands: &mut [f64]);
 
     /// Moves on by `seconds`, or stays where it is.
-    fn run(&mut self, seconds: f64) -> Result<(), FlowError>;
+    fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError>;
+
+    /// Begins to keep what happens, or forgets it.
+    fn keep_log(&mut self, wanted: bool);
+
+    /// What happened, and to the leg of which name.
+    fn log(&self) -> Vec<(Happening, &str)>;
 
     /// What it has cost.
     fn counts(&self) -> WorkCounts;
@@ -108,11 +115,21 @@ fn height<const N: usize>(robot: &Robot, setup: &Setup) -> Result<f64, LcpError>
 
 impl<const N: usize> Flow<N> {
     fn chain(&self) -> Chain<Lanes, N> {
-        Chain::new(&self.model.side_by_side, &self.state.angles, &self.state.rates)
+        Chain::new(
+            &self.model.side_by_side,
+            &self.state.angles,
+            &self.state.rates,
+        )
     }
 
     fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
-        Site::new(&self.model.side_by_side, &self.chain(), &self.state, leg, links)
+        Site::new(
+            &self.model.side_by_side,
+            &self.chain(),
+            &self.state,
+            leg,
+            links,
+        )
     }
 
     /// The point of a leg that is nearest to the ground, and how near.
@@ -120,7 +137,9 @@ impl<const N: usize> Flow<N> {
         let ground = self.model.ground.as_ref()?;
         let upright = rotation(self.state.attitude);
         let points = (3..=N).map(|links| {
-            let place = self.site(leg, links).in_world(self.state.position, &upright);
+            let place = self
+                .site(leg, links)
+                .in_world(self.state.position, &upright);
             let below = ground.below(&Vector3::from(place));
             (below.gap, below.normal)
         });
@@ -189,7 +208,9 @@ impl<const N: usize> Readings for Flow<N> {
 
     fn foot_position(&self, leg: usize) -> Vector3<f64> {
         let upright = rotation(self.state.attitude);
-        self.site(leg, 3).in_world(self.state.position, &upright).into()
+        self.site(leg, 3)
+            .in_world(self.state.position, &upright)
+            .into()
     }
 
     fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
@@ -202,7 +223,8 @@ impl<const N: usize> Readings for Flow<N> {
     }
 
     fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        self.nearest(leg).map_or_else(Vector3::z, |(_, normal)| normal)
+        self.nearest(leg)
+            .map_or_else(Vector3::z, |(_, normal)| normal)
     }
 
     fn clearance(&self, leg: usize) -> f64 {
@@ -228,7 +250,19 @@ impl<const N: usize> Body for Flow<N> {
         }
     }
 
-    fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
+    fn keep_log(&mut self, wanted: bool) {
+        self.logs = wanted;
+        self.log.clear();
+    }
+
+    fn log(&self) -> Vec<(Happening, &str)> {
+        let named =
+            |happening: &Happening| (*happening, self.model.legs[happening.leg].name.as_str());
+        self.log.iter().map(named).collect()
+    }
+
+    fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {
+        self.now_s = now_s;
         let before = self.save();
         self.tally_before = self.tally;
         self.tallied = seconds;
@@ -268,7 +302,10 @@ impl<const N: usize> Body for Flow<N> {
         let mut expected = 0;
         self.visit(&mut |_| expected += 1);
         if saved.numbers.len() != expected {
-            return Err(format!("{} numbers where {expected} are due", saved.numbers.len()));
+            return Err(format!(
+                "{} numbers where {expected} are due",
+                saved.numbers.len()
+            ));
         }
         let mut numbers = saved.numbers.iter();
         self.replace(&mut || *numbers.next().expect("there are as many as were counted"));
@@ -315,6 +352,7 @@ impl<const N: usize> Flow<N> {
             self.stride,
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
+        [self.rattles, self.patience] = copy.rattles.map(|n| n as u32);
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
@@ -337,6 +375,7 @@ impl<const N: usize> Flow<N> {
                 self.stride,
             ],
             tallied: self.tallied,
+            rattles: [f64::from(self.rattles), f64::from(self.patience)],
             pushed: self.pushed,
         }
     }
@@ -349,6 +388,7 @@ struct Numbers<const N: usize> {
     tally_before: Tally,
     lanes: [Lanes; 11],
     tallied: f64,
+    rattles: [f64; 2],
     pushed: [[f64; PLACES]; 4],
 }
 
@@ -372,6 +412,7 @@ impl<const N: usize> Numbers<N> {
             *lane = Lanes::new(numbers);
         }
         to(&mut self.tallied);
+        self.rattles.iter_mut().for_each(&mut *to);
         self.pushed.iter_mut().flatten().for_each(&mut *to);
     }
 }

@@ -60,7 +60,11 @@ impl<R: Real, const N: usize> Chain<R, N> {
         let turns = Turns {
             sine: [sine[0][1], sine[0][2], sine[1][2]],
             cosine: [cosine[0][1], cosine[0][2], cosine[1][2]],
-            rate: [rates[0] - rates[1], rates[0] - rates[2], rates[1] - rates[2]],
+            rate: [
+                rates[0] - rates[1],
+                rates[0] - rates[2],
+                rates[1] - rates[2],
+            ],
         };
         let ld = leg.l_delta;
         let zero = R::zero();

@@ -62,7 +62,8 @@ pub(crate) fn driven<R: Real>(
         hip_inertia: hip_spent * R::splat(hip.inertia()),
         pulley,
         pulley_rate,
-        pulley_acceleration: (one - knee_spent) * wanted(knee, commands.pulley, pulley, pulley_rate)
+        pulley_acceleration: (one - knee_spent)
+            * wanted(knee, commands.pulley, pulley, pulley_rate)
             + greatest(knee, commands.pulley_spent, pulley_rate) / inertia,
         pulley_mobility: knee_spent / inertia,
     }

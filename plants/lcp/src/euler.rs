@@ -16,8 +16,8 @@ use crate::flow::{Flow, FlowError};
 use crate::mode::Mode;
 use crate::motion::{Scene, quaternion_rate};
 use crate::real::{Lanes, Real};
-use crate::rk4::normalised;
 use crate::state::State;
+use crate::state::normalised;
 
 /// Errors of constraints are taken back at this rate per step, critically damped.
 const RECOVERY: f64 = 0.2;

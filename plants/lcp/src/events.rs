@@ -23,8 +23,10 @@ use crate::state::State;
 /// Gaps below this are closed \[m\].
 const CLOSED: f64 = 1e-8;
 
-/// Gaps of constraints that part or close slower than this stay closed \[m/s\].
+/// Gaps of constraints that part or close slower than this stay closed; of those that have held, what an impact adds to the
+/// rate by which they drifted \[m/s\].
 const AT_REST: f64 = 1e-7;
+const PARTING: f64 = 1e-6;
 
 /// Feet that slide slower than this hold \[m/s\].
 const HOLDING: f64 = 1e-7;
@@ -54,6 +56,18 @@ impl Stop {
         Self::Cable,
     ];
 
+    /// Where it holds, as a mode has it.
+    pub(crate) fn held(self, mode: &Mode) -> Lanes {
+        let holds = &mode.holds;
+        match self {
+            Self::Closed => holds.closed,
+            Self::Open => holds.open,
+            Self::Extended => holds.extended,
+            Self::Bottomed => holds.bottomed,
+            Self::Cable => holds.cable,
+        }
+    }
+
     /// Where a mode notes that it holds.
     pub(crate) fn of(self, mode: &mut Mode) -> &mut Lanes {
         let holds = &mut mode.holds;
@@ -77,9 +91,15 @@ fn touching(gap: f64, _: f64) -> bool {
 pub(crate) enum Role {
     Stop(Stop),
     /// Normal of a foot; where it slides, its friction comes with it.
-    Normal { links: usize, slides: Option<[f64; 2]> },
+    Normal {
+        links: usize,
+        slides: Option<[f64; 2]>,
+    },
     /// The first or second tangent of such a foot.
-    Tangent { links: usize, which: usize },
+    Tangent {
+        links: usize,
+        which: usize,
+    },
 }
 
 impl Role {
@@ -108,6 +128,8 @@ pub(crate) struct Entry<const N: usize> {
     /// The direction of its force: the row, but for feet that slide.
     pub(crate) push: Row<f64, N>,
     pub(crate) gap: f64,
+    /// Whether it has held so far.
+    held: bool,
     /// Rate of the gap, and its acceleration while everything moves evenly.
     pub(crate) rate: f64,
     pub(crate) bias: f64,
@@ -126,6 +148,8 @@ pub(crate) struct Instant<const N: usize> {
     pub(crate) pushes: Vec<Response<f64, N>>,
     pub(crate) problem: Problem,
     before: Vec<f64>,
+    /// Rates of closed gaps before the impact.
+    drifts: [[f64; PLACES]; 4],
     coefficients: Vec<f64>,
     pub(crate) iterations: u64,
     pub(crate) factorisations: u64,
@@ -168,7 +192,8 @@ impl<const N: usize> Instant<N> {
                     continue;
                 }
                 let (gap, rate) = (hold.gap.lane(leg), hold.rate.lane(leg));
-                if !closed(gap, rate) {
+                let held = stop.held(scene.mode).lane(leg) != 0.0;
+                if !held && !closed(gap, rate) {
                     continue;
                 }
                 let (mut compliance, mut winding) = (0.0, 0.0);
@@ -183,6 +208,7 @@ impl<const N: usize> Instant<N> {
                     row,
                     push: row,
                     gap,
+                    held,
                     rate,
                     bias: hold.curvature.lane(leg),
                     winding,
@@ -210,7 +236,9 @@ impl<const N: usize> Instant<N> {
         for links in 3..=N {
             let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
             let footing = site.footing(ground, state.position, &rotation);
-            if !closed(footing.gap, footing.velocity[0]) {
+            let held = scene.mode.contacts.iter();
+            let held = held.clone().any(|c| (c.leg, c.links) == (leg, links));
+            if !held && !closed(footing.gap, footing.velocity[0]) {
                 continue;
             }
             let [_, a, b] = footing.velocity;
@@ -220,13 +248,16 @@ impl<const N: usize> Instant<N> {
             let [forward, sideways] = footing.surface.tangents();
             let world = [footing.surface.normal, forward, sideways].map(<[f64; 3]>::from);
             let push = slides.map_or(n, |s| {
-                std::array::from_fn(|i| n[i] - ground.friction * (s[0] * along[i] + s[1] * across[i]))
+                std::array::from_fn(|i| {
+                    n[i] - ground.friction * (s[0] * along[i] + s[1] * across[i])
+                })
             });
             let entry = |k: usize, role, push| Entry {
                 role,
                 row: site.row(footing.directions[k]),
                 push,
                 gap: footing.gap,
+                held,
                 rate: footing.velocity[k],
                 bias: footing.bias[k],
                 winding: 0.0,
@@ -238,7 +269,8 @@ impl<const N: usize> Instant<N> {
             if slides.is_none() {
                 for k in 1..3 {
                     let own = site.row(footing.directions[k]);
-                    self.entries.push(entry(k, Role::Tangent { links, which: k }, own));
+                    self.entries
+                        .push(entry(k, Role::Tangent { links, which: k }, own));
                 }
             }
         }
@@ -254,7 +286,9 @@ impl<const N: usize> Instant<N> {
             let row = articulated.response(&entry.row);
             self.rows.push(row);
             self.pushes.push(match entry.role {
-                Role::Normal { slides: Some(_), .. } => articulated.response(&entry.push),
+                Role::Normal {
+                    slides: Some(_), ..
+                } => articulated.response(&entry.push),
                 _ => row,
             });
         }
@@ -292,6 +326,10 @@ impl<const N: usize> Instant<N> {
         let (articulated, drive) = slack(scene, state);
         self.find(scene, state, &articulated, &drive, legs, false, &touching);
         let mut toll = Toll::default();
+        self.drifts = [[0.0; PLACES]; 4];
+        for entry in &self.entries {
+            self.drifts[entry.row.leg][entry.role.place()] = entry.rate;
+        }
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(toll);
         }
@@ -302,7 +340,8 @@ impl<const N: usize> Instant<N> {
             .map_or((0.0, 0.0), |ground| (ground.friction, ground.restitution));
         self.prepare(&articulated, friction);
         self.before.clear();
-        self.before.extend(self.entries.iter().map(|entry| entry.rate));
+        self.before
+            .extend(self.entries.iter().map(|entry| entry.rate));
         self.coefficients.clear();
         self.coefficients
             .extend(self.entries.iter().map(|entry| match entry.role {
@@ -364,7 +403,16 @@ impl<const N: usize> Instant<N> {
     ) -> Result<(), Unsolved> {
         let (articulated, drive) = motors_only(scene, state);
         self.find(scene, state, &articulated, &drive, legs, true, &touching);
-        self.entries.retain(|entry| !entry.is_normal() || entry.rate < AT_REST);
+        let drifts = &self.drifts;
+        self.entries.retain(|entry| {
+            let drift = drifts[entry.row.leg][entry.role.place()];
+            let rests = if entry.held {
+                entry.rate - drift < PARTING
+            } else {
+                entry.rate < AT_REST
+            };
+            !entry.is_normal() || rests
+        });
         self.drop_orphans();
         for &leg in legs {
             for stop in Stop::ALL {
@@ -381,7 +429,12 @@ impl<const N: usize> Instant<N> {
         self.prepare(&articulated, friction);
         let free = articulated.accelerations();
         for (i, entry) in self.entries.iter().enumerate() {
-            let mut acceleration = entry.bias + entry.winding;
+            // With what takes errors back, so that what is found to push here pushes in the motion, too.
+            let back = scene.recovery;
+            let mut acceleration = entry.bias + entry.winding + back * entry.rate;
+            if !entry.role.is_tangent() {
+                acceleration += back * (entry.rate + back * entry.gap);
+            }
             for (j, a) in entry.row.trunk.iter().zip(&free.trunk) {
                 acceleration += j * a;
             }
@@ -432,7 +485,10 @@ impl<const N: usize> Instant<N> {
                 Role::Normal { links, slides } => {
                     let slides = slides.or_else(|| {
                         // A foot at rest whose friction is used up starts to slide against it.
-                        let t = [self.problem.unknowns()[i + 1], self.problem.unknowns()[i + 2]];
+                        let t = [
+                            self.problem.unknowns()[i + 1],
+                            self.problem.unknowns()[i + 2],
+                        ];
                         let size = libm::hypot(t[0], t[1]);
                         let spent = size >= friction * force * (1.0 - 1e-9);
                         let accelerates = libm::hypot(self.problem.w(i + 1), self.problem.w(i + 2));

@@ -7,10 +7,12 @@ use twinrig_runtime::WorkCounts;
 use crate::articulated::{into_world, stored_in};
 use crate::chain::Chain;
 use crate::events::{Instant, PLACES};
+use crate::log::Happening;
+use crate::march::{Halt, Stepper};
 use crate::mode::Mode;
 use crate::model::Model;
-use crate::options::Method;
 use crate::motion::{Bench, Motion, Scene};
+use crate::options::Method;
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State;
@@ -51,6 +53,42 @@ impl Tally {
             ground: [[0.0; 3]; 4],
         }
     }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.hip += other.hip;
+        self.knee += other.knee;
+        self.cable += other.cable;
+        self.push(&other.ground);
+    }
+
+    /// Adds impulses of the ground.
+    pub(crate) fn push(&mut self, ground: &[[f64; 3]; 4]) {
+        for (sum, part) in self
+            .ground
+            .iter_mut()
+            .flatten()
+            .zip(ground.iter().flatten())
+        {
+            *sum += part;
+        }
+    }
+}
+
+/// Events of an island in a step, beyond which they crowd; and for a method that has nobody to hand over to.
+const CROWD: u32 = 8;
+const CROWD_MAX: u32 = 200;
+
+/// How many steps a robot is taken to rattle for, where events crowd: the first time, and at most, each time twice as long.
+const PATIENCE: u32 = 50;
+const PATIENCE_MAX: u32 = 6400;
+
+/// What a step starts from.
+struct Before<const N: usize> {
+    state: State<Lanes, N>,
+    mode: Mode,
+    ledger: Ledger,
+    tally: Tally,
+    events: usize,
 }
 
 /// The plant in motion.
@@ -75,6 +113,15 @@ pub(crate) struct Flow<const N: usize> {
     /// Forces of the last step of [`Method::Moreau`], the first guess of the next; and rates without them.
     pub(crate) pushed: [[f64; PLACES]; 4],
     pub(crate) free_rates: Vec<f64>,
+    /// Steps that are left to Moreau's rule, since events crowd.
+    pub(crate) rattles: u32,
+    pub(crate) patience: u32,
+    /// Events of an island in a step, beyond which they crowd.
+    pub(crate) events_max: u32,
+    /// Time at the start of the step \[s\], and what happened since somebody wanted to know.
+    pub(crate) now_s: f64,
+    pub(crate) logs: bool,
+    pub(crate) log: Vec<Happening>,
     pub(crate) rodas4: crate::rodas4::Memory<N>,
     /// By how much a foot may be wrong after the last step, as the step itself says \[m\].
     pub(crate) estimate: f64,
@@ -108,6 +155,16 @@ impl<const N: usize> Flow<N> {
             instant: Instant::default(),
             pushed: [[0.0; PLACES]; 4],
             free_rates: Vec::new(),
+            rattles: 0,
+            patience: PATIENCE,
+            events_max: if method == Method::Rk4 {
+                CROWD
+            } else {
+                CROWD_MAX
+            },
+            now_s: 0.0,
+            logs: false,
+            log: Vec::new(),
             rodas4: crate::rodas4::Memory::default(),
             estimate: 0.0,
         };
@@ -118,12 +175,81 @@ impl<const N: usize> Flow<N> {
     /// Moves on by `seconds`.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         match self.method {
+            Method::Rk4 => self.run_rk4(seconds),
+            Method::Rodas4 => self.run(Stepper::Rosenbrock, seconds),
             Method::Moreau => self.run_moreau(seconds),
             Method::SemiImplicit => self.run_semi_implicit(seconds),
             Method::ExplicitEuler => self.run_explicit_euler(seconds),
             Method::Thesis => self.run_thesis(seconds),
-            _ => self.run_rk4(seconds),
         }
+    }
+
+    /// Steps of fourth order, unless they are too short for what is stiff or too many for what rattles: then others.
+    fn run_rk4(&mut self, seconds: f64) -> Result<(), FlowError> {
+        if self.rattles > 0 {
+            self.rattles -= 1;
+            self.counts.fallbacks += 1;
+            return self.run_moreau(seconds);
+        }
+        let before = self.saved();
+        match self.march(Stepper::RungeKutta, seconds) {
+            Ok(()) => Ok(()),
+            Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
+            Err(Halt::Crowded(_)) => {
+                self.back_to(&before);
+                self.rattles = self.patience;
+                self.patience = (2 * self.patience).min(PATIENCE_MAX);
+                self.counts.fallbacks += 1;
+                self.run_moreau(seconds)
+            }
+            Err(Halt::Stiff | Halt::Failed(_)) => {
+                self.back_to(&before);
+                self.counts.fallbacks += 1;
+                self.run(Stepper::Rosenbrock, seconds)
+            }
+        }
+    }
+
+    /// Steps of one method, come what may.
+    fn run(&mut self, stepper: Stepper, seconds: f64) -> Result<(), FlowError> {
+        self.march(stepper, seconds).map_err(|halt| match halt {
+            Halt::Stiff => FlowError::TooStiff { seconds },
+            Halt::Crowded(events) => FlowError::Crowded { events, seconds },
+            Halt::Failed(error) => error,
+        })
+    }
+
+    /// Whether every number of the state is one.
+    pub(crate) fn finite(&self) -> Result<(), FlowError> {
+        let legs = self.model.legs.len();
+        let rates = self.state.rates.iter().chain(&self.state.angles);
+        let sum = rates.fold(self.state.pulley, |sum, rate| sum + *rate);
+        let trunk = self.state.velocity.iter().chain(&self.state.turning);
+        let trunk = trunk.chain(&self.state.position).sum::<f64>();
+        if trunk.is_finite() && sum.to_array()[..legs].iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(FlowError::NotFinite)
+        }
+    }
+
+    /// The part of the flow that a step changes.
+    fn saved(&self) -> Before<N> {
+        Before {
+            state: self.state,
+            mode: self.mode.clone(),
+            ledger: self.ledger,
+            tally: self.tally,
+            events: self.log.len(),
+        }
+    }
+
+    fn back_to(&mut self, before: &Before<N>) {
+        self.state = before.state;
+        self.mode.clone_from(&before.mode);
+        (self.ledger, self.tally) = (before.ledger, before.tally);
+        self.log.truncate(before.events);
+        self.stride = Lanes::splat(f64::INFINITY);
     }
 
     /// How far constraints that hold are open \[m\].
@@ -168,21 +294,33 @@ impl<const N: usize> Flow<N> {
         stored_in(&self.model, &self.model.side_by_side, &self.state)
     }
 
-    /// Adds what a motion feels to the sums, `weight` seconds of it.
+    /// Adds what a motion feels to sums, `weight` seconds of it. The feet's forces are those on the bench.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn tally(&mut self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, weight: Lanes) {
+    pub(crate) fn feel(
+        &self,
+        state: &State<Lanes, N>,
+        motion: &Motion<Lanes, N>,
+        weight: Lanes,
+        tally: &mut Tally,
+    ) {
         if self.model.servos.is_some() {
-            self.tally.hip += weight * motion.felt.hip_torque;
-            self.tally.knee += weight * motion.felt.knee_torque;
-            self.tally.cable += weight * motion.felt.forces[crate::hold::CABLE];
+            tally.hip += weight * motion.felt.hip_torque;
+            tally.knee += weight * motion.felt.knee_torque;
+            tally.cable += weight * motion.felt.forces[crate::hold::CABLE];
         }
         if !self.mode.contacts.is_empty() {
-            self.tally_ground(state, motion, weight);
+            self.feel_ground(state, motion, weight, tally);
         }
     }
 
-    fn tally_ground(&mut self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, weight: Lanes) {
+    fn feel_ground(
+        &self,
+        state: &State<Lanes, N>,
+        motion: &Motion<Lanes, N>,
+        weight: Lanes,
+        tally: &mut Tally,
+    ) {
         let Some(ground) = &self.model.ground else {
             return;
         };
@@ -190,7 +328,13 @@ impl<const N: usize> Flow<N> {
         let mut forces = self.bench.forces.as_slice();
         for contact in &self.mode.contacts {
             let legs = &self.model.side_by_side;
-            let site = Site::new(legs, &motion.articulated.chain, state, contact.leg, contact.links);
+            let site = Site::new(
+                legs,
+                &motion.articulated.chain,
+                state,
+                contact.leg,
+                contact.links,
+            );
             let footing = site.footing(ground, state.position, &rotation);
             let [n, a, b] = footing.directions;
             let own: [f64; 3] = if let Some(last) = contact.slides {
@@ -206,7 +350,10 @@ impl<const N: usize> Flow<N> {
                 std::array::from_fn(|i| f * n[i] + g * a[i] + h * b[i])
             };
             let seconds = weight.lane(contact.leg);
-            for (sum, part) in self.tally.ground[contact.leg].iter_mut().zip(into_world(&rotation, own)) {
+            for (sum, part) in tally.ground[contact.leg]
+                .iter_mut()
+                .zip(into_world(&rotation, own))
+            {
                 *sum += seconds * part;
             }
         }

@@ -81,7 +81,11 @@ impl Guards {
             (chain.bottomed(scene.legs), holds.bottomed),
             (chain.taut(scene.legs, &motion.drive), holds.cable),
         ];
-        let stops = if scene.model.servos.is_some() { STOPS } else { STOPS - 1 };
+        let stops = if scene.model.servos.is_some() {
+            STOPS
+        } else {
+            STOPS - 1
+        };
         for (place, (hold, holds)) in gaps.into_iter().enumerate().take(stops) {
             guards.values[place] = hold.gap + holds * ease;
             guards.rates[place] = hold.rate;
@@ -96,8 +100,7 @@ impl Guards {
         .enumerate()
         {
             if scene.mode.any[hold] {
-                guards.values[STOPS + place] =
-                    forces[hold] + (Lanes::splat(1.0) - holds) * ease;
+                guards.values[STOPS + place] = forces[hold] + (Lanes::splat(1.0) - holds) * ease;
             }
         }
         guards.of_feet(scene, state, motion, bench);
@@ -123,11 +126,13 @@ impl Guards {
                     continue;
                 }
                 let site = Site::new(scene.legs, &motion.articulated.chain, state, leg, links);
-                let surface = ground.below(&Vector3::from(site.in_world(state.position, &rotation)));
+                let surface =
+                    ground.below(&Vector3::from(site.in_world(state.position, &rotation)));
                 let moved = crate::articulated::into_world(&rotation, site.velocity);
                 let place = at_foot(links, 0);
                 self.put(place, leg, surface.gap);
-                let rate = self.rates[place].with_lane(leg, surface.normal.dot(&Vector3::from(moved)));
+                let rate =
+                    self.rates[place].with_lane(leg, surface.normal.dot(&Vector3::from(moved)));
                 self.rates[place] = rate;
             }
         }

@@ -112,7 +112,10 @@ impl<R: Real, const N: usize> Chain<R, N> {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn taut(&self, leg: &Constants<R, N>, drive: &Driven<R>) -> Hold<R, N> {
-        let mut hold = self.at_most(&self.cable, leg.cable_max - leg.pulley_radius * drive.pulley);
+        let mut hold = self.at_most(
+            &self.cable,
+            leg.cable_max - leg.pulley_radius * drive.pulley,
+        );
         hold.rate -= leg.pulley_radius * drive.pulley_rate;
         hold
     }
@@ -333,7 +336,12 @@ impl<R: Real, const N: usize> Chain<R, N> {
     /// How the leg gives way with these constraints taken out.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn give(&self, leg: &Constants<R, N>, angles: &[R; N], held: &Holding<'_, R>) -> Give<R, N> {
+    pub(crate) fn give(
+        &self,
+        leg: &Constants<R, N>,
+        angles: &[R; N],
+        held: &Holding<'_, R>,
+    ) -> Give<R, N> {
         let Holding {
             holds,
             drive,
@@ -366,7 +374,9 @@ impl<R: Real, const N: usize> Chain<R, N> {
             give.take(HIP, &gradient, drive.hip_acceleration, zero, holds.hip);
         }
         if any[PANTOGRAPH] {
-            let hold = self.closed(leg, angles).either(holds.closed, &self.open(leg), holds.open);
+            let hold = self
+                .closed(leg, angles)
+                .either(holds.closed, &self.open(leg), holds.open);
             let holds = holds.closed + holds.open;
             give.take(PANTOGRAPH, &hold.gradient, target(&hold), zero, holds);
         }

@@ -13,6 +13,8 @@ mod guards;
 mod hold;
 mod jacobian;
 mod lanewise;
+mod log;
+mod march;
 mod mode;
 mod model;
 mod moreau;

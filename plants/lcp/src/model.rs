@@ -33,6 +33,8 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) energy_scale: f64,
     /// Greatest leg length \[m\].
     pub(crate) reach: f64,
+    /// Whether stops are left out, for comparison with what has none.
+    pub(crate) unbounded: bool,
 }
 
 impl<const N: usize> Model<N> {
@@ -88,6 +90,7 @@ impl<const N: usize> Model<N> {
             ground: setup.ground.clone(),
             energy_scale: mass * GRAVITY * reach,
             reach,
+            unbounded: false,
         })
     }
 

@@ -17,8 +17,7 @@ use crate::hold::{Driven, HIP, Holding};
 use crate::motion::{Scene, quaternion_rate};
 use crate::motors::Effort;
 use crate::real::{Lanes, Real};
-use crate::rk4::normalised;
-use crate::state::{Slope, State};
+use crate::state::{Slope, State, normalised};
 
 /// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint holds: as large as leaves
 /// an overlap decaying without a swing, since positions move by the mean of the velocities at both ends.
@@ -69,7 +68,7 @@ impl<const N: usize> Flow<N> {
                 break;
             }
         }
-        self.check()
+        self.finite()
     }
 
     /// Mean accelerations to the rates that the drives want at the step's end.
@@ -184,7 +183,9 @@ impl<const N: usize> Flow<N> {
             ground.map_or([0.0; 2], |ground| [ground.friction, ground.restitution]);
         instant.prepare(articulated, friction);
         for (i, (entry, free)) in instant.entries.iter().zip(free_rates.iter()).enumerate() {
-            instant.problem.offset(i, free + allowed(entry, restitution, seconds));
+            instant
+                .problem
+                .offset(i, free + allowed(entry, restitution, seconds));
             let last = pushed[entry.row.leg][entry.role.place()];
             instant.problem.guess(i, last * seconds);
         }
@@ -264,7 +265,11 @@ impl<const N: usize> Flow<N> {
 
     /// Writes up what the impulses took, and what the ground gave the feet.
     fn take_toll(&mut self, seconds: f64) {
-        let restitution = self.model.ground.as_ref().map_or(0.0, |ground| ground.restitution);
+        let restitution = self
+            .model
+            .ground
+            .as_ref()
+            .map_or(0.0, |ground| ground.restitution);
         let before = core::mem::take(&mut self.pushed);
         let impulses = self.instant.problem.unknowns();
         for (i, (entry, impulse)) in self.instant.entries.iter().zip(impulses).enumerate() {
@@ -282,9 +287,7 @@ impl<const N: usize> Flow<N> {
             }
         }
         let ground = self.instant.ground();
-        for (sum, part) in self.tally.ground.iter_mut().flatten().zip(ground.iter().flatten()) {
-            *sum += part;
-        }
+        self.tally.push(&ground);
     }
 }
 

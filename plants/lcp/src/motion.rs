@@ -113,7 +113,13 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         let mut accelerations = articulated.accelerations();
         let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {
-            self.stand(state, &articulated, &mut accelerations, bench, &mut dissipated);
+            self.stand(
+                state,
+                &articulated,
+                &mut accelerations,
+                bench,
+                &mut dissipated,
+            );
         }
         let felt = self.feel(&articulated, &accelerations, &drive);
         let mut slope = self.slope(state, &articulated, &accelerations, &drive, &felt);
@@ -211,7 +217,13 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         bench.responses.clear();
         bench.forces.clear();
         for contact in &self.mode.contacts {
-            let site = Site::new(self.legs, &articulated.chain, state, contact.leg, contact.links);
+            let site = Site::new(
+                self.legs,
+                &articulated.chain,
+                state,
+                contact.leg,
+                contact.links,
+            );
             let footing = site.footing(ground, state.position, &upright);
             let count = if contact.slides.is_some() { 1 } else { 3 };
             for k in 0..count {
@@ -274,8 +286,13 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         let mut next = 0;
         for contact in &self.mode.contacts {
             if contact.slides.is_some() {
-                let site =
-                    Site::new(self.legs, &articulated.chain, state, contact.leg, contact.links);
+                let site = Site::new(
+                    self.legs,
+                    &articulated.chain,
+                    state,
+                    contact.leg,
+                    contact.links,
+                );
                 let footing = site.footing(ground, state.position, &upright);
                 let [_, a, b] = footing.velocity;
                 let speed = (a * a + b * b).sqrt();
@@ -291,10 +308,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 impl<R: Real, const N: usize> Articulated<R, N> {
     /// Rotation from trunk to world; none for a trunk that is held.
     pub(crate) fn rotation(&self) -> [[R::Sum; 3]; 3] {
-        let (zero, one) = (
-            <R::Sum as Real>::zero(),
-            <R::Sum as Real>::splat(1.0),
-        );
+        let (zero, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
         self.base.as_ref().map_or(
             [[one, zero, zero], [zero, one, zero], [zero, zero, one]],
             |base| base.rotation,
@@ -320,7 +334,7 @@ fn row_acceleration<R: Real, const N: usize>(
 /// The direction in which a foot slides, in the ground's tangents; `last` where it hardly moves.
 pub(crate) fn sliding<T: Real>(footing: &Footing<T>, last: [f64; 2]) -> [T; 2] {
     /// Slower than this a foot has no direction of its own \[m/s\].
-    const STILL: f64 = 1e-9;
+    const STILL: f64 = 1e-7;
     let [_, a, b] = footing.velocity;
     let speed = (a * a + b * b).sqrt();
     if speed.plain() < STILL {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Signals, Window};
 use twinrig_robot::Robot;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 
 use crate::body::{Body, SavedBody, started};
 use crate::flow::FlowError;
@@ -17,6 +17,7 @@ pub struct Lcp {
     step: SimDuration,
     signals: Signals,
     window: Window,
+    events: Vec<PlantEvent>,
 }
 
 /// Everything the way ahead depends on.
@@ -60,6 +61,7 @@ impl Lcp {
             step: options.setup.step,
             signals: Signals::new(&names, &options.setup, wanted),
             window: Window::default(),
+            events: Vec::new(),
         })
     }
 
@@ -76,9 +78,28 @@ impl Lcp {
         }
     }
 
+    /// Tells what has happened since it told last.
+    fn tell(&mut self) {
+        let log = self.body.log();
+        let fresh = log[self.events.len().min(log.len())..].iter();
+        let told = fresh.map(|(happening, leg)| PlantEvent {
+            at_s: happening.at_s,
+            part: format!("leg/{leg}/{}", happening.what),
+            kind: if happening.reached {
+                PlantEventKind::Reached
+            } else {
+                PlantEventKind::Released
+            },
+        });
+        let told: Vec<_> = told.collect();
+        self.events.extend(told);
+    }
+
     fn inputs(&self) -> usize {
         let ports = self.signals.ports().iter();
-        ports.filter(|port| port.direction == Direction::Input).count()
+        ports
+            .filter(|port| port.direction == Direction::Input)
+            .count()
     }
 }
 
@@ -103,11 +124,13 @@ impl Plant for Lcp {
         while self.now < to {
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
-            if let Err(error) = self.body.run(seconds) {
+            let now_s = self.now.as_secs_f64();
+            if let Err(error) = self.body.run(now_s, seconds) {
                 return Err(self.fault(&error));
             }
             self.now = next;
         }
+        self.tell();
         Ok(())
     }
 
@@ -132,6 +155,15 @@ impl Plant for Lcp {
 
     fn drift(&self) -> Option<f64> {
         Some(self.body.drift())
+    }
+
+    fn log_events(&mut self, wanted: bool) {
+        self.body.keep_log(wanted);
+        self.events.clear();
+    }
+
+    fn events(&self) -> &[PlantEvent] {
+        &self.events
     }
 
     fn save(&self) -> Snapshot {

@@ -24,8 +24,7 @@ use crate::jacobian::Direction;
 use crate::lanewise::{Column, LaneFactors, ROWS};
 use crate::motion::{Bench, Motion};
 use crate::real::{Dual, Lanes, Real};
-use crate::rk4::normalised;
-use crate::state::{Slope, State};
+use crate::state::{Slope, State, normalised};
 
 const STAGES: usize = 6;
 
@@ -213,7 +212,7 @@ impl<const N: usize> Flow<N> {
     }
 
     /// By how much a change of the state displaces a foot or the trunk, at most \[m\].
-    fn displacement(&self, change: &Slope<Lanes, N>) -> Lanes {
+    pub(crate) fn displacement(&self, change: &Slope<Lanes, N>) -> Lanes {
         let reach = Lanes::splat(self.model.reach);
         let mut most = change.pulley.abs() * self.model.side_by_side.pulley_radius;
         for angle in &change.angles {

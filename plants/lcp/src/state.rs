@@ -1,6 +1,6 @@
 //! The state: positions and velocities of trunk, links and pulleys, and their derivatives.
 
-use crate::real::Real;
+use crate::real::{Lanes, Real};
 
 /// Positions and velocities. `R` is a number for each leg, `R::Sum` one for the trunk.
 #[derive(Debug, Clone, Copy)]
@@ -61,6 +61,19 @@ impl<R: Real, const N: usize> State<R, N> {
         next.pulley_rate += h * slope.pulley_rate;
         next
     }
+}
+
+/// The same with an attitude of unit length.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn normalised<const N: usize>(state: &State<Lanes, N>, free: bool) -> State<Lanes, N> {
+    let mut next = *state;
+    if free {
+        let square: f64 = next.attitude.iter().map(|c| c * c).sum();
+        let scale = 1.0 / libm::sqrt(square);
+        next.attitude = next.attitude.map(|c| c * scale);
+    }
+    next
 }
 
 impl<R: Real, const N: usize> Slope<R, N> {

@@ -59,7 +59,8 @@ impl<T: Real<Sum = T>> Trunk<T> {
         let two = T::splat(2.0);
         let inward = cross(turning, cross(turning, moment));
         let coriolis = cross(turning, drift);
-        let spin = inertia.map(|row| row[0] * turning[0] + row[1] * turning[1] + row[2] * turning[2]);
+        let spin =
+            inertia.map(|row| row[0] * turning[0] + row[1] * turning[1] + row[2] * turning[2]);
         let (gyro, weight) = (cross(turning, spin), cross(moment, field));
         let mass = T::splat(constants.mass);
         let pushed = [burden.force[0], T::zero(), burden.force[1]];

@@ -1,0 +1,66 @@
+//! What has happened, for those who want to know.
+
+use crate::events::Stop;
+use crate::flow::Flow;
+use crate::mode::{Contact, Mode};
+use crate::real::Real;
+
+/// A stop or a foot that was reached or let go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Happening {
+    pub(crate) at_s: f64,
+    pub(crate) leg: usize,
+    pub(crate) what: &'static str,
+    pub(crate) reached: bool,
+}
+
+impl Stop {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "closed",
+            Self::Open => "open",
+            Self::Extended => "extended",
+            Self::Bottomed => "bottomed",
+            Self::Cable => "cable",
+        }
+    }
+}
+
+impl<const N: usize> Flow<N> {
+    /// Notes what the new mode holds that the old one does not, and the other way round.
+    pub(crate) fn note_events(&mut self, next: &Mode, at_s: f64) {
+        if !self.logs {
+            return;
+        }
+        for leg in 0..self.model.legs.len() {
+            for stop in Stop::ALL {
+                let [was, is] = [&self.mode, next].map(|mode| stop.held(mode).lane(leg) != 0.0);
+                if was != is {
+                    let (what, reached) = (stop.name(), is);
+                    self.log.push(Happening {
+                        at_s,
+                        leg,
+                        what,
+                        reached,
+                    });
+                }
+            }
+            for links in 3..=N {
+                let stands = |mode: &Mode| {
+                    let of = |c: &Contact| (c.leg, c.links) == (leg, links);
+                    mode.contacts.iter().any(of)
+                };
+                if stands(&self.mode) != stands(next) {
+                    let what = if links == 3 { "ground" } else { "toe" };
+                    let reached = stands(next);
+                    self.log.push(Happening {
+                        at_s,
+                        leg,
+                        what,
+                        reached,
+                    });
+                }
+            }
+        }
+    }
+}
