@@ -23,7 +23,11 @@ const SLIDE: f64 = 2e-7;
 const FORCE: f64 = 1e-8;
 
 /// Steps are not made shorter than this to see a gap open \[s\].
-const SHORTEST: f64 = 1e-7;
+const SHORTEST: f64 = 1e-9;
+
+/// How often the end of a force or a slide is come nearer to, and what is near enough: a share of the guard's tolerance.
+const REFINEMENTS: u32 = 6;
+const NEAR: f64 = 0.1;
 
 /// Gaps below this may close at once \[m\].
 const TOUCHING: f64 = 1e-8;
@@ -80,6 +84,9 @@ struct Due {
     at: f64,
     place: usize,
     leg: usize,
+    /// Times and values between which the guard breaks.
+    low: [f64; 2],
+    high: [f64; 2],
     /// Whether it is one: a gap that was closed to begin with tells nothing of when it closed again, only that the step was
     /// too long to see it.
     met: bool,
@@ -178,7 +185,14 @@ impl<const N: usize> Flow<N> {
                 }
             }
         }
+        let mut due = due;
         let mut leap = self.leap(stepper, state, start, h, recovery);
+        for _ in 0..REFINEMENTS {
+            if !self.refine(&leap, &mut due, &mut h, recovery) {
+                break;
+            }
+            leap = self.leap(stepper, state, start, h, recovery);
+        }
         let correction = self.correction(&leap, &due, h);
         if correction.to_array() != [0.0; 4] {
             leap.end = taylor(
@@ -464,35 +478,86 @@ impl<const N: usize> Flow<N> {
                 let of = |guards: &Guards| guards.values[place].lane(leg);
                 let (a, m, b) = (of(before), of(&middle), of(after));
                 let broken = b < -tolerances[place];
+                let [low, high] = [[0.0, a], [seconds, b]];
                 if kind(place) != Guard::Gap {
-                    return broken.then(|| (first_root_of_quadratic(a, m, b) * seconds, true));
+                    return broken.then(|| Due {
+                        at: first_root_of_quadratic(a, m, b) * seconds,
+                        place,
+                        leg,
+                        low,
+                        high,
+                        met: true,
+                    });
                 }
                 let [u, v] = [before, after].map(|g| g.rates[place].lane(leg) * seconds);
                 if broken && a <= tolerances[place] {
                     let met = seconds < SHORTEST;
-                    return Some((if met { seconds } else { 0.25 * seconds }, met));
+                    return Some(Due {
+                        at: if met { seconds } else { 0.1 * seconds },
+                        place,
+                        leg,
+                        low,
+                        high,
+                        met,
+                    });
                 }
                 if !broken && !(u < 0.0 && v > 0.0) {
                     return None;
                 }
-                first_root_of_cubic(a, u, b, v).map(|share| (share * seconds, true))
-            };
-            let dues = (0..GUARDS).filter_map(|place| {
-                let (at, met) = breaks(place)?;
-                Some(Due {
-                    at,
+                first_root_of_cubic(a, u, b, v).map(|share| Due {
+                    at: share * seconds,
                     place,
                     leg,
-                    met,
+                    low,
+                    high,
+                    met: true,
                 })
-            });
-            dues.reduce(sooner)
+            };
+            (0..GUARDS).filter_map(breaks).reduce(sooner)
         };
         let mut due = [None; 4];
         for (due, island) in due.iter_mut().zip(self.islands()) {
             *due = island.filter_map(first).reduce(sooner);
         }
         due
+    }
+
+    /// Comes nearer to where forces vanish and slides end, which no derivative tells; says whether there is anything to be
+    /// tried again.
+    fn refine(
+        &self,
+        leap: &Leap<N>,
+        due: &mut [Option<Due>; 4],
+        h: &mut Lanes,
+        recovery: f64,
+    ) -> bool {
+        let mut again = false;
+        let mut guards = None;
+        for (island, due) in self.islands().zip(due) {
+            let Some(due) = due else { continue };
+            if !due.met || kind(due.place) == Guard::Gap || due.low[1] <= 0.0 {
+                continue;
+            }
+            let guards =
+                guards.get_or_insert_with(|| self.guards(&leap.end, &leap.motion, recovery));
+            let value = guards.values[due.place].lane(due.leg);
+            if value.abs() <= NEAR * self.tolerances()[due.place] {
+                continue;
+            }
+            // False position, which halves the weight of an end that stays (Illinois).
+            if value > 0.0 {
+                (due.low, due.high[1]) = ([due.at, value], 0.5 * due.high[1]);
+            } else {
+                (due.high, due.low[1]) = ([due.at, value], 0.5 * due.low[1]);
+            }
+            let ([a, f], [b, g]) = (due.low, due.high);
+            due.at = (a * g - b * f) / (g - f);
+            for leg in self.lanes_of(island) {
+                *h = h.with_lane(leg, due.at);
+            }
+            again = true;
+        }
+        again
     }
 
     /// How much later than found a gap closes, by its own rate, in each lane.

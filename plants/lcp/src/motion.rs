@@ -262,8 +262,12 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                     &bench.responses[column],
                 );
                 if row == column {
-                    // Constraints that say the same thing twice share their force.
+                    // Constraints that say the same thing twice share their force; one that nothing moves has none.
                     entry = entry * T::<R>::splat(1.0 + 1e-10);
+                    if entry.plain() <= 0.0 {
+                        entry = T::<R>::splat(1.0);
+                        bench.forces[row] = T::<R>::zero();
+                    }
                 }
                 bench.matrix.push(entry);
             }
@@ -285,7 +289,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         *accelerations = articulated.with_trunk(trunk, &torques);
         let mut next = 0;
         for contact in &self.mode.contacts {
-            if contact.slides.is_some() {
+            if let Some(last) = contact.slides {
                 let site = Site::new(
                     self.legs,
                     &articulated.chain,
@@ -294,8 +298,8 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                     contact.links,
                 );
                 let footing = site.footing(ground, state.position, &upright);
-                let [_, a, b] = footing.velocity;
-                let speed = (a * a + b * b).sqrt();
+                let slide = sliding(&footing, last);
+                let speed = slide[0] * footing.velocity[1] + slide[1] * footing.velocity[2];
                 let taken = friction * bench.forces[next] * speed;
                 let own = dissipated.lane(contact.leg) + taken;
                 *dissipated = dissipated.with_lane(contact.leg, own);
@@ -331,13 +335,15 @@ fn row_acceleration<R: Real, const N: usize>(
     sum
 }
 
-/// The direction in which a foot slides, in the ground's tangents; `last` where it hardly moves.
+/// The direction in which a foot slides, in the ground's tangents; `last` where it hardly moves, and beyond where a slide
+/// has come to its end, so that its end shows.
 pub(crate) fn sliding<T: Real>(footing: &Footing<T>, last: [f64; 2]) -> [T; 2] {
     /// Slower than this a foot has no direction of its own \[m/s\].
     const STILL: f64 = 1e-7;
     let [_, a, b] = footing.velocity;
     let speed = (a * a + b * b).sqrt();
-    if speed.plain() < STILL {
+    let onward = a.plain() * last[0] + b.plain() * last[1];
+    if speed.plain() < STILL || onward <= 0.0 {
         last.map(T::splat)
     } else {
         [a / speed, b / speed]
