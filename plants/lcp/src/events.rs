@@ -9,7 +9,9 @@
 
 pub(crate) mod constrained;
 
-use twinrig_contact::{Bound, Method, Problem, Restitution, Unsolved};
+use core::mem;
+
+use twinrig_contact::{Bound, Method, Problem, Restitution, Solution, Unsolved};
 
 use crate::articulated::{Articulated, Response, Row, between};
 use crate::hold::{Driven, Hold, Holding};
@@ -30,6 +32,9 @@ const PARTING: f64 = 1e-6;
 
 /// Feet that slide slower than this hold \[m/s\].
 const HOLDING: f64 = 1e-7;
+
+/// Accelerations of what is to hold that are taken for none where no better is found \[m/s²\].
+const SETTLED: f64 = 1e-4;
 
 /// Approach below which an impact gives nothing back \[m/s\].
 const RESTING: f64 = 0.05;
@@ -148,8 +153,8 @@ pub(crate) struct Instant<const N: usize> {
     pub(crate) pushes: Vec<Response<f64, N>>,
     pub(crate) problem: Problem,
     before: Vec<f64>,
-    /// Rates of closed gaps before the impact.
-    drifts: [[f64; PLACES]; 4],
+    /// Rates of closed gaps before the impact that the next choice of what holds comes after; none if there was no impact.
+    drifts: Option<[[f64; PLACES]; 4]>,
     coefficients: Vec<f64>,
     pub(crate) iterations: u64,
     pub(crate) factorisations: u64,
@@ -311,7 +316,42 @@ impl<const N: usize> Instant<N> {
         }
     }
 
-    pub(crate) fn count(&mut self, solution: &twinrig_contact::Solution) {
+    /// Solves the problem that was prepared. What neither the method nor pivoting solves is taken as it is where it violates
+    /// no condition by more than `enough`, in units of w: two feet that hold and can only move as one have no solution where
+    /// they are at odds about the last digits.
+    fn solve(
+        &mut self,
+        enough: f64,
+        method: Method,
+        solve_by: impl Fn(&mut Problem, Method) -> Result<Solution, Unsolved>,
+    ) -> Result<(), Unsolved> {
+        let swept = matches!(method, Method::GaussSeidel { .. });
+        let mut solved = solve_by(&mut self.problem, method);
+        for last in [false, true] {
+            match solved {
+                Ok(solution) => {
+                    self.count(&solution);
+                    return Ok(());
+                }
+                Err(Unsolved::Violated {
+                    sweeps, residual, ..
+                }) => {
+                    self.iterations += u64::from(sweeps);
+                    // Sweeps that were cut short are taken for what they are.
+                    if residual <= enough || swept && residual.is_finite() {
+                        return Ok(());
+                    }
+                }
+                Err(_) => {}
+            }
+            if !last {
+                solved = solve_by(&mut self.problem, Method::Direct);
+            }
+        }
+        solved.map(|_| ())
+    }
+
+    pub(crate) fn count(&mut self, solution: &Solution) {
         self.iterations += u64::from(solution.sweeps + solution.pivots);
         self.factorisations += u64::from(solution.factorisations);
     }
@@ -326,10 +366,11 @@ impl<const N: usize> Instant<N> {
         let (articulated, drive) = slack(scene, state);
         self.find(scene, state, &articulated, &drive, legs, false, &touching);
         let mut toll = Toll::default();
-        self.drifts = [[0.0; PLACES]; 4];
+        let mut drifts = [[0.0; PLACES]; 4];
         for entry in &self.entries {
-            self.drifts[entry.row.leg][entry.role.place()] = entry.rate;
+            drifts[entry.row.leg][entry.role.place()] = entry.rate;
         }
+        self.drifts = Some(drifts);
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(toll);
         }
@@ -348,13 +389,18 @@ impl<const N: usize> Instant<N> {
                 Role::Normal { .. } if entry.rate < -RESTING => restitution,
                 _ => 0.0,
             }));
-        let solution = self.problem.impact(
-            Restitution::Poisson,
-            &self.before,
-            &self.coefficients,
-            Method::Newton,
-        )?;
-        self.count(&solution);
+        let Self {
+            before,
+            coefficients,
+            ..
+        } = self;
+        let (before, coefficients) = (mem::take(before), mem::take(coefficients));
+        let law = Restitution::Poisson;
+        let solved = self.solve(HOLDING, Method::Newton, |problem, method| {
+            problem.impact(law, &before, &coefficients, method)
+        });
+        (self.before, self.coefficients) = (before, coefficients);
+        solved?;
         let mut trunk = [0.0; 6];
         let mut torques = [Lanes::zero(); N];
         for (i, (entry, &impulse)) in self.entries.iter().zip(self.problem.unknowns()).enumerate() {
@@ -403,13 +449,13 @@ impl<const N: usize> Instant<N> {
     ) -> Result<(), Unsolved> {
         let (articulated, drive) = motors_only(scene, state);
         self.find(scene, state, &articulated, &drive, legs, true, &touching);
-        let drifts = &self.drifts;
+        let drifts = self.drifts.take();
         self.entries.retain(|entry| {
-            let drift = drifts[entry.row.leg][entry.role.place()];
+            let drift = |drifts: [[f64; PLACES]; 4]| drifts[entry.row.leg][entry.role.place()];
             let rests = if entry.held {
-                entry.rate - drift < PARTING
+                drifts.is_none_or(|drifts| entry.rate - drift(drifts) < PARTING)
             } else {
-                entry.rate < AT_REST
+                entry.rate.abs() < AT_REST
             };
             !entry.is_normal() || rests
         });
@@ -443,8 +489,7 @@ impl<const N: usize> Instant<N> {
             }
             self.problem.offset(i, acceleration);
         }
-        let solution = self.problem.solve()?;
-        self.count(&solution);
+        self.solve(SETTLED, Method::Newton, Problem::solve_by)?;
         self.note(mode, friction);
         mode.recount();
         Ok(())

@@ -10,9 +10,9 @@
 //! The second has impacts in it: λh is an impulse where the gap was closing. Its rate at the end, ġ⁺ = ġ + h J a, leaves the
 //! curvature of the constraint to the next step.
 
-use twinrig_contact::{Method, Unsolved};
+use twinrig_contact::{Method, Problem, Unsolved};
 
-use super::{Entry, Instant, RESTING, Role, Stop, motors_only, touching};
+use super::{Entry, HOLDING, Instant, RESTING, Role, Stop, motors_only, touching};
 use crate::articulated::Articulated;
 use crate::hold::{CABLE, Driven};
 use crate::mode::Mode;
@@ -67,16 +67,8 @@ impl<const N: usize> Instant<N> {
                 .map_or((0.0, 0.0), |ground| (ground.friction, ground.restitution));
             self.prepare(&articulated, friction);
             self.demand(&articulated, demand, restitution);
-            match self.problem.solve_by(method) {
-                Ok(solution) => self.count(&solution),
-                // Sweeps that were cut short are taken for what they are.
-                Err(Unsolved::Violated {
-                    sweeps, residual, ..
-                }) if matches!(method, Method::GaussSeidel { .. }) && residual.is_finite() => {
-                    self.iterations += u64::from(sweeps);
-                }
-                Err(unsolved) => return Err(unsolved),
-            }
+            // Rates that are wrong by less than what counts as holding are not wrong.
+            self.solve(HOLDING / seconds, method, Problem::solve_by)?;
             self.note(mode, friction);
         }
         mode.recount();
