@@ -8,6 +8,7 @@ use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::articulated::{into_world, rotation};
 use crate::chain::Chain;
+use crate::contacts::CONTACTS;
 use crate::events::PLACES;
 use crate::flow::{Flow, FlowError, Tally};
 use crate::log::Happening;
@@ -263,13 +264,11 @@ impl<const N: usize> Body for Flow<N> {
 
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {
         self.now_s = now_s;
-        let before = self.save();
-        self.tally_before = self.tally;
-        self.tallied = seconds;
+        let before = (self.tally_before, self.tallied);
+        (self.tally_before, self.tallied) = (self.tally, seconds);
         let moved = self.step(seconds);
         if moved.is_err() {
-            self.restore(&before)
-                .expect("it was saved from a robot of as many links");
+            (self.tally_before, self.tallied) = before;
         }
         moved
     }
@@ -310,6 +309,9 @@ impl<const N: usize> Body for Flow<N> {
         let mut numbers = saved.numbers.iter();
         self.replace(&mut || *numbers.next().expect("there are as many as were counted"));
         self.mode.contacts.clear();
+        if saved.contacts.len() > CONTACTS {
+            return Err(format!("{} contacts", saved.contacts.len()));
+        }
         for &(leg, links, slides) in &saved.contacts {
             let contact = usize::try_from(leg).ok().zip(usize::try_from(links).ok());
             let Some((leg, links)) = contact

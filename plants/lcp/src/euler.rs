@@ -93,7 +93,7 @@ impl<const N: usize> Flow<N> {
     ) -> Result<Constrained<N>, FlowError> {
         self.counts.evaluations += 1;
         let mut instant = core::mem::take(&mut self.instant);
-        let mut mode = self.mode.clone();
+        let mut mode = self.mode;
         let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
         let found = instant.constrain(&scene, &self.state, demand, method, seconds, &mut mode);
         (self.counts.solver_iterations, self.counts.factorisations) =

@@ -82,12 +82,17 @@ const CROWD_MAX: u32 = 200;
 const PATIENCE: u32 = 50;
 const PATIENCE_MAX: u32 = 6400;
 
-/// What a step starts from.
+/// What a step starts from, kept without asking for memory: all that it changes.
 struct Before<const N: usize> {
     state: State<Lanes, N>,
     mode: Mode,
     ledger: Ledger,
     tally: Tally,
+    stride: Lanes,
+    pushed: [[f64; PLACES]; 4],
+    rattles: u32,
+    patience: u32,
+    counts: WorkCounts,
     events: usize,
 }
 
@@ -172,38 +177,47 @@ impl<const N: usize> Flow<N> {
         flow
     }
 
-    /// Moves on by `seconds`.
+    /// Moves on by `seconds`, or stays where it is.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
-        match self.method {
-            Method::Rk4 => self.run_rk4(seconds),
+        let before = self.saved();
+        let moved = match self.method {
+            Method::Rk4 => self.run_rk4(&before, seconds),
             Method::Rodas4 => self.run(Stepper::Rosenbrock, seconds),
             Method::Moreau => self.run_moreau(seconds),
             Method::SemiImplicit => self.run_semi_implicit(seconds),
             Method::ExplicitEuler => self.run_explicit_euler(seconds),
             Method::Thesis => self.run_thesis(seconds),
+        };
+        if moved.is_err() {
+            self.back_to(&before);
+            (self.stride, self.pushed) = (before.stride, before.pushed);
+            (self.rattles, self.patience) = (before.rattles, before.patience);
+            self.counts = before.counts;
+            self.instant.iterations = self.counts.solver_iterations;
+            self.instant.factorisations = self.counts.factorisations;
         }
+        moved
     }
 
     /// Steps of fourth order, unless they are too short for what is stiff or too many for what rattles: then others.
-    fn run_rk4(&mut self, seconds: f64) -> Result<(), FlowError> {
+    fn run_rk4(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
         if self.rattles > 0 {
             self.rattles -= 1;
             self.counts.fallbacks += 1;
             return self.run_moreau(seconds);
         }
-        let before = self.saved();
         match self.march(Stepper::RungeKutta, seconds) {
             Ok(()) => Ok(()),
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
             Err(Halt::Crowded(_)) => {
-                self.back_to(&before);
+                self.back_to(before);
                 self.rattles = self.patience;
                 self.patience = (2 * self.patience).min(PATIENCE_MAX);
                 self.counts.fallbacks += 1;
                 self.run_moreau(seconds)
             }
             Err(Halt::Stiff | Halt::Failed(_)) => {
-                self.back_to(&before);
+                self.back_to(before);
                 self.counts.fallbacks += 1;
                 self.run(Stepper::Rosenbrock, seconds)
             }
@@ -237,16 +251,21 @@ impl<const N: usize> Flow<N> {
     fn saved(&self) -> Before<N> {
         Before {
             state: self.state,
-            mode: self.mode.clone(),
+            mode: self.mode,
             ledger: self.ledger,
             tally: self.tally,
+            stride: self.stride,
+            pushed: self.pushed,
+            rattles: self.rattles,
+            patience: self.patience,
+            counts: self.counts,
             events: self.log.len(),
         }
     }
 
     fn back_to(&mut self, before: &Before<N>) {
         self.state = before.state;
-        self.mode.clone_from(&before.mode);
+        self.mode = before.mode;
         (self.ledger, self.tally) = (before.ledger, before.tally);
         self.log.truncate(before.events);
         self.stride = Lanes::splat(f64::INFINITY);

@@ -4,6 +4,7 @@ mod body;
 mod carried;
 mod chain;
 mod constants;
+mod contacts;
 mod dense;
 mod drives;
 mod euler;

@@ -367,7 +367,7 @@ impl<const N: usize> Flow<N> {
         at_s: f64,
     ) -> Result<(), FlowError> {
         const ALL: [usize; 4] = [0, 1, 2, 3];
-        let (mut state, mut mode) = (self.state, self.mode.clone());
+        let (mut state, mut mode) = (self.state, self.mode);
         let mut instant = core::mem::take(&mut self.instant);
         let scene = self.scene(recovery);
         let legs = &ALL[legs];

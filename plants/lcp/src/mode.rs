@@ -1,5 +1,6 @@
 //! What holds while the robot moves smoothly: stops and cables inside the legs, motors, feet on the ground.
 
+use crate::contacts::Contacts;
 use crate::drives::Commands;
 use crate::hold::{CABLE, DIAGONAL, HIP, HOLDS, Holds, PANTOGRAPH};
 use crate::real::{Lanes, Real, Wide};
@@ -15,13 +16,13 @@ pub(crate) struct Contact {
 }
 
 /// What holds.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Mode {
     pub(crate) holds: Holds<Lanes>,
     pub(crate) commands: Commands<Lanes>,
     /// Kinds of constraints that hold in any leg.
     pub(crate) any: [bool; HOLDS],
-    pub(crate) contacts: Vec<Contact>,
+    pub(crate) contacts: Contacts,
 }
 
 impl Mode {
@@ -44,7 +45,7 @@ impl Mode {
                 pulley_spent: none,
             },
             any: [false; HOLDS],
-            contacts: Vec::with_capacity(8),
+            contacts: Contacts::none(),
         }
     }
 
