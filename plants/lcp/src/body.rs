@@ -355,6 +355,7 @@ impl<const N: usize> Flow<N> {
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
         [self.rattles, self.patience] = copy.rattles.map(|n| n as u32);
+        self.gained = copy.gained;
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
@@ -378,6 +379,7 @@ impl<const N: usize> Flow<N> {
             ],
             tallied: self.tallied,
             rattles: [f64::from(self.rattles), f64::from(self.patience)],
+            gained: self.gained,
             pushed: self.pushed,
         }
     }
@@ -391,6 +393,7 @@ struct Numbers<const N: usize> {
     lanes: [Lanes; 11],
     tallied: f64,
     rattles: [f64; 2],
+    gained: f64,
     pushed: [[f64; PLACES]; 4],
 }
 
@@ -415,6 +418,7 @@ impl<const N: usize> Numbers<N> {
         }
         to(&mut self.tallied);
         self.rattles.iter_mut().for_each(&mut *to);
+        to(&mut self.gained);
         self.pushed.iter_mut().flatten().for_each(&mut *to);
     }
 }

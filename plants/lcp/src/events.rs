@@ -30,6 +30,15 @@ const CLOSED: f64 = 1e-8;
 const AT_REST: f64 = 1e-7;
 const PARTING: f64 = 1e-6;
 
+/// A stop that is knocked open and would close again within this has not been open \[s\].
+const HOP: f64 = 1e-6;
+
+/// A constraint without force.
+const OPEN: Bound = Bound::Between {
+    low: 0.0,
+    high: 0.0,
+};
+
 /// Feet that slide slower than this hold \[m/s\].
 const HOLDING: f64 = 1e-7;
 
@@ -133,8 +142,9 @@ pub(crate) struct Entry<const N: usize> {
     /// The direction of its force: the row, but for feet that slide.
     pub(crate) push: Row<f64, N>,
     pub(crate) gap: f64,
-    /// Whether it has held so far.
+    /// Whether it has held so far, and whether it parts.
     held: bool,
+    parts: bool,
     /// Rate of the gap, and its acceleration while everything moves evenly.
     pub(crate) rate: f64,
     pub(crate) bias: f64,
@@ -214,6 +224,7 @@ impl<const N: usize> Instant<N> {
                     push: row,
                     gap,
                     held,
+                    parts: false,
                     rate,
                     bias: hold.curvature.lane(leg),
                     winding,
@@ -263,6 +274,7 @@ impl<const N: usize> Instant<N> {
                 push,
                 gap: footing.gap,
                 held,
+                parts: false,
                 rate: footing.velocity[k],
                 bias: footing.bias[k],
                 winding: 0.0,
@@ -450,14 +462,17 @@ impl<const N: usize> Instant<N> {
         let (articulated, drive) = motors_only(scene, state);
         self.find(scene, state, &articulated, &drive, legs, true, &touching);
         let drifts = self.drifts.take();
-        self.entries.retain(|entry| {
+        self.entries.retain_mut(|entry| {
             let drift = |drifts: [[f64; PLACES]; 4]| drifts[entry.row.leg][entry.role.place()];
             let rests = if entry.held {
                 drifts.is_none_or(|drifts| entry.rate - drift(drifts) < PARTING)
             } else {
                 entry.rate.abs() < AT_REST
             };
-            !entry.is_normal() || rests
+            entry.parts = !rests;
+            // A stop that was knocked open may close again before anything else can happen.
+            let hops = entry.held && matches!(entry.role, Role::Stop(_));
+            !entry.is_normal() || rests || hops
         });
         self.drop_orphans();
         for &leg in legs {
@@ -489,10 +504,39 @@ impl<const N: usize> Instant<N> {
             }
             self.problem.offset(i, acceleration);
         }
+        for (i, _) in self
+            .entries
+            .iter()
+            .enumerate()
+            .filter(|(_, entry)| entry.parts)
+        {
+            self.problem.bound(i, OPEN);
+        }
         self.solve(SETTLED, Method::Newton, Problem::solve_by)?;
-        self.note(mode, friction);
+        if self.catch_hops() {
+            self.solve(SETTLED, Method::Newton, Problem::solve_by)?;
+        }
+        self.note(mode, friction, scene.model.least_force());
         mode.recount();
         Ok(())
+    }
+
+    /// Lets stops hold that would close again next to at once; says whether there are any.
+    fn catch_hops(&mut self) -> bool {
+        let mut caught = false;
+        for (i, entry) in self
+            .entries
+            .iter()
+            .enumerate()
+            .filter(|(_, entry)| entry.parts)
+        {
+            let closing = -self.problem.w(i);
+            if 2.0 * entry.rate < closing * HOP {
+                self.problem.bound(i, Bound::NonNegative);
+                caught = true;
+            }
+        }
+        caught
     }
 
     /// Takes out the tangents of feet that are not there any more.
@@ -511,11 +555,12 @@ impl<const N: usize> Instant<N> {
         });
     }
 
-    /// Notes what pushes, leaving out what others imply.
-    fn note(&self, mode: &mut Mode, friction: f64) {
+    /// Notes what pushes with more than `least`, leaving out what others imply. What has come to its end pushes with next to
+    /// nothing; if it were to go on, it would end at once, and again.
+    fn note(&self, mode: &mut Mode, friction: f64, least: f64) {
         for (i, entry) in self.entries.iter().enumerate() {
             let force = self.problem.unknowns()[i];
-            if force <= 0.0 {
+            if force <= least {
                 continue;
             }
             let leg = entry.row.leg;

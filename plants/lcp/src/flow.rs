@@ -24,11 +24,9 @@ pub(crate) enum FlowError {
     Unsolved(#[from] Unsolved),
     #[error("the state is not a number")]
     NotFinite,
-    #[error("{events} events in {seconds:e} s do not come to an end")]
-    Crowded { events: u32, seconds: f64 },
     #[error("a step of {seconds:e} s would have to be shorter than a billionth of a second")]
     TooStiff { seconds: f64 },
-    #[error("the step of {seconds:e} s gained {gained:e} J out of nothing: it is unstable")]
+    #[error("steps of {seconds} s are unstable: they have made {gained:.3e} J out of nothing")]
     Gained { seconds: f64, gained: f64 },
 }
 
@@ -93,6 +91,7 @@ struct Before<const N: usize> {
     rattles: u32,
     patience: u32,
     counts: WorkCounts,
+    gained: f64,
     events: usize,
 }
 
@@ -130,6 +129,8 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) rodas4: crate::rodas4::Memory<N>,
     /// By how much a foot may be wrong after the last step, as the step itself says \[m\].
     pub(crate) estimate: f64,
+    /// Energy that steps have made out of nothing of late \[J\].
+    pub(crate) gained: f64,
 }
 
 impl<const N: usize> Flow<N> {
@@ -172,6 +173,7 @@ impl<const N: usize> Flow<N> {
             log: Vec::new(),
             rodas4: crate::rodas4::Memory::default(),
             estimate: 0.0,
+            gained: 0.0,
         };
         flow.ledger = Ledger::opened(flow.stored());
         flow
@@ -181,56 +183,55 @@ impl<const N: usize> Flow<N> {
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         let before = self.saved();
         let moved = match self.method {
-            Method::Rk4 => self.run_rk4(&before, seconds),
-            Method::Rodas4 => self.run(Stepper::Rosenbrock, seconds),
+            Method::Rk4 => self.run(Stepper::RungeKutta, &before, seconds),
+            Method::Rodas4 => self.run(Stepper::Rosenbrock, &before, seconds),
             Method::Moreau => self.run_moreau(seconds),
             Method::SemiImplicit => self.run_semi_implicit(seconds),
             Method::ExplicitEuler => self.run_explicit_euler(seconds),
             Method::Thesis => self.run_thesis(seconds),
         };
+        let moved = moved.and_then(|()| self.watch(&before.ledger, seconds));
         if moved.is_err() {
             self.back_to(&before);
             (self.stride, self.pushed) = (before.stride, before.pushed);
             (self.rattles, self.patience) = (before.rattles, before.patience);
-            self.counts = before.counts;
+            (self.counts, self.gained) = (before.counts, before.gained);
             self.instant.iterations = self.counts.solver_iterations;
             self.instant.factorisations = self.counts.factorisations;
         }
         moved
     }
 
-    /// Steps of fourth order, unless they are too short for what is stiff or too many for what rattles: then others.
-    fn run_rk4(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
+    /// Steps between events, unless they are too short for what is stiff or too many for what rattles: then others.
+    fn run(
+        &mut self,
+        stepper: Stepper,
+        before: &Before<N>,
+        seconds: f64,
+    ) -> Result<(), FlowError> {
         if self.rattles > 0 {
             self.rattles -= 1;
             self.counts.fallbacks += 1;
             return self.run_moreau(seconds);
         }
-        match self.march(Stepper::RungeKutta, seconds) {
+        match self.march(stepper, seconds) {
             Ok(()) => Ok(()),
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
-            Err(Halt::Crowded(_)) => {
+            Err(Halt::Crowded) => {
                 self.back_to(before);
                 self.rattles = self.patience;
                 self.patience = (2 * self.patience).min(PATIENCE_MAX);
                 self.counts.fallbacks += 1;
                 self.run_moreau(seconds)
             }
-            Err(Halt::Stiff | Halt::Failed(_)) => {
+            Err(_) if stepper == Stepper::RungeKutta => {
                 self.back_to(before);
                 self.counts.fallbacks += 1;
-                self.run(Stepper::Rosenbrock, seconds)
+                self.run(Stepper::Rosenbrock, before, seconds)
             }
+            Err(Halt::Stiff) => Err(FlowError::TooStiff { seconds }),
+            Err(Halt::Failed(error)) => Err(error),
         }
-    }
-
-    /// Steps of one method, come what may.
-    fn run(&mut self, stepper: Stepper, seconds: f64) -> Result<(), FlowError> {
-        self.march(stepper, seconds).map_err(|halt| match halt {
-            Halt::Stiff => FlowError::TooStiff { seconds },
-            Halt::Crowded(events) => FlowError::Crowded { events, seconds },
-            Halt::Failed(error) => error,
-        })
     }
 
     /// Whether every number of the state is one.
@@ -259,6 +260,7 @@ impl<const N: usize> Flow<N> {
             rattles: self.rattles,
             patience: self.patience,
             counts: self.counts,
+            gained: self.gained,
             events: self.log.len(),
         }
     }

@@ -33,6 +33,7 @@ mod site;
 mod state;
 mod thesis;
 mod trunk;
+mod vigil;
 
 pub use options::{LcpError, Method, Options};
 pub use plant::Lcp;

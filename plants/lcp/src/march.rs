@@ -19,9 +19,6 @@ use crate::state::{Slope, State, normalised};
 const GAP: f64 = 1e-10;
 const SLIDE: f64 = 2e-7;
 
-/// Forces count as broken beyond this share of the robot's weight.
-const FORCE: f64 = 1e-8;
-
 /// Steps are not made shorter than this to see a gap open \[s\].
 const SHORTEST: f64 = 1e-9;
 
@@ -29,8 +26,12 @@ const SHORTEST: f64 = 1e-9;
 const REFINEMENTS: u32 = 6;
 const NEAR: f64 = 0.1;
 
-/// Gaps below this may close at once \[m\].
+/// Gaps below this that hardly move may close at once \[m\], \[m/s\].
 const TOUCHING: f64 = 1e-8;
+const AT_REST: f64 = 1e-7;
+
+/// The legs by number.
+const ALL: [usize; 4] = [0, 1, 2, 3];
 
 /// Errors of constraints are taken back at this rate per step.
 const RECOVERY: f64 = 0.2;
@@ -68,7 +69,7 @@ pub(crate) enum Halt {
     /// Too many pieces.
     Stiff,
     /// Too many events.
-    Crowded(u32),
+    Crowded,
     Failed(FlowError),
 }
 
@@ -111,7 +112,7 @@ impl<const N: usize> Flow<N> {
             at_once: 0,
             pieces: 0,
         };
-        let mut start = self.start(recovery, seconds)?;
+        let mut start = self.start(recovery)?;
         self.estimate = 0.0;
         loop {
             let state = self.state;
@@ -292,7 +293,7 @@ impl<const N: usize> Flow<N> {
 
     /// Beyond what guards count as broken.
     fn tolerances(&self) -> [f64; GUARDS] {
-        let force = FORCE * self.model.energy_scale / self.model.reach;
+        let force = self.model.least_force();
         std::array::from_fn(|place| match kind(place) {
             Guard::Gap => GAP,
             Guard::Force | Guard::Friction => force,
@@ -301,32 +302,47 @@ impl<const N: usize> Flow<N> {
     }
 
     /// The motion at the start, in a mode that has something to it.
-    fn start(&mut self, recovery: f64, seconds: f64) -> Result<Motion<Lanes, N>, Halt> {
-        // A gap counts here from where it touches: what was let go at that very instant may be caught again by new commands.
-        let mut thresholds = self.tolerances();
-        for (place, threshold) in thresholds.iter_mut().enumerate() {
-            if kind(place) == Guard::Gap {
-                *threshold = -TOUCHING;
-            }
-        }
+    fn start(&mut self, recovery: f64) -> Result<Motion<Lanes, N>, Halt> {
         let state = self.state;
         let motion = self.motion(&state, recovery);
         let guards = self.guards(&state, &motion, recovery);
-        if !guards.alarmed(&thresholds) {
-            return Ok(motion);
-        }
+        let tolerances = self.tolerances();
+        // What was let go at that very instant may be caught again by new commands.
+        let resting = |place: usize, leg: usize| {
+            let [gap, rate] = [&guards.values, &guards.rates].map(|of| of[place].lane(leg));
+            gap < TOUCHING && rate.abs() < AT_REST
+        };
+        let mut news = false;
         for island in self.islands() {
             let alarmed = |leg: usize| {
-                let mut values = guards.values.iter().zip(&thresholds);
-                values.any(|(guard, threshold)| guard.lane(leg) < -threshold)
+                (0..GUARDS).any(|place| match kind(place) {
+                    Guard::Gap => resting(place, leg),
+                    _ => guards.values[place].lane(leg) < -tolerances[place],
+                })
             };
             if island.clone().any(alarmed) {
-                self.meet(island, recovery, self.now_s)?;
+                news = true;
+                self.choose(island, recovery)?;
             }
         }
-        let _ = seconds;
+        if !news {
+            return Ok(motion);
+        }
         let state = self.state;
         Ok(self.motion(&state, recovery))
+    }
+
+    /// Chooses anew what holds of these legs, where nothing has struck.
+    fn choose(&mut self, legs: core::ops::Range<usize>, recovery: f64) -> Result<(), FlowError> {
+        let mut mode = self.mode.clone();
+        let mut instant = core::mem::take(&mut self.instant);
+        let scene = self.scene(recovery);
+        let settled = instant.settle(&scene, &self.state, &ALL[legs], &mut mode);
+        self.instant = instant;
+        settled?;
+        self.note_events(&mode, self.now_s);
+        self.mode = mode;
+        Ok(())
     }
 
     /// Meets the events that are due; says whether there were any.
@@ -351,7 +367,7 @@ impl<const N: usize> Flow<N> {
                 0
             };
             if progress.at_once > AT_ONCE_MAX || progress.events[i] > self.events_max {
-                return Err(Halt::Crowded(progress.events[i]));
+                return Err(Halt::Crowded);
             }
             let at_s = self.now_s + (seconds - progress.remaining.lane(due.leg));
             self.meet(island, recovery, at_s)?;
@@ -366,7 +382,6 @@ impl<const N: usize> Flow<N> {
         recovery: f64,
         at_s: f64,
     ) -> Result<(), FlowError> {
-        const ALL: [usize; 4] = [0, 1, 2, 3];
         let (mut state, mut mode) = (self.state, self.mode);
         let mut instant = core::mem::take(&mut self.instant);
         let scene = self.scene(recovery);
@@ -490,10 +505,16 @@ impl<const N: usize> Flow<N> {
                     });
                 }
                 let [u, v] = [before, after].map(|g| g.rates[place].lane(leg) * seconds);
-                if broken && a <= tolerances[place] {
-                    let met = seconds < SHORTEST;
+                if broken && a <= 0.0 {
+                    if b >= a && u >= 0.0 {
+                        // What it drifted to while it held, on its way out.
+                        return None;
+                    }
+                    // Closed and closing: now. Closed and opening: too long a step to see it open.
+                    let now = u < -AT_REST * seconds;
+                    let met = now || seconds < SHORTEST;
                     return Some(Due {
-                        at: if met { seconds } else { 0.1 * seconds },
+                        at: if now { 0.0 } else { 0.1 * seconds },
                         place,
                         leg,
                         low,
@@ -570,7 +591,7 @@ impl<const N: usize> Flow<N> {
             };
             let of = |lanes: &[Lanes; GUARDS]| lanes[due.place].lane(due.leg);
             let later = -of(&guards.values) / of(&guards.rates);
-            if later.abs() < 0.05 * h.lane(due.leg) {
+            if later.abs() < 0.5 * h.lane(due.leg) {
                 for leg in self.lanes_of(island) {
                     correction = correction.with_lane(leg, later);
                 }

@@ -31,6 +31,8 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) ground: Option<Ground>,
     /// Weight times leg length: the energy by which others are measured \[J\].
     pub(crate) energy_scale: f64,
+    /// The same of what moves \[J\].
+    pub(crate) moving: f64,
     /// Greatest leg length \[m\].
     pub(crate) reach: f64,
     /// Whether stops are left out, for comparison with what has none.
@@ -66,7 +68,8 @@ impl<const N: usize> Model<N> {
                 positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
             }
         }
-        let mass = robot.trunk.mass + legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
+        let carried = legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
+        let mass = robot.trunk.mass + carried;
         let reach = legs.iter().map(|leg| leg.pantograph.length_max());
         let reach = reach.fold(0.0, f64::max);
         let constants: Vec<_> = legs.iter().map(|leg| leg.constants).collect();
@@ -89,9 +92,17 @@ impl<const N: usize> Model<N> {
             servos: setup.servos(robot)?,
             ground: setup.ground.clone(),
             energy_scale: mass * GRAVITY * reach,
+            moving: if free || planar { mass } else { carried } * GRAVITY * reach,
             reach,
             unbounded: false,
         })
+    }
+
+    /// A force too small to tell from none \[N\].
+    pub(crate) fn least_force(&self) -> f64 {
+        /// Share of the robot's weight.
+        const SHARE: f64 = 1e-8;
+        SHARE * self.energy_scale / self.reach
     }
 
     /// Whether the trunk moves at all.

@@ -69,7 +69,7 @@ impl<const N: usize> Instant<N> {
             self.demand(&articulated, demand, restitution);
             // Rates that are wrong by less than what counts as holding are not wrong.
             self.solve(HOLDING / seconds, method, Problem::solve_by)?;
-            self.note(mode, friction);
+            self.note(mode, friction, 0.0);
         }
         mode.recount();
         Ok(self.constrained(scene, state, articulated, drive, demand, seconds))
