@@ -1,4 +1,48 @@
-//! wip
+//! The robot with legs of full inertia, in generalised coordinates.
+//!
+//! Trunk and every segment have mass; springs, stops, the knee's cable, motors with their torque limits and the ground act on
+//! them (thesis, chapter 2, with its formulas corrected). What happens at an instant, such as a stop that is reached or a foot
+//! that lands, is found to that instant and solved as a complementarity problem, so that the default method keeps its fourth
+//! order across it. The equations are in the project's ARCHITECTURE.md, with the symbols of the code.
+//!
+//! ```
+//! use twinrig_kernel::{SimDuration, SimTime};
+//! use twinrig_lcp::{Lcp, Method, Options};
+//! use twinrig_legged::{Base, Drives, Setup, StartPose};
+//! use twinrig_robot::RobotFile;
+//! use twinrig_runtime::Plant;
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = include_str!("../../../robots/cheetah-cub.toml");
+//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! // The legs hang from a trunk that is held, are let go, and swing (thesis, section 2.5.1).
+//! let (hip, knee) = (10_f64.to_radians(), -9.5_f64.to_radians());
+//! let options = Options {
+//!     setup: Setup {
+//!         base: Base::Fixed,
+//!         legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
+//!         ground: None,
+//!         step: SimDuration::from_millis(2),
+//!         drives: Drives::None,
+//!         start: StartPose { q: [hip, knee, -knee], rates: [0.0; 3] }.into(),
+//!     },
+//!     method: Method::Rk4,
+//!     tolerance: 1e-6,
+//!     toe: false,
+//! };
+//! let mut plant = Lcp::new(&robot, &options, &|signal| signal == "leg/LF/foot/position")?;
+//! plant.advance(SimTime::ZERO + SimDuration::from_millis(300), &[])?;
+//! let mut foot = [0.0; 3];
+//! plant.observe(&mut foot);
+//! let books = plant.energy();
+//! assert!(books.residual.abs() < 1e-4 * books.exchanged);
+//! assert!(plant.work().events > 0, "stops were reached");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! What is not here: abduction of the hips, bending of segments, collisions of anything but the feet, the drives'
+//! electronics, and the reaction of a drive's own rotor on the trunk, which is small behind a gear.
+
 mod articulated;
 mod body;
 mod carried;
