@@ -16,6 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-document",
             "twinrig-gait",
             "twinrig-kernel",
+            "twinrig-lcp",
             "twinrig-leg",
             "twinrig-legged",
             "twinrig-massless",
@@ -39,6 +40,18 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("twinrig-kernel", &[]),
+    (
+        "twinrig-lcp",
+        &[
+            "twinrig-actuator",
+            "twinrig-contact",
+            "twinrig-kernel",
+            "twinrig-leg",
+            "twinrig-legged",
+            "twinrig-robot",
+            "twinrig-runtime",
+        ],
+    ),
     ("twinrig-leg", &["twinrig-robot"]),
     (
         "twinrig-legged",
@@ -72,7 +85,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// Plants and controllers: what is exchanged for another, and what nobody but the program may know.
-const EXCHANGEABLE: &[&str] = &["twinrig-gait", "twinrig-massless"];
+const EXCHANGEABLE: &[&str] = &["twinrig-gait", "twinrig-lcp", "twinrig-massless"];
 
 /// A crate of the workspace.
 struct Package {
