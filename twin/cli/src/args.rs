@@ -164,11 +164,11 @@ pub struct StudyOptions {
     /// Set a key of the scenario: duration="300 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Simulate so much: "300 ms" [default: precision all of the scene, stability 2 s]
+    /// Simulate so much: "300 ms" [default: precision the first 300 ms, stability 2 s]
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
     /// Take at most about so many seconds; what is cut for it is shown
-    #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 200.0, value_parser = seconds)]
     pub budget: f64,
     /// Folder for the page, the CSV and the JSON
     #[arg(long, value_name = "DIR", default_value = "studies")]

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::{OptionValue, PlantSpec};
-use twinrig_study::{Knob, MethodOffer, SetBy};
+use twinrig_study::{Knob, MethodOffer, SetBy, Variant};
 
 /// The option of a plant that holds the tolerance of a method which has one.
 const TOLERANCE: &str = "tolerance";
@@ -79,8 +79,9 @@ impl Method {
         self
     }
 
-    pub(crate) fn name(&self) -> &str {
-        &self.name
+    /// Whether a variant means this one: a method may be offered to be set by its step, and once more by a tolerance.
+    pub(crate) fn is_meant_by(&self, variant: &Variant) -> bool {
+        self.name == variant.method && self.set_by == variant.knob.set_by()
     }
 
     pub(crate) fn offer(&self) -> MethodOffer {

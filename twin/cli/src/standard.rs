@@ -28,23 +28,38 @@ fn massless_with_its_method() -> PlantKind {
 fn lcp_with_its_methods() -> PlantKind {
     const OPTION: &str = "integrator";
     let stepped = |name, about| Method::stepped(name, about).with_option(OPTION, name);
-    // Steps are as long as they are told to be: it is their error that is studied.
-    let rk4 = stepped("rk4", "fourth order, finds events")
-        .with_number("tolerance", f64::INFINITY)
-        .trusted_at_step(SimDuration::from_micros(10));
-    let rodas4 = Method::tolerant("rodas4", "fourth order, L-stable, chooses its steps")
-        .with_option(OPTION, "rodas4")
-        .trusted_at_tolerance(1e-13);
+    // Both ways: in steps as long as they are told to be, whatever the error, and as long as a tolerance lets them be.
+    let both = |name, about| {
+        let fixed = stepped(name, about).with_number("tolerance", f64::INFINITY);
+        let adaptive = Method::tolerant(
+            name,
+            "the same, in steps as long as a tolerance lets them be",
+        );
+        (fixed, adaptive.with_option(OPTION, name))
+    };
+    let (rk4, adaptive_rk4) = both("rk4", "fourth order, finds events");
+    let (rodas4, adaptive_rodas4) = both("rodas4", "fourth order, L-stable, finds events");
     lcp::kind()
+        .with_method(adaptive_rodas4.trusted_at_tolerance(1e-13))
         .with_method(rodas4)
-        .with_method(rk4)
-        .with_method(stepped("moreau", "midpoint, constraints on velocities"))
+        .with_method(rk4.trusted_at_step(SimDuration::from_micros(10)))
+        .with_method(adaptive_rk4)
+        .with_method(
+            stepped("moreau", "midpoint rule; constraints hold at the level of velocities, events are not looked for")
+                .trusted_at_step(SimDuration::from_micros(5)),
+        )
         .with_method(stepped(
             "semi-implicit",
-            "symplectic, constraints on velocities",
+            "symplectic; what closes is held up to a step late and stays as far past it as it came",
         ))
-        .with_method(stepped("explicit-euler", "for comparison"))
-        .with_method(stepped("thesis", "as published, its signs corrected"))
+        .with_method(stepped(
+            "explicit-euler",
+            "for comparison: grows where damping is less than half the step times the square of the frequency",
+        ))
+        .with_method(stepped(
+            "thesis",
+            "as published, its signs corrected: one joint's rate is set to zero at a stop, which makes energy at any step",
+        ))
 }
 
 fn cpg() -> ControllerKind {

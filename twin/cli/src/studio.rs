@@ -6,7 +6,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
-use twinrig_study::{Commands, PlantOffer, Scales, Scene, Tapped, Variant, Workshop};
+use twinrig_study::{Commands, PlantOffer, Scales, Scene, Tapped, Variant, WALK, Workshop};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -91,7 +91,7 @@ impl Workshop for Studio<'_> {
         let methods = bench.methods.iter();
         let method = methods
             .into_iter()
-            .find(|method| method.name() == variant.method);
+            .find(|method| method.is_meant_by(variant));
         let method = method.ok_or_else(|| format!("there is no method `{}`", variant.method))?;
         let scenario = assembly.scenario();
         let robot = scaled_robot(assembly.robot(), &variant.scales);
@@ -105,7 +105,9 @@ impl Workshop for Studio<'_> {
 
 /// What studies compare.
 fn is_compared(signal: &str) -> bool {
-    signal == "body/position" || signal.ends_with("/foot/position")
+    signal == "body/position"
+        || signal.ends_with("/foot/position")
+        || signal.ends_with("/foot/load")
 }
 
 fn first_line(error: &str) -> String {
@@ -121,7 +123,10 @@ fn scene(assembly: &Assembly<'_>, duration: Option<SimDuration>) -> Result<Scene
         duration: scenario.duration,
         ground: scenario.plant.ground.is_some(),
         servos: scenario.actuator.kind == ActuatorKind::Servo,
-        commands: commands(assembly, duration.unwrap_or(scenario.duration))?,
+        commands: commands(
+            assembly,
+            duration.map_or(WALK, |duration| duration.max(WALK)),
+        )?,
     })
 }
 

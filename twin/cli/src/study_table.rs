@@ -17,6 +17,7 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
         paint.bold(&study.scenario),
         paint.dim(&format!("study of {}", study.kind.name()))
     )];
+    lines.push(study.headline());
     let grid = match study.kind {
         StudyKind::Precision => precision(study),
         StudyKind::Stability => stability(study),
@@ -95,13 +96,11 @@ fn precision(study: &Study) -> Grid {
         "".into(),
     ]);
     let orders = study.orders();
-    for (plant, method) in study.curves() {
+    for line in study.lines() {
         let rows: Vec<&Row> = study
             .rows
             .iter()
-            .filter(|row| {
-                row.kind == RowKind::Integration && (&*row.plant, &*row.method) == (plant, method)
-            })
+            .filter(|row| row.kind == RowKind::Integration && row.line() == line)
             .collect();
         let sound = || rows.iter().filter(|row| row.status == Status::Ok);
         let usual = sound().find(|row| row.step_s == Some(USUAL_STEP_S));
@@ -114,15 +113,16 @@ fn precision(study: &Study) -> Grid {
             });
         let order = orders
             .iter()
-            .find(|order| order.plant == plant && order.method == method);
+            .find(|order| (&*order.plant, &*order.method) == (line.plant, line.method))
+            .filter(|_| !line.is_adaptive());
         let metres = |row: &Row| {
             row.error_rms_m
                 .map_or(String::new(), |error| brief(error, "m"))
         };
         let failed = rows.len() - sound().count();
         grid.row([
-            plant.into(),
-            method.into(),
+            line.plant.into(),
+            line.way().into(),
             order
                 .map_or(String::new(), |order| format!("{:.1}", order.order))
                 .into(),
@@ -189,7 +189,7 @@ fn stability(study: &Study) -> Grid {
         };
         grid.row([
             row.plant.as_str().into(),
-            row.method.as_str().into(),
+            row.line().way().into(),
             limit.into(),
             row.error_rms_m
                 .map_or(String::new(), |error| brief(error, "m"))

@@ -24,6 +24,17 @@ pub(crate) struct Share {
     pub(crate) deadline: Deadline,
 }
 
+impl Share {
+    /// One of `parts` even parts of it, from now on.
+    pub(crate) fn part(self, parts: usize) -> Self {
+        let seconds = self.seconds / parts.max(1) as f64;
+        Self {
+            seconds,
+            deadline: Deadline::within(seconds),
+        }
+    }
+}
+
 impl Budget {
     pub(crate) fn new(total_s: f64, parts: usize) -> Self {
         Self {

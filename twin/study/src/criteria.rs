@@ -14,9 +14,10 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
             "unstable",
             format!(
                 "over {} the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
-                 times the greatest of the reference, or its peak in the last quarter exceeds {GROWN} times that of the first \
-                 quarter and {GROWN} times that of the reference's last (below {REST:e} of the reference's greatest it counts as \
-                 rest)",
+                 times all that the reference had to give, or its peak in the last quarter exceeds {GROWN} times that of the first \
+                 quarter and {GROWN} times that of the reference's last, or it exceeds the latter and does not fall any more where \
+                 the reference's does (below {REST:e} of all there is to give it counts as rest): what grows until stops bound it \
+                 does not explode, and does not come to rest either",
                 duration(plan.duration)
             ),
         ),

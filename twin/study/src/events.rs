@@ -7,7 +7,8 @@ use twinrig_runtime::{PlantEvent, PlantEventKind};
 /// How the events of a run compare with those of its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EventErrors {
-    /// The greatest difference of time between an event and its like; none if no event has one \[s\].
+    /// The greatest difference of time between an event and its like; none if no event has one, or if one of the runs has
+    /// more than the other, and which are alike is a guess \[s\].
     pub(crate) time_max_s: Option<f64>,
     /// Events of the run.
     pub(crate) count: usize,
@@ -30,7 +31,7 @@ pub(crate) fn compare(run: &[PlantEvent], reference: &[PlantEvent]) -> Option<Ev
         }
     }
     Some(EventErrors {
-        time_max_s,
+        time_max_s: time_max_s.filter(|_| run.len() == reference.len()),
         count: run.len(),
         expected: reference.len(),
     })

@@ -50,6 +50,37 @@ pub(crate) fn plain(value: f64) -> String {
     }
 }
 
+/// `2 ms`, or `tolerance 10⁻⁸`.
+pub(crate) fn knob(step_s: Option<f64>, tolerance: Option<f64>) -> String {
+    match (step_s, tolerance) {
+        (Some(step), _) => si(step, "s"),
+        (None, Some(tolerance)) => format!("tolerance {}", power(tolerance, 2)),
+        (None, None) => String::new(),
+    }
+}
+
+/// `1230 ×`
+pub(crate) fn grouped_factor(value: f64) -> String {
+    if value < 1e3 {
+        return format!("{} ×", plain(value));
+    }
+    let unit = libm::pow(10.0, libm::floor(libm::log10(value)) - 2.0);
+    let rounded = libm::round(value / unit) * unit;
+    format!("{} ×", grouped(&format!("{rounded:.0}")))
+}
+
+/// Digits in groups of three.
+pub(crate) fn grouped(digits: &str) -> String {
+    let mut out = String::new();
+    for (n, digit) in digits.chars().enumerate() {
+        if n > 0 && (digits.len() - n).is_multiple_of(3) {
+            out.push('\u{202f}');
+        }
+        out.push(digit);
+    }
+    out
+}
+
 /// `1.3 × 10⁻⁷`
 pub(crate) fn power(value: f64, significant: usize) -> String {
     if value == 0.0 || !value.is_finite() {

@@ -4,7 +4,7 @@ use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
-use crate::number::instant;
+use crate::number::{instant, knob, si};
 use crate::outing::{Ending, Outing};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
@@ -19,8 +19,10 @@ const FINEST_TOLERANCE: f64 = 1e-12;
 pub(crate) struct Reference {
     pub(crate) variant: Variant,
     pub(crate) trace: Trace,
-    /// Another method, or the same at a coarser setting, and how far it is from this.
+    /// Another method, or the same at a coarser setting, and how far it is from this as long as they agree.
     pub(crate) check: Option<(Variant, Errors)>,
+    /// The time up to which they do, if it is not the end of the scene \[s\].
+    pub(crate) until_s: Option<f64>,
 }
 
 /// A reference, as a study tells of it.
@@ -38,6 +40,8 @@ pub struct ReferenceNote {
     pub tolerance: Option<f64>,
     /// What it was checked by.
     pub check: Option<CheckNote>,
+    /// It and its check agree up to this time, and nothing is compared after it; none: to the end \[s\].
+    pub holds_until_s: Option<f64>,
     /// Why there is none, or no check.
     pub why: Option<String>,
 }
@@ -155,83 +159,92 @@ fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
     }
 }
 
-/// A reference to tell right from wrong by, and no more.
-///
-/// # Errors
-/// Why none of the methods gives one.
-pub(crate) fn rough(
-    stage: &Stage<'_>,
-    offer: &PlantOffer,
-    scales: Scales,
-    share: Share,
-) -> Result<Reference, String> {
-    let mut variants = trusted(offer, scales);
-    for variant in &mut variants {
-        variant.knob = variant.knob.relaxed();
-    }
-    first_whole(stage, variants, share)
+/// How closely a reference and its check have to agree.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Trust {
+    /// Where they are further apart, neither is one \[m\].
+    pub(crate) apart_m: f64,
+    /// Coarser settings are good enough.
+    pub(crate) rough: bool,
 }
 
-/// A reference without a check.
-///
-/// # Errors
-/// Why none of the methods gives one.
-pub(crate) fn unchecked(
-    stage: &Stage<'_>,
-    offer: &PlantOffer,
-    scales: Scales,
-    share: Share,
-) -> Result<Reference, String> {
-    first_whole(stage, trusted(offer, scales), share)
-}
+/// Where a reference and its check agree for less than this share of the scene, there is none.
+const LEAST_SHARE: f64 = 0.1;
 
-fn first_whole(
+/// The first of `variants` that comes to the end, and those after it.
+fn first_whole<'a>(
     stage: &Stage<'_>,
-    variants: Vec<Variant>,
+    variants: &'a [Variant],
     share: Share,
-) -> Result<Reference, String> {
-    let mut why = String::from("it has no method");
-    for variant in variants {
-        match stage.whole(&variant, share) {
+) -> Result<(Reference, &'a [Variant]), String> {
+    let mut why = Vec::new();
+    for (n, variant) in variants.iter().enumerate() {
+        match stage.whole(variant, share.part(variants.len())) {
             Ok(trace) => {
-                return Ok(Reference {
-                    variant,
+                let reference = Reference {
+                    variant: variant.clone(),
                     trace,
                     check: None,
-                });
+                    until_s: None,
+                };
+                return Ok((reference, &variants[n + 1..]));
             }
-            Err(error) => why = format!("{}: {error}", variant.method),
+            Err(error) => why.push(format!("{}: {error}", variant.method)),
         }
     }
-    Err(why)
+    if why.is_empty() {
+        why.push(String::from("it has no method"));
+    }
+    Err(why.join("; "))
 }
 
-/// A reference with its check, where there is one.
+/// A reference with its check, where there is one, and no further than the two agree.
 ///
 /// # Errors
-/// Why none of the methods gives one.
+/// Why none of the methods gives one, or that its check contradicts it.
 pub(crate) fn checked(
     stage: &Stage<'_>,
     offer: &PlantOffer,
+    scales: Scales,
+    trust: Trust,
     share: Share,
 ) -> Result<Reference, String> {
-    let mut reference = unchecked(stage, offer, Scales::AS_IS, share)?;
-    let own = &reference.variant;
-    let others = trusted(offer, Scales::AS_IS);
-    let others = others
-        .into_iter()
-        .filter(|other| other.method != own.method);
+    let mut variants = trusted(offer, scales);
+    if trust.rough {
+        for variant in &mut variants {
+            variant.knob = variant.knob.relaxed();
+        }
+    }
+    let (mut reference, others) = first_whole(stage, &variants, share)?;
+    let own = reference.variant.clone();
     let coarser = Variant {
         knob: own.knob.coarser(),
         ..own.clone()
     };
-    for variant in others.chain([coarser]) {
-        let trace = stage.whole(&variant, share).ok();
-        let errors = trace.and_then(|trace| trace.errors(&reference.trace));
-        if let Some(errors) = errors {
-            reference.check = Some((variant, errors));
-            break;
+    for variant in others.iter().cloned().chain([coarser]) {
+        let Ok(trace) = stage.whole(&variant, share.part(others.len() + 1)) else {
+            continue;
+        };
+        let Some(whole) = trace.errors(&reference.trace) else {
+            continue;
+        };
+        reference.until_s = reference.trace.trust_while_near(&trace, trust.apart_m);
+        if let Some(until_s) = reference.until_s
+            && until_s < LEAST_SHARE * stage.end.as_secs_f64()
+        {
+            return Err(format!(
+                "{} {} and {} {} contradict each other: they are {} apart, RMS, and agree up to {} only",
+                own.method,
+                knob(own.knob.step_s(), own.knob.tolerance()),
+                variant.method,
+                knob(variant.knob.step_s(), variant.knob.tolerance()),
+                si(whole.foot_rms, "m"),
+                si(until_s, "s"),
+            ));
         }
+        let errors = trace.errors(&reference.trace).unwrap_or(whole);
+        reference.check = Some((variant, errors));
+        break;
     }
     Ok(reference)
 }
@@ -253,20 +266,28 @@ impl Reference {
             disagreement_rms_m: errors.foot_rms,
             disagreement_max_m: errors.foot_max,
         });
-        let why = match &check {
-            None => Some("nothing came to the end that could check it".to_owned()),
+        let mut why = Vec::new();
+        match &check {
+            None => why.push("nothing came to the end that could check it".to_owned()),
             Some(check) if !check.independent => {
-                Some("it is checked by its own method, at a coarser setting".to_owned())
+                why.push("it is checked by its own method, at a coarser setting".to_owned());
             }
-            Some(_) => None,
-        };
+            Some(_) => {}
+        }
+        if let Some(until_s) = self.until_s {
+            why.push(format!(
+                "its check leaves it after {}: nothing is compared from there on",
+                si(until_s, "s")
+            ));
+        }
         ReferenceNote {
             plant: self.variant.plant.clone(),
             method: Some(self.variant.method.clone()),
             step_s: self.variant.knob.step_s(),
             tolerance: self.variant.knob.tolerance(),
             check,
-            why,
+            holds_until_s: self.until_s,
+            why: (!why.is_empty()).then(|| why.join("; ")),
         }
     }
 
@@ -290,6 +311,7 @@ impl ReferenceNote {
             step_s: None,
             tolerance: None,
             check: None,
+            holds_until_s: None,
             why: Some(why),
         }
     }

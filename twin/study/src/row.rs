@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::workshop::{Knob, Scales, Variant};
+use crate::workshop::{Knob, Scales, SetBy, Variant};
 
 /// What a row is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -118,6 +118,37 @@ pub struct Row {
     pub timed_runs: Option<u64>,
 }
 
+/// What the rows of one line have in common: a method may be set by its step in one and by a tolerance in another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line<'a> {
+    /// Name of the plant.
+    pub plant: &'a str,
+    /// Name of its method.
+    pub method: &'a str,
+    /// What that is set by.
+    pub set_by: SetBy,
+}
+
+impl Line<'_> {
+    /// Its method, as it is used.
+    pub fn way(&self) -> String {
+        match self.set_by {
+            SetBy::Step => self.method.to_owned(),
+            SetBy::Tolerance => format!("{}, adaptive", self.method),
+        }
+    }
+
+    /// Plant and method.
+    pub fn name(&self) -> String {
+        format!("{} {}", self.plant, self.way())
+    }
+
+    /// Whether its method chooses its steps itself.
+    pub fn is_adaptive(&self) -> bool {
+        self.set_by == SetBy::Tolerance
+    }
+}
+
 /// Keys of a row that come from a clock: everything else is the same in every study of the same build.
 pub const CLOCKED: [&str; 4] = [
     "cost_per_step_s",
@@ -213,8 +244,15 @@ impl Row {
         step.or(self.tolerance.map(Knob::Tolerance))
     }
 
-    /// The curve it is on.
-    pub(crate) fn curve(&self) -> (&str, &str) {
-        (&self.plant, &self.method)
+    /// The line it is on.
+    pub fn line(&self) -> Line<'_> {
+        Line {
+            plant: &self.plant,
+            method: &self.method,
+            set_by: match self.tolerance {
+                Some(_) => SetBy::Tolerance,
+                None => SetBy::Step,
+            },
+        }
     }
 }

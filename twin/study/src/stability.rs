@@ -8,7 +8,7 @@ use crate::error::StudyError;
 use crate::number::{duration, instant};
 use crate::outing::{Ending, Outing};
 use crate::precision::RUNAWAY;
-use crate::reference::{self, Reference, ReferenceNote, Stage, ended};
+use crate::reference::{self, Reference, ReferenceNote, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
 use crate::search::{Found, Probe, Range, search};
 use crate::study::{Study, StudyKind};
@@ -51,16 +51,21 @@ impl Default for StabilityPlan {
             wrong_m: 1e-3,
             tolerance: 1e-6,
             factors: Factor::ALL.into(),
-            budget_s: 120.0,
+            budget_s: 200.0,
         }
     }
 }
 
 /// Kinetic energy grows if its peak in the last quarter of a run exceeds so many times that in the first, and in the last
-/// quarter of the reference.
+/// quarter of the reference. It stays, which is no better where it should go, if it exceeds that of the reference by so much
+/// and is still this share of what it was in the third: what grows until stops bound it does not explode, and does not rest.
+const STAYS: f64 = 0.9;
+/// See [`STAYS`].
 pub(crate) const GROWN: f64 = 2.0;
 /// What is less than this share of the reference's greatest kinetic energy is rest.
-pub(crate) const REST: f64 = 1e-9;
+pub(crate) const REST: f64 = 1e-6;
+/// Right is told from wrong by references that are known to this share of the error between.
+const TOLD_APART: f64 = 0.1;
 /// References are sampled so often, and interpolated between.
 const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
 /// Kinetic energy is looked at so often, or at each step where those are longer.
@@ -106,10 +111,14 @@ pub fn stability(
         budget: Budget::new(plan.budget_s, parts),
         watcher,
     };
+    let trust = Trust {
+        apart_m: plan.wrong_m * TOLD_APART,
+        rough: true,
+    };
     for &scales in &scales {
         for plant in plants {
             let share = job.begin(&plant.name)?;
-            let reference = reference::rough(&job.stage, plant, scales, share);
+            let reference = reference::checked(&job.stage, plant, scales, trust, share);
             if scales == Scales::AS_IS {
                 study.references.push(match &reference {
                     Ok(reference) => reference.note(),
@@ -328,9 +337,9 @@ impl Job<'_> {
         let end_s = self.stage.end.as_secs_f64();
         let known = reference.map(|reference| {
             let trace = &reference.trace;
-            (trace.kinetic_peak(), trace.kinetic_by_quarter(end_s)[3])
+            (trace.kinetic_bound(), trace.kinetic_by_quarter(end_s))
         });
-        let (peak, late) = known.unwrap_or((f64::INFINITY, 0.0));
+        let (peak, [.., late]) = known.unwrap_or((f64::INFINITY, [0.0; 4]));
         let stage = Stage {
             grid: looks(step),
             ..self.stage
@@ -354,11 +363,18 @@ impl Job<'_> {
                 return Probe::Unstable(why.unwrap_or_default());
             }
         }
-        let [first, .., last] = trace.kinetic_by_quarter(end_s);
+        let own = trace.kinetic_by_quarter(end_s);
+        let [first, .., last] = own;
         let rest = if peak.is_finite() { REST * peak } else { 0.0 };
         if last > GROWN * first.max(late) + rest {
             return Probe::Unstable(format!(
                 "kinetic energy grows: its peak is {first:.2e} J in the first quarter and {last:.2e} J in the last"
+            ));
+        }
+        let should_go = known.is_some_and(|(_, quarters)| !stays(quarters));
+        if should_go && stays(own) && last > GROWN * late + rest {
+            return Probe::Unstable(format!(
+                "kinetic energy stays: its peak in the last quarter is {last:.2e} J, and should have gone to {late:.2e} J"
             ));
         }
         Probe::Stable
@@ -421,6 +437,11 @@ impl Job<'_> {
             row.cost_per_step_s = Some(median / simulated_s * mean);
         }
     }
+}
+
+/// Whether kinetic energy, by its peaks in the quarters of a run, is not on its way to rest.
+fn stays([_, _, third, last]: [f64; 4]) -> bool {
+    last > STAYS * third
 }
 
 /// How often a run with steps of `step` is looked at: at whole steps.

@@ -4,10 +4,11 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::reference::ReferenceNote;
-use crate::row::{Row, RowKind, Status};
-use crate::workshop::Workshop;
+use crate::row::{Line, Row, RowKind, Status};
+use crate::workshop::{SetBy, Workshop};
 
 /// Which study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -38,7 +39,9 @@ pub struct Study {
     pub scenario: String,
     /// Its file.
     pub file: String,
-    /// How much of the scene was simulated \[s\].
+    /// How long the scene lasts \[s\].
+    pub scene_s: f64,
+    /// How much of it was simulated \[s\].
     pub simulated_s: f64,
     /// How often runs were compared \[s\].
     pub grid_s: f64,
@@ -50,10 +53,14 @@ pub struct Study {
     pub budget_s: f64,
     /// The plants whose segments have mass.
     pub massive: Vec<String>,
+    /// What the methods are: plant, name, what sets it, and a line on it.
+    pub abouts: Vec<(String, String, SetBy, String)>,
     /// What each plant is measured against.
     pub references: Vec<ReferenceNote>,
     /// What it found.
     pub rows: Vec<Row>,
+    /// Which footsteps differ between models.
+    pub footsteps: Vec<Footstep>,
     /// What the criteria are, as pairs of a name and a text.
     pub criteria: Vec<(String, String)>,
     /// What was left out of it, and why.
@@ -92,29 +99,57 @@ impl Study {
             kind,
             scenario: scene.name.clone(),
             file: scene.file.clone(),
+            scene_s: scene.duration.as_nanos() as f64 / 1e9,
             simulated_s: end.as_nanos() as f64 / 1e9,
             grid_s: grid.as_nanos() as f64 / 1e9,
             commanded: scene.commands.change(),
             ground: scene.ground,
             budget_s: 0.0,
             massive: massive.map(|plant| plant.name.clone()).collect(),
+            abouts: abouts(workshop),
             references: Vec::new(),
             rows: Vec::new(),
+            footsteps: Vec::new(),
             criteria: Vec::new(),
             left_out: Vec::new(),
         }
     }
 
-    /// The curves: plants and methods in the order of their rows.
-    pub fn curves(&self) -> Vec<(&str, &str)> {
-        let mut curves = Vec::new();
+    /// The lines: plants and methods in the order of their rows.
+    pub fn lines(&self) -> Vec<Line<'_>> {
+        let mut lines = Vec::new();
         for row in &self.rows {
             let ours = matches!(row.kind, RowKind::Integration | RowKind::Stability);
-            if ours && !curves.contains(&row.curve()) {
-                curves.push(row.curve());
+            if ours && !lines.contains(&row.line()) {
+                lines.push(row.line());
             }
         }
-        curves
+        lines
+    }
+
+    /// The lines with a number each, which is the same for a method whatever it is set by.
+    pub(crate) fn numbered_lines(&self) -> Vec<(usize, Line<'_>)> {
+        let mut methods: Vec<(&str, &str)> = Vec::new();
+        let lines = self.lines().into_iter();
+        lines
+            .map(|line| {
+                let method = (line.plant, line.method);
+                let known = methods.iter().position(|&known| known == method);
+                let number = known.unwrap_or_else(|| {
+                    methods.push(method);
+                    methods.len() - 1
+                });
+                (number, line)
+            })
+            .collect()
+    }
+
+    /// A line on the method of a line.
+    pub(crate) fn about(&self, line: Line<'_>) -> &str {
+        let known = self.abouts.iter().find(|(plant, method, set_by, _)| {
+            (&**plant, &**method, *set_by) == (line.plant, line.method, line.set_by)
+        });
+        known.map_or("", |(.., about)| about)
     }
 
     /// What was cut because it would have taken too long.
@@ -138,14 +173,14 @@ impl Study {
 
     /// The orders of the methods that step, where their errors show one.
     pub fn orders(&self) -> Vec<Order> {
-        let curves = self.curves().into_iter();
-        curves
-            .filter_map(|(plant, method)| {
-                let floor = ABOVE_FLOOR * self.floor_of(plant);
+        let lines = self.lines().into_iter();
+        lines
+            .filter_map(|line| {
+                let floor = ABOVE_FLOOR * self.floor_of(line.plant);
                 let rows = self.rows.iter().filter(|row| {
                     row.kind == RowKind::Integration
                         && row.status == Status::Ok
-                        && row.curve() == (plant, method)
+                        && row.line() == line
                 });
                 let points: Vec<(f64, f64)> = rows
                     .filter_map(|row| Some((row.step_s?, row.error_rms_m?)))
@@ -154,8 +189,8 @@ impl Study {
                     .collect();
                 let order = slope(&points)?;
                 Some(Order {
-                    plant: plant.to_owned(),
-                    method: method.to_owned(),
+                    plant: line.plant.to_owned(),
+                    method: line.method.to_owned(),
                     order,
                     points: points.len(),
                 })
@@ -183,10 +218,23 @@ impl Study {
             "budget_s": self.budget_s,
             "references": self.references,
             "orders": self.orders(),
+            "footsteps": self.footsteps,
             "criteria": criteria,
             "left_out": self.left_out,
         })
     }
+}
+
+/// The methods that are offered, and a line on each.
+fn abouts(workshop: &dyn Workshop) -> Vec<(String, String, SetBy, String)> {
+    let plants = workshop.plants().iter();
+    let methods = plants.flat_map(|plant| plant.methods.iter().map(move |method| (plant, method)));
+    methods
+        .map(|(plant, method)| {
+            let (plant, name) = (plant.name.clone(), method.name.clone());
+            (plant, name, method.set_by, method.about.clone())
+        })
+        .collect()
 }
 
 /// The slope of the line through `points` by least squares; none through fewer than three.

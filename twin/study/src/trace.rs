@@ -19,6 +19,11 @@ pub(crate) struct Trace {
     feet_at: Vec<[f64; 3]>,
     /// Where the trunk was, sample by sample; empty if the plant does not tell \[m\].
     trunk_at: Vec<[f64; 3]>,
+    /// So many samples are trusted, where this is what others are compared with.
+    trusted: usize,
+    /// The greatest energy stored, and the least of it that was not kinetic \[J\].
+    stored_most: f64,
+    resting_least: f64,
     /// Kinetic energy, sample by sample \[J\].
     pub(crate) kinetic: Vec<f64>,
     /// What the energy books lacked at the end \[J\].
@@ -79,6 +84,9 @@ impl Trace {
             feet: places.feet.iter().map(|(name, _)| name.clone()).collect(),
             feet_at: Vec::new(),
             trunk_at: Vec::new(),
+            trusted: usize::MAX,
+            stored_most: f64::NEG_INFINITY,
+            resting_least: f64::INFINITY,
             kinetic: Vec::new(),
             residual: 0.0,
             drift: None,
@@ -107,7 +115,8 @@ impl Trace {
         enough: &mut impl FnMut(f64) -> bool,
     ) -> Go {
         plant.observe(&mut places.outputs);
-        let kinetic = plant.energy().kinetic;
+        let energy = plant.energy();
+        let kinetic = energy.kinetic;
         if !kinetic.is_finite() || places.outputs.iter().any(|output| !output.is_finite()) {
             return Go::NotFinite;
         }
@@ -120,6 +129,8 @@ impl Trace {
             .extend(places.feet.iter().map(|&(_, offset)| place(offset)));
         self.trunk_at.extend(places.trunk.map(place));
         self.kinetic.push(kinetic);
+        self.stored_most = self.stored_most.max(energy.stored());
+        self.resting_least = self.resting_least.min(energy.stored() - kinetic);
         self.drift = match (self.drift, plant.drift()) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),
@@ -137,6 +148,12 @@ impl Trace {
         self.kinetic.iter().copied().fold(0.0, f64::max)
     }
 
+    /// What its kinetic energy could have come to between samples: all that was stored less what was not given up \[J\].
+    pub(crate) fn kinetic_bound(&self) -> f64 {
+        self.kinetic_peak()
+            .max(self.stored_most - self.resting_least)
+    }
+
     /// The greatest kinetic energy in each quarter of `end_s` \[J\].
     pub(crate) fn kinetic_by_quarter(&self, end_s: f64) -> [f64; 4] {
         let mut peaks = [0.0_f64; 4];
@@ -147,19 +164,48 @@ impl Trace {
         peaks
     }
 
+    /// Compares nothing with what is after the first sample at which a foot or the trunk is further than `apart_m` from
+    /// where it is in `other`, which was sampled on the same grid. The time of the last sample before, if there is one \[s\].
+    pub(crate) fn trust_while_near(&mut self, other: &Self, apart_m: f64) -> Option<f64> {
+        let near = |n: &usize| {
+            let errors = self.errors_against(other, core::iter::once(Some((*n, Stencil::at(*n)))));
+            errors.is_some_and(|errors| {
+                errors.foot_max <= apart_m && errors.trunk.is_none_or(|(_, max)| max <= apart_m)
+            })
+        };
+        let samples = self.at_s.len().min(other.at_s.len());
+        let count = (0..samples).take_while(near).count();
+        self.trusted = count;
+        (count < self.at_s.len()).then(|| self.trusted_s())
+    }
+
+    /// The time up to which it is compared with others \[s\].
+    pub(crate) fn trusted_s(&self) -> f64 {
+        let last = self.trusted.min(self.at_s.len()).checked_sub(1);
+        last.map_or(0.0, |last| self.at_s[last])
+    }
+
+    /// The discontinuities up to then.
+    pub(crate) fn events_until(&self, until_s: f64) -> &[PlantEvent] {
+        let count = self.events.partition_point(|event| event.at_s <= until_s);
+        &self.events[..count]
+    }
+
     /// How far this is from `reference`, which was sampled on the same grid, as far as both go; none if they have no foot in
     /// common.
     pub(crate) fn errors(&self, reference: &Self) -> Option<Errors> {
         let samples = self.at_s.len().min(reference.at_s.len());
+        let samples = samples.min(reference.trusted);
         self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
     }
 
     /// The same where the samples of `reference` are evenly spaced and between those of this: it is interpolated by cubics.
     pub(crate) fn errors_between(&self, reference: &Self) -> Option<Errors> {
+        let known = &reference.at_s[..reference.at_s.len().min(reference.trusted)];
         let at = self.at_s.iter().enumerate();
         self.errors_against(
             reference,
-            at.map(|(n, &at_s)| Some((n, Stencil::between(&reference.at_s, at_s)?))),
+            at.map(|(n, &at_s)| Some((n, Stencil::between(known, at_s)?))),
         )
     }
 

@@ -1,6 +1,7 @@
 //! A study as one page that needs nothing else: no script, no font, no network.
 
 mod axis;
+mod footsteps;
 mod models;
 mod plot;
 mod precision;
@@ -15,7 +16,7 @@ use std::fmt::Write as _;
 use crate::machine::Machine;
 use crate::study::{Study, StudyKind};
 
-use crate::number::si;
+use crate::number::{self, si};
 use text::{element, escaped, paragraph};
 
 const STYLE: &str = include_str!("style.css");
@@ -27,10 +28,11 @@ pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
         StudyKind::Stability => ("The largest stable step", stability::body(study)),
     };
     let heading = format!(
-        "<header><p class=\"kind\">Study of {}</p><h1>{}: {}</h1></header>\n",
+        "<header><p class=\"kind\">Study of {}</p><h1>{}: {}</h1><p class=\"headline\">{}</p></header>\n",
         study.kind.name(),
         escaped(title),
-        escaped(&study.scenario)
+        escaped(&study.scenario),
+        escaped(&study.headline())
     );
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
@@ -119,13 +121,13 @@ fn references(study: &Study) -> String {
         3,
     );
     for note in &study.references {
-        let knob = rows::knob(note.step_s, note.tolerance);
+        let knob = number::knob(note.step_s, note.tolerance);
         let own = note.method.as_ref().map_or("none".to_owned(), |method| {
             format!("{} {knob}", escaped(method))
         });
         let check = note.check.as_ref();
         let by = check.map(|check| {
-            let knob = rows::knob(check.step_s, check.tolerance);
+            let knob = number::knob(check.step_s, check.tolerance);
             format!("{} {knob}", escaped(&check.method))
         });
         table.row(

@@ -1,6 +1,6 @@
 //! The part of a page that tells what a model leaves out.
 
-use crate::number::{power, si};
+use crate::number::{plain, power, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
@@ -86,8 +86,19 @@ pub(crate) fn section(study: &Study) -> String {
         beside: Vec::new(),
         strip: "failed".to_owned(),
     };
+    let mut reasons: Vec<String> = Vec::new();
+    for row in limits.iter().filter(|row| row.status != Status::Ok) {
+        let why = row.why.clone().unwrap_or_default();
+        reasons.push(format!("× {}: {why}.", plain(row.scales.mass)));
+    }
+    let failed = if reasons.is_empty() {
+        String::new()
+    } else {
+        format!(" Failed: {}", reasons.join(" "))
+    };
     let caption = "As the segments lose their mass, their feet excepted, the two models become one: what is left of the \
                    difference is what the model without segments leaves out. In both, a foot has its own mass here.";
+    let caption = &format!("{caption}{failed}");
     out += &figure("The limit of segments without mass", &[], &plot, caption);
     out
 }

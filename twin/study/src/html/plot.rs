@@ -180,9 +180,9 @@ impl Plot {
                     let beside = if at - left > 20.0 { -5.0 } else { 14.0 };
                     let _ = write!(
                         out,
-                        "<text class=\"end\" transform=\"translate({:.1} {:.1}) rotate(-90)\">{}</text>",
+                        "<text transform=\"translate({:.1} {:.1}) rotate(-90)\">{}</text>",
                         at + beside,
-                        top + 8.0,
+                        bottom - 34.0,
                         escaped(label)
                     );
                 }

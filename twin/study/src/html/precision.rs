@@ -1,18 +1,16 @@
 //! The page of a study of precision.
 
-use crate::row::{Row, RowKind, Status};
-use crate::study::Study;
+use crate::row::{Line, Row, RowKind, Status};
+use crate::study::{Order, Study};
 
 use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, lead, models, references};
+use super::{card, commanded, figure, footsteps, lead, models, references};
+use crate::headline::{AIM_M, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
 
-/// The step that plants are used at, and what is aimed for there.
-const USUAL_STEP_S: f64 = 2e-3;
-const AIM_M: f64 = 1e-6;
 const AIM_FACTOR: f64 = 1000.0;
 
 /// The smallest error that has a place on a logarithmic scale \[m\].
@@ -20,9 +18,9 @@ pub(crate) const LEAST_M: f64 = 1e-16;
 
 pub(crate) fn body(study: &Study) -> String {
     let compared = format!(
-        "Every plant is led through the first {} of the scene by each of its methods at each setting, and where its feet are is \
+        "Every plant is led through {} by each of its methods at each setting, and where its feet are is \
          compared every {} with a reference of the same plant. {}",
-        si(study.simulated_s, "s"),
+        window(study),
         si(study.grid_s, "s"),
         commanded(study)
     );
@@ -41,9 +39,20 @@ pub(crate) fn body(study: &Study) -> String {
     );
     out += &references(study);
     out += &models::section(study);
+    out += &footsteps::section(study);
     out += "<h2>All runs</h2>\n";
     out += &all(study);
     out
+}
+
+/// How much of the scene that is.
+fn window(study: &Study) -> String {
+    let (all, some) = (si(study.scene_s, "s"), si(study.simulated_s, "s"));
+    if study.simulated_s < study.scene_s * (1.0 - 1e-9) {
+        format!("the first {some} of the scene's {all}")
+    } else {
+        format!("the {some} of the scene")
+    }
 }
 
 fn integration(study: &Study) -> impl Iterator<Item = &Row> {
@@ -53,13 +62,16 @@ fn integration(study: &Study) -> impl Iterator<Item = &Row> {
         .filter(|row| row.kind == RowKind::Integration)
 }
 
-fn of_curve<'a>(study: &'a Study, curve: (&'a str, &'a str)) -> impl Iterator<Item = &'a Row> {
-    integration(study).filter(move |row| row.curve() == curve)
+fn of_line<'a>(study: &'a Study, line: Line<'a>) -> impl Iterator<Item = &'a Row> {
+    integration(study).filter(move |row| row.line() == line)
 }
 
-fn at_usual_step(row: &Row) -> bool {
-    row.step_s
-        .is_some_and(|step| (step / USUAL_STEP_S - 1.0).abs() < 1e-9)
+/// The order of a line, where its method steps and its errors show one.
+fn order(study: &Study, line: Line<'_>) -> Option<f64> {
+    let orders = study.orders().into_iter();
+    let of_line = |order: &Order| order.plant == line.plant && order.method == line.method;
+    let mut ours = orders.filter(of_line).map(|order| order.order);
+    ours.next().filter(|_| !line.is_adaptive())
 }
 
 /// The best at the usual step, the best within the aim, the most precise of all.
@@ -67,7 +79,7 @@ fn cards(study: &Study) -> String {
     let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
     let sound =
         || integration(study).filter(|row| row.status == Status::Ok && row.error_rms_m.is_some());
-    let name = |row: &Row| format!("{} {}, {}", row.plant, row.method, rows::setting(row));
+    let name = |row: &Row| format!("{}, {}", row.line().name(), rows::setting(row));
     let speed = |row: &Row| format!("{} real time", rows::factor(row.real_time_factor));
     let mut out = String::new();
     let usual = sound().filter(|row| at_usual_step(row));
@@ -105,17 +117,17 @@ fn cards(study: &Study) -> String {
     element("div", "cards", &out)
 }
 
-fn entries(study: &Study, of: impl Fn(&(&str, &str)) -> bool) -> Vec<(String, String)> {
-    let orders = study.orders();
-    let curves = study.curves().into_iter().enumerate();
-    curves
-        .filter(|(_, curve)| of(curve))
-        .map(|(number, (plant, method))| {
-            let order = orders
-                .iter()
-                .find(|order| order.plant == plant && order.method == method);
-            let order = order.map_or(String::new(), |order| format!(", order {:.1}", order.order));
-            (swatch(number, false), format!("{plant} {method}{order}"))
+fn entries(study: &Study, of: impl Fn(&Line<'_>) -> bool) -> Vec<(String, String)> {
+    let lines = study.numbered_lines().into_iter();
+    lines
+        .filter(|(_, line)| of(line))
+        .map(|(number, line)| {
+            let order =
+                order(study, line).map_or(String::new(), |order| format!(", order {order:.1}"));
+            (
+                swatch(number, line.is_adaptive()),
+                format!("{}{order}", line.name()),
+            )
         })
         .collect()
 }
@@ -140,24 +152,20 @@ fn point(study: &Study, row: &Row, x: f64) -> Option<Point> {
 
 /// Error over run time.
 fn cost(study: &Study) -> String {
-    let curves = study
-        .curves()
-        .into_iter()
-        .enumerate()
-        .map(|(number, curve)| {
-            let cost = |row: &Row| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
-            let failed = of_curve(study, curve).filter(|row| row.status != Status::Ok);
-            Curve {
-                number,
-                dashed: false,
-                points: of_curve(study, curve)
-                    .filter_map(|row| point(study, row, cost(row)?))
-                    .collect(),
-                failed: failed
-                    .filter_map(|row| Some((cost(row)?, failure(row))))
-                    .collect(),
-            }
-        });
+    let curves = study.numbered_lines().into_iter().map(|(number, line)| {
+        let cost = |row: &Row| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
+        let failed = of_line(study, line).filter(|row| row.status != Status::Ok);
+        Curve {
+            number,
+            dashed: line.is_adaptive(),
+            points: of_line(study, line)
+                .filter_map(|row| point(study, row, cost(row)?))
+                .collect(),
+            failed: failed
+                .filter_map(|row| Some((cost(row)?, failure(row))))
+                .collect(),
+        }
+    });
     let plot = Plot {
         title: "error of the feet over run time".to_owned(),
         width: 1080.0,
@@ -210,16 +218,16 @@ fn failure(row: &Row) -> String {
 
 /// Error over step, and what order that is.
 fn convergence(study: &Study) -> String {
-    let stepped = |curve: &(&str, &str)| of_curve(study, *curve).any(|row| row.step_s.is_some());
-    let curves = study.curves().into_iter().enumerate();
+    let stepped = |line: &Line<'_>| !line.is_adaptive();
+    let curves = study.numbered_lines().into_iter();
     let curves = curves
-        .filter(|(_, curve)| stepped(curve))
-        .map(|(number, curve)| {
-            let failed = of_curve(study, curve).filter(|row| row.status != Status::Ok);
+        .filter(|(_, line)| stepped(line))
+        .map(|(number, line)| {
+            let failed = of_line(study, line).filter(|row| row.status != Status::Ok);
             Curve {
                 number,
                 dashed: false,
-                points: of_curve(study, curve)
+                points: of_line(study, line)
                     .filter_map(|row| point(study, row, row.step_s?))
                     .collect(),
                 failed: failed
@@ -260,27 +268,24 @@ fn summary(study: &Study) -> String {
         ],
         2,
     );
-    let orders = study.orders();
     let mut plant_before = "";
-    for (plant, method) in study.curves() {
-        let sound = || of_curve(study, (plant, method)).filter(|row| row.status == Status::Ok);
+    for line in study.lines() {
+        let plant = line.plant;
+        let sound = || of_line(study, line).filter(|row| row.status == Status::Ok);
         let usual = sound().find(|row| at_usual_step(row));
         let best = sound().min_by(|a, b| {
             let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
             error(a).total_cmp(&error(b))
         });
-        let order = orders
-            .iter()
-            .find(|order| order.plant == plant && order.method == method);
-        let failed = of_curve(study, (plant, method)).filter(|row| row.status != Status::Ok);
+        let failed = of_line(study, line).filter(|row| row.status != Status::Ok);
         let class = if plant == plant_before { "" } else { "first" };
         plant_before = plant;
         table.row(
             class,
             vec![
                 element("b", "", &escaped(plant)),
-                escaped(method),
-                order.map_or(String::new(), |order| format!("{:.1}", order.order)),
+                escaped(&line.way()) + &element("span", "wrap soft", &escaped(study.about(line))),
+                order(study, line).map_or(String::new(), |order| format!("{order:.1}")),
                 usual.map_or(String::new(), |row| rows::length(row.error_rms_m)),
                 usual.map_or(String::new(), |row| rows::length(row.error_max_m)),
                 usual.map_or(String::new(), |row| rows::factor(row.real_time_factor)),
@@ -323,6 +328,7 @@ fn all(study: &Study) -> String {
     let mut before = None;
     for row in integration(study) {
         let events = match (row.events, row.events_expected) {
+            (None, Some(_)) => "looks for none".to_owned(),
             (Some(own), Some(expected)) if own != expected => format!("{own} of {expected}"),
             (own, _) => rows::count(own),
         };
@@ -332,7 +338,7 @@ fn all(study: &Study) -> String {
             rows::class(row, before),
             vec![
                 escaped(&row.plant),
-                escaped(&row.method),
+                escaped(&row.line().way()),
                 rows::setting(row),
                 rows::status(row),
                 row.error_rms_m

@@ -3,16 +3,7 @@
 use crate::row::{Row, Status};
 
 use super::text::{element, escaped};
-use crate::number::{plain, power, si};
-
-/// `2 ms`, or `tolerance 10⁻⁸`.
-pub(crate) fn knob(step_s: Option<f64>, tolerance: Option<f64>) -> String {
-    match (step_s, tolerance) {
-        (Some(step), _) => si(step, "s"),
-        (None, Some(tolerance)) => format!("tolerance {}", power(tolerance, 2)),
-        (None, None) => String::new(),
-    }
-}
+use crate::number::{grouped, grouped_factor, knob, si};
 
 /// How the method of a row is set.
 pub(crate) fn setting(row: &Row) -> String {
@@ -31,14 +22,7 @@ pub(crate) fn time(value: Option<f64>) -> String {
 
 /// `1230 ×`
 pub(crate) fn factor(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| {
-        if value < 1e3 {
-            return format!("{} ×", plain(value));
-        }
-        let unit = libm::pow(10.0, libm::floor(libm::log10(value)) - 2.0);
-        let rounded = libm::round(value / unit) * unit;
-        format!("{} ×", grouped(&format!("{rounded:.0}")))
-    })
+    value.map_or(String::new(), grouped_factor)
 }
 
 /// A count, or nothing; a zero says nothing either.
@@ -46,18 +30,6 @@ pub(crate) fn count(value: Option<u64>) -> String {
     value
         .filter(|&value| value > 0)
         .map_or(String::new(), |value| grouped(&value.to_string()))
-}
-
-/// Digits in groups of three.
-fn grouped(digits: &str) -> String {
-    let mut out = String::new();
-    for (n, digit) in digits.chars().enumerate() {
-        if n > 0 && (digits.len() - n).is_multiple_of(3) {
-            out.push('\u{202f}');
-        }
-        out.push(digit);
-    }
-    out
 }
 
 /// The word of its status, coloured.
@@ -79,7 +51,7 @@ pub(crate) fn why(row: &Row) -> String {
 
 /// The class of its line in a table.
 pub(crate) fn class(row: &Row, before: Option<&Row>) -> &'static str {
-    let first = before.is_some_and(|before| before.curve() != row.curve());
+    let first = before.is_some_and(|before| before.line() != row.line());
     match (first, row.status) {
         (true, Status::Ok) => "first",
         (false, Status::Ok) => "",
@@ -90,7 +62,7 @@ pub(crate) fn class(row: &Row, before: Option<&Row>) -> &'static str {
 
 /// What a person sees who points at it.
 pub(crate) fn title(row: &Row) -> String {
-    let mut parts = vec![format!("{} {}, {}", row.plant, row.method, setting(row))];
+    let mut parts = vec![format!("{}, {}", row.line().name(), setting(row))];
     if let Some(error) = row.error_rms_m {
         parts.push(format!("foot {} RMS", si(error, "m")));
     }

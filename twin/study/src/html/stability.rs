@@ -1,6 +1,6 @@
 //! The page of a study of stability.
 
-use crate::row::{Row, Status};
+use crate::row::{Line, Row, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
@@ -66,7 +66,7 @@ fn cards(study: &Study) -> String {
         .rev()
         .filter(|row| right(row) > 0.0)
         .max_by(|a, b| right(a).total_cmp(&right(b)));
-    let name = |row: &Row| format!("{} {}", row.plant, row.method);
+    let name = |row: &Row| row.line().name();
     let bound = |row: &Row| {
         format!(
             "{}{}",
@@ -103,23 +103,12 @@ fn cards(study: &Study) -> String {
 
 /// A plot for each factor.
 fn sweeps(study: &Study) -> String {
-    let curves = study.curves();
-    let adaptive = |curve: (&str, &str)| {
-        let mut rows = study.rows.iter().filter(|row| row.curve() == curve);
-        rows.any(|row| row.tolerance.is_some())
-    };
-    let mut entries: Vec<(String, String)> = curves
+    // What chooses its steps itself has no limit to show.
+    let lines = study.numbered_lines().into_iter();
+    let lines: Vec<(usize, Line<'_>)> = lines.filter(|(_, line)| !line.is_adaptive()).collect();
+    let mut entries: Vec<(String, String)> = lines
         .iter()
-        .enumerate()
-        .map(|(number, &(plant, method))| {
-            let mean = if adaptive((plant, method)) {
-                " (mean step)"
-            } else {
-                ""
-            };
-            let dashed = adaptive((plant, method));
-            (swatch(number, dashed), format!("{plant} {method}{mean}"))
-        })
+        .map(|&(number, line)| (swatch(number, false), line.name()))
         .collect();
     if !study.commanded && !study.ground {
         entries.push((foreign_swatch(), "thesis".to_owned()));
@@ -131,10 +120,9 @@ fn sweeps(study: &Study) -> String {
     let beside: Vec<f64> = study.rows.iter().filter_map(shown).collect();
     let mut figures = String::new();
     for factor in Factor::ALL {
-        let curves: Vec<Curve> = curves
+        let curves: Vec<Curve> = lines
             .iter()
-            .enumerate()
-            .map(|(number, &curve)| sweep(study, factor, number, curve, adaptive(curve)))
+            .map(|&(number, line)| sweep(study, factor, number, line))
             .collect();
         let values = curves
             .iter()
@@ -164,8 +152,8 @@ fn sweeps(study: &Study) -> String {
     out
 }
 
-fn sweep(study: &Study, factor: Factor, number: usize, curve: (&str, &str), dashed: bool) -> Curve {
-    let rows = study.rows.iter().filter(|row| row.curve() == curve);
+fn sweep(study: &Study, factor: Factor, number: usize, line: Line<'_>) -> Curve {
+    let rows = study.rows.iter().filter(|row| row.line() == line);
     let mut rows: Vec<(f64, &Row)> = rows
         .filter_map(|row| Some((factor.of(&row.scales)?, row)))
         .collect();
@@ -187,7 +175,7 @@ fn sweep(study: &Study, factor: Factor, number: usize, curve: (&str, &str), dash
     let failed = rows.iter().filter(|(_, row)| shown(row).is_none());
     Curve {
         number,
-        dashed,
+        dashed: false,
         points: rows.iter().filter_map(point).collect(),
         failed: failed
             .map(|&(value, row)| (value, title(value, row)))
@@ -257,7 +245,7 @@ fn as_it_is(study: &Study) -> String {
             },
             vec![
                 element("b", "", &escaped(&row.plant)),
-                escaped(&row.method),
+                escaped(&row.line().way()),
                 limit_cell(row),
                 rows::status(row),
                 rows::time(row.largest_right_step_s),
@@ -316,7 +304,7 @@ fn all(study: &Study) -> String {
                 name.to_owned(),
                 value,
                 escaped(&row.plant),
-                escaped(&row.method),
+                escaped(&row.line().way()),
                 limit_cell(row),
                 rows::time(row.least_unstable_step_s),
                 rows::status(row),

@@ -1,7 +1,7 @@
 //! The part of a page that sets figures beside those of the thesis.
 
 use crate::number::si;
-use crate::row::Status;
+use crate::row::{Line, Status};
 use crate::study::Study;
 use crate::thesis::{FIGURES, ThesisFigure};
 use crate::workshop::Scales;
@@ -74,9 +74,9 @@ fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
         stiffness: QUARTER,
         ..Scales::AS_IS
     };
-    let cell = |curve: (&str, &str), scales: Scales| {
+    let cell = |line: Line<'_>, scales: Scales| {
         let mut rows = study.rows.iter();
-        let row = rows.find(|row| row.curve() == curve && row.scales == scales);
+        let row = rows.find(|row| row.line() == line && row.scales == scales);
         row.map_or(String::new(), |row| {
             let wrong = match (row.wrong, row.largest_right_step_s) {
                 (true, Some(step)) => format!(" (right to {})", si(step, "s")),
@@ -89,13 +89,14 @@ fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
             }
         })
     };
-    let curves = study.curves().into_iter();
-    curves
-        .filter(|(plant, _)| study.massive.iter().any(|known| known == plant) == masses)
-        .map(|curve| Ours {
-            name: format!("{} {}", curve.0, curve.1),
-            step: cell(curve, Scales::AS_IS),
-            quarter: cell(curve, quarter),
+    let lines = study.lines().into_iter();
+    lines
+        .filter(|line| !line.is_adaptive())
+        .filter(|line| study.massive.iter().any(|known| known == line.plant) == masses)
+        .map(|line| Ours {
+            name: line.name(),
+            step: cell(line, Scales::AS_IS),
+            quarter: cell(line, quarter),
         })
         .collect()
 }

@@ -1,0 +1,92 @@
+//! A study in a sentence.
+
+use crate::number::{grouped_factor, si};
+use crate::row::{Row, RowKind, Status};
+use crate::study::{Study, StudyKind};
+use crate::workshop::Scales;
+
+/// The step that plants are used at, and what is aimed for there.
+pub(crate) const USUAL_STEP_S: f64 = 2e-3;
+pub(crate) const AIM_M: f64 = 1e-6;
+
+/// Whether a row is of the step that plants are used at.
+pub(crate) fn at_usual_step(row: &Row) -> bool {
+    row.step_s
+        .is_some_and(|step| (step / USUAL_STEP_S - 1.0).abs() < 1e-9)
+}
+
+impl Study {
+    /// What it found, in a sentence or two.
+    pub fn headline(&self) -> String {
+        match self.kind {
+            StudyKind::Precision => self.precise(),
+            StudyKind::Stability => self.stable(),
+        }
+    }
+
+    /// The fastest of the most thorough model at the usual step that comes within the aim, or the one that comes nearest.
+    fn precise(&self) -> String {
+        let massive = |row: &&Row| {
+            self.massive.is_empty() || self.massive.iter().any(|known| *known == row.plant)
+        };
+        let rows = self.rows.iter().filter(massive);
+        let rows: Vec<(&Row, f64)> = rows
+            .filter(|row| row.kind == RowKind::Integration && row.status == Status::Ok)
+            .filter(|row| at_usual_step(row))
+            .filter_map(|row| Some((row, row.error_rms_m?)))
+            .collect();
+        let speed = |row: &Row| row.real_time_factor.unwrap_or(0.0);
+        let within = rows.iter().filter(|(_, error)| *error <= AIM_M);
+        let fastest = within.max_by(|(a, _), (b, _)| speed(a).total_cmp(&speed(b)));
+        let step = si(USUAL_STEP_S, "s");
+        if let Some((row, error)) = fastest {
+            return format!(
+                "{} at {step}: {} at {} real time.",
+                row.line().name(),
+                si(*error, "m"),
+                grouped_factor(speed(row))
+            );
+        }
+        match rows.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            Some((row, error)) => format!(
+                "No method comes within {} at {step}; the nearest is {} with {} at {} real time.",
+                si(AIM_M, "m"),
+                row.line().name(),
+                si(*error, "m"),
+                grouped_factor(speed(row))
+            ),
+            None => {
+                "No error is known: there is no reference, or nothing came to the end.".to_owned()
+            }
+        }
+    }
+
+    /// The method whose steps may be longest and are right, and the one whose may not be long.
+    fn stable(&self) -> String {
+        let rows = self.rows.iter();
+        let limits: Vec<(&Row, f64)> = rows
+            .filter(|row| row.scales == Scales::AS_IS && row.status == Status::Ok)
+            .filter_map(|row| Some((row, row.largest_stable_step_s?)))
+            .collect();
+        let right = limits
+            .iter()
+            .rev()
+            .filter_map(|(row, limit)| Some((row, *limit, row.largest_right_step_s?)));
+        let longest = right.max_by(|a, b| a.2.total_cmp(&b.2));
+        let shortest = limits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let (Some((row, limit, right)), Some((short, least))) = (longest, shortest) else {
+            return "No step is both stable and right.".to_owned();
+        };
+        let bound = match row.least_unstable_step_s {
+            Some(_) => format!("stable to {}", si(limit, "s")),
+            None => format!("stable to {} and beyond", si(limit, "s")),
+        };
+        format!(
+            "{} is right to {} and {bound}; {} is stable to {} only.",
+            row.line().name(),
+            si(right, "s"),
+            short.line().name(),
+            si(*least, "s")
+        )
+    }
+}
