@@ -123,42 +123,75 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         state: &State<R, N>,
         holding: &Holding<'_, R>,
     ) -> Self {
+        let mut articulated = Self::blank();
+        articulated.renew(model, legs, state, holding);
+        articulated
+    }
+
+    /// Room for one.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn blank() -> Self {
+        Self {
+            chain: Chain::blank(),
+            give: Give::blank(),
+            torques: [R::zero(); N],
+            base: None,
+        }
+    }
+
+    /// Another state in its place: what is large is not moved about.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn renew(
+        &mut self,
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        holding: &Holding<'_, R>,
+    ) {
+        if !model.is_free() {
+            (self.chain, self.give, self.torques) = Self::legs(legs, state, holding);
+            self.base = None;
+            return;
+        }
+        self.chain = Chain::new(legs, &state.angles, &state.rates);
+        self.give = self.chain.give(legs, &state.angles, holding);
+        let none = <R::Sum as Real>::zero();
+        let rotation = rotation(state.attitude);
+        let weight = into_trunk(&rotation, [none, none, <R::Sum as Real>::splat(-GRAVITY)]);
+        let turned = cross(state.turning, state.velocity);
+        let field = std::array::from_fn(|i| weight[i] - turned[i]);
+        let carrier = Carrier {
+            turning: state.turning.map(R::broadcast),
+            field: field.map(R::broadcast),
+        };
+        let mut carried = Carried::new(legs, &self.chain, &carrier);
+        carried.torques[0] += holding.drive.hip_torque;
+        self.torques = carried.torques;
+        let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), state.turning, field);
+        let schur = Schur::new(&model.trunk, &trunk, &carried, &self.give);
+        self.base = Some(Floating {
+            carried,
+            trunk,
+            schur,
+            rotation,
+        });
+    }
+
+    /// Legs on a trunk that is held, and the torques on their links.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn legs(
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        holding: &Holding<'_, R>,
+    ) -> (Chain<R, N>, Give<R, N>, [R; N]) {
         let chain = Chain::new(legs, &state.angles, &state.rates);
         let give = chain.give(legs, &state.angles, holding);
-        let gravity = R::splat(-GRAVITY);
-        let mut torques;
-        let base = if model.is_free() {
-            let one = <R::Sum as Real>::zero();
-            let rotation = rotation(state.attitude);
-            let weight = into_trunk(&rotation, [one, one, <R::Sum as Real>::splat(-GRAVITY)]);
-            let turned = cross(state.turning, state.velocity);
-            let field = std::array::from_fn(|i| weight[i] - turned[i]);
-            let carrier = Carrier {
-                turning: state.turning.map(R::broadcast),
-                field: field.map(R::broadcast),
-            };
-            let mut carried = Carried::new(legs, &chain, &carrier);
-            carried.torques[0] += holding.drive.hip_torque;
-            torques = carried.torques;
-            let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), state.turning, field);
-            let schur = Schur::new(&model.trunk, &trunk, &carried, &give);
-            Some(Floating {
-                carried,
-                trunk,
-                schur,
-                rotation,
-            })
-        } else {
-            torques = chain.torques(legs, [R::zero(), gravity]);
-            torques[0] += holding.drive.hip_torque;
-            None
-        };
-        Self {
-            chain,
-            give,
-            torques,
-            base,
-        }
+        let mut torques = chain.torques(legs, [R::zero(), R::splat(-GRAVITY)]);
+        torques[0] += holding.drive.hip_torque;
+        (chain, give, torques)
     }
 
     /// Accelerations without any force but its own.

@@ -307,7 +307,8 @@ impl<const N: usize> Body for Flow<N> {
             ));
         }
         let mut numbers = saved.numbers.iter();
-        self.replace(&mut || *numbers.next().expect("there are as many as were counted"));
+        let recalled =
+            self.replace(&mut || *numbers.next().expect("there are as many as were counted"));
         self.mode.contacts.clear();
         if saved.contacts.len() > CONTACTS {
             return Err(format!("{} contacts", saved.contacts.len()));
@@ -325,6 +326,10 @@ impl<const N: usize> Body for Flow<N> {
         (self.ledger, self.counts) = (saved.ledger, saved.counts);
         self.instant.iterations = self.counts.solver_iterations;
         self.instant.factorisations = self.counts.factorisations;
+        self.track = None;
+        if recalled > 0.0 {
+            self.recall(recalled);
+        }
         Ok(())
     }
 }
@@ -336,7 +341,8 @@ impl<const N: usize> Flow<N> {
         copy.each(&mut |x| to(*x));
     }
 
-    fn replace(&mut self, by: &mut dyn FnMut() -> f64) {
+    /// Takes numbers for its own; gives what [`Flow::recalled`] said when they were saved.
+    fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| *x = by());
         (self.state, self.tally, self.tally_before) = (copy.state, copy.tally, copy.tally_before);
@@ -356,6 +362,7 @@ impl<const N: usize> Flow<N> {
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
         [self.rattles, self.patience] = copy.rattles.map(|n| n as u32);
         self.gained = copy.gained;
+        copy.recalled
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
@@ -380,6 +387,7 @@ impl<const N: usize> Flow<N> {
             tallied: self.tallied,
             rattles: [f64::from(self.rattles), f64::from(self.patience)],
             gained: self.gained,
+            recalled: self.recalled(),
             pushed: self.pushed,
         }
     }
@@ -394,6 +402,7 @@ struct Numbers<const N: usize> {
     tallied: f64,
     rattles: [f64; 2],
     gained: f64,
+    recalled: f64,
     pushed: [[f64; PLACES]; 4],
 }
 
@@ -419,6 +428,7 @@ impl<const N: usize> Numbers<N> {
         to(&mut self.tallied);
         self.rattles.iter_mut().for_each(&mut *to);
         to(&mut self.gained);
+        to(&mut self.recalled);
         self.pushed.iter_mut().flatten().for_each(&mut *to);
     }
 }

@@ -36,6 +36,31 @@ pub(crate) struct Chain<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Chain<R, N> {
+    /// Room for one.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn blank() -> Self {
+        let zero = R::zero();
+        let length = Length {
+            value: zero,
+            gradient: [zero; 3],
+            rate: zero,
+            curvature: zero,
+        };
+        Self {
+            rates: [zero; N],
+            sines: [zero; N],
+            cosines: [zero; N],
+            inertia: [[zero; N]; N],
+            swing: [[zero; N]; N],
+            diagonal: length,
+            parallel: length,
+            cable: length,
+            springs: [zero; N],
+            friction: [zero; N],
+        }
+    }
+
     /// The leg at these absolute angles and rates of its links.
     #[inline(always)]
     #[allow(clippy::inline_always)]
@@ -68,12 +93,12 @@ impl<R: Real, const N: usize> Chain<R, N> {
         };
         let ld = leg.l_delta;
         let zero = R::zero();
-        let diagonal = turns.length(ld * ld + l2 * l2, [ld * l2, zero, zero]);
+        let diagonal = turns.side(ld * ld + l2 * l2, ld * l2);
         let parallel = turns.length(
             R::splat(2.0) * ld * ld + l2 * l2,
             [ld * l2, -(ld * ld), -(ld * l2)],
         );
-        let cable = turns.length(l1 * l1 + l2 * l2, [l1 * l2, zero, zero]);
+        let cable = turns.side(l1 * l1 + l2 * l2, l1 * l2);
         let pull = |length: &Length<R>, spring: [R; 2]| spring[0] * (spring[1] - length.value);
         let (push_d, push_p) = (pull(&diagonal, leg.diagonal), pull(&parallel, leg.parallel));
         let (mut springs, friction) = ([zero; N], rubbed(leg, rates));
@@ -132,6 +157,8 @@ impl<R: Real, const N: usize> Chain<R, N> {
     }
 
     /// Power that friction in the joints takes \[W\].
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub(crate) fn friction_power(&self) -> R {
         let mut power = R::zero();
         for i in 0..N {
@@ -174,6 +201,24 @@ struct Turns<R> {
 }
 
 impl<R: Real> Turns<R> {
+    /// The same of a triangle, which knows the first angle alone.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn side(&self, square: R, product: R) -> Length<R> {
+        let value = (square + R::splat(2.0) * product * self.cosine[0]).sqrt();
+        let inverse = R::splat(1.0) / value;
+        let slope = product * self.sine[0];
+        let along = slope * inverse;
+        let rate = -(slope * self.rate[0]) * inverse;
+        let bend = product * self.cosine[0] * (self.rate[0] * self.rate[0]);
+        Length {
+            value,
+            gradient: [-along, along, R::zero()],
+            rate,
+            curvature: -(bend + rate * rate) * inverse,
+        }
+    }
+
     /// The length ℓ with ½ℓ² = ½ square + Σ product · cos(angle).
     #[inline(always)]
     #[allow(clippy::inline_always)]

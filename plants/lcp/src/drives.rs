@@ -10,7 +10,7 @@ use crate::hold::Driven;
 use crate::real::Real;
 
 /// What hip and pulley of each leg are told \[rad\], and which way a motor that is used up pushes: −1, 0 or 1.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Commands<R> {
     /// The hip's absolute angle.
     pub(crate) hip: R,

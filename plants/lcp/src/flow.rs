@@ -8,14 +8,14 @@ use crate::articulated::{into_world, stored_in};
 use crate::chain::Chain;
 use crate::events::{Instant, PLACES};
 use crate::log::Happening;
-use crate::march::{Halt, Stepper};
+use crate::march::{Halt, Stepper, Track};
 use crate::mode::Mode;
 use crate::model::Model;
-use crate::motion::{Bench, Motion, Scene};
+use crate::motion::{Bench, Felt, Motion, Scene};
 use crate::options::Method;
 use crate::real::{Lanes, Real};
 use crate::site::Site;
-use crate::state::State;
+use crate::state::{Slope, State};
 
 /// Why time cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -127,6 +127,8 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) logs: bool,
     pub(crate) log: Vec<Happening>,
     pub(crate) rodas4: crate::rodas4::Memory<N>,
+    /// The memory of a march; gone while there is one.
+    pub(crate) track: Option<Box<Track<N>>>,
     /// By how much a foot may be wrong after the last step, as the step itself says \[m\].
     pub(crate) estimate: f64,
     /// Energy that steps have made out of nothing of late \[J\].
@@ -172,6 +174,7 @@ impl<const N: usize> Flow<N> {
             logs: false,
             log: Vec::new(),
             rodas4: crate::rodas4::Memory::default(),
+            track: None,
             estimate: 0.0,
             gained: 0.0,
         };
@@ -301,13 +304,49 @@ impl<const N: usize> Flow<N> {
         (0..islands).map(move |i| if free { 0..legs } else { i..i + 1 })
     }
 
+    /// The right-hand side in a state, without what it was made from. Adds what is felt to sums, as many seconds of it.
+    #[inline(never)]
+    pub(crate) fn stage(
+        &mut self,
+        state: &State<Lanes, N>,
+        recovery: f64,
+        felt_for: Option<(Lanes, &mut Tally)>,
+    ) -> Slope<Lanes, N> {
+        if !self.mode.contacts.is_empty() {
+            let motion = self.motion(state, recovery);
+            if let Some((seconds, tally)) = felt_for {
+                self.feel(state, &motion, seconds, tally);
+            }
+            return motion.slope;
+        }
+        self.counts.evaluations += 1;
+        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
+        let (slope, felt) = scene.slope_aloft(state);
+        if let Some((seconds, tally)) = felt_for {
+            self.feel_motors(&felt, seconds, tally);
+        }
+        slope
+    }
+
     /// The right-hand side in a state.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
+    #[inline(never)]
     pub(crate) fn motion(&mut self, state: &State<Lanes, N>, recovery: f64) -> Motion<Lanes, N> {
         self.counts.evaluations += 1;
         let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
         scene.motion(state, &mut self.bench)
+    }
+
+    /// The same in the place of another.
+    #[inline(never)]
+    pub(crate) fn motion_into(
+        &mut self,
+        state: &State<Lanes, N>,
+        recovery: f64,
+        motion: &mut Motion<Lanes, N>,
+    ) {
+        self.counts.evaluations += 1;
+        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
+        scene.motion_into(state, &mut self.bench, motion);
     }
 
     /// Kinetic, spring and gravity energy \[J\].
@@ -325,13 +364,19 @@ impl<const N: usize> Flow<N> {
         weight: Lanes,
         tally: &mut Tally,
     ) {
-        if self.model.servos.is_some() {
-            tally.hip += weight * motion.felt.hip_torque;
-            tally.knee += weight * motion.felt.knee_torque;
-            tally.cable += weight * motion.felt.forces[crate::hold::CABLE];
-        }
+        self.feel_motors(&motion.felt, weight, tally);
         if !self.mode.contacts.is_empty() {
             self.feel_ground(state, motion, weight, tally);
+        }
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn feel_motors(&self, felt: &Felt<Lanes>, weight: Lanes, tally: &mut Tally) {
+        if self.model.servos.is_some() {
+            tally.hip += weight * felt.hip_torque;
+            tally.knee += weight * felt.knee_torque;
+            tally.cable += weight * felt.forces[crate::hold::CABLE];
         }
     }
 

@@ -61,6 +61,14 @@ pub(crate) const fn at_foot(links: usize, which: usize) -> usize {
 }
 
 impl Guards {
+    /// Guards that stand for nothing.
+    pub(crate) fn none() -> Self {
+        Self {
+            values: [Lanes::splat(AT_EASE); GUARDS],
+            rates: [Lanes::zero(); GUARDS],
+        }
+    }
+
     /// The guards in a state.
     pub(crate) fn new<const N: usize>(
         scene: &Scene<'_, Lanes, N>,
@@ -68,11 +76,24 @@ impl Guards {
         motion: &Motion<Lanes, N>,
         bench: &Bench<f64, N>,
     ) -> Self {
+        let mut guards = Self::none();
+        guards.renew(scene, state, motion, bench);
+        guards
+    }
+
+    /// The guards in a state, in the place of others.
+    #[inline(never)]
+    pub(crate) fn renew<const N: usize>(
+        &mut self,
+        scene: &Scene<'_, Lanes, N>,
+        state: &State<Lanes, N>,
+        motion: &Motion<Lanes, N>,
+        bench: &Bench<f64, N>,
+    ) {
+        let guards = self;
         let ease = Lanes::splat(AT_EASE);
-        let mut guards = Self {
-            values: [ease; GUARDS],
-            rates: [Lanes::zero(); GUARDS],
-        };
+        guards.values = [ease; GUARDS];
+        guards.rates = [Lanes::zero(); GUARDS];
         let (chain, holds) = (&motion.articulated.chain, &scene.holds);
         let gaps = [
             (chain.closed(scene.legs, &state.angles), holds.closed),
@@ -104,7 +125,6 @@ impl Guards {
             }
         }
         guards.of_feet(scene, state, motion, bench);
-        guards
     }
 
     fn of_feet<const N: usize>(
@@ -164,12 +184,10 @@ impl Guards {
 
     /// The least guard of each kind, over all legs: where nothing is amiss, nothing more has to be looked at.
     pub(crate) fn alarmed(&self, tolerances: &[f64; GUARDS]) -> bool {
-        self.values
-            .iter()
-            .zip(tolerances)
-            .any(|(guard, tolerance)| {
-                let least = guard.to_array();
-                least.iter().any(|&value| value < -tolerance)
-            })
+        let mut alarm = Lanes::zero();
+        for (guard, tolerance) in self.values.iter().zip(tolerances) {
+            alarm |= guard.simd_lt(Lanes::splat(-tolerance));
+        }
+        alarm.any()
     }
 }

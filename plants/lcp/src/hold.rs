@@ -23,7 +23,7 @@ pub(crate) const DIAGONAL: usize = 2;
 pub(crate) const CABLE: usize = 3;
 
 /// Which constraints of a leg hold, as ones and zeros.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Holds<R> {
     /// The hip's motor gives its link the acceleration it wants.
     pub(crate) hip: R,
@@ -184,10 +184,10 @@ struct Taken<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Give<R, N> {
-    /// A leg that nothing holds.
+    /// Room for one.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn free(inertia: &[[R; N]; N]) -> Self {
+    pub(crate) fn blank() -> Self {
         let zero = R::zero();
         let none = Taken {
             gradient: [zero; N],
@@ -196,9 +196,19 @@ impl<R: Real, const N: usize> Give<R, N> {
             missing: zero,
         };
         Self {
-            mobility: inverse(inertia),
+            mobility: [[zero; N]; N],
             imposed: [zero; N],
             taken: [none; HOLDS],
+        }
+    }
+
+    /// A leg that nothing holds.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn free(inertia: &[[R; N]; N]) -> Self {
+        Self {
+            mobility: inverse(inertia),
+            ..Self::blank()
         }
     }
 

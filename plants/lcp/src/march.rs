@@ -4,10 +4,11 @@
 //! start. Where legs hang on a trunk that is held they have nothing to do with each other: each then goes its own time, side
 //! by side with the others.
 
-use crate::drives::wanted;
+use crate::drives::{Commands, wanted};
 use crate::events::direction;
 use crate::flow::{Flow, FlowError, Tally};
 use crate::guards::{GUARDS, Guard, Guards, STOPS, at_foot, kind};
+use crate::hold::Holds;
 use crate::motion::{Motion, Scene};
 use crate::motors::Effort;
 use crate::real::{Lanes, Real};
@@ -51,10 +52,11 @@ pub(crate) enum Stepper {
 }
 
 /// A step as it was made.
+#[derive(Debug, Clone)]
 pub(crate) struct Leap<const N: usize> {
     pub(crate) end: State<Lanes, N>,
     /// The motion at its end, in the same mode.
-    pub(crate) motion: Motion<Lanes, N>,
+    pub(crate) motion: Box<Motion<Lanes, N>>,
     /// Work that friction took and that motors gave, by leg \[J\].
     pub(crate) dissipated: Lanes,
     pub(crate) actuator: Lanes,
@@ -62,6 +64,47 @@ pub(crate) struct Leap<const N: usize> {
     pub(crate) felt: Tally,
     /// How far a foot may be off \[m\].
     pub(crate) error: Lanes,
+}
+
+/// The memory of a march: large things that are passed on and not copied.
+#[derive(Debug, Clone)]
+pub(crate) struct Track<const N: usize> {
+    start: Box<Motion<Lanes, N>>,
+    /// Guards at the start, and at the end of a piece.
+    guards: Guards,
+    after: Guards,
+    leap: Leap<N>,
+    /// What the start is known for.
+    known: Option<Known<N>>,
+}
+
+/// All that a motion depends on while no foot stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Known<const N: usize> {
+    state: State<Lanes, N>,
+    holds: Holds<Lanes>,
+    commands: Commands<Lanes>,
+    recovery: f64,
+}
+
+impl<const N: usize> Track<N> {
+    pub(crate) fn new(motion: Motion<Lanes, N>, end: State<Lanes, N>) -> Self {
+        let zero = Lanes::zero();
+        Self {
+            start: Box::new(motion),
+            guards: Guards::none(),
+            after: Guards::none(),
+            leap: Leap {
+                end,
+                motion: Box::new(motion),
+                dissipated: zero,
+                actuator: zero,
+                felt: Tally::new(),
+                error: zero,
+            },
+            known: None,
+        }
+    }
 }
 
 /// Why a march ended before its time.
@@ -104,6 +147,22 @@ struct Progress {
 impl<const N: usize> Flow<N> {
     /// Moves on by `seconds`.
     pub(crate) fn march(&mut self, stepper: Stepper, seconds: f64) -> Result<(), Halt> {
+        let state = self.state;
+        let mut track = self.track.take().unwrap_or_else(|| {
+            let motion = self.motion(&state, 0.0);
+            Box::new(Track::new(motion, state))
+        });
+        let marched = self.march_on(stepper, seconds, &mut track);
+        self.track = Some(track);
+        marched
+    }
+
+    fn march_on(
+        &mut self,
+        stepper: Stepper,
+        seconds: f64,
+        track: &mut Track<N>,
+    ) -> Result<(), Halt> {
         let recovery = RECOVERY / seconds;
         self.obey();
         let mut progress = Progress {
@@ -112,26 +171,62 @@ impl<const N: usize> Flow<N> {
             at_once: 0,
             pieces: 0,
         };
-        let mut start = self.start(recovery)?;
+        self.start(recovery, track)?;
+        track.known = None;
         self.estimate = 0.0;
         loop {
             let state = self.state;
-            let (h, leap, due) = self.piece(stepper, &state, &start, &mut progress, recovery)?;
-            self.accept(&leap, &state);
+            let (h, due, guarded) = self.piece(stepper, &state, track, &mut progress, recovery)?;
+            self.accept(&track.leap, &state);
             progress.remaining -= h;
-            start = leap.motion;
-            if self.meet_all(&due, &mut progress, recovery, seconds)? {
-                let state = self.state;
-                start = self.motion(&state, recovery);
+            core::mem::swap(&mut track.start, &mut track.leap.motion);
+            let met = self.meet_all(&due, &mut progress, recovery, seconds)?;
+            let state = self.state;
+            if met {
+                self.motion_into(&state, recovery, &mut track.start);
+            }
+            if guarded && !met {
+                core::mem::swap(&mut track.guards, &mut track.after);
+            } else {
+                self.guard(&state, &track.start, &mut track.guards);
             }
             let left = progress.remaining.to_array();
             if left.iter().all(|&left| left <= 1e-12 * seconds) {
                 self.counts.steps += 1;
-                self.strike_balance(&start);
+                self.strike_balance(&track.start);
                 self.finite()?;
+                track.known = self.known(recovery);
                 return Ok(());
             }
         }
+    }
+
+    /// What the motion at present depends on, where that is worth while to know.
+    fn known(&self, recovery: f64) -> Option<Known<N>> {
+        self.mode.contacts.is_empty().then_some(Known {
+            state: self.state,
+            holds: self.mode.holds,
+            commands: self.mode.commands,
+            recovery,
+        })
+    }
+
+    /// The recovery at which the motion of the next march is known already; zero where it is not.
+    pub(crate) fn recalled(&self) -> f64 {
+        let known = self.track.as_ref().and_then(|track| track.known);
+        let known = known.filter(|known| self.known(known.recovery) == Some(*known));
+        known.map_or(0.0, |known| known.recovery)
+    }
+
+    /// Finds that motion again: who saved it has it, and has counted it.
+    pub(crate) fn recall(&mut self, recovery: f64) {
+        let (state, counts) = (self.state, self.counts);
+        let motion = self.motion(&state, recovery);
+        let mut track = Box::new(Track::new(motion, state));
+        self.guard(&state, &motion, &mut track.guards);
+        track.known = self.known(recovery);
+        self.track = Some(track);
+        self.counts = counts;
     }
 
     /// A time for every leg that is there.
@@ -145,19 +240,27 @@ impl<const N: usize> Flow<N> {
         ))
     }
 
-    /// A piece of the step, up to the next event or the step's end: its length, and the events at its end.
+    /// A piece of the step, up to the next event or the step's end: its length, the events at its end, and whether the
+    /// guards there are known.
     #[allow(clippy::type_complexity)]
     fn piece(
         &mut self,
         stepper: Stepper,
         state: &State<Lanes, N>,
-        start: &Motion<Lanes, N>,
+        track: &mut Track<N>,
         progress: &mut Progress,
         recovery: f64,
-    ) -> Result<(Lanes, Leap<N>, [Option<Due>; 4]), Halt> {
+    ) -> Result<(Lanes, [Option<Due>; 4], bool), Halt> {
+        let Track {
+            start,
+            guards: before,
+            after,
+            leap,
+            ..
+        } = track;
         let mut h = progress.remaining.min(self.stride);
-        let mut leap = self.leap(stepper, state, start, h, recovery);
-        while self.shorten(&leap, &mut h) {
+        self.leap(stepper, state, start, h, recovery, leap);
+        while self.shorten(leap, &mut h) {
             progress.pieces += 1;
             if progress.pieces > PIECES_MAX && stepper == Stepper::RungeKutta {
                 return Err(Halt::Stiff);
@@ -166,19 +269,17 @@ impl<const N: usize> Flow<N> {
                 let seconds = h.to_array().iter().copied().fold(0.0, f64::max);
                 return Err(Halt::Failed(FlowError::TooStiff { seconds }));
             }
-            leap = self.leap(stepper, state, start, h, recovery);
+            self.leap(stepper, state, start, h, recovery, leap);
         }
-        self.lengthen(&leap, h, &progress.remaining);
+        self.lengthen(leap, h, &progress.remaining);
         if !self.model_has_guards() {
-            return Ok((h, leap, [None; 4]));
+            return Ok((h, [None; 4], false));
         }
-        let after = self.guards(&leap.end, &leap.motion, recovery);
-        let before = self.guards_at_start(state, start, recovery);
-        let tolerances = self.tolerances();
-        if !after.alarmed(&tolerances) && !dips(&before, &after, h) {
-            return Ok((h, leap, [None; 4]));
+        self.guard(&leap.end, &leap.motion, after);
+        if !after.alarmed(&self.tolerances()) && !dips(before, after, h) {
+            return Ok((h, [None; 4], true));
         }
-        let due = self.due(&leap, state, start, &before, &after, h, recovery);
+        let due = self.due(leap, state, start, before, after, h, recovery);
         for (island, due) in self.islands().zip(&due) {
             if let Some(due) = due {
                 for leg in self.lanes_of(island) {
@@ -187,14 +288,14 @@ impl<const N: usize> Flow<N> {
             }
         }
         let mut due = due;
-        let mut leap = self.leap(stepper, state, start, h, recovery);
+        self.leap(stepper, state, start, h, recovery, leap);
         for _ in 0..REFINEMENTS {
-            if !self.refine(&leap, &mut due, &mut h, recovery) {
+            if !self.refine(leap, &mut due, &mut h, recovery) {
                 break;
             }
-            leap = self.leap(stepper, state, start, h, recovery);
+            self.leap(stepper, state, start, h, recovery, leap);
         }
-        let correction = self.correction(&leap, &due, h);
+        let correction = self.correction(leap, &due, h);
         if correction.to_array() != [0.0; 4] {
             leap.end = taylor(
                 &leap.end,
@@ -203,10 +304,9 @@ impl<const N: usize> Flow<N> {
                 self.model.is_free(),
             );
             h += correction;
-            let end = leap.end;
-            leap.motion = self.motion(&end, recovery);
+            self.motion_into(&leap.end, recovery, &mut leap.motion);
         }
-        Ok((h, leap, due))
+        Ok((h, due, false))
     }
 
     /// Whether anything can happen to this robot at all.
@@ -216,6 +316,10 @@ impl<const N: usize> Flow<N> {
 
     /// Makes the steps of islands shorter whose error is too large; says whether there are any.
     fn shorten(&self, leap: &Leap<N>, h: &mut Lanes) -> bool {
+        let zero = Lanes::zero();
+        if (leap.error.simd_le(Lanes::splat(self.tolerance)) | h.simd_eq(zero)).all() {
+            return false;
+        }
         let mut shorter = false;
         for island in self.islands() {
             let leg = island.start;
@@ -238,6 +342,18 @@ impl<const N: usize> Flow<N> {
 
     /// Notes for each island how long its next step may be.
     fn lengthen(&mut self, leap: &Leap<N>, h: Lanes, remaining: &Lanes) {
+        // Where all go to the end of their time and are far from the tolerance, which is as a rule, none is limited.
+        let easy = leap.error.simd_lt(Lanes::splat(0.6 * self.tolerance))
+            & h.simd_ge(*remaining)
+            & h.simd_gt(Lanes::zero());
+        let lanes = self.present(1.0).simd_gt(Lanes::zero());
+        if easy.to_bitmask() == lanes.to_bitmask() {
+            let errors = leap.error.to_array();
+            let legs = errors.iter().take(self.model.legs.len());
+            self.estimate = legs.fold(self.estimate, |most, error| most.max(*error));
+            self.stride = Lanes::splat(f64::INFINITY);
+            return;
+        }
         for island in self.islands() {
             let leg = island.start;
             let (error, length) = (leap.error.lane(leg), h.lane(leg));
@@ -274,21 +390,12 @@ impl<const N: usize> Flow<N> {
         Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery)
     }
 
-    fn guards(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, recovery: f64) -> Guards {
-        Guards::new(&self.scene(recovery), state, motion, &self.bench)
+    fn guard(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, guards: &mut Guards) {
+        guards.renew(&self.scene(0.0), state, motion, &self.bench);
     }
 
-    fn guards_at_start(
-        &mut self,
-        state: &State<Lanes, N>,
-        start: &Motion<Lanes, N>,
-        recovery: f64,
-    ) -> Guards {
-        if !self.mode.contacts.is_empty() {
-            // The feet's forces of then are not kept.
-            let _ = self.motion(state, recovery);
-        }
-        self.guards(state, start, recovery)
+    fn guards(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, recovery: f64) -> Guards {
+        Guards::new(&self.scene(recovery), state, motion, &self.bench)
     }
 
     /// Beyond what guards count as broken.
@@ -301,12 +408,22 @@ impl<const N: usize> Flow<N> {
         })
     }
 
-    /// The motion at the start, in a mode that has something to it.
-    fn start(&mut self, recovery: f64) -> Result<Motion<Lanes, N>, Halt> {
+    /// The motion and the guards at the start, in a mode that has something to it.
+    fn start(&mut self, recovery: f64, track: &mut Track<N>) -> Result<(), Halt> {
         let state = self.state;
-        let motion = self.motion(&state, recovery);
-        let guards = self.guards(&state, &motion, recovery);
+        if track.known.is_none() || track.known != self.known(recovery) {
+            self.motion_into(&state, recovery, &mut track.start);
+            self.guard(&state, &track.start, &mut track.guards);
+        }
+        let guards = &track.guards;
         let tolerances = self.tolerances();
+        let near: [f64; GUARDS] = std::array::from_fn(|place| match kind(place) {
+            Guard::Gap => -TOUCHING,
+            _ => tolerances[place],
+        });
+        if !guards.alarmed(&near) {
+            return Ok(());
+        }
         // What was let go at that very instant may be caught again by new commands.
         let resting = |place: usize, leg: usize| {
             let [gap, rate] = [&guards.values, &guards.rates].map(|of| of[place].lane(leg));
@@ -325,11 +442,12 @@ impl<const N: usize> Flow<N> {
                 self.choose(island, recovery)?;
             }
         }
-        if !news {
-            return Ok(motion);
+        if news {
+            let state = self.state;
+            self.motion_into(&state, recovery, &mut track.start);
+            self.guard(&state, &track.start, &mut track.guards);
         }
-        let state = self.state;
-        Ok(self.motion(&state, recovery))
+        Ok(())
     }
 
     /// Chooses anew what holds of these legs, where nothing has struck.
@@ -404,8 +522,6 @@ impl<const N: usize> Flow<N> {
     }
 
     /// One step, lane by lane of its own length.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn leap(
         &mut self,
         stepper: Stepper,
@@ -413,22 +529,18 @@ impl<const N: usize> Flow<N> {
         start: &Motion<Lanes, N>,
         h: Lanes,
         recovery: f64,
-    ) -> Leap<N> {
+        leap: &mut Leap<N>,
+    ) {
         match stepper {
-            Stepper::RungeKutta => self.rk4_step(state, start, h, recovery),
+            Stepper::RungeKutta => self.rk4_step(state, start, h, recovery, leap),
             Stepper::Rosenbrock => {
                 let step = self.rodas4_step(state, start, h, recovery);
-                let motion = self.motion(&step.end, recovery);
-                let mut felt = Tally::new();
-                self.feel(&step.end, &motion, h, &mut felt);
-                Leap {
-                    end: step.end,
-                    motion,
-                    dissipated: step.dissipated,
-                    actuator: step.actuator,
-                    felt,
-                    error: step.error,
-                }
+                self.motion_into(&step.end, recovery, &mut leap.motion);
+                leap.felt = Tally::new();
+                self.feel(&step.end, &leap.motion, h, &mut leap.felt);
+                leap.end = step.end;
+                (leap.dissipated, leap.actuator) = (step.dissipated, step.actuator);
+                leap.error = step.error;
             }
         }
     }
@@ -650,8 +762,14 @@ fn sooner(a: Due, b: Due) -> Due {
 fn dips(before: &Guards, after: &Guards, h: Lanes) -> bool {
     let places = (0..STOPS).chain([at_foot(3, 0), at_foot(4, 0)]);
     places.into_iter().any(|place| {
-        let [a, b] = [before, after].map(|g| g.values[place].to_array());
-        let [u, v] = [before, after].map(|g| g.rates[place].to_array());
+        let [a, b] = [before, after].map(|g| g.values[place]);
+        let [u, v] = [before, after].map(|g| g.rates[place]);
+        let zero = Lanes::zero();
+        if !(u.simd_lt(zero) & v.simd_gt(zero)).any() {
+            return false;
+        }
+        let [a, b] = [a, b].map(Lanes::to_array);
+        let [u, v] = [u, v].map(Lanes::to_array);
         (0..4).any(|leg| {
             let seconds = h.lane(leg);
             u[leg] < 0.0

@@ -1,10 +1,12 @@
 //! How the state changes while what holds goes on holding: the right-hand side of the equations of motion.
 
-use crate::articulated::{Accelerations, Articulated, Response, Row, between, into_world};
+use crate::articulated::{
+    Accelerations, Articulated, Floating, Response, Row, between, into_world,
+};
 use crate::constants::Constants;
 use crate::dense::solve;
 use crate::drives::{Commands, driven, greatest};
-use crate::hold::{CABLE, Driven, HIP, HOLDS, Holding, Holds};
+use crate::hold::{CABLE, Driven, Give, HIP, HOLDS, Holding, Holds};
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::real::{Real, Wide};
@@ -48,6 +50,22 @@ pub(crate) struct Motion<R: Real, const N: usize> {
     pub(crate) felt: Felt<R>,
     pub(crate) articulated: Articulated<R, N>,
     pub(crate) drive: Driven<R>,
+}
+
+impl<R: Real, const N: usize> Motion<R, N> {
+    /// No motion: room for one.
+    pub(crate) fn blank() -> Self {
+        Self {
+            slope: Slope::zero(),
+            felt: Felt {
+                forces: [R::zero(); HOLDS],
+                hip_torque: R::zero(),
+                knee_torque: R::zero(),
+            },
+            articulated: Articulated::blank(),
+            drive: Driven::none(),
+        }
+    }
 }
 
 /// A model in numbers of one kind, and what holds of it.
@@ -97,10 +115,11 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         )
     }
 
-    /// The right-hand side in a state.
+    /// The right-hand side in a state where no foot stands, and no more than that: what it is made from never leaves the
+    /// registers, and half of it is not needed.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn motion(&self, state: &State<R, N>, bench: &mut Bench<R::Sum, N>) -> Motion<R, N> {
+    pub(crate) fn slope_aloft(&self, state: &State<R, N>) -> (Slope<R, N>, Felt<R>) {
         let drive = self.drive(state);
         let holding = Holding {
             holds: &self.holds,
@@ -109,27 +128,69 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             ahead: 0.0,
             any: self.mode.any,
         };
-        let articulated = Articulated::new(self.model, self.legs, state, &holding);
+        if self.model.is_free() {
+            let articulated = Articulated::new(self.model, self.legs, state, &holding);
+            let accelerations = articulated.accelerations();
+            let felt = self.feel(&articulated, &accelerations, &drive);
+            let mut slope = self.slope(state, &articulated, &accelerations, &drive, &felt);
+            slope.dissipated = articulated.chain.friction_power();
+            return (slope, felt);
+        }
+        let (chain, give, torques) = Articulated::legs(self.legs, state, &holding);
+        let accelerations = Accelerations {
+            trunk: [<R::Sum as Real>::zero(); 6],
+            links: give.accelerations(&torques),
+            torques,
+        };
+        let felt = self.feel_legs(&give, &accelerations, &drive);
+        let mut slope = self.slope_of(state, None, &accelerations, &drive, &felt);
+        slope.dissipated = chain.friction_power();
+        (slope, felt)
+    }
+
+    /// The right-hand side in a state.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn motion(&self, state: &State<R, N>, bench: &mut Bench<R::Sum, N>) -> Motion<R, N> {
+        let mut motion = Motion::blank();
+        self.motion_into(state, bench, &mut motion);
+        motion
+    }
+
+    /// The same in the place of another.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn motion_into(
+        &self,
+        state: &State<R, N>,
+        bench: &mut Bench<R::Sum, N>,
+        motion: &mut Motion<R, N>,
+    ) {
+        let drive = self.drive(state);
+        let holding = Holding {
+            holds: &self.holds,
+            drive: &drive,
+            recovery: R::splat(self.recovery),
+            ahead: 0.0,
+            any: self.mode.any,
+        };
+        let articulated = &mut motion.articulated;
+        articulated.renew(self.model, self.legs, state, &holding);
         let mut accelerations = articulated.accelerations();
         let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {
             self.stand(
                 state,
-                &articulated,
+                articulated,
                 &mut accelerations,
                 bench,
                 &mut dissipated,
             );
         }
-        let felt = self.feel(&articulated, &accelerations, &drive);
-        let mut slope = self.slope(state, &articulated, &accelerations, &drive, &felt);
-        slope.dissipated = dissipated;
-        Motion {
-            slope,
-            felt,
-            articulated,
-            drive,
-        }
+        motion.felt = self.feel(articulated, &accelerations, &drive);
+        motion.slope = self.slope(state, articulated, &accelerations, &drive, &motion.felt);
+        motion.slope.dissipated = dissipated;
+        motion.drive = drive;
     }
 
     /// How the state changes with these accelerations; what friction takes is left open.
@@ -139,6 +200,19 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         &self,
         state: &State<R, N>,
         articulated: &Articulated<R, N>,
+        accelerations: &Accelerations<R, N>,
+        drive: &Driven<R>,
+        felt: &Felt<R>,
+    ) -> Slope<R, N> {
+        self.slope_of(state, articulated.base.as_ref(), accelerations, drive, felt)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn slope_of(
+        &self,
+        state: &State<R, N>,
+        base: Option<&Floating<R, N>>,
         accelerations: &Accelerations<R, N>,
         drive: &Driven<R>,
         felt: &Felt<R>,
@@ -153,7 +227,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             slope.actuator =
                 felt.hip_torque * state.rates[0] + felt.knee_torque * state.pulley_rate;
         }
-        if let Some(base) = &articulated.base {
+        if let Some(base) = base {
             let trunk = accelerations.trunk;
             slope.position = into_world(&base.rotation, state.velocity);
             slope.attitude = quaternion_rate(state.attitude, state.turning);
@@ -172,6 +246,17 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         accelerations: &Accelerations<R, N>,
         drive: &Driven<R>,
     ) -> Felt<R> {
+        self.feel_legs(&articulated.give, accelerations, drive)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn feel_legs(
+        &self,
+        give: &Give<R, N>,
+        accelerations: &Accelerations<R, N>,
+        drive: &Driven<R>,
+    ) -> Felt<R> {
         let zero = R::zero();
         let mut felt = Felt {
             forces: [zero; HOLDS],
@@ -179,7 +264,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             knee_torque: zero,
         };
         if self.mode.any.contains(&true) {
-            felt.forces = articulated.give.forces(&accelerations.torques);
+            felt.forces = give.forces(&accelerations.torques);
         }
         if let Some(servos) = &self.model.servos {
             let one = R::splat(1.0);

@@ -3,7 +3,7 @@
 use crate::real::{Lanes, Real};
 
 /// Positions and velocities. `R` is a number for each leg, `R::Sum` one for the trunk.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct State<R: Real, const N: usize> {
     /// Trunk's own centre of mass, world frame \[m\].
     pub(crate) position: [R::Sum; 3],
