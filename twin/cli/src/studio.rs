@@ -202,8 +202,34 @@ fn scaled_actuator(actuator: &ActuatorSpec, gain: f64) -> ActuatorSpec {
 #[cfg(test)]
 mod tests {
     use twinrig_robot::RobotFile;
+    use twinrig_study::{PrecisionPlan, RowKind, precision};
 
     use super::*;
+
+    /// The models differ in what the mass of the segments does, and so in proportion to it.
+    #[test]
+    fn the_full_legs_become_the_mass_less_ones_as_their_segments_lose_their_mass() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/passive-legs.toml");
+        let registry = Registry::standard();
+        let duration = Some(SimDuration::from_millis(40));
+        let studio = Studio::new(&registry, &path, &[], &[], duration).unwrap();
+        let plan = PrecisionPlan {
+            duration,
+            steps: vec![SimDuration::from_millis(2)],
+            tolerances: Vec::new(),
+            masses: vec![0.3, 0.1, 0.03, 0.01],
+            repetitions: 1,
+            budget_s: 1e9,
+        };
+        let study = precision(&studio, &plan, &mut ()).unwrap();
+        let limits = study.rows.iter().filter(|row| row.kind == RowKind::Limit);
+        let errors: Vec<f64> = limits.map(|row| row.error_rms_m.unwrap()).collect();
+        assert_eq!(errors.len(), 4);
+        for pair in errors.windows(2) {
+            let fell = pair[0] / pair[1];
+            assert!((2.0..5.0).contains(&fell), "{errors:?}");
+        }
+    }
 
     #[test]
     fn scales_reach_what_they_are_of_and_nothing_else() {

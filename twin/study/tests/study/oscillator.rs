@@ -72,6 +72,12 @@ impl Oscillator {
                 [x + h * v, v]
             }
             "tolerant" => self.adaptive(before, h),
+            "rk4" if self.tolerance > 0.0 => self.adaptive(before, h),
+            // As if something held it at its first amplitude.
+            "restless" => {
+                let phase = OMEGA * (self.now.as_secs_f64() + h);
+                [0.01 * libm::cos(phase), -0.01 * OMEGA * libm::sin(phase)]
+            }
             "brittle" if self.now >= SimTime::from_nanos(50_000_000) => {
                 return Err(PlantFault {
                     time: self.now,
@@ -82,6 +88,10 @@ impl Oscillator {
             }
             _ => self.rk4(before, h),
         };
+        // Errors that are not those of a method: of the first instant on, and after 120 ms.
+        if self.method == "lying" || self.method == "late" && self.now.as_nanos() >= 120_000_000 {
+            self.state[0] += 1e-3 * h;
+        }
         if self.method != "tolerant" {
             self.work.steps += 1;
         }
@@ -177,9 +187,12 @@ impl Oscillators {
     /// With these methods of the full model, for `millis`.
     pub fn new(methods: &[&str], millis: u64) -> Self {
         let fine = Some(Knob::Step(SimDuration::from_micros(20)));
+        let loose = Some(Knob::Tolerance(1e-9));
         let offered = |&name: &&str| match name {
             "tolerant" => method(name, SetBy::Tolerance, None),
-            "rk4" => method(name, SetBy::Step, fine),
+            "rk4" | "lying" | "late" => method(name, SetBy::Step, fine),
+            // The same method once more, set by a tolerance.
+            "rk4 to a tolerance" => method("rk4", SetBy::Tolerance, loose),
             _ => method(name, SetBy::Step, None),
         };
         let full = PlantOffer {

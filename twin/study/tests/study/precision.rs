@@ -9,7 +9,12 @@ use twinrig_study::{
 use crate::oscillator::Oscillators;
 
 pub fn study(methods: &[&str]) -> Study {
+    study_for(methods, 0.2)
+}
+
+fn study_for(methods: &[&str], seconds: f64) -> Study {
     let plan = PrecisionPlan {
+        duration: SimDuration::try_from_secs_f64(seconds),
         repetitions: 1,
         budget_s: 1e9,
         ..PrecisionPlan::default()
@@ -55,6 +60,49 @@ fn the_reference_is_checked_by_another_method_and_errors_below_their_difference_
         let below = row.error_rms_m.unwrap() <= check.disagreement_rms_m;
         assert_eq!(row.at_floor, below);
     }
+}
+
+#[test]
+fn what_its_check_contradicts_is_no_reference() {
+    let study = study(&["rk4", "lying"]);
+    let reference = &study.references[0];
+    assert_eq!(reference.method, None);
+    let why = reference.why.as_ref().unwrap();
+    assert!(why.contains("contradict each other"), "{why}");
+    for row in rows(&study, "rk4") {
+        assert_eq!((row.status, row.error_rms_m), (Status::Ok, None));
+    }
+}
+
+#[test]
+fn nothing_is_compared_after_a_check_leaves_its_reference() {
+    let study = study(&["rk4", "late", "semi-implicit"]);
+    let reference = &study.references[0];
+    let until = reference.holds_until_s.unwrap();
+    assert!((0.12..0.15).contains(&until), "{until}");
+    let whole = study_for(&["rk4", "semi-implicit"], until);
+    let errors = |study: &Study| -> Vec<f64> {
+        let rows = rows(study, "semi-implicit").into_iter();
+        rows.map(|row| row.error_rms_m.unwrap()).collect()
+    };
+    for (a, b) in errors(&study).iter().zip(errors(&whole)) {
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn a_method_may_be_offered_by_its_step_and_by_a_tolerance() {
+    let study = study(&["rk4", "rk4 to a tolerance"]);
+    let lines = study.lines();
+    let ours: Vec<String> = lines
+        .iter()
+        .filter(|line| line.plant == "full")
+        .map(twinrig_study::Line::way)
+        .collect();
+    assert_eq!(ours, ["rk4", "rk4, adaptive"]);
+    // The order is that of the steps alone.
+    let orders = study.orders();
+    assert_eq!(orders.iter().filter(|order| order.plant == "full").count(), 1);
 }
 
 #[test]
