@@ -51,6 +51,7 @@ mod constants;
 mod contacts;
 mod dense;
 mod drives;
+mod equations;
 mod euler;
 mod events;
 mod flow;
@@ -79,5 +80,6 @@ mod thesis;
 mod trunk;
 mod vigil;
 
+pub use equations::{Equations, Posture};
 pub use options::{LcpError, Method, Options};
 pub use plant::Lcp;
