@@ -38,6 +38,9 @@ const TOLERANCE: [f64; 2] = [1e-6, 1e-7];
 /// A motor that changes its mind more often is on the border of its torque; either answer is right there.
 const CHANGES_MAX: u32 = 4;
 
+/// Halvings of a step whose impulses are not to be found, at most.
+const HALVINGS_MAX: u32 = 8;
+
 /// A step as it is solved.
 struct Solved<const N: usize> {
     accelerations: Accelerations<Lanes, N>,
@@ -49,8 +52,23 @@ struct Solved<const N: usize> {
 }
 
 impl<const N: usize> Flow<N> {
-    /// Moves on by `seconds`.
+    /// Moves on by `seconds`, in halves where the impulses of a whole step are not to be found.
     pub(crate) fn run_moreau(&mut self, seconds: f64) -> Result<(), FlowError> {
+        self.moreau_halved(seconds, HALVINGS_MAX)
+    }
+
+    fn moreau_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), FlowError> {
+        match self.moreau_step(seconds) {
+            Err(FlowError::Unsolved(_)) if halvings > 0 => {
+                self.counts.fallbacks += 1;
+                self.moreau_halved(0.5 * seconds, halvings - 1)?;
+                self.moreau_halved(0.5 * seconds, halvings - 1)
+            }
+            done => done,
+        }
+    }
+
+    fn moreau_step(&mut self, seconds: f64) -> Result<(), FlowError> {
         let free = self.model.is_free();
         let before = self.state;
         let half = Lanes::splat(0.5 * seconds);
