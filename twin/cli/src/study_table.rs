@@ -177,9 +177,7 @@ fn stability(study: &Study) -> Grid {
         };
         let limit = match (row.largest_stable_step_s, row.tolerance) {
             (Some(step), _) => format!("{bound}{}", brief(step, "s")),
-            (None, Some(_)) => row
-                .mean_step_s
-                .map_or(String::new(), |step| format!("mean {}", brief(step, "s"))),
+            (None, Some(_)) => "its own".to_owned(),
             (None, None) => String::new(),
         };
         let (word, tint) = match row.status {

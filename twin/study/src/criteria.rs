@@ -4,7 +4,7 @@ use twinrig_kernel::SimDuration;
 
 use crate::number::duration;
 use crate::precision::RUNAWAY;
-use crate::stability::{GROWN, REST, StabilityPlan};
+use crate::stability::{GROWN, REST, STEPS_MOST, StabilityPlan};
 
 /// What is meant by stable, for whoever reads the report.
 pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {
@@ -13,7 +13,7 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
         text(
             "unstable",
             format!(
-                "over {} the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
+                "over {}, or {STEPS_MOST} steps where those are shorter, the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
                  times all that the reference had to give, or its peak in the last quarter exceeds {GROWN} times that of the first \
                  quarter and {GROWN} times that of the reference's last, or it exceeds the latter and does not fall any more where \
                  the reference's does (below {REST:e} of all there is to give it counts as rest): what grows until stops bound it \
@@ -41,7 +41,7 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
         text(
             "methods with a tolerance",
             format!(
-                "choose their steps themselves; at a tolerance of {:e} their mean step is shown",
+                "choose their steps themselves and have no limit; at a tolerance of {:e} it is asked whether they are stable, and their error",
                 plan.tolerance
             ),
         ),

@@ -6,7 +6,7 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
 use crate::footsteps::{self, Footstep, Steps, WALK};
-use crate::number::instant;
+use crate::number::{instant, si};
 use crate::outing::{Ending, Outing};
 use crate::reference::{self, Reference, ReferenceNote, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
@@ -412,7 +412,15 @@ impl Job<'_> {
                 |plant| reference::checked(&self.stage, plant, scales, trust(&self.stage), share);
             let both = reference(full).and_then(|full| Ok((full, reference(limit)?)));
             let row = match both {
-                Ok((full, limit)) => limit.difference(RowKind::Limit, &full),
+                Ok((full, limit)) => {
+                    let mut row = limit.difference(RowKind::Limit, &full);
+                    let unsure = full.floor_rms().max(limit.floor_rms());
+                    row.at_floor = row.error_rms_m.is_some_and(|error| error <= unsure);
+                    if row.at_floor && unsure > 0.0 {
+                        row.why = Some(format!("the models are known to {} only", si(unsure, "m")));
+                    }
+                    row
+                }
                 Err(why) => {
                     let variant = Variant {
                         plant: full.name.clone(),

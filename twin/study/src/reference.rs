@@ -228,25 +228,35 @@ pub(crate) fn checked(
         let Some(whole) = trace.errors(&reference.trace) else {
             continue;
         };
-        reference.until_s = reference.trace.trust_while_near(&trace, trust.apart_m);
-        if let Some(until_s) = reference.until_s
-            && until_s < LEAST_SHARE * stage.end.as_secs_f64()
-        {
-            return Err(format!(
-                "{} {} and {} {} contradict each other: they are {} apart, RMS, and agree up to {} only",
-                own.method,
-                knob(own.knob.step_s(), own.knob.tolerance()),
-                variant.method,
-                knob(variant.knob.step_s(), variant.knob.tolerance()),
-                si(whole.foot_rms, "m"),
-                si(until_s, "s"),
-            ));
+        let until_s = reference.trace.trust_while_near(&trace, trust.apart_m);
+        match until_s {
+            Some(until_s) if until_s < LEAST_SHARE * stage.end.as_secs_f64() => {
+                // A method does not contradict itself: its two settings only tell how much is not known.
+                if variant.method == own.method {
+                    reference.trace.trust_all();
+                } else {
+                    return Err(contradiction(&own, &variant, &whole, until_s));
+                }
+            }
+            until_s => reference.until_s = until_s,
         }
         let errors = trace.errors(&reference.trace).unwrap_or(whole);
         reference.check = Some((variant, errors));
         break;
     }
     Ok(reference)
+}
+
+fn contradiction(own: &Variant, other: &Variant, apart: &Errors, until_s: f64) -> String {
+    format!(
+        "{} {} and {} {} contradict each other: they are {} apart, RMS, and agree up to {} only",
+        own.method,
+        knob(own.knob.step_s(), own.knob.tolerance()),
+        other.method,
+        knob(other.knob.step_s(), other.knob.tolerance()),
+        si(apart.foot_rms, "m"),
+        si(until_s, "s"),
+    )
 }
 
 impl Reference {

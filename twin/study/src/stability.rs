@@ -70,6 +70,8 @@ const TOLD_APART: f64 = 0.1;
 const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
 /// Kinetic energy is looked at so often, or at each step where those are longer.
 const LOOK: SimDuration = SimDuration::from_millis(2);
+/// A run ends after so many steps: what is not stable shows by then.
+pub(crate) const STEPS_MOST: u64 = 40_000;
 /// Runs whose median is the cost of a step.
 const REPETITIONS: usize = 3;
 
@@ -267,8 +269,10 @@ impl Job<'_> {
         reference: Option<&Reference>,
         share: Share,
     ) -> Option<f64> {
+        // All of what is compared has to be simulated for an answer.
+        let whole = self.plan.compared.unwrap_or(self.plan.duration);
         let range = Range {
-            least: self.plan.least,
+            least: self.plan.least.max(whole / STEPS_MOST).min(wrong),
             most: wrong,
             ratio: self.plan.ratio,
         };
@@ -326,6 +330,11 @@ impl Job<'_> {
         }
     }
 
+    /// The end of a run with steps of `step`.
+    fn end(&self, step: SimDuration) -> SimTime {
+        self.stage.end.min(SimTime::ZERO + step * STEPS_MOST)
+    }
+
     /// Whether a variant with steps of `step` stays bounded.
     fn probe(
         &self,
@@ -334,7 +343,8 @@ impl Job<'_> {
         reference: Option<&Reference>,
         share: Share,
     ) -> Probe {
-        let end_s = self.stage.end.as_secs_f64();
+        let end = self.end(step);
+        let end_s = end.as_secs_f64();
         let known = reference.map(|reference| {
             let trace = &reference.trace;
             (trace.kinetic_bound(), trace.kinetic_by_quarter(end_s))
@@ -342,6 +352,7 @@ impl Job<'_> {
         let (peak, [.., late]) = known.unwrap_or((f64::INFINITY, [0.0; 4]));
         let stage = Stage {
             grid: looks(step),
+            end,
             ..self.stage
         };
         let recorded = stage.record(variant, share, |kinetic| kinetic > RUNAWAY * peak);
@@ -418,7 +429,7 @@ impl Job<'_> {
                 return;
             };
             let grid = looks(step);
-            let whole = self.stage.end.as_nanos() / grid.as_nanos();
+            let whole = self.end(step).as_nanos() / grid.as_nanos();
             let outing = Outing {
                 grid,
                 end: SimTime::ZERO + grid * whole,

@@ -154,10 +154,11 @@ impl Trace {
             .max(self.stored_most - self.resting_least)
     }
 
-    /// The greatest kinetic energy in each quarter of `end_s` \[J\].
+    /// The greatest kinetic energy in each quarter of the time up to `end_s` \[J\].
     pub(crate) fn kinetic_by_quarter(&self, end_s: f64) -> [f64; 4] {
         let mut peaks = [0.0_f64; 4];
-        for (&at, &kinetic) in self.at_s.iter().zip(&self.kinetic) {
+        let until = self.at_s.partition_point(|&at| at <= end_s * (1.0 + 1e-9));
+        for (&at, &kinetic) in self.at_s[..until].iter().zip(&self.kinetic) {
             let quarter = (1..4).filter(|&n| 4.0 * at >= f64::from(n) * end_s).count();
             peaks[quarter] = peaks[quarter].max(kinetic);
         }
@@ -177,6 +178,11 @@ impl Trace {
         let count = (0..samples).take_while(near).count();
         self.trusted = count;
         (count < self.at_s.len()).then(|| self.trusted_s())
+    }
+
+    /// Takes that back.
+    pub(crate) fn trust_all(&mut self) {
+        self.trusted = usize::MAX;
     }
 
     /// The time up to which it is compared with others \[s\].

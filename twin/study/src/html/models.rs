@@ -58,7 +58,11 @@ pub(crate) fn section(study: &Study) -> String {
             x: row.scales.mass,
             y: error.max(LEAST_M),
             title: format!("segments × {}: {}", row.scales.mass, si(error, "m")),
-            look: Look::Plain,
+            look: if row.at_floor {
+                Look::Hollow
+            } else {
+                Look::Plain
+            },
         })
     };
     let failed = limits.iter().filter(|row| row.status != Status::Ok);
@@ -97,7 +101,7 @@ pub(crate) fn section(study: &Study) -> String {
         format!(" Failed: {}", reasons.join(" "))
     };
     let caption = "As the segments lose their mass, their feet excepted, the two models become one: what is left of the \
-                   difference is what the model without segments leaves out. In both, a foot has its own mass here.";
+                   difference is what the model without segments leaves out. In both, a foot has its own mass here. Hollow: no more than what is not known of the models.";
     let caption = &format!("{caption}{failed}");
     out += &figure("The limit of segments without mass", &[], &plot, caption);
     out

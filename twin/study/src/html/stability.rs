@@ -41,13 +41,10 @@ pub(crate) fn body(study: &Study) -> String {
     out
 }
 
-/// What is shown of a row: its limit, or the mean step of a method that has none.
+/// The limit of a row, if it has one.
 fn shown(row: &Row) -> Option<f64> {
-    if row.status != Status::Ok {
-        return None;
-    }
     row.largest_stable_step_s
-        .or(row.mean_step_s.filter(|_| row.tolerance.is_some()))
+        .filter(|_| row.status == Status::Ok)
 }
 
 /// The longest that was tried, where that is stable.
@@ -209,9 +206,7 @@ pub(crate) fn limit_cell(row: &Row) -> String {
     match row.largest_stable_step_s {
         Some(step) if unlimited(row) => format!("≥ {}", si(step, "s")),
         Some(step) => si(step, "s"),
-        None if row.tolerance.is_some() && row.status == Status::Ok => row
-            .mean_step_s
-            .map_or(String::new(), |step| format!("mean {}", si(step, "s"))),
+        None if row.tolerance.is_some() && row.status == Status::Ok => "its own".to_owned(),
         None => String::new(),
     }
 }

@@ -102,7 +102,10 @@ fn a_method_may_be_offered_by_its_step_and_by_a_tolerance() {
     assert_eq!(ours, ["rk4", "rk4, adaptive"]);
     // The order is that of the steps alone.
     let orders = study.orders();
-    assert_eq!(orders.iter().filter(|order| order.plant == "full").count(), 1);
+    assert_eq!(
+        orders.iter().filter(|order| order.plant == "full").count(),
+        1
+    );
 }
 
 #[test]

@@ -71,7 +71,10 @@ fn semi_implicit_and_runge_kutta_are_limited_by_the_frequency() {
 fn what_does_not_come_to_rest_though_it_should_is_not_stable() {
     let found = study(&Oscillators::new(&["rk4", "restless"], 200), &[]);
     let row = &found.rows[1];
-    assert_eq!((row.status, row.largest_stable_step_s), (Status::Unstable, None));
+    assert_eq!(
+        (row.status, row.largest_stable_step_s),
+        (Status::Unstable, None)
+    );
     assert!(row.why.as_ref().unwrap().contains("stays"), "{row:?}");
     let free = study(&Oscillators::new(&["rk4", "restless"], 200).undamped(), &[]);
     assert_eq!(free.rows[1].status, Status::Ok, "{:?}", free.rows[1]);
