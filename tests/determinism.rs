@@ -10,10 +10,12 @@ use twinrig_tests::{Scene, record, run, with_broken_plant};
 fn a_run_done_twice_is_the_same_run() {
     let registry = Registry::standard();
     let scene = Scene::default();
-    assert_eq!(
-        run(&scene.assembly(&registry)),
-        run(&scene.assembly(&registry))
-    );
+    for scene in [scene.clone(), scene.of_full_legs()] {
+        assert_eq!(
+            run(&scene.assembly(&registry)),
+            run(&scene.assembly(&registry))
+        );
+    }
 }
 
 #[test]

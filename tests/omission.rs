@@ -32,6 +32,11 @@ fn signals_that_nobody_needs_are_not_computed_and_no_other_changes() {
         ..whole.clone()
     };
     let registry = Registry::standard();
+    let [full, lean_full] = [whole.clone(), lean.clone()].map(Scene::of_full_legs);
+    assert_eq!(
+        compare(&full, &lean_full, "signals-of-full-legs").first,
+        None
+    );
     let wanted = lean.assembly(&registry).scene().wanted.clone();
     assert!(
         wanted

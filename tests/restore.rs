@@ -46,6 +46,11 @@ proptest! {
     }
 
     #[test]
+    fn at_any_instant_with_full_legs(at in 0..600_000_000_u64) {
+        goes_on_alike(&scene().of_full_legs(), SimTime::from_nanos(at))?;
+    }
+
+    #[test]
     fn at_any_instant_with_forces_from_the_table(at in 0..600_000_000_u64) {
         let scene = Scene { plant: "force = \"lookup\"", ..scene() };
         goes_on_alike(&scene, SimTime::from_nanos(at))?;

@@ -24,6 +24,8 @@ pub struct Scene {
     pub io: &'static str,
     /// Lines of the `[record]` table: everything is recorded without.
     pub record: &'static str,
+    /// The plant.
+    pub model: &'static str,
     /// Lines of the `[plant]` table.
     pub plant: &'static str,
 }
@@ -38,12 +40,22 @@ impl Default for Scene {
             ground: true,
             io: "",
             record: "",
+            model: "massless",
             plant: "",
         }
     }
 }
 
 impl Scene {
+    /// The same with all the inertia of the legs.
+    #[must_use]
+    pub fn of_full_legs(self) -> Self {
+        Self {
+            model: "lcp",
+            ..self
+        }
+    }
+
     /// As a scenario file has it.
     pub fn text(&self) -> String {
         let ground = if self.ground {
@@ -58,7 +70,7 @@ impl Scene {
             duration = "{} ms"
             seed = {}
             [plant]
-            model = "massless"
+            model = "{}"
             base = "{}"
             legs = {:?}
             {ground}
@@ -74,7 +86,14 @@ impl Scene {
             [record]
             {}
             "#,
-            self.duration_ms, self.seed, self.base, self.legs, self.plant, self.io, self.record
+            self.duration_ms,
+            self.seed,
+            self.model,
+            self.base,
+            self.legs,
+            self.plant,
+            self.io,
+            self.record
         )
     }
 
