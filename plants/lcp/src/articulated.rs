@@ -106,12 +106,57 @@ pub(crate) fn between<T: Real, const N: usize>(
     for i in 0..6 {
         sum += pull[i] * pushed.trunk[i];
     }
+    between_links(sum, row, other, pushed)
+}
+
+/// The same where the trunk's part of it is known.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn between_links<T: Real, const N: usize>(
+    mut sum: T,
+    row: &Row<T, N>,
+    other: &Row<T, N>,
+    pushed: &Response<T, N>,
+) -> T {
     if row.leg == other.leg {
         for i in 0..N {
             sum += row.links[i] * pushed.links[i];
         }
     }
     sum
+}
+
+impl<R: Real, const N: usize> Floating<R, N> {
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn new(
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        holding: &Holding<'_, R>,
+        chain: &Chain<R, N>,
+        give: &Give<R, N>,
+    ) -> Self {
+        let none = <R::Sum as Real>::zero();
+        let rotation = rotation(state.attitude);
+        let weight = into_trunk(&rotation, [none, none, <R::Sum as Real>::splat(-GRAVITY)]);
+        let turned = cross(state.turning, state.velocity);
+        let field = std::array::from_fn(|i| weight[i] - turned[i]);
+        let carrier = Carrier {
+            turning: state.turning.map(R::broadcast),
+            field: field.map(R::broadcast),
+        };
+        let mut carried = Carried::new(legs, chain, &carrier);
+        carried.torques[0] += holding.drive.hip_torque;
+        let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), state.turning, field);
+        let schur = Schur::new(&model.trunk, &trunk, &carried, give);
+        Self {
+            carried,
+            trunk,
+            schur,
+            rotation,
+        }
+    }
 }
 
 impl<R: Real, const N: usize> Articulated<R, N> {
@@ -123,9 +168,23 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         state: &State<R, N>,
         holding: &Holding<'_, R>,
     ) -> Self {
-        let mut articulated = Self::blank();
-        articulated.renew(model, legs, state, holding);
-        articulated
+        let (chain, give, torques);
+        let mut base = None;
+        if model.is_free() {
+            chain = Chain::new(legs, &state.angles, &state.rates);
+            give = chain.give(legs, &state.angles, holding);
+            let floating = Floating::new(model, legs, state, holding, &chain, &give);
+            torques = floating.carried.torques;
+            base = Some(floating);
+        } else {
+            (chain, give, torques) = Self::legs(legs, state, holding);
+        }
+        Self {
+            chain,
+            give,
+            torques,
+            base,
+        }
     }
 
     /// Room for one.
@@ -157,26 +216,9 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         }
         self.chain = Chain::new(legs, &state.angles, &state.rates);
         self.give = self.chain.give(legs, &state.angles, holding);
-        let none = <R::Sum as Real>::zero();
-        let rotation = rotation(state.attitude);
-        let weight = into_trunk(&rotation, [none, none, <R::Sum as Real>::splat(-GRAVITY)]);
-        let turned = cross(state.turning, state.velocity);
-        let field = std::array::from_fn(|i| weight[i] - turned[i]);
-        let carrier = Carrier {
-            turning: state.turning.map(R::broadcast),
-            field: field.map(R::broadcast),
-        };
-        let mut carried = Carried::new(legs, &self.chain, &carrier);
-        carried.torques[0] += holding.drive.hip_torque;
-        self.torques = carried.torques;
-        let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), state.turning, field);
-        let schur = Schur::new(&model.trunk, &trunk, &carried, &self.give);
-        self.base = Some(Floating {
-            carried,
-            trunk,
-            schur,
-            rotation,
-        });
+        let base = Floating::new(model, legs, state, holding, &self.chain, &self.give);
+        self.torques = base.carried.torques;
+        self.base = Some(base);
     }
 
     /// Legs on a trunk that is held, and the torques on their links.

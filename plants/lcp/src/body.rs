@@ -7,7 +7,6 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::articulated::{into_world, rotation};
-use crate::chain::Chain;
 use crate::contacts::CONTACTS;
 use crate::events::PLACES;
 use crate::flow::{Flow, FlowError, Tally};
@@ -33,8 +32,8 @@ pub(crate) trait Body: Readings + Send {
     /// Begins to keep what happens, or forgets it.
     fn keep_log(&mut self, wanted: bool);
 
-    /// What happened, and to the leg of which name.
-    fn log(&self) -> Vec<(Happening, &str)>;
+    /// What happened after the first so many things, and to the leg of which name.
+    fn log(&self, from: usize) -> Vec<(Happening, &str)>;
 
     /// What it has cost.
     fn counts(&self) -> WorkCounts;
@@ -115,20 +114,16 @@ fn height<const N: usize>(robot: &Robot, setup: &Setup) -> Result<f64, LcpError>
 }
 
 impl<const N: usize> Flow<N> {
-    fn chain(&self) -> Chain<Lanes, N> {
-        Chain::new(
-            &self.model.side_by_side,
-            &self.state.angles,
-            &self.state.rates,
-        )
-    }
-
+    /// A point of one leg, which is all that is looked at.
     fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
-        Site::new(
-            &self.model.side_by_side,
-            &self.chain(),
-            &self.state,
-            leg,
+        let of = |lanes: &[Lanes; N]| lanes.map(|lane| lane.lane(leg));
+        let turns = of(&self.state.angles).map(Real::sin_cos);
+        let (sines, cosines) = (turns.map(|(sine, _)| sine), turns.map(|(_, cosine)| cosine));
+        Site::turned(
+            &self.model.legs[leg].constants,
+            [&sines, &cosines, &of(&self.state.rates)],
+            [self.state.velocity, self.state.turning],
+            0,
             links,
         )
     }
@@ -256,10 +251,10 @@ impl<const N: usize> Body for Flow<N> {
         self.log.clear();
     }
 
-    fn log(&self) -> Vec<(Happening, &str)> {
+    fn log(&self, from: usize) -> Vec<(Happening, &str)> {
         let named =
             |happening: &Happening| (*happening, self.model.legs[happening.leg].name.as_str());
-        self.log.iter().map(named).collect()
+        self.log.iter().skip(from).map(named).collect()
     }
 
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {

@@ -13,7 +13,7 @@ use core::mem;
 
 use twinrig_contact::{Bound, Method, Problem, Restitution, Solution, Unsolved};
 
-use crate::articulated::{Articulated, Response, Row, between};
+use crate::articulated::{Articulated, Response, Row, between_links};
 use crate::hold::{Driven, Hold, Holding};
 use crate::mode::{Contact, Mode};
 use crate::model::Model;
@@ -50,6 +50,9 @@ const RESTING: f64 = 0.05;
 
 /// Share of a row's mobility that others must leave it, or it says what they say.
 const INDEPENDENT: f64 = 1e-9;
+
+/// Directions that are worked on side by side.
+const ABREAST: usize = 4;
 
 /// A one-sided constraint inside a leg, in the order of the guards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,6 +165,8 @@ pub(crate) struct Instant<const N: usize> {
     rows: Vec<Response<f64, N>>,
     pub(crate) pushes: Vec<Response<f64, N>>,
     pub(crate) problem: Problem,
+    /// The pushes' responses of the trunk, some side by side, component by component.
+    trunks: Vec<[[f64; ABREAST]; 6]>,
     before: Vec<f64>,
     /// Rates of closed gaps before the impact that the next choice of what holds comes after; none if there was no impact.
     drifts: Option<[[f64; PLACES]; 4]>,
@@ -309,9 +314,20 @@ impl<const N: usize> Instant<N> {
                 _ => row,
             });
         }
+        self.trunks.clear();
+        for pushes in self.pushes.chunks(ABREAST) {
+            self.trunks.push(std::array::from_fn(|k| {
+                std::array::from_fn(|j| pushes.get(j).map_or(0.0, |push| push.trunk[k]))
+            }));
+        }
         for (i, (entry, row)) in self.entries.iter().zip(&self.rows).enumerate() {
+            let mut sums = [0.0; ABREAST];
             for (j, (other, push)) in self.entries.iter().zip(&self.pushes).enumerate() {
-                let mut mobility = between(&entry.row, &row.pull, &other.push, push);
+                if j % ABREAST == 0 {
+                    sums = by_trunk(&row.pull, &self.trunks[j / ABREAST]);
+                }
+                let by_trunk = sums[j % ABREAST];
+                let mut mobility = between_links(by_trunk, &entry.row, &other.push, push);
                 if i == j {
                     mobility = mobility * (1.0 + INDEPENDENT) + entry.compliance;
                 }
@@ -610,6 +626,20 @@ impl<const N: usize> Instant<N> {
             aa * bb - ab * ab <= 1e-6 * aa * bb
         })
     }
+}
+
+/// What forces along some directions move along a row by way of the trunk: Σₖ pull[k] · trunks[k], for the directions side by
+/// side.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn by_trunk(pull: &[f64; 6], trunks: &[[f64; ABREAST]; 6]) -> [f64; ABREAST] {
+    let mut sums = [0.0; ABREAST];
+    for (pull, trunk) in pull.iter().zip(trunks) {
+        for (sum, trunk) in sums.iter_mut().zip(trunk) {
+            *sum += pull * trunk;
+        }
+    }
+    sums
 }
 
 impl<const N: usize> Entry<N> {

@@ -80,9 +80,8 @@ impl Lcp {
 
     /// Tells what has happened since it told last.
     fn tell(&mut self) {
-        let log = self.body.log();
-        let fresh = log[self.events.len().min(log.len())..].iter();
-        let told = fresh.map(|(happening, leg)| PlantEvent {
+        let fresh = self.body.log(self.events.len());
+        let told = fresh.iter().map(|(happening, leg)| PlantEvent {
             at_s: happening.at_s,
             part: format!("leg/{leg}/{}", happening.what),
             kind: if happening.reached {

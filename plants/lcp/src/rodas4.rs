@@ -133,8 +133,9 @@ impl<const N: usize> Default for Memory<N> {
 }
 
 /// I − hγJ in a form that solves for it.
+#[allow(clippy::large_enum_variant)] // there is one, for the length of a step, and memory must not be asked for
 enum System<'a, const N: usize> {
-    Islands(Box<Islands>),
+    Islands(Islands),
     Whole(&'a Memory<N>),
 }
 
@@ -169,7 +170,7 @@ impl<const N: usize> Flow<N> {
             }
             System::Whole(&memory)
         } else {
-            System::Islands(Box::new(self.separate(state, h, recovery, &mut memory)))
+            System::Islands(self.separate(state, h, recovery, &mut memory))
         };
         let mut stages = [Slope::zero(); STAGES];
         let mut sum = Slope::zero();

@@ -44,13 +44,25 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
         leg: usize,
         links: usize,
     ) -> Self {
+        let turns = [&chain.sines, &chain.cosines, &chain.rates];
+        Self::turned(legs, turns, [state.velocity, state.turning], leg, links)
+    }
+
+    /// The same from sines, cosines and rates of the links, and the trunk's velocities.
+    pub(crate) fn turned<R: Real<Sum = T>>(
+        legs: &Constants<R, N>,
+        [sines, cosines, rates]: [&[R; N]; 3],
+        [v, w]: [[T; 3]; 2],
+        leg: usize,
+        links: usize,
+    ) -> Self {
         let mut place = legs.hip.map(|x| x.lane(leg));
         let (mut relative, mut inward) = ([T::zero(); 3], [T::zero(); 2]);
         let mut arms = [[T::zero(); 2]; N];
         for (i, arm) in arms.iter_mut().enumerate().take(links) {
             let length = legs.links[i].lane(leg);
-            let (s, c) = (chain.sines[i].lane(leg), chain.cosines[i].lane(leg));
-            let rate = chain.rates[i].lane(leg);
+            let (s, c) = (sines[i].lane(leg), cosines[i].lane(leg));
+            let rate = rates[i].lane(leg);
             *arm = [length * c, length * s];
             place[0] += length * s;
             place[2] -= length * c;
@@ -59,7 +71,6 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
             inward[0] -= length * s * rate * rate;
             inward[1] += length * c * rate * rate;
         }
-        let (v, w) = (state.velocity, state.turning);
         let carried = cross(w, place);
         let sums: [T; 3] = std::array::from_fn(|i| v[i] + carried[i] + relative[i]);
         // ω × v + ω × (ω × r) + 2 ω × ṙ

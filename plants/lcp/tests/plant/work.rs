@@ -1,0 +1,105 @@
+//! What runs cost, counted: a method that begins to work harder, or a change that was to save work and does not, shows here
+//! on every machine alike. Where a method is changed on purpose, what is found now is what it costs from then on.
+
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_lcp::Method;
+use twinrig_legged::Setup;
+use twinrig_robot::Robot;
+use twinrig_runtime::Plant;
+
+use crate::scene::{Scene, Way, below, hanging, hard, passive, robot, standing};
+use crate::trot;
+
+/// Steps, evaluations, factorisations, events, iterations of the solver, fallbacks.
+type Work = [u64; 6];
+
+fn work(robot: &Robot, setup: &Setup, method: Method, commands: &[Vec<f64>]) -> Work {
+    let mut scene = Scene::new(robot, setup, Way::by(method, 2000));
+    for (tick, commands) in (1..).zip(commands) {
+        let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);
+        scene.plant.advance(at, commands).unwrap();
+    }
+    let work = scene.plant.work();
+    [
+        work.steps,
+        work.evaluations,
+        work.factorisations,
+        work.events,
+        work.solver_iterations,
+        work.fallbacks,
+    ]
+}
+
+/// A scene by RK4, RODAS4, Moreau's rule and the symplectic method, in steps of two milliseconds.
+fn works(robot: &Robot, setup: &Setup, commands: &[Vec<f64>]) -> [Work; 4] {
+    let methods = [
+        Method::Rk4,
+        Method::Rodas4,
+        Method::Moreau,
+        Method::SemiImplicit,
+    ];
+    methods.map(|method| work(robot, setup, method, commands))
+}
+
+#[test]
+fn passive_legs_take_as_many_evaluations_as_ever() {
+    let found = works(&robot(), &hanging(passive()), &vec![Vec::new(); 250]);
+    assert_eq!(
+        found,
+        [
+            [250, 1073, 20, 8, 0, 0],
+            [250, 3153, 282, 8, 0, 0],
+            [250, 250, 248, 8, 0, 0],
+            [250, 250, 247, 8, 0, 0]
+        ]
+    );
+}
+
+#[test]
+fn a_hard_hit_takes_as_many_evaluations_as_ever() {
+    let found = works(&robot(), &hanging(hard()), &vec![Vec::new(); 250]);
+    assert_eq!(
+        found,
+        [
+            [250, 1152, 16, 8, 0, 0],
+            [250, 3428, 301, 8, 0, 0],
+            [250, 250, 242, 8, 0, 0],
+            [250, 250, 482, 8, 0, 0]
+        ]
+    );
+}
+
+#[test]
+fn a_robot_that_drops_takes_as_many_evaluations_as_ever() {
+    let robot = robot();
+    let mut setup = trot::begun(&robot, standing());
+    setup.ground = Some(below(0.05, 0.6));
+    let still = trot::commands(&robot, &setup, 0, 2);
+    let found = works(&robot, &setup, &vec![still[0].clone(); 250]);
+    assert_eq!(
+        found,
+        [
+            [258, 1248, 1532, 63, 26424, 181],
+            [258, 170713, 6297, 609, 24036, 173],
+            [258, 268, 1470, 44, 25376, 8],
+            [250, 500, 1005, 43, 4092, 0]
+        ]
+    );
+}
+
+#[test]
+fn a_trot_takes_as_many_evaluations_as_ever() {
+    let robot = robot();
+    let setup = trot::begun(&robot, standing());
+    let commands = trot::commands(&robot, &setup, 0, 1000);
+    let found = works(&robot, &setup, &commands);
+    assert_eq!(
+        found,
+        [
+            [500, 1189, 1195, 81, 0, 499],
+            [500, 223703, 7845, 784, 0, 487],
+            [500, 502, 1074, 45, 0, 0],
+            [500, 1000, 2457, 61, 4, 0]
+        ]
+    );
+}
