@@ -144,12 +144,26 @@ struct Progress {
     pieces: u32,
 }
 
+impl Progress {
+    /// Counts a piece, good or not.
+    fn count(&mut self, stepper: Stepper) -> Result<(), Halt> {
+        self.pieces += 1;
+        if self.pieces > PIECES_MAX && stepper == Stepper::RungeKutta {
+            return Err(Halt::Stiff);
+        }
+        Ok(())
+    }
+}
+
 impl<const N: usize> Flow<N> {
     /// Moves on by `seconds`.
     pub(crate) fn march(&mut self, stepper: Stepper, seconds: f64) -> Result<(), Halt> {
         let state = self.state;
         let mut track = self.track.take().unwrap_or_else(|| {
+            // Something to begin with; it takes no part, so it does not count.
+            let counts = self.counts;
             let motion = self.motion(&state, 0.0);
+            self.counts = counts;
             Box::new(Track::new(motion, state))
         });
         let marched = self.march_on(stepper, seconds, &mut track);
@@ -176,6 +190,7 @@ impl<const N: usize> Flow<N> {
         self.estimate = 0.0;
         loop {
             let state = self.state;
+            progress.count(stepper)?;
             let (h, due, guarded) = self.piece(stepper, &state, track, &mut progress, recovery)?;
             self.accept(&track.leap, &state);
             progress.remaining -= h;
@@ -261,10 +276,7 @@ impl<const N: usize> Flow<N> {
         let mut h = progress.remaining.min(self.stride);
         self.leap(stepper, state, start, h, recovery, leap);
         while self.shorten(leap, &mut h) {
-            progress.pieces += 1;
-            if progress.pieces > PIECES_MAX && stepper == Stepper::RungeKutta {
-                return Err(Halt::Stiff);
-            }
+            progress.count(stepper)?;
             if h.to_array().iter().any(|&h| h > 0.0 && h < 1e-12) {
                 let seconds = h.to_array().iter().copied().fold(0.0, f64::max);
                 return Err(Halt::Failed(FlowError::TooStiff { seconds }));
@@ -457,6 +469,8 @@ impl<const N: usize> Flow<N> {
         let scene = self.scene(recovery);
         let settled = instant.settle(&scene, &self.state, &ALL[legs], &mut mode);
         self.instant = instant;
+        (self.counts.solver_iterations, self.counts.factorisations) =
+            (self.instant.iterations, self.instant.factorisations);
         settled?;
         self.note_events(&mode, self.now_s);
         self.mode = mode;
