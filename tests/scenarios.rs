@@ -68,8 +68,11 @@ fn a_controller_that_commands_legs_without_drives_is_told_that_nothing_takes_its
 #[test]
 fn ground_gives_back_what_the_scenario_says() {
     let registry = Registry::standard();
-    let stays = |restitution: &str| {
-        let settings = [setting("plant.ground.restitution", restitution)];
+    let stays = |plant: &str, restitution: &str| {
+        let settings = [
+            setting("plant.model", &format!("{plant:?}")),
+            setting("plant.ground.restitution", restitution),
+        ];
         let assembly = Assembly::of_file(&registry, &scenario("leg-drop"), &settings);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         let report = execute(&assembly, &Execution::default());
@@ -78,7 +81,9 @@ fn ground_gives_back_what_the_scenario_says() {
         let lands = outcomes.find(|outcome| outcome.name == "is on the ground from then on");
         lands.unwrap().holds()
     };
-    assert!(stays("0.0") && !stays("0.9"));
+    for plant in ["lcp", "massless"] {
+        assert!(stays(plant, "0.0") && !stays(plant, "0.9"), "{plant}");
+    }
 }
 
 #[test]

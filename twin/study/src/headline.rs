@@ -77,14 +77,22 @@ impl Study {
         let (Some((row, limit, right)), Some((short, least))) = (longest, shortest) else {
             return "No step is both stable and right.".to_owned();
         };
-        let bound = match row.least_unstable_step_s {
-            Some(_) => format!("stable to {}", si(limit, "s")),
-            None => format!("stable to {} and beyond", si(limit, "s")),
+        let beyond = match row.least_unstable_step_s {
+            Some(_) => "",
+            None => " and beyond",
+        };
+        let bound = if right < limit {
+            format!(
+                "right to {} and stable to {}{beyond}",
+                si(right, "s"),
+                si(limit, "s")
+            )
+        } else {
+            format!("stable and right to {}{beyond}", si(limit, "s"))
         };
         format!(
-            "{} is right to {} and {bound}; {} is stable to {} only.",
+            "{} is {bound}; {} is stable to {} only.",
             row.line().name(),
-            si(right, "s"),
             short.line().name(),
             si(*least, "s")
         )

@@ -82,6 +82,8 @@ pub struct Order {
 
 /// Errors so far above the floor of the reference show the order of a method.
 const ABOVE_FLOOR: f64 = 10.0;
+/// So much of their spread has to be that of a line (the square of their correlation).
+const ON_A_LINE: f64 = 0.8;
 /// Errors above this have nothing to do with an order any more \[m\].
 const SATURATED_M: f64 = 1e-2;
 
@@ -237,7 +239,7 @@ fn abouts(workshop: &dyn Workshop) -> Vec<(String, String, SetBy, String)> {
         .collect()
 }
 
-/// The slope of the line through `points` by least squares; none through fewer than three.
+/// The slope of the line through `points` by least squares; none through fewer than three, or where they are on no line.
 fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let count = points.len() as f64;
     if points.len() < 3 {
@@ -247,5 +249,6 @@ fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
     let xx = mean(&|point| (point.0 - x) * (point.0 - x));
     let xy = mean(&|point| (point.0 - x) * (point.1 - y));
-    (xx > 0.0).then(|| xy / xx)
+    let yy = mean(&|point| (point.1 - y) * (point.1 - y));
+    (xy * xy > ON_A_LINE * xx * yy).then(|| xy / xx)
 }

@@ -25,6 +25,16 @@ pub(crate) fn body(study: &Study) -> String {
         commanded(study)
     );
     let mut out = lead(&compared);
+    for note in &study.references {
+        if let Some(until_s) = note.holds_until_s {
+            out += &paragraph(&format!(
+                "What is known of {} ends at {}: there its reference and the check of it part by more than they may, and \
+                 nothing is compared from there on.",
+                note.plant,
+                si(until_s, "s")
+            ));
+        }
+    }
     out += &cards(study);
     out += "<h2>Error against run time</h2>\n";
     out += &cost(study);
@@ -259,7 +269,6 @@ fn summary(study: &Study) -> String {
             "method",
             "order",
             &format!("RMS at {step}"),
-            &format!("greatest at {step}"),
             &format!("speed at {step}"),
             "smallest RMS",
             "at",
@@ -287,7 +296,6 @@ fn summary(study: &Study) -> String {
                 escaped(&line.way()) + &element("span", "wrap soft", &escaped(study.about(line))),
                 order(study, line).map_or(String::new(), |order| format!("{order:.1}")),
                 usual.map_or(String::new(), |row| rows::length(row.error_rms_m)),
-                usual.map_or(String::new(), |row| rows::length(row.error_max_m)),
                 usual.map_or(String::new(), |row| rows::factor(row.real_time_factor)),
                 best.map_or(String::new(), |row| rows::length(row.error_rms_m)),
                 best.map_or(String::new(), rows::setting),
@@ -318,7 +326,7 @@ fn all(study: &Study) -> String {
             "evaluations",
             "factorisations",
             "solver",
-            "fallbacks",
+            "handed over",
             "per step",
             "speed",
             "",
@@ -365,6 +373,6 @@ fn all(study: &Study) -> String {
     table.html()
         + &paragraph(
             "Energy is what the energy books lack at the end. Speed is simulated time over run time: the median of several \
-             runs without looking; ≤ marks errors at the floor.",
+             runs without looking; ≤ marks errors at the floor. Handed over: steps that another method, or shorter ones, had to take.",
         )
 }

@@ -35,7 +35,7 @@ pub(crate) fn count(value: Option<u64>) -> String {
 /// The word of its status, coloured.
 pub(crate) fn status(row: &Row) -> String {
     let (class, word) = match row.status {
-        Status::Ok if row.wrong => ("tag bad", "wrong"),
+        Status::Ok if row.wrong => ("tag bad", "stable, but wrong"),
         Status::Ok => ("tag ok", "ok"),
         Status::Unstable => ("tag bad", "unstable"),
         Status::Failed => ("tag bad", "failed"),

@@ -24,7 +24,6 @@ pub(crate) fn section(study: &Study) -> String {
             "here",
             "step",
             "at ¼ stiffness",
-            "why they differ",
         ],
         1,
     );
@@ -51,11 +50,20 @@ pub(crate) fn section(study: &Study) -> String {
                 },
                 cells(&|ours| ours.step.clone()),
                 cells(&|ours| ours.quarter.clone()),
-                element("span", "why", &escaped(thesis.why)),
             ],
         );
     }
     out += &table.html();
+    out += "<h3>Why they differ</h3>\n";
+    for thesis in &FIGURES {
+        let model = element("b", "", &escaped(thesis.model));
+        let why = format!(
+            "{model}, {}. {}",
+            si(thesis.step_s, "s"),
+            escaped(thesis.why)
+        );
+        out += &element("p", "", &why);
+    }
     out
 }
 
