@@ -264,7 +264,13 @@ impl<const N: usize> Instant<N> {
             }
             let [_, a, b] = footing.velocity;
             let speed = libm::hypot(a, b);
-            let slides = (sliding && speed > HOLDING).then(|| [a / speed, b / speed]);
+            let slides = if speed > HOLDING {
+                Some([a / speed, b / speed])
+            } else {
+                // On ice there is nothing to hold.
+                (ground.friction == 0.0).then_some([1.0, 0.0])
+            };
+            let slides = slides.filter(|_| sliding);
             let [n, along, across] = footing.directions;
             let [forward, sideways] = footing.surface.tangents();
             let world = [footing.surface.normal, forward, sideways].map(<[f64; 3]>::from);

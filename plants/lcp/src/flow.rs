@@ -24,10 +24,14 @@ pub(crate) enum FlowError {
     Unsolved(#[from] Unsolved),
     #[error("the state is not a number")]
     NotFinite,
+    #[error("what is to be closed is open by {by:.3e} m: no forces can close it")]
+    Apart { by: f64 },
     #[error("a step of {seconds:e} s would have to be shorter than a billionth of a second")]
     TooStiff { seconds: f64 },
     #[error("steps of {seconds} s are unstable: they have made {gained:.3e} J out of nothing")]
     Gained { seconds: f64, gained: f64 },
+    #[error("steps of {seconds} s are too long: they have lost {lost:.3e} J into nothing")]
+    Lost { seconds: f64, lost: f64 },
 }
 
 /// What has been felt, summed over time.
@@ -79,6 +83,12 @@ const CROWD_MAX: u32 = 200;
 /// How many steps a robot is taken to rattle for, where events crowd: the first time, and at most, each time twice as long.
 const PATIENCE: u32 = 50;
 const PATIENCE_MAX: u32 = 6400;
+
+/// How often its steps are halved there.
+const HALVINGS_MAX: u32 = 7;
+
+/// What is to be closed and is open by more than this cannot be closed \[m\].
+const APART_MAX: f64 = 1e-3;
 
 /// What a step starts from, kept without asking for memory: all that it changes.
 struct Before<const N: usize> {
@@ -205,36 +215,47 @@ impl<const N: usize> Flow<N> {
         moved
     }
 
-    /// Steps between events, unless they are too short for what is stiff or too many for what rattles: then others.
-    fn run(
-        &mut self,
-        stepper: Stepper,
-        before: &Before<N>,
-        seconds: f64,
-    ) -> Result<(), FlowError> {
+    /// Steps between events, unless they are too short for what is stiff: then of the other kind; or too many for what
+    /// rattles, or without an answer at one of them: then steps by Moreau's rule, which always has one.
+    fn run(&mut self, stepper: Stepper, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
         if self.rattles > 0 {
             self.rattles -= 1;
-            self.counts.fallbacks += 1;
-            return self.run_moreau(seconds);
+            return self.rattle(before, seconds);
         }
         match self.march(stepper, seconds) {
             Ok(()) => Ok(()),
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
-            Err(Halt::Crowded) => {
-                self.back_to(before);
-                self.rattles = self.patience;
-                self.patience = (2 * self.patience).min(PATIENCE_MAX);
-                self.counts.fallbacks += 1;
-                self.run_moreau(seconds)
-            }
-            Err(_) if stepper == Stepper::RungeKutta => {
+            Err(Halt::Stiff | Halt::Failed(_)) if stepper == Stepper::RungeKutta => {
                 self.back_to(before);
                 self.counts.fallbacks += 1;
                 self.run(Stepper::Rosenbrock, before, seconds)
             }
-            Err(Halt::Stiff) => Err(FlowError::TooStiff { seconds }),
-            Err(Halt::Failed(error)) => Err(error),
+            Err(_) => {
+                self.rattles = self.patience;
+                self.patience = (2 * self.patience).min(PATIENCE_MAX);
+                self.rattle(before, seconds)
+            }
         }
+    }
+
+    /// Moreau's rule in the place of another method, in as many steps as it takes to make no energy.
+    fn rattle(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
+        self.counts.fallbacks += 1;
+        for halvings in 0..=HALVINGS_MAX {
+            let pieces = 1 << halvings;
+            self.back_to(before);
+            self.pushed = before.pushed;
+            for _ in 0..pieces {
+                self.run_moreau(seconds / f64::from(pieces))?;
+            }
+            if !self.overshot(&before.ledger) {
+                if halvings > 0 && self.open() > APART_MAX {
+                    return Err(FlowError::Apart { by: self.open() });
+                }
+                return Ok(());
+            }
+        }
+        Ok(())
     }
 
     /// Whether every number of the state is one.

@@ -171,7 +171,9 @@ impl Guards {
                     let footing = site.footing(ground, state.position, &rotation);
                     let [_, a, b] = footing.velocity;
                     self.put(at_foot(links, 1), leg, forces[0]);
-                    self.put(at_foot(links, 3), leg, a * last[0] + b * last[1]);
+                    if ground.friction > 0.0 {
+                        self.put(at_foot(links, 3), leg, a * last[0] + b * last[1]);
+                    }
                     forces = &forces[1..];
                 }
             }

@@ -5,47 +5,74 @@
 //! and again. So the gains are added up, losses are set against them, and a sum that stands out ends the run:
 //!
 //! ```text
-//! gained ← max(0, gained + Δ(stored − actuator)) ≤ share · (kinetic + spring energy − gained + weight · leg length)
+//! gained ← max(0, gained + Δ(stored − actuator)) ≤ share · own    own = kinetic + spring energy − gained + weight · leg length
 //! ```
+//!
+//! Friction hides a gain that is smaller than what it takes. The books do not: what they have too much, measured by all that
+//! was exchanged, is the error of the motion as a whole.
 
 use twinrig_legged::Ledger;
 
 use crate::flow::{Flow, FlowError};
 use crate::options::Method;
 
-impl Method {
-    /// The share that a gain may come to. The thesis' scheme makes energy at every stop, and says so in the books: it has to
-    /// run away to be stopped.
-    const fn share(self) -> f64 {
-        match self {
-            Self::Rk4 | Self::Rodas4 => 0.05,
-            Self::Moreau | Self::SemiImplicit | Self::ExplicitEuler => 0.25,
-            Self::Thesis => 100.0,
-        }
-    }
-}
+/// The share that a gain may come to: five times what any method gains at the steps that it is good for.
+const SHARE: f64 = 0.05;
+
+/// The thesis' scheme makes energy at every stop, and says so in the books: it has to run away to be stopped.
+const SHARE_OF_THESIS: f64 = 100.0;
+
+/// What the books may have too much, as a share of what was exchanged; and as a share of what is there, below which it is not
+/// worth a word.
+const SURPLUS: f64 = 0.1;
+const WORTH: f64 = 0.02;
+
+/// The same of what they may have too little: losses of a method do no harm until they dwarf all there is.
+const DEFICIT: f64 = 0.3;
+const DWARFED: f64 = 10.0;
+
+/// Gain of a step that shows it to be too long, as a share of what is there.
+const TOO_LONG: f64 = 0.01;
 
 impl<const N: usize> Flow<N> {
     /// Looks at what a step has gained, given the books before it.
     pub(crate) fn watch(&mut self, before: &Ledger, seconds: f64) -> Result<(), FlowError> {
-        let [before, after] = [before, &self.ledger].map(Ledger::books);
-        let gain = (after.stored() - after.actuator) - (before.stored() - before.actuator);
+        let gain = self.gain(before);
         if !gain.is_finite() {
             return Err(FlowError::NotFinite);
         }
-        // What is there by right, and what lifting the robot by a leg's length would take.
-        let own = (before.kinetic + before.spring - self.gained).max(0.0) + self.model.moving;
-        let handed_over = self.rattles > 0;
-        let method = if handed_over {
-            Method::Moreau
-        } else {
-            self.method
-        };
+        let own = self.own(before);
         self.gained = (self.gained + gain).max(0.0);
-        if self.gained > method.share() * own {
-            let gained = self.gained;
+        let books = self.ledger.books();
+        let thesis = self.method == Method::Thesis;
+        let share = if thesis { SHARE_OF_THESIS } else { SHARE };
+        let worth = WORTH * own;
+        let surplus = !thesis && books.residual > worth.max(SURPLUS * books.exchanged);
+        if self.gained > share * own || surplus {
+            let gained = self.gained.max(books.residual);
             return Err(FlowError::Gained { seconds, gained });
         }
+        if !thesis && -books.residual > (DWARFED * own).max(DEFICIT * books.exchanged) {
+            let lost = -books.residual;
+            return Err(FlowError::Lost { seconds, lost });
+        }
         Ok(())
+    }
+
+    /// Whether what was just stepped, from these books on, was too long a step.
+    pub(crate) fn overshot(&self, before: &Ledger) -> bool {
+        // Written so that what is no number is one.
+        !(self.gain(before) <= TOO_LONG * self.own(before))
+    }
+
+    fn gain(&self, before: &Ledger) -> f64 {
+        let [before, after] = [before, &self.ledger].map(Ledger::books);
+        (after.stored() - after.actuator) - (before.stored() - before.actuator)
+    }
+
+    /// What is there by right, and what lifting all that moves by a leg's length would take \[J\].
+    fn own(&self, before: &Ledger) -> f64 {
+        let books = before.books();
+        (books.kinetic + books.spring - self.gained).max(0.0) + self.model.moving
     }
 }

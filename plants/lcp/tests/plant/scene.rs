@@ -64,6 +64,20 @@ pub fn hard() -> Start {
     pose([20.0, -40.0, 62.0], [-10.0, 15.0, 30.0])
 }
 
+/// A start between the stops of [`between`].
+pub fn swinging() -> Start {
+    pose([10.0, -25.0, 37.0], [6.0, -4.0, 3.0])
+}
+
+/// The robot with springs that let its legs swing between their stops and never reach them.
+pub fn between() -> Robot {
+    changed(|leg| {
+        leg.diagonal.preload = -0.004;
+        leg.parallel.preload = -0.004;
+        leg.parallel_travel = 0.014;
+    })
+}
+
 pub fn flat(friction: f64) -> Ground {
     Ground::new(Terrain::Flat, friction, 0.0).unwrap()
 }
@@ -133,8 +147,27 @@ impl Way {
     }
 }
 
+/// Every method at a step that it is good for; the thesis' is the last.
+pub const WAYS: [Way; 6] = [
+    DEFAULT,
+    Way::by(Method::Rodas4, 2000),
+    Way::by(Method::Moreau, 2000),
+    Way::by(Method::SemiImplicit, 1000),
+    Way::by(Method::ExplicitEuler, 50),
+    Way::by(Method::Thesis, 50),
+];
+
 /// The plant, or why there is none.
 pub fn built(robot: &Robot, setup: &Setup, way: Way) -> Result<Lcp, LcpError> {
+    wanting(robot, setup, way, &|_| true)
+}
+
+fn wanting(
+    robot: &Robot,
+    setup: &Setup,
+    way: Way,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<Lcp, LcpError> {
     let options = Options {
         setup: Setup {
             step: SimDuration::from_micros(way.step_us),
@@ -144,7 +177,7 @@ pub fn built(robot: &Robot, setup: &Setup, way: Way) -> Result<Lcp, LcpError> {
         tolerance: way.tolerance,
         toe: false,
     };
-    Lcp::new(robot, &options, &|_| true)
+    Lcp::new(robot, &options, wanted)
 }
 
 /// A plant with what is needed to drive and read it.
@@ -159,7 +192,12 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(robot: &Robot, setup: &Setup, way: Way) -> Self {
-        let plant = built(robot, setup, way).unwrap();
+        Self::wanting(robot, setup, way, &|_| true)
+    }
+
+    /// With the signals that are wanted.
+    pub fn wanting(robot: &Robot, setup: &Setup, way: Way, wanted: &dyn Fn(&str) -> bool) -> Self {
+        let plant = wanting(robot, setup, way, wanted).unwrap();
         let layout = |direction| Layout::of(&plant.ports(), direction);
         let mut commands = vec![0.0; layout(Direction::Input).len()];
         plant.first_inputs(&mut commands);
