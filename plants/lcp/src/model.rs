@@ -70,8 +70,10 @@ impl<const N: usize> Model<N> {
         }
         let carried = legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
         let mass = robot.trunk.mass + carried;
-        let reach = legs.iter().map(|leg| leg.pantograph.length_max());
-        let reach = reach.fold(0.0, f64::max);
+        // What is small is measured by the whole robot, so that no leg that is left out changes it for the others.
+        let all = robot.legs.iter();
+        let all = all.filter_map(|mount| Pantograph::new(&mount.leg).ok());
+        let reach = all.map(|leg| leg.length_max()).fold(0.0, f64::max);
         let constants: Vec<_> = legs.iter().map(|leg| leg.constants).collect();
         Ok(Self {
             base: setup.base,
@@ -91,7 +93,7 @@ impl<const N: usize> Model<N> {
             legs,
             servos: setup.servos(robot)?,
             ground: setup.ground.clone(),
-            energy_scale: mass * GRAVITY * reach,
+            energy_scale: robot.mass() * GRAVITY * reach,
             moving: if free || planar { mass } else { carried } * GRAVITY * reach,
             reach,
             unbounded: false,
