@@ -11,8 +11,6 @@ use crate::standard::choice;
 
 /// The plant's own step where a scenario gives none.
 const STEP: SimDuration = SimDuration::from_millis(2);
-/// The error that a step may make where a scenario does not say \[m\].
-const TOLERANCE: f64 = 1e-6;
 
 pub(crate) fn kind() -> PlantKind {
     let methods = Method::ALL.map(|method| method.name().to_owned());
@@ -29,7 +27,7 @@ pub(crate) fn kind() -> PlantKind {
             unit: Unit::Meter,
             range: Range::POSITIVE,
         },
-        default: Some(OptionValue::Number(TOLERANCE)),
+        default: Some(OptionValue::Number(Options::TOLERANCE)),
     })
     .with_option(OptionSpec {
         name: "toe".to_owned(),
@@ -53,7 +51,7 @@ pub fn lcp(physics: &Physics<'_>) -> Result<Lcp, BuildError> {
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
-        tolerance: given.number("tolerance").unwrap_or(TOLERANCE),
+        tolerance: given.number("tolerance").unwrap_or(Options::TOLERANCE),
         toe: given.boolean("toe").unwrap_or(false),
     };
     Ok(Lcp::new(physics.robot, &options, physics.wanted)?)

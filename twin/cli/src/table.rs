@@ -312,6 +312,19 @@ fn speed(report: &Report) -> Option<String> {
     Some(format!("{factor:.decimals$} × real time"))
 }
 
+/// How often the method of choice was not the one at work.
+fn handed_over(report: &Report) -> Option<String> {
+    let work = report.work.filter(|work| work.fallbacks > 0)?;
+    let (times, steps) = (work.fallbacks, work.steps);
+    let times = match times {
+        1 => "once".to_owned(),
+        _ => format!("{times} times"),
+    };
+    Some(format!(
+        "another method or shorter steps took over {times} in {steps} steps"
+    ))
+}
+
 fn facts(report: &Report) -> Grid {
     let mut grid = Grid::new(&[Side::Left, Side::Left]);
     let mut fact = |name: &str, value: String| {
@@ -339,6 +352,9 @@ fn facts(report: &Report) -> Grid {
             "energy",
             format!("{exchanged} J exchanged, {residual:.1e} J unaccounted for"),
         );
+    }
+    if let Some(handed_over) = handed_over(report) {
+        fact("integrator", handed_over);
     }
     if !report.left_out.is_empty() {
         let parts = report.left_out.iter().map(|left| left.part.as_str());

@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 use twinrig_kernel::SimTime;
+use twinrig_runtime::WorkCounts;
 
 use super::*;
 
@@ -87,6 +88,28 @@ fn of_a_range_both_ends_are_shown() {
     assert_eq!(remark(&speed), "wanted: 0.922 … 0.980");
     speed.other_bound = Some(1.2);
     assert_eq!(remark(&speed), "wanted: 0.98 … 1.20");
+}
+
+#[test]
+fn a_method_that_was_not_the_one_at_work_is_told() {
+    let work = |fallbacks| {
+        let mut report = Report::of_error("it.toml", String::new());
+        report.work = Some(WorkCounts {
+            steps: 10_000,
+            fallbacks,
+            ..WorkCounts::default()
+        });
+        handed_over(&report)
+    };
+    assert_eq!(work(0), None);
+    assert_eq!(
+        work(1).unwrap(),
+        "another method or shorter steps took over once in 10000 steps"
+    );
+    assert_eq!(
+        work(9958).unwrap(),
+        "another method or shorter steps took over 9958 times in 10000 steps"
+    );
 }
 
 proptest! {
