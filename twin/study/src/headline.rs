@@ -1,6 +1,6 @@
 //! A study in a sentence.
 
-use crate::number::{grouped_factor, si};
+use crate::number::{grouped_factor, knob, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::workshop::Scales;
@@ -26,26 +26,34 @@ impl Study {
 
     /// The fastest of the most thorough model at the usual step that comes within the aim, or the one that comes nearest.
     fn precise(&self) -> String {
-        let massive = |row: &&Row| {
-            self.massive.is_empty() || self.massive.iter().any(|known| *known == row.plant)
-        };
+        let massive = |row: &&Row| self.massive.is_empty() || self.massive.contains(&row.plant);
         let rows = self.rows.iter().filter(massive);
-        let rows: Vec<(&Row, f64)> = rows
+        let known: Vec<(&Row, f64)> = rows
             .filter(|row| row.kind == RowKind::Integration && row.status == Status::Ok)
-            .filter(|row| at_usual_step(row))
             .filter_map(|row| Some((row, row.error_rms_m?)))
             .collect();
+        let usual = known.iter().filter(|(row, _)| at_usual_step(row));
+        let rows: Vec<(&Row, f64)> = usual.copied().collect();
         let speed = |row: &Row| row.real_time_factor.unwrap_or(0.0);
-        let within = rows.iter().filter(|(_, error)| *error <= AIM_M);
-        let fastest = within.max_by(|(a, _), (b, _)| speed(a).total_cmp(&speed(b)));
-        let step = si(USUAL_STEP_S, "s");
-        if let Some((row, error)) = fastest {
-            return format!(
-                "{} at {step}: {} at {} real time.",
-                row.line().name(),
-                si(*error, "m"),
+        let fastest = |rows: &[(&Row, f64)]| -> Option<String> {
+            let within = rows.iter().filter(|(_, error)| *error <= AIM_M);
+            let (row, error) = within.max_by(|(a, _), (b, _)| speed(a).total_cmp(&speed(b)))?;
+            let setting = knob(row.step_s, row.tolerance);
+            let (name, error) = (row.line().name(), si(*error, "m"));
+            Some(format!(
+                "{name} at {setting}: {error} at {} real time.",
                 grouped_factor(speed(row))
-            );
+            ))
+        };
+        let step = si(USUAL_STEP_S, "s");
+        if let Some(found) = fastest(&rows) {
+            return found;
+        }
+        // Those that choose their own.
+        let adaptive = known.iter().filter(|(row, _)| row.line().is_adaptive());
+        let adaptive: Vec<(&Row, f64)> = adaptive.copied().collect();
+        if let Some(found) = fastest(&adaptive) {
+            return found;
         }
         match rows.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)) {
             Some((row, error)) => format!(

@@ -29,6 +29,7 @@ mod footsteps;
 mod headline;
 mod html;
 mod machine;
+mod models;
 mod number;
 mod outing;
 mod precision;

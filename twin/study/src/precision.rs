@@ -5,9 +5,9 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
-use crate::footsteps::{self, Footstep, Steps, WALK};
-use crate::number::{instant, si};
-use crate::outing::{Ending, Outing};
+use crate::models::limit_pair;
+use crate::number::instant;
+use crate::outing::Ending;
 use crate::reference::{self, Reference, ReferenceNote, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
@@ -149,7 +149,7 @@ fn stage<'a>(workshop: &'a dyn Workshop, plan: &PrecisionPlan) -> Result<Stage<'
 }
 
 /// How closely references and their checks have to agree.
-fn trust(stage: &Stage<'_>) -> Trust {
+pub(crate) fn trust(stage: &Stage<'_>) -> Trust {
     Trust {
         apart_m: if stage.workshop.scene().ground {
             NEAR_ON_GROUND_M
@@ -185,24 +185,17 @@ fn knobs<'a>(
     })
 }
 
-/// The plant that has segments with mass, and the one that is its limit.
-fn limit_pair(plants: &[PlantOffer]) -> Option<(&PlantOffer, &PlantOffer)> {
-    let full = plants.iter().find(|plant| plant.segment_masses)?;
-    let limit = plants.iter().find(|plant| !plant.segment_masses)?;
-    Some((full, limit))
-}
-
 /// A study on its way.
-struct Job<'a> {
-    stage: Stage<'a>,
-    plan: &'a PrecisionPlan,
-    budget: Budget,
-    watcher: &'a mut dyn Watcher,
-    rows: Vec<Row>,
+pub(crate) struct Job<'a> {
+    pub(crate) stage: Stage<'a>,
+    pub(crate) plan: &'a PrecisionPlan,
+    pub(crate) budget: Budget,
+    pub(crate) watcher: &'a mut dyn Watcher,
+    pub(crate) rows: Vec<Row>,
 }
 
 impl Job<'_> {
-    fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
+    pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
         let share = self.budget.next();
         let (part, of) = self.budget.progress();
         if self.watcher.at(part, of, doing) {
@@ -335,106 +328,5 @@ impl Job<'_> {
             trace.reached_s(),
             times.len() as u64,
         );
-    }
-
-    /// What other models leave out of the first with segments that have mass.
-    fn models(&mut self, plants: &[PlantOffer], references: &[Option<Reference>]) {
-        let full = plants.iter().position(|plant| plant.segment_masses);
-        let Some(base) = full.and_then(|n| references[n].as_ref()) else {
-            return;
-        };
-        for other in references.iter().flatten() {
-            if other.variant.plant != base.variant.plant {
-                self.rows.push(base.difference(RowKind::Model, other));
-            }
-        }
-    }
-
-    /// Which footsteps differ between the models, by methods like those of the references.
-    fn footsteps(
-        &mut self,
-        plants: &[PlantOffer],
-        references: &[Option<Reference>],
-    ) -> Result<Vec<Footstep>, StudyError> {
-        let end = WALK.min(self.stage.workshop.scene().duration);
-        let mut walks = Vec::new();
-        for (plant, reference) in plants.iter().zip(references) {
-            let share = self.begin(&format!("{}, footsteps", plant.name))?;
-            let walk = reference.as_ref().and_then(|reference| {
-                let knob = reference.variant.knob.relaxed();
-                let fine = self.walk(&reference.variant, knob, end, share)?;
-                let coarse = self.walk(&reference.variant, knob.coarser(), end, share)?;
-                Some((plant, [fine, coarse]))
-            });
-            walks.extend(walk);
-        }
-        let Some(full) = walks.iter().find(|(plant, _)| plant.segment_masses) else {
-            return Ok(Vec::new());
-        };
-        let others = walks.iter().filter(|(plant, _)| plant.name != full.0.name);
-        let pair = |walk: &'_ [Steps; 2]| [walk[0].clone(), walk[1].clone()];
-        let own = pair(&full.1);
-        Ok(others
-            .flat_map(|(plant, other)| {
-                footsteps::compare(&plant.name, [&own[0], &own[1]], [&other[0], &other[1]])
-            })
-            .collect())
-    }
-
-    /// The footsteps of a variant that is set so.
-    fn walk(&self, variant: &Variant, knob: Knob, end: SimDuration, share: Share) -> Option<Steps> {
-        let variant = Variant {
-            knob,
-            ..variant.clone()
-        };
-        let mut plant = self.stage.workshop.build(&variant).ok()?;
-        let outing = Outing {
-            end: SimTime::ZERO + end,
-            grid: footsteps::LOOK,
-            ..self.stage.outing(share)
-        };
-        Steps::record(&mut *plant, &outing)
-    }
-
-    /// How the difference of two models vanishes with the masses that one of them leaves out.
-    fn limit(&mut self, plants: &[PlantOffer]) -> Result<(), StudyError> {
-        let Some((full, limit)) = limit_pair(plants) else {
-            return Ok(());
-        };
-        for &mass in &self.plan.masses {
-            let share = self.begin(&format!("{} without its segments' mass", full.name))?;
-            let scales = Scales {
-                mass,
-                bare_foot: true,
-                ..Scales::AS_IS
-            };
-            let reference =
-                |plant| reference::checked(&self.stage, plant, scales, trust(&self.stage), share);
-            let both = reference(full).and_then(|full| Ok((full, reference(limit)?)));
-            let row = match both {
-                Ok((full, limit)) => {
-                    let mut row = limit.difference(RowKind::Limit, &full);
-                    let unsure = full.floor_rms().max(limit.floor_rms());
-                    row.at_floor = row.error_rms_m.is_some_and(|error| error <= unsure);
-                    if row.at_floor && unsure > 0.0 {
-                        row.why = Some(format!("the models are known to {} only", si(unsure, "m")));
-                    }
-                    row
-                }
-                Err(why) => {
-                    let variant = Variant {
-                        plant: full.name.clone(),
-                        method: String::new(),
-                        knob: Knob::Step(self.stage.grid),
-                        scales,
-                    };
-                    let mut row = Row::new(RowKind::Limit, &variant).ended(Status::Failed, why);
-                    row.step_s = None;
-                    row
-                }
-            };
-            self.rows.push(row);
-        }
-        Ok(())
     }
 }

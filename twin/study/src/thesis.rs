@@ -30,8 +30,8 @@ pub const FIGURES: [ThesisFigure; 3] = [
         why: "The model is not stiff at milliseconds. Explicit Euler is limited by 2ζ/ω, the damping of the fastest mode that swings \
               freely, and not by 1/ω: off its stops (passive-legs-free) that bound is one over the stiffness, a tenth at a tenth of \
               the joints' friction, and with the friction of the robot file, which is assumed, a millisecond; the thesis' 15 µs \
-              want less damping and more stiffness. In passive-legs the legs rest on their stops after milliseconds, only the hips \
-              swing, and the bound is theirs. That the thesis' limit grows elevenfold at a quarter of the stiffness, and not \
+              want less damping and more stiffness. In passive-legs the legs rest on their stops after milliseconds, and what would \
+              grow off them is held. That the thesis' limit grows elevenfold at a quarter of the stiffness, and not \
               fourfold, has its impact rule in it, which sets one joint's rate to zero and so makes energy at a stop, and meets \
               fewer stops where springs are soft: here that rule is far off at every step. With impulses on all joints, and a method \
               whose region of stability holds some of the imaginary axis, milliseconds are stable.",

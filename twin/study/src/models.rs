@@ -1,0 +1,123 @@
+//! What models leave out, which is no error of a method.
+
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::budget::Share;
+use crate::error::StudyError;
+use crate::footsteps::{self, Footstep, Steps, WALK};
+use crate::number::si;
+use crate::outing::Outing;
+use crate::precision::{Job, trust};
+use crate::reference::{self, Reference};
+use crate::row::{Row, RowKind, Status};
+use crate::workshop::{Knob, PlantOffer, Scales, Variant};
+
+/// The plant that has segments with mass, and the one that is its limit.
+pub(crate) fn limit_pair(plants: &[PlantOffer]) -> Option<(&PlantOffer, &PlantOffer)> {
+    let full = plants.iter().find(|plant| plant.segment_masses)?;
+    let limit = plants.iter().find(|plant| !plant.segment_masses)?;
+    Some((full, limit))
+}
+
+impl Job<'_> {
+    /// What other models leave out of the first with segments that have mass.
+    pub(crate) fn models(&mut self, plants: &[PlantOffer], references: &[Option<Reference>]) {
+        let full = plants.iter().position(|plant| plant.segment_masses);
+        let Some(base) = full.and_then(|n| references[n].as_ref()) else {
+            return;
+        };
+        for other in references.iter().flatten() {
+            if other.variant.plant != base.variant.plant {
+                self.rows.push(base.difference(RowKind::Model, other));
+            }
+        }
+    }
+
+    /// Which footsteps differ between the models, by methods like those of the references.
+    pub(crate) fn footsteps(
+        &mut self,
+        plants: &[PlantOffer],
+        references: &[Option<Reference>],
+    ) -> Result<Vec<Footstep>, StudyError> {
+        let end = WALK.min(self.stage.workshop.scene().duration);
+        let mut walks = Vec::new();
+        for (plant, reference) in plants.iter().zip(references) {
+            let share = self.begin(&format!("{}, footsteps", plant.name))?;
+            let walk = reference.as_ref().and_then(|reference| {
+                let knob = reference.variant.knob.relaxed();
+                let fine = self.walk(&reference.variant, knob, end, share)?;
+                let coarse = self.walk(&reference.variant, knob.coarser(), end, share)?;
+                Some((plant, [fine, coarse]))
+            });
+            walks.extend(walk);
+        }
+        let Some(full) = walks.iter().find(|(plant, _)| plant.segment_masses) else {
+            return Ok(Vec::new());
+        };
+        let others = walks.iter().filter(|(plant, _)| plant.name != full.0.name);
+        let pair = |walk: &'_ [Steps; 2]| [walk[0].clone(), walk[1].clone()];
+        let own = pair(&full.1);
+        Ok(others
+            .flat_map(|(plant, other)| {
+                footsteps::compare(&plant.name, [&own[0], &own[1]], [&other[0], &other[1]])
+            })
+            .collect())
+    }
+
+    /// The footsteps of a variant that is set so.
+    fn walk(&self, variant: &Variant, knob: Knob, end: SimDuration, share: Share) -> Option<Steps> {
+        let variant = Variant {
+            knob,
+            ..variant.clone()
+        };
+        let mut plant = self.stage.workshop.build(&variant).ok()?;
+        let outing = Outing {
+            end: SimTime::ZERO + end,
+            grid: footsteps::LOOK,
+            ..self.stage.outing(share)
+        };
+        Steps::record(&mut *plant, &outing)
+    }
+
+    /// How the difference of two models vanishes with the masses that one of them leaves out.
+    pub(crate) fn limit(&mut self, plants: &[PlantOffer]) -> Result<(), StudyError> {
+        let Some((full, limit)) = limit_pair(plants) else {
+            return Ok(());
+        };
+        for &mass in &self.plan.masses {
+            let share = self.begin(&format!("{} without its segments' mass", full.name))?;
+            let scales = Scales {
+                mass,
+                bare_foot: true,
+                ..Scales::AS_IS
+            };
+            let reference =
+                |plant| reference::checked(&self.stage, plant, scales, trust(&self.stage), share);
+            let both = reference(full).and_then(|full| Ok((full, reference(limit)?)));
+            let row = match both {
+                Ok((full, limit)) => {
+                    let mut row = limit.difference(RowKind::Limit, &full);
+                    let unsure = full.floor_rms().max(limit.floor_rms());
+                    row.at_floor = row.error_rms_m.is_some_and(|error| error <= unsure);
+                    if row.at_floor && unsure > 0.0 {
+                        row.why = Some(format!("the models are known to {} only", si(unsure, "m")));
+                    }
+                    row
+                }
+                Err(why) => {
+                    let variant = Variant {
+                        plant: full.name.clone(),
+                        method: String::new(),
+                        knob: Knob::Step(self.stage.grid),
+                        scales,
+                    };
+                    let mut row = Row::new(RowKind::Limit, &variant).ended(Status::Failed, why);
+                    row.step_s = None;
+                    row
+                }
+            };
+            self.rows.push(row);
+        }
+        Ok(())
+    }
+}
