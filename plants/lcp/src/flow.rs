@@ -321,7 +321,7 @@ impl<const N: usize> Flow<N> {
     /// What moves by itself: the robot, or each of its legs where the trunk is held. Legs, one after the other.
     pub(crate) fn islands(&self) -> impl Iterator<Item = core::ops::Range<usize>> + use<N> {
         let (legs, free) = (self.model.legs.len(), self.model.is_free());
-        let islands = if free { legs.min(1).max(1) } else { legs };
+        let islands = if free { 1 } else { legs };
         (0..islands).map(move |i| if free { 0..legs } else { i..i + 1 })
     }
 

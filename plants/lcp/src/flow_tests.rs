@@ -61,7 +61,7 @@ fn stops_that_are_closed_at_rest_stay_closed() {
         flow.step(2e-3).unwrap();
         let holds = &flow.mode.holds;
         assert_eq!(
-            [holds.closed, holds.extended].map(|lanes| lanes.to_array()),
+            [holds.closed, holds.extended].map(Lanes::to_array),
             [[1.0; 4]; 2]
         );
     }

@@ -61,8 +61,8 @@ impl<const N: usize> Flow<N> {
 
     /// Whether what was just stepped, from these books on, was too long a step.
     pub(crate) fn overshot(&self, before: &Ledger) -> bool {
-        // Written so that what is no number is one.
-        !(self.gain(before) <= TOO_LONG * self.own(before))
+        let gain = self.gain(before);
+        gain.is_nan() || gain > TOO_LONG * self.own(before)
     }
 
     fn gain(&self, before: &Ledger) -> f64 {

@@ -209,3 +209,29 @@ fn the_ground_s_force_is_its_impulse_over_the_time_that_it_is_told_for() {
         );
     }
 }
+
+#[test]
+fn a_trunk_without_legs_falls_and_one_with_one_leg_stumbles() {
+    for base in [Base::Free, Base::Planar, Base::Fixed] {
+        for way in &WAYS[..4] {
+            let none = Setup {
+                base,
+                legs: Vec::new(),
+                ..standing()
+            };
+            let mut scene = Scene::new(&robot(), &none, *way);
+            let start = scene.read("body/position")[2];
+            scene.soundly(0.1).unwrap();
+            let fallen = start - scene.read("body/position")[2];
+            let expected = if base == Base::Fixed { 0.0 } else { 0.049_05 };
+            assert!((fallen - expected).abs() < 1e-3, "{way:?}: {fallen}");
+            let one = Setup {
+                base,
+                legs: vec!["RH".to_owned()],
+                ..standing()
+            };
+            let mut scene = Scene::new(&robot(), &one, *way);
+            scene.soundly(0.3).unwrap();
+        }
+    }
+}
