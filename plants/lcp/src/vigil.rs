@@ -16,7 +16,7 @@ use twinrig_legged::Ledger;
 use crate::flow::{Flow, FlowError};
 use crate::options::Method;
 
-/// The share that a gain may come to: five times what any method gains at the steps that it is good for.
+/// The share that a gain may come to: three times what any method gains at the steps that it is good for.
 const SHARE: f64 = 0.05;
 
 /// The thesis' scheme makes energy at every stop, and says so in the books: it has to run away to be stopped.
