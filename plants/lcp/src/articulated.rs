@@ -314,13 +314,20 @@ impl<R: Real, const N: usize> Articulated<R, N> {
     }
 }
 
+/// What a trunk that moves has to do with energy.
+type Base<'a, R, const N: usize> = (
+    &'a Carried<R, N>,
+    &'a Trunk<<R as Real>::Sum>,
+    &'a Rotation<<R as Real>::Sum>,
+);
+
 /// Kinetic, spring and gravity energy \[J\] of legs in a state, and of a trunk that moves.
 pub(crate) fn stored<R: Real, const N: usize>(
     model: &Model<N>,
     legs: &Constants<R, N>,
     state: &State<R, N>,
     chain: &Chain<R, N>,
-    base: Option<(&Carried<R, N>, &Trunk<R::Sum>, &Rotation<R::Sum>)>,
+    base: Option<Base<'_, R, N>>,
 ) -> [R::Sum; 3] {
     let half = <R::Sum as Real>::splat(0.5);
     let gravity = <R::Sum as Real>::splat(GRAVITY);

@@ -355,7 +355,7 @@ impl<const N: usize> Flow<N> {
             self.stride,
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
-        [self.rattles, self.patience] = copy.rattles.map(|n| n as u32);
+        [self.rattles, self.patience] = copy.rattles.map(counted);
         self.gained = copy.gained;
         copy.recalled
     }
@@ -426,4 +426,10 @@ impl<const N: usize> Numbers<N> {
         to(&mut self.recalled);
         self.pushed.iter_mut().flatten().for_each(&mut *to);
     }
+}
+
+/// A count that was saved as a number.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped before
+fn counted(number: f64) -> u32 {
+    number.clamp(0.0, f64::from(u32::MAX)) as u32
 }

@@ -1,10 +1,9 @@
 //! The constants of a leg: what its equations need of a robot file.
 
-use nalgebra::Vector3;
 use twinrig_leg::Pantograph;
 use twinrig_robot::{Leg, LegMount};
 
-use crate::real::{Lanes, Real};
+use crate::real::Lanes;
 
 /// Legs that are worked on side by side.
 pub(crate) const LANES: usize = 4;
@@ -122,11 +121,6 @@ impl<const N: usize> Constants<f64, N> {
         }
         if least.is_nan() { 0.0 } else { least }
     }
-
-    /// The hip as a vector.
-    pub(crate) fn hip(&self) -> Vector3<f64> {
-        Vector3::from(self.hip)
-    }
 }
 
 /// Where a leg's masses sit.
@@ -200,30 +194,6 @@ impl<const N: usize> Constants<Lanes, N> {
             parallel_max: gather(&|leg| leg.parallel_max),
             cable_max: gather(&|leg| leg.cable_max),
             pulley_radius: gather(&|leg| leg.pulley_radius),
-        }
-    }
-}
-
-impl<const N: usize> Constants<f64, N> {
-    /// The same numbers as numbers of another kind.
-    pub(crate) fn raised<R: Real>(&self) -> Constants<R, N> {
-        let raise = |x: f64| R::splat(x);
-        Constants {
-            hip: self.hip.map(raise),
-            links: self.links.map(raise),
-            mass: raise(self.mass),
-            moments: self.moments.map(raise),
-            inertias: self.inertias.map(|row| row.map(raise)),
-            friction: self.friction.map(raise),
-            l_delta: raise(self.l_delta),
-            diagonal: self.diagonal.map(raise),
-            parallel: self.parallel.map(raise),
-            toe: self.toe.map(raise),
-            diagonal_max: raise(self.diagonal_max),
-            diagonal_min: raise(self.diagonal_min),
-            parallel_max: raise(self.parallel_max),
-            cable_max: raise(self.cable_max),
-            pulley_radius: raise(self.pulley_radius),
         }
     }
 }

@@ -16,7 +16,6 @@ use twinrig_contact::{Bound, Method, Problem, Restitution, Solution, Unsolved};
 use crate::articulated::{Articulated, Response, Row, between_links};
 use crate::hold::{Driven, Hold, Holding};
 use crate::mode::{Contact, Mode};
-use crate::model::Model;
 use crate::motion::Scene;
 use crate::real::{Lanes, Real};
 use crate::site::{Footing, Site};
@@ -186,6 +185,7 @@ pub(crate) struct Toll {
 impl<const N: usize> Instant<N> {
     /// Finds the constraints of these legs that are closed. Feet that slide push along their friction where `sliding` says
     /// that they go on to.
+    #[allow(clippy::too_many_arguments)]
     pub(crate) fn find(
         &mut self,
         scene: &Scene<'_, Lanes, N>,

@@ -93,26 +93,26 @@ impl<R: Real, const N: usize> Chain<R, N> {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn open(&self, leg: &Constants<R, N>) -> Hold<R, N> {
-        self.at_most(&self.parallel, leg.parallel_max)
+        Self::at_most(&self.parallel, leg.parallel_max)
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn extended(&self, leg: &Constants<R, N>) -> Hold<R, N> {
-        self.at_most(&self.diagonal, leg.diagonal_max)
+        Self::at_most(&self.diagonal, leg.diagonal_max)
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn bottomed(&self, leg: &Constants<R, N>) -> Hold<R, N> {
-        self.at_most(&self.diagonal, leg.diagonal_min).reversed()
+        Self::at_most(&self.diagonal, leg.diagonal_min).reversed()
     }
 
     /// The taut cable; its gap closes with the pulley's angle, too.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn taut(&self, leg: &Constants<R, N>, drive: &Driven<R>) -> Hold<R, N> {
-        let mut hold = self.at_most(
+        let mut hold = Self::at_most(
             &self.cable,
             leg.cable_max - leg.pulley_radius * drive.pulley,
         );
@@ -122,7 +122,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    fn at_most(&self, length: &crate::chain::Length<R>, most: R) -> Hold<R, N> {
+    fn at_most(length: &crate::chain::Length<R>, most: R) -> Hold<R, N> {
         let mut gradient = [R::zero(); N];
         for i in 0..3 {
             gradient[i] = -length.gradient[i];

@@ -43,6 +43,9 @@
 //! What is not here: abduction of the hips, bending of segments, collisions of anything but the feet, the drives'
 //! electronics, and the reaction of a drive's own rotor on the trunk, which is small behind a gear.
 
+// Matrices are indexed as in the formulas.
+#![allow(clippy::needless_range_loop)]
+
 mod articulated;
 mod body;
 mod carried;

@@ -37,8 +37,7 @@ const ALL: [usize; 4] = [0, 1, 2, 3];
 /// Errors of constraints are taken back at this rate per step.
 const RECOVERY: f64 = 0.2;
 
-/// Events of one island in one step, and events at one instant, at most.
-const EVENTS_MAX: u32 = 200;
+/// Events at one instant, at most.
 const AT_ONCE_MAX: u32 = 12;
 
 /// A step that is taken in more pieces than this is too stiff for an explicit method.
@@ -464,7 +463,7 @@ impl<const N: usize> Flow<N> {
 
     /// Chooses anew what holds of these legs, where nothing has struck.
     fn choose(&mut self, legs: core::ops::Range<usize>, recovery: f64) -> Result<(), FlowError> {
-        let mut mode = self.mode.clone();
+        let mut mode = self.mode;
         let mut instant = core::mem::take(&mut self.instant);
         let scene = self.scene(recovery);
         let settled = instant.settle(&scene, &self.state, &ALL[legs], &mut mode);
@@ -648,7 +647,8 @@ impl<const N: usize> Flow<N> {
                         met,
                     });
                 }
-                if !broken && !(u < 0.0 && v > 0.0) {
+                let dips = u < 0.0 && v > 0.0;
+                if !(broken || dips) {
                     return None;
                 }
                 first_root_of_cubic(a, u, b, v).map(|share| Due {

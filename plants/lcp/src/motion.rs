@@ -294,8 +294,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         let Some(ground) = &self.model.ground else {
             return;
         };
-        type T<R> = <R as Real>::Sum;
-        let friction = T::<R>::splat(ground.friction);
+        let friction = <R::Sum as Real>::splat(ground.friction);
         let upright = articulated.rotation();
         bench.rows.clear();
         bench.pushes.clear();
@@ -324,7 +323,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                     None => row,
                 };
                 let free = row_acceleration(&row, accelerations);
-                let back = T::<R>::splat(self.recovery);
+                let back = <R::Sum as Real>::splat(self.recovery);
                 let mut missing = -(free + footing.bias[k]) - back * footing.velocity[k];
                 if k == 0 {
                     missing -= back * (footing.velocity[0] + back * footing.gap);
@@ -348,10 +347,10 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                 );
                 if row == column {
                     // Constraints that say the same thing twice share their force; one that nothing moves has none.
-                    entry = entry * T::<R>::splat(1.0 + 1e-10);
+                    entry = entry * <R::Sum as Real>::splat(1.0 + 1e-10);
                     if entry.plain() <= 0.0 {
-                        entry = T::<R>::splat(1.0);
-                        bench.forces[row] = T::<R>::zero();
+                        entry = <R::Sum as Real>::splat(1.0);
+                        bench.forces[row] = <R::Sum as Real>::zero();
                     }
                 }
                 bench.matrix.push(entry);

@@ -3,7 +3,7 @@
 use crate::flow::{Flow, Tally};
 use crate::march::Leap;
 use crate::motion::Motion;
-use crate::real::{Lanes, Real};
+use crate::real::Lanes;
 use crate::state::{Slope, State, normalised};
 
 impl<const N: usize> Flow<N> {

@@ -2,12 +2,12 @@
 
 /// The first root, from above, of the cubic with these values and slopes at 0 and 1, if it has one.
 pub(crate) fn first_root_of_cubic(a: f64, u: f64, b: f64, v: f64) -> Option<f64> {
+    // The value is looked at often enough that no dip of a cubic hides in between.
+    const PIECES: u32 = 8;
     let at = |s: f64| {
         let r = 1.0 - s;
         a * r * r * (1.0 + 2.0 * s) + u * s * r * r + b * s * s * (3.0 - 2.0 * s) - v * s * s * r
     };
-    // The value is looked at often enough that no dip of a cubic hides in between.
-    const PIECES: u32 = 8;
     let mut low = 0.0;
     for piece in 1..=PIECES {
         let high = f64::from(piece) / f64::from(PIECES);

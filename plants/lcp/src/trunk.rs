@@ -33,8 +33,6 @@ pub(crate) struct Trunk<T> {
     pub(crate) moment: [T; 3],
     /// Moments of inertia about the trunk's centre of mass, all masses, symmetric.
     pub(crate) inertia: [[T; 3]; 3],
-    /// Σ m ṙ.
-    pub(crate) drift: [T; 3],
     /// Force and torque on it: gravity, and what velocities do.
     pub(crate) force: Spatial<T>,
 }
@@ -72,7 +70,6 @@ impl<T: Real<Sum = T>> Trunk<T> {
         Self {
             moment,
             inertia,
-            drift,
             force,
         }
     }
@@ -153,12 +150,12 @@ impl<T: Real<Sum = T>> Schur<T> {
                 matrix[row][column] -= sum.sum();
             }
         }
-        Self::factored(matrix, force, &constants.moves)
+        Self::factored(matrix, force, constants.moves)
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    fn factored(mut a: [[T; 6]; 6], force: Spatial<T>, moves: &[bool; 6]) -> Self {
+    fn factored(mut a: [[T; 6]; 6], force: Spatial<T>, moves: [bool; 6]) -> Self {
         let mut inverse = [T::zero(); 6];
         for k in 0..6 {
             if !moves[k] {

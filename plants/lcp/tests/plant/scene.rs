@@ -221,6 +221,7 @@ impl Scene {
         Ok(())
     }
 
+    #[allow(clippy::wrong_self_convention)] // It goes there.
     pub fn to_ms(&mut self, ms: u64) {
         self.try_to_us(1000 * ms).unwrap();
     }
@@ -231,6 +232,7 @@ impl Scene {
     }
 
     /// Steps for so long, and looks at every number on the way; what stopped it before.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // scenes last seconds
     pub fn soundly(&mut self, seconds: f64) -> Result<(), PlantFault> {
         let until = self.now_us + (seconds * 1e6).round() as u64;
         while self.now_us < until {
@@ -287,7 +289,8 @@ impl Scene {
 /// Root mean square distance of two traces.
 pub fn rmse(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     assert_eq!(a.len(), b.len());
-    let square = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+    let square =
+        |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>();
     let squares = a.iter().zip(b).map(|(a, b)| square(a, b));
     (squares.sum::<f64>() / a.len() as f64).sqrt()
 }
