@@ -4,8 +4,8 @@ use crate::stopwatch::{Deadline, Stopwatch};
 
 /// A part may take so many times its even share of what is left: most take less.
 const GENEROSITY: f64 = 4.0;
-/// No part gets less than this \[s\].
-const LEAST_S: f64 = 0.25;
+/// No part gets less than this \[s\]: enough for what is quick, and little enough for hundreds of parts after time is up.
+const LEAST_S: f64 = 0.02;
 
 /// The time of a study, shared out among its parts.
 #[derive(Clone, Copy, Debug)]
