@@ -75,7 +75,9 @@ pub fn example_robot() -> twinrig_robot::Robot {
         actuators: Actuators {
             hip: servo,
             knee: servo,
+            abduction: None,
         },
+        motors: None,
         friction: 0.6,
     }
 }

@@ -1,4 +1,5 @@
-//! Position servos as the plants see them: the rate that the drive wants, and the torque it has for it.
+//! Drives as the plants see them. A position servo: the rate that it wants, and the torque it has for it. A direct-current
+//! motor: the torque that a voltage gives it ([`DcMotor`]).
 //!
 //! A [`PositionServo`] is a cascade. The outer loop asks for a rate in proportion to the position error, up to the
 //! speed limit; the inner loop asks for an acceleration in proportion to the rate error, four times faster, which makes
@@ -13,10 +14,14 @@
 //! assert!(servo.rate_after(1e-3, 1.0, 0.9, 0.0) > 0.0);
 //! ```
 //!
-//! What is not here: pulses, packets and clocks (drivers and boards), the motor's winding and gear losses, and the
+//! What is not here: pulses, packets and clocks (drivers and boards), the motor's inductance and gear losses, and the
 //! integration in time, which belongs to the plant.
 
+mod motor;
+
 use twinrig_robot::Servo;
+
+pub use motor::{DcMotor, MotorError, MotorLine};
 
 /// Inner loop over outer loop: four makes the cascade critically damped.
 const INNER_OVER_OUTER: f64 = 4.0;

@@ -27,5 +27,6 @@ mod read;
 pub use error::RobotError;
 pub use file::RobotFile;
 pub use parameters::{
-    Actuators, GRAVITY, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Toe, Trunk,
+    Actuators, GRAVITY, JointFriction, Leg, LegMass, LegMount, Motor, Motors, Robot, Servo, Spring,
+    Toe, Trunk,
 };

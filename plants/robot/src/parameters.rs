@@ -14,6 +14,8 @@ pub struct Robot {
     pub legs: Vec<LegMount>,
     /// Hip and knee drives.
     pub actuators: Actuators,
+    /// What is inside the hip and knee drives, where that is known: their motors.
+    pub motors: Option<Motors>,
     /// Coulomb coefficient between foot and ground where a scenario does not say otherwise \[1\].
     pub friction: f64,
 }
@@ -147,6 +149,32 @@ pub struct Actuators {
     pub hip: Servo,
     /// Winding of the knee cable.
     pub knee: Servo,
+    /// Abduction of the hip, where the robot has a servo for it. No leg of a plant abducts yet; it turns beside them.
+    pub abduction: Option<Servo>,
+}
+
+/// The motors of a leg; all legs have the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motors {
+    /// Protraction and retraction.
+    pub hip: Motor,
+    /// Winding of the knee cable.
+    pub knee: Motor,
+}
+
+/// A direct-current motor, or a brushless one that is commutated to look like one, behind a gear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motor {
+    /// Resistance of the winding \[Ω\].
+    pub resistance: f64,
+    /// Torque of the rotor for its current, and voltage for its rate \[N·m/A = V·s/rad\].
+    pub torque_constant: f64,
+    /// Turns of the rotor for one of the output \[1\].
+    pub gear: f64,
+    /// Inertia of the rotor, before the gear \[kg·m²\].
+    pub inertia: f64,
+    /// Voltage of the supply, beyond which no bridge goes \[V\].
+    pub voltage: f64,
 }
 
 /// A position servo.

@@ -7,7 +7,8 @@ use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
 use crate::parameters::{
-    Actuators, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Toe, Trunk,
+    Actuators, JointFriction, Leg, LegMass, LegMount, Motor, Motors, Robot, Servo, Spring, Toe,
+    Trunk,
 };
 
 /// The robot of a whole file.
@@ -22,6 +23,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     });
     let mounts = table.required("mount", |item| mounts(item, &names));
     let actuators = table.required("actuator", |item| actuators(&item.table()?));
+    let motors = table.optional("motor", |item| motors(&item.table()?));
     let friction = table.required("ground", |item| {
         let ground = item.table()?;
         ground.required("friction", |item| item.number(&Range::NOT_NEGATIVE))
@@ -47,6 +49,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
         trunk: trunk?,
         legs: legs.collect(),
         actuators: actuators?,
+        motors: motors?,
         friction: friction?,
     })
 }
@@ -291,9 +294,35 @@ fn mount(table: &Table<'_>, kinds: &[String]) -> Result<Mount, Reported> {
 fn actuators(table: &Table<'_>) -> Result<Actuators, Reported> {
     let hip = table.required("hip", |item| servo(&item.table()?));
     let knee = table.required("knee", |item| servo(&item.table()?));
+    let abduction = table.optional("abduction", |item| servo(&item.table()?));
     Ok(Actuators {
         hip: hip?,
         knee: knee?,
+        abduction: abduction?,
+    })
+}
+
+fn motors(table: &Table<'_>) -> Result<Motors, Reported> {
+    let hip = table.required("hip", |item| motor(&item.table()?));
+    let knee = table.required("knee", |item| motor(&item.table()?));
+    Ok(Motors {
+        hip: hip?,
+        knee: knee?,
+    })
+}
+
+fn motor(table: &Table<'_>) -> Result<Motor, Reported> {
+    let resistance = positive(table, "resistance", Unit::Ohm);
+    let torque_constant = positive(table, "torque_constant", Unit::NewtonMeterPerAmpere);
+    let gear = positive(table, "gear", Unit::One);
+    let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
+    let voltage = positive(table, "voltage", Unit::Volt);
+    Ok(Motor {
+        resistance: resistance?,
+        torque_constant: torque_constant?,
+        gear: gear?,
+        inertia: inertia?,
+        voltage: voltage?,
     })
 }
 

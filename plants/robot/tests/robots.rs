@@ -83,6 +83,27 @@ fn oncilla_is_cheetah_cub_at_the_scale_that_its_file_states() {
 }
 
 #[test]
+fn the_motors_of_oncilla_are_what_its_drives_are_made_of() {
+    let oncilla = robot("oncilla");
+    assert!(robot("cheetah-cub").motors.is_none() && oncilla.actuators.abduction.is_some());
+    let motors = oncilla.motors.unwrap();
+    for (motor, servo) in [
+        (motors.hip, oncilla.actuators.hip),
+        (motors.knee, oncilla.actuators.knee),
+    ] {
+        let constant = motor.torque_constant * motor.gear;
+        let ratios = [
+            motor.voltage * constant / motor.resistance / servo.torque,
+            motor.voltage / constant / servo.speed,
+            motor.inertia * motor.gear * motor.gear / servo.inertia,
+        ];
+        for ratio in ratios {
+            assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
+        }
+    }
+}
+
+#[test]
 fn every_figure_of_a_robot_file_has_its_source_beside_it() {
     for text in [
         include_str!("../../../robots/cheetah-cub.toml"),

@@ -172,6 +172,11 @@ pub(crate) const KINDS: &[Kind] = &[
         ],
     },
     Kind {
+        unit: Unit::NewtonMeterPerAmpere,
+        name: "a torque constant",
+        spellings: &[("N·m/A", Ten(0)), ("mN·m/A", Ten(-3))],
+    },
+    Kind {
         unit: Unit::Pascal,
         name: "a pressure",
         spellings: &[("Pa", Ten(0)), ("kPa", Ten(3))],

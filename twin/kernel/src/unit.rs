@@ -75,6 +75,8 @@ units! {
     Ampere = "A",
     /// Electrical resistance.
     Ohm = "Ω",
+    /// Torque of a motor for its current.
+    NewtonMeterPerAmpere = "N·m/A",
     /// Pressure.
     Pascal = "Pa",
     /// Temperature.
