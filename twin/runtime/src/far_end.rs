@@ -18,6 +18,9 @@ pub(crate) struct FarEndState {
     pub(crate) now: SimTime,
     /// Where the plant is: at now or before.
     moved_to: SimTime,
+    /// Until when the plant was held before the run began: its own time starts there.
+    held: SimTime,
+    holding: bool,
     observed: Option<SimTime>,
     pub(crate) inputs: Vec<f64>,
     pub(crate) outputs: Vec<f64>,
@@ -31,6 +34,8 @@ impl FarEnd {
         let state = FarEndState {
             now: SimTime::ZERO,
             moved_to: SimTime::ZERO,
+            held: SimTime::ZERO,
+            holding: true,
             observed: None,
             inputs,
             outputs: vec![0.0; signals.outputs.len()],
@@ -42,11 +47,36 @@ impl FarEnd {
         }
     }
 
+    /// Lets go of the plant, which was held in its start until now: boards wake up, calibrate and report while
+    /// the robot still hangs on its stand.
+    pub(crate) fn release(&mut self) {
+        self.hold();
+        self.state.holding = false;
+    }
+
+    /// Whether the plant is still held.
+    pub(crate) fn is_held(&self) -> bool {
+        self.state.holding
+    }
+
+    fn hold(&mut self) {
+        self.state.held = self.state.now;
+        self.state.moved_to = self.state.now;
+    }
+
     /// Moves the plant to now.
     fn catch_up(&mut self) -> Result<(), PlantFault> {
+        if self.state.holding {
+            self.hold();
+        }
         let state = &mut self.state;
         if state.moved_to < state.now {
-            self.plant.advance(state.now, &state.inputs)?;
+            let late = |fault: PlantFault| PlantFault {
+                time: state.held + (fault.time - SimTime::ZERO),
+                ..fault
+            };
+            let to = SimTime::ZERO + (state.now - state.held);
+            self.plant.advance(to, &state.inputs).map_err(late)?;
             state.moved_to = state.now;
         }
         Ok(())

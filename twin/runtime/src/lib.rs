@@ -64,7 +64,9 @@
 //! What it does not do: it knows no scenario, no file, no protocol and no physics; it reads no clock and
 //! starts no thread; it does not record (that is an observer's affair).
 
+mod device;
 mod direct_io;
+mod driver;
 mod error;
 mod far_end;
 mod manager;
@@ -76,11 +78,15 @@ mod schedule;
 mod task;
 mod timing;
 mod variable;
+mod wire;
+mod wired_task;
 mod wiring;
 
 pub use std::ops::Bound;
 
+pub use device::{Device, DeviceError};
 pub use direct_io::DirectIo;
+pub use driver::{Driver, DriverError, Transfer};
 pub use error::RigError;
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
@@ -91,4 +97,6 @@ pub use schedule::{Change, Schedule};
 pub use task::{IoTask, PlantSignals, Progress, TaskError, World};
 pub use timing::{TimeSource, Timing, TimingError};
 pub use variable::{ProcessVariable, VariableError};
+pub use wire::Wire;
+pub use wired_task::WiredTask;
 pub use wiring::{NearMisses, WiringError};

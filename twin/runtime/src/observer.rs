@@ -9,6 +9,11 @@ pub trait Observer {
 
     /// Something happened.
     fn event(&mut self, now: SimTime, event: RunEvent);
+
+    /// Bytes passed on a lane of a task, one of [`crate::Rig::lanes`].
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        let _ = (now, lane, bytes);
+    }
 }
 
 /// Signals that are seen together.
@@ -20,12 +25,16 @@ pub enum Group {
     ProcessInputs,
     /// What the process wrote, at the end of each iteration.
     ProcessOutputs,
+    /// Counters of drivers and boards, on the observation grid, after the plant.
+    Gauges,
 }
 
 /// What happens in a run. Tasks and variables are numbers in the order of [`crate::Rig::task_names`] and
 /// [`crate::Process::variables`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RunEvent {
+    /// All devices are ready, later than at time 0: the plant is let go, and the first control step is now.
+    Opened,
     /// The process begins an iteration.
     ProcessBegin {
         /// Physical time since it began the last one; zero at the first.
@@ -74,6 +83,9 @@ impl<O: Observer + ?Sized> Observer for &mut O {
     fn event(&mut self, now: SimTime, event: RunEvent) {
         (**self).event(now, event);
     }
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        (**self).bytes(now, lane, bytes);
+    }
 }
 
 /// Both see everything, the first first.
@@ -85,5 +97,9 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     fn event(&mut self, now: SimTime, event: RunEvent) {
         self.0.event(now, event);
         self.1.event(now, event);
+    }
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        self.0.bytes(now, lane, bytes);
+        self.1.bytes(now, lane, bytes);
     }
 }

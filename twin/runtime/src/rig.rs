@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Agenda, EventQueue, Layout, PartId, Rank, SimDuration, SimTime, Wake, near_misses,
@@ -37,6 +39,9 @@ mod rank {
 /// 2. a control step: the changes that are due are made, and the process begins;
 /// 3. the plant is observed.
 ///
+/// Before the first control step the tasks open their devices; that step comes at the first multiple of the
+/// period at which all have, and the plant is held in its start until then.
+///
 /// An iteration or a transfer that takes no time ends at the instant it began at, before the observation.
 /// The plant is moved to exactly the instants at which a task samples or actuates and to those of the
 /// observation grid, under the commands that were last actuated, zeros at first. So observing with
@@ -48,6 +53,9 @@ pub struct Rig {
     state: RigState,
     inputs: Layout,
     outputs: Layout,
+    /// The gauges of all tasks, end to end.
+    gauges: Layout,
+    lanes: Vec<String>,
     period: SimDuration,
     observe: SimDuration,
     parts: Parts,
@@ -64,6 +72,7 @@ struct RigState {
     changes: EventQueue<PendingChange>,
     inputs: Vec<f64>,
     outputs: Vec<f64>,
+    gauges: Vec<f64>,
 }
 
 struct TaskSlot {
@@ -72,6 +81,10 @@ struct TaskSlot {
     links: TaskLinks,
     /// Its inputs, laid out for it at the beginning of a transfer.
     from_process: Vec<f64>,
+    /// Where its gauges stand among all.
+    gauges: Range<usize>,
+    /// The number of its first lane.
+    first_lane: usize,
     part: PartId,
 }
 
@@ -190,6 +203,9 @@ impl Rig {
         self.state
             .agenda
             .arm(self.parts.control_step, now + self.period);
+        if self.far_end.is_held() && !self.opened(observer)? {
+            return Ok(());
+        }
         let elapsed = match self.state.manager.control_step(now) {
             ControlStep::Begin { elapsed, .. } => elapsed,
             // Said at once: a process that never ends never begins again.
@@ -218,6 +234,26 @@ impl Rig {
         let ends = now + self.state.compute.draw();
         self.state.agenda.arm(self.parts.process_end, ends);
         Ok(())
+    }
+
+    /// Opens the devices, if that has not begun; once all are open, lets go of the plant.
+    fn opened<O: Observer>(&mut self, observer: &mut O) -> Result<bool, RigError> {
+        let now = self.now();
+        if now == SimTime::ZERO {
+            for n in 0..self.tasks.len() {
+                self.state.manager.task_begun(n);
+                let progress = self.tasks[n].task.open(now, &mut self.far_end);
+                self.follow(n, progress, observer)?;
+            }
+        }
+        let open = (0..self.tasks.len()).all(|n| !self.state.manager.is_busy(n));
+        if open {
+            self.far_end.release();
+            if now > SimTime::ZERO {
+                observer.event(now, RunEvent::Opened);
+            }
+        }
+        Ok(open)
     }
 
     fn make_changes<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
@@ -290,28 +326,41 @@ impl Rig {
         observer: &mut O,
     ) -> Result<(), RigError> {
         let now = self.now();
-        let slot = &self.tasks[task];
-        match progress {
-            Ok(Progress::Again(wanted)) if wanted < now => Err(RigError::WakeInThePast {
+        let slot = &mut self.tasks[task];
+        let first_lane = slot.first_lane;
+        slot.task
+            .drain_traffic(&mut |lane, bytes| observer.bytes(now, first_lane + lane, bytes));
+        let wanted = match progress {
+            Ok(Progress::Again(at)) => Some(at),
+            Ok(Progress::Done) => {
+                if self.state.manager.is_busy(task) {
+                    self.state.manager.task_ended(task);
+                    if !self.far_end.is_held() {
+                        observer.event(now, RunEvent::TaskEnd { task });
+                    }
+                }
+                slot.task.idle_wake()
+            }
+            Err(TaskError::Plant(fault)) => return Err(fault.into()),
+            Err(source) => {
+                return Err(RigError::Task {
+                    task: slot.name.clone(),
+                    time: now,
+                    source,
+                });
+            }
+        };
+        match wanted {
+            Some(wanted) if wanted < now => Err(RigError::WakeInThePast {
                 task: slot.name.clone(),
                 time: now,
                 wanted,
             }),
-            Ok(Progress::Again(at)) => {
-                self.state.agenda.arm(slot.part, at);
+            Some(wanted) => {
+                self.state.agenda.arm(slot.part, wanted);
                 Ok(())
             }
-            Ok(Progress::Done) => {
-                self.state.manager.task_ended(task);
-                observer.event(now, RunEvent::TaskEnd { task });
-                Ok(())
-            }
-            Err(TaskError::Plant(fault)) => Err(fault.into()),
-            Err(source) => Err(RigError::Task {
-                task: slot.name.clone(),
-                time: now,
-                source,
-            }),
+            None => Ok(()),
         }
     }
 
@@ -322,6 +371,13 @@ impl Rig {
             .arm(self.parts.observation, now + self.observe);
         observer.samples(now, Group::Plant, self.far_end.look()?);
         self.far_end.plant.begin_window();
+        if !self.state.gauges.is_empty() {
+            for slot in self.tasks.iter().filter(|slot| !slot.gauges.is_empty()) {
+                let values = &mut self.state.gauges[slot.gauges.clone()];
+                slot.task.read_gauges(now, values);
+            }
+            observer.samples(now, Group::Gauges, &self.state.gauges);
+        }
         Ok(())
     }
 
@@ -336,7 +392,13 @@ impl Rig {
             Group::Plant => &self.far_end.signals.outputs,
             Group::ProcessInputs => &self.inputs,
             Group::ProcessOutputs => &self.outputs,
+            Group::Gauges => &self.gauges,
         }
+    }
+
+    /// The names of the lanes on which tasks exchange bytes with their devices.
+    pub fn lanes(&self) -> &[String] {
+        &self.lanes
     }
 
     /// The names of the tasks, in order of registration.

@@ -8,8 +8,10 @@ use crate::{PlantFault, WiringError};
 /// One transfer with a device, over and over: the manager starts it when the process has ended and the
 /// task is idle, and leaves it alone until it is done.
 ///
-/// The methods come in this order: [`IoTask::connect`] once, then for each transfer [`IoTask::begin`],
-/// [`IoTask::wake`] at every instant the task asked for, and [`IoTask::to_process`] when it is done.
+/// The methods come in this order: [`IoTask::connect`] and [`IoTask::open`] once, then for each transfer
+/// [`IoTask::begin`], [`IoTask::wake`] at every instant the task asked for, and [`IoTask::to_process`] when it
+/// is done. A task whose far end lives on by itself (boards tick, whether spoken to or not) is woken between
+/// transfers, too.
 pub trait IoTask: Send {
     /// Name, for messages and recordings. No two tasks of a rig share one.
     fn name(&self) -> &str;
@@ -28,6 +30,15 @@ pub trait IoTask: Send {
         Ok(())
     }
 
+    /// Gets the device ready, at time 0: the first control step waits until all tasks are. Most are at once.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the device cannot be used; the run ends.
+    fn open(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+        let _ = (now, world);
+        Ok(Progress::Done)
+    }
+
     /// Begins a transfer. `from_process` holds the task's input ports, end to end, in order: the outputs
     /// of the process iteration that has just ended.
     ///
@@ -40,11 +51,38 @@ pub trait IoTask: Send {
         world: &mut dyn World,
     ) -> Result<Progress, TaskError>;
 
-    /// Goes on with the transfer at the instant the task asked for.
+    /// Goes on with the transfer, or with opening, at the instant the task asked for; between transfers, with
+    /// what happens at the far end meanwhile, which is [`Progress::Done`] again.
     ///
     /// # Errors
     /// [`TaskError`] if the device or the plant fails; the run ends.
     fn wake(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError>;
+
+    /// When the task wants to be woken although it is at no transfer; asked whenever it is done.
+    fn idle_wake(&self) -> Option<SimTime> {
+        None
+    }
+
+    /// What can be seen of the task beside what it brings to the process: counters of its driver and of the
+    /// boards at its far end. Output ports, the same at every call.
+    fn gauges(&self) -> Vec<Port> {
+        Vec::new()
+    }
+
+    /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
+    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+        let _ = (now, values);
+    }
+
+    /// Names of the lanes on which bytes pass, each in one direction: `sbcp/out`, `sbcp/in`.
+    fn lanes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Hands over what has passed since the last call, in order, by number of the lane.
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        let _ = passed;
+    }
 
     /// What the last finished transfer brought: the task's output ports, end to end, in order. Read only
     /// while the task is idle; before the first transfer it is what the process is to see until then.
@@ -63,7 +101,7 @@ pub trait IoTask: Send {
 /// How far a transfer has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// It goes on at that instant, which may be now but not earlier.
+    /// It goes on at that instant, which may be now but not earlier; the task is woken then.
     Again(SimTime),
     /// It is done, and its data are valid.
     Done,

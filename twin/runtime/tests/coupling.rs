@@ -97,7 +97,7 @@ impl Observer for Seen {
         match group {
             Group::Plant => self.observed.push((now, values[0], values[1])),
             Group::ProcessInputs => self.read.push(values[0]),
-            Group::ProcessOutputs => {}
+            Group::ProcessOutputs | Group::Gauges => {}
         }
     }
     fn event(&mut self, now: SimTime, event: RunEvent) {

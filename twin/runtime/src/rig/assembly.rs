@@ -31,6 +31,9 @@ impl Rig {
         check_names(plant.name(), &plant.ports())?;
         let mut agenda = Agenda::new(schedule.events_max);
         let far_end = FarEnd::new(plant);
+        let gauges: Vec<Port> = tasks.iter().flat_map(|task| task.gauges()).collect();
+        check_names("the gauges", &gauges)?;
+        let lanes = tasks.iter().flat_map(|task| task.lanes()).collect();
         let tasks = connect(process.name(), &process_ports, tasks, &far_end, &mut agenda)?;
         let parts = Parts {
             process_end: agenda.register("process end", rank::PROCESS_END),
@@ -41,6 +44,7 @@ impl Rig {
         agenda.arm(parts.observation, SimTime::ZERO);
         let inputs = Layout::of(&process_ports, Direction::Input);
         let outputs = Layout::of(&process_ports, Direction::Output);
+        let gauges = Layout::of(&gauges, Direction::Output);
         let state = RigState {
             manager: Manager::new(tasks.len()),
             agenda,
@@ -48,6 +52,7 @@ impl Rig {
             changes: EventQueue::new(),
             inputs: vec![0.0; inputs.len()],
             outputs: vec![0.0; outputs.len()],
+            gauges: vec![0.0; gauges.len()],
         };
         let observe = schedule.observe;
         Ok(Self {
@@ -57,6 +62,8 @@ impl Rig {
             state,
             inputs,
             outputs,
+            gauges,
+            lanes,
             period,
             observe,
             parts,
@@ -78,18 +85,25 @@ fn connect(
         .map(|task| (task.name().to_string(), task.ports()))
         .collect();
     let links = wire((process_name, process_ports), &named)?;
-    let mut slots = Vec::new();
+    let mut slots: Vec<TaskSlot> = Vec::new();
+    let (mut gauges_end, mut first_lane) = (0, 0);
     for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
         task.connect(&far_end.signals)?;
         let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
         let part = agenda.register(name.clone(), rank::TASK);
+        let gauges_start = gauges_end;
+        gauges_end += Layout::of(&task.gauges(), Direction::Output).len();
+        let lanes = task.lanes().len();
         slots.push(TaskSlot {
             task,
             name,
             links,
             from_process,
+            gauges: gauges_start..gauges_end,
+            first_lane,
             part,
         });
+        first_lane += lanes;
     }
     Ok(slots)
 }

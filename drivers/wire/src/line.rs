@@ -1,0 +1,62 @@
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+
+use crate::{Arrivals, Piece};
+
+/// A byte transport in virtual time with everything at its far end, as seen from its near end. Lines nest:
+/// one that changes bytes or times is a small struct around the next.
+///
+/// Whoever holds it calls [`Line::advance`] at every instant of [`Line::next_wake`], in order, and at any
+/// other instant at which it wants to know what has arrived.
+pub trait Line: Send {
+    /// Tells the boards where the plant has the signals that they sample and actuate.
+    ///
+    /// # Errors
+    /// [`WiringError`] if the plant has not the signals that a board cannot do without.
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
+
+    /// Puts bytes in at the near end. They may be announced before they are complete, from the beginning of
+    /// the first byte on; pieces come in order of time.
+    fn send(&mut self, piece: Piece<'_>);
+
+    /// When something happens next that may show at the near end or act on the plant.
+    fn next_wake(&self) -> Option<SimTime>;
+
+    /// Lets everything happen up to and at `now`.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the plant fails, or the transport is gone.
+    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError>;
+
+    /// Appends what was complete at the near end by the last [`Line::advance`] and was not taken yet.
+    fn receive(&mut self, arrivals: &mut Arrivals);
+
+    /// What can be seen of it: counters. Output ports, the same at every call.
+    fn gauges(&self) -> Vec<Port> {
+        Vec::new()
+    }
+
+    /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
+    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+        let _ = (now, values);
+    }
+
+    /// Names of the lanes on which bytes are traced, those of what is inside included.
+    fn lanes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Hands over what has passed since the last call, in order, by number of the lane.
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        let _ = passed;
+    }
+
+    /// Saves everything that the way ahead depends on, bytes under way included.
+    fn save(&self) -> Snapshot;
+
+    /// Goes back to a saved state, bit for bit.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the snapshot is not of such a line.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}

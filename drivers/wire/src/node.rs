@@ -1,0 +1,54 @@
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+
+use crate::Piece;
+
+/// A device on a bus, with a life of its own: an emulated board.
+///
+/// The bus lets it hear what others put on the wires, up to now, and then calls [`Node::advance`]; it asks
+/// for what the node wants to say after every such call.
+pub trait Node: Send {
+    /// Name, for messages, gauges and faults: `LF`.
+    fn name(&self) -> &str;
+
+    /// Tells it where the plant has its signals.
+    ///
+    /// # Errors
+    /// [`WiringError`] if the plant has not those that it cannot do without.
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
+
+    /// Hears bytes that others put on the bus, complete by now, damaged ones included.
+    fn hear(&mut self, piece: Piece<'_>);
+
+    /// When it wants to be advanced next.
+    fn next_wake(&self) -> Option<SimTime>;
+
+    /// Lets everything happen in it up to and at `now`.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the plant fails.
+    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError>;
+
+    /// Appends what it puts on the bus next to `bytes`, and says when its first bit is on the wires: now or
+    /// later, and not before what it said last is over. None if it keeps quiet.
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime>;
+
+    /// What can be seen of it: counters. Output ports, the same at every call.
+    fn gauges(&self) -> Vec<Port> {
+        Vec::new()
+    }
+
+    /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
+    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+        let _ = (now, values);
+    }
+
+    /// Saves everything that the way ahead depends on.
+    fn save(&self) -> Snapshot;
+
+    /// Goes back to a saved state, bit for bit.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the snapshot is not of such a node.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}

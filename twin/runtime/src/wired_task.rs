@@ -1,0 +1,208 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, SnapshotError};
+
+use crate::{
+    Driver, DriverError, IoTask, PlantSignals, Progress, TaskError, Transfer, Wire, WiringError,
+    World,
+};
+
+/// A driver and the modelled wire that it talks over, boards included: a task of the lockstep executor.
+///
+/// The host reads at the instant at which the wire has bytes for it, and writes at once.
+pub struct WiredTask {
+    driver: Box<dyn Driver>,
+    wire: Box<dyn Wire>,
+    busy: bool,
+    /// How many of the gauges are the driver's.
+    driver_gauges: usize,
+    /// What is just being written or read.
+    bytes: Vec<u8>,
+    /// What has passed and was not handed over yet.
+    traffic: Vec<(usize, Vec<u8>)>,
+    passed: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    busy: bool,
+    driver: Snapshot,
+    wire: Snapshot,
+}
+
+/// Lanes of the task itself, before those of its wire.
+const OUT: usize = 0;
+const IN: usize = 1;
+const OWN_LANES: usize = 2;
+
+/// The driver's clock shows physical time: it cannot tell.
+fn host(now: SimTime) -> HostTime {
+    HostTime::from_nanos(now.as_nanos())
+}
+
+fn gone(error: DriverError) -> TaskError {
+    TaskError::Device { why: error.why }
+}
+
+impl WiredTask {
+    /// Of a driver and what it talks to.
+    pub fn new(driver: Box<dyn Driver>, wire: Box<dyn Wire>) -> Self {
+        Self {
+            driver_gauges: Layout::of(&driver.gauges(), Direction::Output).len(),
+            driver,
+            wire,
+            busy: false,
+            bytes: Vec::new(),
+            traffic: Vec::new(),
+            passed: 0,
+        }
+    }
+
+    /// Lets driver and wire exchange bytes until neither has any for now.
+    fn go_on(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+        loop {
+            self.wire.advance(now, world)?;
+            self.bytes.clear();
+            self.wire.receive(&mut self.bytes);
+            let read = !self.bytes.is_empty();
+            if read {
+                self.driver.handle_bytes(host(now), &self.bytes);
+                self.note(IN);
+            }
+            let due = self.driver.poll_timeout().is_some_and(|at| at <= host(now));
+            if due {
+                self.driver.handle_timeout(host(now));
+            }
+            let mut wrote = false;
+            loop {
+                self.bytes.clear();
+                if !self.driver.poll_transmit(&mut self.bytes) {
+                    break;
+                }
+                wrote = true;
+                self.wire.send(now, &self.bytes);
+                self.note(OUT);
+            }
+            if !read && !wrote && !due {
+                break;
+            }
+        }
+        if self.busy && self.driver.poll_transfer().map_err(gone)? == Transfer::Done {
+            self.busy = false;
+        }
+        if self.busy {
+            // A transfer without any wake-up never ends; the manager then says that the task stays busy.
+            let wake = self.idle_wake().unwrap_or(SimTime::MAX);
+            Ok(Progress::Again(wake.max(now)))
+        } else {
+            Ok(Progress::Done)
+        }
+    }
+
+    /// Keeps what has just passed for the observer, in buffers that are used again.
+    fn note(&mut self, lane: usize) {
+        if self.passed == self.traffic.len() {
+            self.traffic.push((lane, Vec::new()));
+        }
+        let (of, bytes) = &mut self.traffic[self.passed];
+        *of = lane;
+        bytes.clear();
+        bytes.extend_from_slice(&self.bytes);
+        self.passed += 1;
+    }
+}
+
+impl IoTask for WiredTask {
+    fn name(&self) -> &str {
+        self.driver.name()
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.driver.ports()
+    }
+
+    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.wire.connect(self.driver.name(), plant)
+    }
+
+    fn open(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+        self.busy = true;
+        self.driver.open(host(now));
+        self.go_on(now, world)
+    }
+
+    fn begin(
+        &mut self,
+        now: SimTime,
+        from_process: &[f64],
+        world: &mut dyn World,
+    ) -> Result<Progress, TaskError> {
+        self.busy = true;
+        self.driver.begin(host(now), from_process);
+        self.go_on(now, world)
+    }
+
+    fn wake(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+        self.go_on(now, world)
+    }
+
+    fn idle_wake(&self) -> Option<SimTime> {
+        let timeout = self.driver.poll_timeout();
+        let timeout = timeout.map(|at| SimTime::from_nanos(at.as_nanos()));
+        match (self.wire.next_wake(), timeout) {
+            (Some(wire), Some(driver)) => Some(wire.min(driver)),
+            (wire, driver) => wire.or(driver),
+        }
+    }
+
+    fn gauges(&self) -> Vec<Port> {
+        let mut gauges = self.driver.gauges();
+        gauges.extend(self.wire.gauges());
+        gauges
+    }
+
+    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+        let (driver, wire) = values.split_at_mut(self.driver_gauges);
+        self.driver.read_gauges(driver);
+        self.wire.read_gauges(now, wire);
+    }
+
+    fn lanes(&self) -> Vec<String> {
+        let name = self.driver.name();
+        let of_wire = self.wire.lanes();
+        let of_wire = of_wire.iter().map(String::as_str);
+        ["out", "in"]
+            .into_iter()
+            .chain(of_wire)
+            .map(|lane| format!("{name}/{lane}"))
+            .collect()
+    }
+
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        for (lane, bytes) in &self.traffic[..self.passed] {
+            passed(*lane, bytes);
+        }
+        self.passed = 0;
+        self.wire
+            .drain_traffic(&mut |lane, bytes| passed(OWN_LANES + lane, bytes));
+    }
+
+    fn to_process(&self) -> &[f64] {
+        self.driver.to_process()
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            busy: self.busy,
+            driver: self.driver.save(),
+            wire: self.wire.save(),
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved = snapshot.read()?;
+        self.driver.restore(&saved.driver)?;
+        self.wire.restore(&saved.wire)?;
+        self.busy = saved.busy;
+        Ok(())
+    }
+}
