@@ -332,10 +332,10 @@ pub(crate) fn stored<R: Real, const N: usize>(
     let half = <R::Sum as Real>::splat(0.5);
     let gravity = <R::Sum as Real>::splat(GRAVITY);
     let mut kinetic = chain.kinetic_energy();
-    if let Some(servos) = &model.servos {
+    if let Some(drives) = &model.drives {
+        let [at_hip, at_pulley] = drives.inertias();
         let [hip, pulley] = [state.rates[0], state.pulley_rate];
-        kinetic += R::splat(0.5 * servos.hip.inertia()) * hip * hip
-            + R::splat(0.5 * servos.knee.inertia()) * pulley * pulley;
+        kinetic += R::splat(0.5 * at_hip) * hip * hip + R::splat(0.5 * at_pulley) * pulley * pulley;
     }
     let springs = chain.spring_energy(legs, &state.angles).sum();
     let Some((carried, trunk, rotation)) = base else {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{Ledger, Readings, Setup};
+use twinrig_legged::{Fitted, Ledger, Readings, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
@@ -20,11 +20,11 @@ use crate::state::State;
 
 /// What the plant asks of a robot in motion.
 pub(crate) trait Body: Readings + Send {
-    /// Takes what hips and pulleys are told \[rad\], leg by leg.
-    fn command(&mut self, commands: &[f64]);
+    /// Takes what hips and pulleys are given, leg by leg: angles \[rad\], or voltages \[V\] and bridges.
+    fn command(&mut self, inputs: &[f64]);
 
-    /// What they are told now.
-    fn commands(&self, commands: &mut [f64]);
+    /// What they are given before anything is: servos stay where they are, motors coast.
+    fn commands(&self, inputs: &mut [f64]);
 
     /// Moves on by `seconds`, or stays where it is.
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError>;
@@ -95,7 +95,9 @@ pub(crate) fn started<const N: usize>(
         told[1] = told[1].with_lane(i, start.command.knee);
     }
     let mut flow = Flow::new(model, state, options.method, options.tolerance);
-    [flow.mode.commands.hip, flow.mode.commands.pulley] = told;
+    if let Some(Fitted::Servos(_)) = flow.model.drives {
+        [flow.mode.commands.hip, flow.mode.commands.pulley] = told;
+    }
     Ok(flow)
 }
 
@@ -182,12 +184,20 @@ impl<const N: usize> Readings for Flow<N> {
         self.state.angles[0].lane(leg) - self.model.legs[leg].pantograph.hip_reference()
     }
 
+    fn hip_rate(&self, leg: usize) -> f64 {
+        self.state.rates[0].lane(leg)
+    }
+
     fn hip_torque(&self, leg: usize) -> f64 {
         self.mean(|tally| tally.hip, leg)
     }
 
     fn pulley(&self, leg: usize) -> f64 {
         self.state.pulley.lane(leg)
+    }
+
+    fn pulley_rate(&self, leg: usize) -> f64 {
+        self.state.pulley_rate.lane(leg)
     }
 
     fn knee_torque(&self, leg: usize) -> f64 {
@@ -229,17 +239,32 @@ impl<const N: usize> Readings for Flow<N> {
 }
 
 impl<const N: usize> Body for Flow<N> {
-    fn command(&mut self, commands: &[f64]) {
-        for (leg, pair) in commands.chunks_exact(2).enumerate() {
+    fn command(&mut self, inputs: &[f64]) {
+        let told = &mut self.mode.commands;
+        if let Some(Fitted::Motors(motors)) = &self.model.drives {
+            for (leg, given) in inputs.chunks_exact(4).enumerate() {
+                let hip = motors.hip.line(given[0], given[1]);
+                let knee = motors.knee.line(given[2], given[3]);
+                told.hip = told.hip.with_lane(leg, hip.torque);
+                told.hip_damping = told.hip_damping.with_lane(leg, hip.damping);
+                told.pulley = told.pulley.with_lane(leg, knee.torque);
+                told.pulley_damping = told.pulley_damping.with_lane(leg, knee.damping);
+            }
+            return;
+        }
+        for (leg, pair) in inputs.chunks_exact(2).enumerate() {
             let reference = self.model.legs[leg].pantograph.hip_reference();
-            let told = &mut self.mode.commands;
             told.hip = told.hip.with_lane(leg, pair[0] + reference);
             told.pulley = told.pulley.with_lane(leg, pair[1]);
         }
     }
 
-    fn commands(&self, commands: &mut [f64]) {
-        for (leg, pair) in commands.chunks_exact_mut(2).enumerate() {
+    fn commands(&self, inputs: &mut [f64]) {
+        if let Some(Fitted::Motors(_)) = self.model.drives {
+            inputs.fill(0.0);
+            return;
+        }
+        for (leg, pair) in inputs.chunks_exact_mut(2).enumerate() {
             let reference = self.model.legs[leg].pantograph.hip_reference();
             pair[0] = self.mode.commands.hip.lane(leg) - reference;
             pair[1] = self.mode.commands.pulley.lane(leg);
@@ -352,6 +377,8 @@ impl<const N: usize> Flow<N> {
             self.mode.commands.pulley,
             self.mode.commands.hip_spent,
             self.mode.commands.pulley_spent,
+            self.mode.commands.hip_damping,
+            self.mode.commands.pulley_damping,
             self.stride,
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
@@ -377,6 +404,8 @@ impl<const N: usize> Flow<N> {
                 commands.pulley,
                 commands.hip_spent,
                 commands.pulley_spent,
+                commands.hip_damping,
+                commands.pulley_damping,
                 self.stride,
             ],
             tallied: self.tallied,
@@ -393,7 +422,7 @@ struct Numbers<const N: usize> {
     state: State<Lanes, N>,
     tally: Tally,
     tally_before: Tally,
-    lanes: [Lanes; 11],
+    lanes: [Lanes; 13],
     tallied: f64,
     rattles: [f64; 2],
     gained: f64,

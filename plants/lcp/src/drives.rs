@@ -3,13 +3,18 @@
 //! A motor gives its joint the acceleration that the cascade of [`PositionServo`] asks for, as long as it has the torque for
 //! it; else its torque is all it has, which the line of a direct-current motor limits: at the rate q̇ it pushes with at
 //! most τ clamp(1 − q̇/q̇₀, 0, 1) (thesis, eq. 2.20 with its clamp, solved for the torque).
+//!
+//! A motor that is given a voltage is one that is used up for good: it never imposes an acceleration, and its torque is
+//! τ₀ − c q̇ (`twinrig_actuator::DcMotor`), with its rotor's inertia at the joint.
 
 use twinrig_actuator::PositionServo;
+use twinrig_legged::{Fitted, Motors, Servos};
 
 use crate::hold::Driven;
 use crate::real::Real;
 
-/// What hip and pulley of each leg are told \[rad\], and which way a motor that is used up pushes: −1, 0 or 1.
+/// What hip and pulley of each leg are told \[rad\], and which way a motor that is used up pushes: −1, 0 or 1. Where the
+/// drives are motors: their torques at standstill \[N·m\], what damps them \[N·m·s/rad\], and always 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Commands<R> {
     /// The hip's absolute angle.
@@ -17,6 +22,17 @@ pub(crate) struct Commands<R> {
     pub(crate) pulley: R,
     pub(crate) hip_spent: R,
     pub(crate) pulley_spent: R,
+    pub(crate) hip_damping: R,
+    pub(crate) pulley_damping: R,
+}
+
+/// Where a leg's drives are, and how fast they turn.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turned<R> {
+    pub(crate) hip: R,
+    pub(crate) hip_rate: R,
+    pub(crate) pulley: R,
+    pub(crate) pulley_rate: R,
 }
 
 /// Acceleration that a servo asks for \[rad/s²\].
@@ -44,14 +60,26 @@ pub(crate) fn greatest<R: Real>(servo: &PositionServo, spent: R, rate: R) -> R {
 #[inline(always)]
 #[allow(clippy::inline_always)]
 pub(crate) fn driven<R: Real>(
-    hip: &PositionServo,
-    knee: &PositionServo,
+    drives: &Fitted,
     commands: &Commands<R>,
-    hip_angle: R,
-    hip_rate: R,
-    pulley: R,
-    pulley_rate: R,
+    turned: &Turned<R>,
 ) -> Driven<R> {
+    match drives {
+        Fitted::Servos(servos) => served(servos, commands, turned),
+        Fitted::Motors(motors) => powered(motors, commands, turned),
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn served<R: Real>(servos: &Servos, commands: &Commands<R>, turned: &Turned<R>) -> Driven<R> {
+    let Servos { hip, knee } = servos;
+    let Turned {
+        hip: hip_angle,
+        hip_rate,
+        pulley,
+        pulley_rate,
+    } = *turned;
     let one = R::splat(1.0);
     let hip_spent = commands.hip_spent * commands.hip_spent;
     let knee_spent = commands.pulley_spent * commands.pulley_spent;
@@ -66,5 +94,21 @@ pub(crate) fn driven<R: Real>(
             * wanted(knee, commands.pulley, pulley, pulley_rate)
             + greatest(knee, commands.pulley_spent, pulley_rate) / inertia,
         pulley_mobility: knee_spent / inertia,
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn powered<R: Real>(motors: &Motors, commands: &Commands<R>, turned: &Turned<R>) -> Driven<R> {
+    let per_inertia = R::splat(1.0 / motors.knee.inertia());
+    let winding = commands.pulley - commands.pulley_damping * turned.pulley_rate;
+    Driven {
+        hip_acceleration: R::zero(),
+        hip_torque: commands.hip - commands.hip_damping * turned.hip_rate,
+        hip_inertia: R::splat(motors.hip.inertia()),
+        pulley: turned.pulley,
+        pulley_rate: turned.pulley_rate,
+        pulley_acceleration: winding * per_inertia,
+        pulley_mobility: per_inertia,
     }
 }

@@ -12,6 +12,7 @@ pub(crate) mod constrained;
 use core::mem;
 
 use twinrig_contact::{Bound, Method, Problem, Restitution, Solution, Unsolved};
+use twinrig_legged::Fitted;
 
 use crate::articulated::{Articulated, Response, Row, between_links};
 use crate::hold::{Driven, Hold, Holding};
@@ -208,7 +209,7 @@ impl<const N: usize> Instant<N> {
         let radius = scene.legs.pulley_radius;
         for &leg in legs {
             for (stop, hold) in Stop::ALL.into_iter().zip(&stops) {
-                if stop == Stop::Cable && scene.model.servos.is_none() {
+                if stop == Stop::Cable && scene.model.drives.is_none() {
                     continue;
                 }
                 let (gap, rate) = (hold.gap.lane(leg), hold.rate.lane(leg));
@@ -670,16 +671,21 @@ fn slack<const N: usize>(
 ) -> (Articulated<Lanes, N>, Driven<Lanes>) {
     let mut mode = scene.mode.clone_without_stops();
     let mut drive = Driven::none();
-    if let Some(servos) = &scene.model.servos {
+    if let Some(drives) = &scene.model.drives {
+        let limited = match drives {
+            Fitted::Servos(servos) => servos.both().map(|servo| servo.torque().is_finite()),
+            Fitted::Motors(_) => [true; 2],
+        };
+        let [at_hip, at_pulley] = drives.inertias();
         drive.pulley = state.pulley;
         drive.pulley_rate = state.pulley_rate;
         mode.holds.hip = Lanes::splat(1.0);
-        if servos.hip.torque().is_finite() {
+        if limited[0] {
             mode.holds.hip = Lanes::zero();
-            drive.hip_inertia = Lanes::splat(servos.hip.inertia());
+            drive.hip_inertia = Lanes::splat(at_hip);
         }
-        if servos.knee.torque().is_finite() {
-            drive.pulley_mobility = Lanes::splat(1.0 / servos.knee.inertia());
+        if limited[1] {
+            drive.pulley_mobility = Lanes::splat(1.0 / at_pulley);
         }
     }
     mode.recount();

@@ -1,7 +1,7 @@
 //! The plant in motion.
 
 use twinrig_contact::Unsolved;
-use twinrig_legged::{Ledger, Stored};
+use twinrig_legged::{Fitted, Ledger, Stored};
 use twinrig_runtime::WorkCounts;
 
 use crate::articulated::{into_world, stored_in};
@@ -153,9 +153,16 @@ impl<const N: usize> Flow<N> {
         tolerance: f64,
     ) -> Self {
         let mut mode = Mode::free();
-        if model.servos.is_some() {
-            mode.holds.hip = Lanes::splat(1.0);
-            mode.recount();
+        match model.drives {
+            None => {}
+            Some(Fitted::Servos(_)) => {
+                mode.holds.hip = Lanes::splat(1.0);
+                mode.recount();
+            }
+            Some(Fitted::Motors(_)) => {
+                mode.commands.hip_spent = Lanes::splat(1.0);
+                mode.commands.pulley_spent = Lanes::splat(1.0);
+            }
         }
         let mut flow = Self {
             model,
@@ -394,7 +401,7 @@ impl<const N: usize> Flow<N> {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn feel_motors(&self, felt: &Felt<Lanes>, weight: Lanes, tally: &mut Tally) {
-        if self.model.servos.is_some() {
+        if self.model.drives.is_some() {
             tally.hip += weight * felt.hip_torque;
             tally.knee += weight * felt.knee_torque;
             tally.cable += weight * felt.forces[crate::hold::CABLE];

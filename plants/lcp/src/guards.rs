@@ -102,7 +102,7 @@ impl Guards {
             (chain.bottomed(scene.legs), holds.bottomed),
             (chain.taut(scene.legs, &motion.drive), holds.cable),
         ];
-        let stops = if scene.model.servos.is_some() {
+        let stops = if scene.model.drives.is_some() {
             STOPS
         } else {
             STOPS - 1

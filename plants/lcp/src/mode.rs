@@ -43,6 +43,8 @@ impl Mode {
                 pulley: none,
                 hip_spent: none,
                 pulley_spent: none,
+                hip_damping: none,
+                pulley_damping: none,
             },
             any: [false; HOLDS],
             contacts: Contacts::none(),
@@ -90,6 +92,8 @@ impl Commands<Lanes> {
             pulley: R::of(self.pulley),
             hip_spent: R::of(self.hip_spent),
             pulley_spent: R::of(self.pulley_spent),
+            hip_damping: R::of(self.hip_damping),
+            pulley_damping: R::of(self.pulley_damping),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use twinrig_contact::Ground;
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, LeggedError, Servos, Setup, positive};
+use twinrig_legged::{Base, Fitted, LeggedError, Setup, positive};
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::constants::Constants;
@@ -27,7 +27,7 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) trunk: TrunkConstants,
     pub(crate) legs: Vec<LegModel<N>>,
     pub(crate) side_by_side: Constants<Lanes, N>,
-    pub(crate) servos: Option<Servos>,
+    pub(crate) drives: Option<Fitted>,
     pub(crate) ground: Option<Ground>,
     /// Weight times leg length: the energy by which others are measured \[J\].
     pub(crate) energy_scale: f64,
@@ -91,7 +91,7 @@ impl<const N: usize> Model<N> {
             },
             side_by_side: Constants::side_by_side(&constants),
             legs,
-            servos: setup.servos(robot)?,
+            drives: setup.fitted(robot)?,
             ground: setup.ground.clone(),
             energy_scale: robot.mass() * GRAVITY * reach,
             moving: if free || planar { mass } else { carried } * GRAVITY * reach,

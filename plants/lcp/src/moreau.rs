@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! q̄ = q + ½h u    (H(q̄) + ½h D)(u⁺ − u) = h f(q̄, u) + Jᵀ P    q⁺ = q̄ + ½h u⁺
-//! 0 ≤ P ⊥ J u⁺ + γ g/h ≥ 0                                      D: friction of the joints
+//! 0 ≤ P ⊥ J u⁺ + γ g/h ≥ 0                         D: friction of the joints, what damps motors
 //! ```
 //!
 //! No event is looked for, so a step costs the same whatever happens in it. Positions are of second order where nothing
 //! opens or closes, of first order where something does.
+
+use twinrig_legged::Fitted;
 
 use crate::articulated::{Accelerations, Articulated, into_world, rotation, stored_in};
 use crate::chain::rubbed;
@@ -91,7 +93,7 @@ impl<const N: usize> Flow<N> {
 
     /// Mean accelerations to the rates that the drives want at the step's end.
     fn wanted_over(&self, before: &State<Lanes, N>, seconds: f64) -> [Lanes; 2] {
-        let Some(servos) = &self.model.servos else {
+        let Some(Fitted::Servos(servos)) = &self.model.drives else {
             return [Lanes::zero(); 2];
         };
         let told = [self.mode.commands.hip, self.mode.commands.pulley];
@@ -107,6 +109,41 @@ impl<const N: usize> Flow<N> {
         })
     }
 
+    /// What the drives do in the mean of a step. What damps a motor answers to accelerations, like friction in the joints.
+    fn drive_over(
+        &self,
+        scene: &Scene<'_, Lanes, N>,
+        before: &State<Lanes, N>,
+        middle: &State<Lanes, N>,
+        wanted: [Lanes; 2],
+        seconds: f64,
+    ) -> Driven<Lanes> {
+        let mut drive = scene.drive(before);
+        drive.pulley = middle.pulley;
+        drive.hip_acceleration = wanted[0];
+        let commands = &self.mode.commands;
+        match &self.model.drives {
+            None => {}
+            Some(Fitted::Servos(servos)) => {
+                let spent = commands.pulley_spent;
+                let follows = Lanes::splat(1.0) - spent * spent;
+                let torque = greatest(&servos.knee, spent, before.pulley_rate);
+                drive.pulley_acceleration =
+                    follows * wanted[1] + torque / Lanes::splat(servos.knee.inertia());
+            }
+            Some(Fitted::Motors(motors)) => {
+                let half = Lanes::splat(0.5 * seconds);
+                let inertia = Lanes::splat(motors.knee.inertia());
+                drive.hip_inertia += half * commands.hip_damping;
+                drive.pulley_mobility =
+                    Lanes::splat(1.0) / (inertia + half * commands.pulley_damping);
+                let torque = commands.pulley - commands.pulley_damping * before.pulley_rate;
+                drive.pulley_acceleration = torque * drive.pulley_mobility;
+            }
+        }
+        drive
+    }
+
     /// The step's mean accelerations, with the impulses of the constraints in them.
     fn solve_step(
         &mut self,
@@ -118,16 +155,7 @@ impl<const N: usize> Flow<N> {
         self.counts.evaluations += 1;
         let legs = &self.model.side_by_side;
         let scene = Scene::new(&self.model, legs, &self.mode, 0.0);
-        let mut drive = scene.drive(before);
-        drive.pulley = middle.pulley;
-        drive.hip_acceleration = wanted[0];
-        if let Some(servos) = &self.model.servos {
-            let spent = self.mode.commands.pulley_spent;
-            let follows = Lanes::splat(1.0) - spent * spent;
-            let torque = greatest(&servos.knee, spent, before.pulley_rate);
-            drive.pulley_acceleration =
-                follows * wanted[1] + torque / Lanes::splat(servos.knee.inertia());
-        }
+        let drive = self.drive_over(&scene, before, middle, wanted, seconds);
         let mut mode = self.mode.clone_without_stops();
         mode.recount();
         let holding = Holding {
@@ -144,12 +172,18 @@ impl<const N: usize> Flow<N> {
         let radius = self.model.side_by_side.pulley_radius;
         let winding = drive.pulley_acceleration - drive.pulley_mobility * radius * tension;
         let mut torques = [Lanes::zero(); 2];
-        if let Some(servos) = &self.model.servos {
-            let spent = self.mode.commands.hip_spent;
-            let follows = Lanes::splat(1.0) - spent * spent;
-            let inertia = servos.both().map(|servo| Lanes::splat(servo.inertia()));
-            let held = articulated.give.forces(&accelerations.torques)[HIP];
-            torques[0] = drive.hip_torque + follows * (inertia[0] * accelerations.links[0] + held);
+        if let Some(drives) = &self.model.drives {
+            let inertia = drives.inertias().map(Lanes::splat);
+            torques[0] = drive.hip_torque;
+            if let Fitted::Servos(_) = drives {
+                let spent = self.mode.commands.hip_spent;
+                let follows = Lanes::splat(1.0) - spent * spent;
+                let held = articulated.give.forces(&accelerations.torques)[HIP];
+                torques[0] += follows * (inertia[0] * accelerations.links[0] + held);
+            } else {
+                let lost = Lanes::splat(0.5 * seconds) * self.mode.commands.hip_damping;
+                torques[0] -= lost * accelerations.links[0];
+            }
             torques[1] = inertia[1] * winding + radius * tension;
         }
         Ok(Solved {

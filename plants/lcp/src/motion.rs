@@ -1,11 +1,13 @@
 //! How the state changes while what holds goes on holding: the right-hand side of the equations of motion.
 
+use twinrig_legged::Fitted;
+
 use crate::articulated::{
     Accelerations, Articulated, Floating, Response, Row, between, into_world,
 };
 use crate::constants::Constants;
 use crate::dense::solve;
-use crate::drives::{Commands, driven, greatest};
+use crate::drives::{Commands, Turned, driven, greatest};
 use crate::hold::{CABLE, Driven, Give, HIP, HOLDS, Holding, Holds};
 use crate::mode::Mode;
 use crate::model::Model;
@@ -101,18 +103,16 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn drive(&self, state: &State<R, N>) -> Driven<R> {
-        let Some(servos) = &self.model.servos else {
+        let Some(drives) = &self.model.drives else {
             return Driven::none();
         };
-        driven(
-            &servos.hip,
-            &servos.knee,
-            &self.commands,
-            state.angles[0],
-            state.rates[0],
-            state.pulley,
-            state.pulley_rate,
-        )
+        let turned = Turned {
+            hip: state.angles[0],
+            hip_rate: state.rates[0],
+            pulley: state.pulley,
+            pulley_rate: state.pulley_rate,
+        };
+        driven(drives, &self.commands, &turned)
     }
 
     /// The right-hand side in a state where no foot stands, and no more than that: what it is made from never leaves the
@@ -220,7 +220,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         let mut slope = Slope::zero();
         slope.angles = state.rates;
         slope.rates = accelerations.links;
-        if self.model.servos.is_some() {
+        if self.model.drives.is_some() {
             slope.pulley = state.pulley_rate;
             slope.pulley_rate = drive.pulley_acceleration
                 - drive.pulley_mobility * self.legs.pulley_radius * felt.forces[CABLE];
@@ -266,18 +266,26 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         if self.mode.any.contains(&true) {
             felt.forces = give.forces(&accelerations.torques);
         }
-        if let Some(servos) = &self.model.servos {
-            let one = R::splat(1.0);
-            let hip = &self.commands;
-            let follows = one - hip.hip_spent * hip.hip_spent;
-            felt.hip_torque = drive.hip_torque
-                + follows
-                    * (R::splat(servos.hip.inertia()) * accelerations.links[0] + felt.forces[HIP]);
-            let follows = one - hip.pulley_spent * hip.pulley_spent;
-            felt.knee_torque = follows
-                * (R::splat(servos.knee.inertia()) * drive.pulley_acceleration
-                    + self.legs.pulley_radius * felt.forces[CABLE])
-                + greatest(&servos.knee, hip.pulley_spent, drive.pulley_rate);
+        match &self.model.drives {
+            None => {}
+            Some(Fitted::Motors(motors)) => {
+                felt.hip_torque = drive.hip_torque;
+                felt.knee_torque = R::splat(motors.knee.inertia()) * drive.pulley_acceleration;
+            }
+            Some(Fitted::Servos(servos)) => {
+                let one = R::splat(1.0);
+                let hip = &self.commands;
+                let follows = one - hip.hip_spent * hip.hip_spent;
+                felt.hip_torque = drive.hip_torque
+                    + follows
+                        * (R::splat(servos.hip.inertia()) * accelerations.links[0]
+                            + felt.forces[HIP]);
+                let follows = one - hip.pulley_spent * hip.pulley_spent;
+                felt.knee_torque = follows
+                    * (R::splat(servos.knee.inertia()) * drive.pulley_acceleration
+                        + self.legs.pulley_radius * felt.forces[CABLE])
+                    + greatest(&servos.knee, hip.pulley_spent, drive.pulley_rate);
+            }
         }
         felt
     }

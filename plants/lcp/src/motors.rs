@@ -1,4 +1,6 @@
-//! Motors whose torque is used up, and motors that have some to spare again.
+//! Servos whose torque is used up, and servos that have some to spare again.
+
+use twinrig_legged::Fitted;
 
 use crate::drives::greatest;
 use crate::flow::Flow;
@@ -14,9 +16,9 @@ pub(crate) struct Effort {
 }
 
 impl<const N: usize> Flow<N> {
-    /// Notes which motors are used up by this effort; says whether that is news.
+    /// Notes which servos are used up by this effort; says whether that is news.
     pub(crate) fn tire(&mut self, effort: &Effort) -> bool {
-        let Some(servos) = self.model.servos else {
+        let Some(Fitted::Servos(servos)) = self.model.drives else {
             return false;
         };
         let commands = &mut self.mode.commands;

@@ -209,7 +209,7 @@ impl<const N: usize> Flow<N> {
 
     /// Positions of a leg: its links, and its pulley where there are drives.
     fn places(&self) -> usize {
-        N + usize::from(self.model.servos.is_some())
+        N + usize::from(self.model.drives.is_some())
     }
 
     /// By how much a change of the state displaces a foot or the trunk, at most \[m\].

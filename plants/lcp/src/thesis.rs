@@ -82,7 +82,7 @@ impl<const N: usize> Flow<N> {
             ),
             (Stop::Open, chain.open(legs), holds.open),
         ] {
-            if stop == Stop::Cable && self.model.servos.is_none() {
+            if stop == Stop::Cable && self.model.drives.is_none() {
                 continue;
             }
             for leg in 0..self.model.legs.len() {

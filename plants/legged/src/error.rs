@@ -1,6 +1,6 @@
 //! What is wrong with a robot or a setup, whichever plant it is for.
 
-use twinrig_actuator::ServoError;
+use twinrig_actuator::{MotorError, ServoError};
 use twinrig_leg::{LegError, Stop};
 
 /// Why a plant of a legged robot cannot be built.
@@ -56,6 +56,14 @@ pub enum LeggedError {
         drive: &'static str,
         /// What is wrong.
         why: ServoError,
+    },
+    /// A motor makes no motor.
+    #[error("{drive} motor: {why}")]
+    Motor {
+        /// `hip` or `knee`.
+        drive: &'static str,
+        /// What is wrong.
+        why: MotorError,
     },
     /// A mass or a moment of inertia that has to be positive is not.
     #[error("the {what} is {value} (SI units); it has to be positive")]

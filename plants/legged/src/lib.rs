@@ -45,7 +45,7 @@ mod window;
 pub use error::{LeggedError, positive};
 pub use ledger::{Ledger, Stored};
 pub use readings::Readings;
-pub use setup::{Base, Drives, Servos, Setup};
+pub use setup::{Base, Drives, Fitted, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use start::{LegStart, Start, StartPose};
 pub use window::Window;

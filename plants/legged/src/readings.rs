@@ -29,11 +29,17 @@ pub trait Readings {
     /// Hip angle q1, zero in the reference pose \[rad\].
     fn hip(&self, leg: usize) -> f64;
 
+    /// Its rate \[rad/s\].
+    fn hip_rate(&self, leg: usize) -> f64;
+
     /// Torque of the hip drive on the leg, mean over the last step \[N·m\].
     fn hip_torque(&self, leg: usize) -> f64;
 
     /// Angle of the cable pulley, zero with the leg extended \[rad\].
     fn pulley(&self, leg: usize) -> f64;
+
+    /// Its rate \[rad/s\].
+    fn pulley_rate(&self, leg: usize) -> f64;
 
     /// Torque of the knee drive on the pulley, mean over the last step \[N·m\].
     fn knee_torque(&self, leg: usize) -> f64;

@@ -1,6 +1,6 @@
 //! What to simulate of a robot, as far as it is the same for all plants.
 
-use twinrig_actuator::PositionServo;
+use twinrig_actuator::{DcMotor, PositionServo};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimDuration;
 use twinrig_robot::{LegMount, Robot};
@@ -37,6 +37,24 @@ pub enum Drives {
         /// At the knee cables.
         knee: twinrig_robot::Servo,
     },
+    /// These motors, which are given a voltage: whoever gives it closes the loop.
+    Motors {
+        /// At the hips.
+        hip: twinrig_robot::Motor,
+        /// At the knee cables.
+        knee: twinrig_robot::Motor,
+    },
+}
+
+impl Drives {
+    /// Inputs of a leg: a command for hip and knee each, or voltage and bridge for each.
+    pub const fn inputs(&self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Ideal { .. } | Self::Servos { .. } => 2,
+            Self::Motors { .. } => 4,
+        }
+    }
 }
 
 /// The servos of every leg.
@@ -52,6 +70,41 @@ impl Servos {
     /// Hip and knee, in the order of commands.
     pub fn both(&self) -> [&PositionServo; 2] {
         [&self.hip, &self.knee]
+    }
+}
+
+/// The motors of every leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motors {
+    /// At the hips.
+    pub hip: DcMotor,
+    /// At the knee cables.
+    pub knee: DcMotor,
+}
+
+impl Motors {
+    /// Hip and knee, in the order of inputs.
+    pub fn both(&self) -> [&DcMotor; 2] {
+        [&self.hip, &self.knee]
+    }
+}
+
+/// What turns hips and pulleys, ready for use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fitted {
+    /// Servos, which are given angles.
+    Servos(Servos),
+    /// Motors, which are given voltages.
+    Motors(Motors),
+}
+
+impl Fitted {
+    /// What hip and pulley carry around of their drives \[kg·m²\].
+    pub fn inertias(&self) -> [f64; 2] {
+        match self {
+            Self::Servos(servos) => servos.both().map(PositionServo::inertia),
+            Self::Motors(motors) => motors.both().map(DcMotor::inertia),
+        }
     }
 }
 
@@ -105,11 +158,11 @@ impl Setup {
         Ok(mounts.filter(|mount| names.contains(&mount.name)).collect())
     }
 
-    /// The servos, if there are any. Ideal ones have the inertia of the robot's.
+    /// The drives, if there are any. Ideal ones have the inertia of the robot's servos.
     ///
     /// # Errors
-    /// [`LeggedError::Servo`].
-    pub fn servos(&self, robot: &Robot) -> Result<Option<Servos>, LeggedError> {
+    /// [`LeggedError::Servo`], [`LeggedError::Motor`].
+    pub fn fitted(&self, robot: &Robot) -> Result<Option<Fitted>, LeggedError> {
         let of = |drive| move |why| LeggedError::Servo { drive, why };
         let (hip, knee) = match &self.drives {
             Drives::None => return Ok(None),
@@ -118,10 +171,17 @@ impl Setup {
                 PositionServo::ideal(*period, robot.actuators.knee.inertia),
             ),
             Drives::Servos { hip, knee } => (PositionServo::new(hip), PositionServo::new(knee)),
+            Drives::Motors { hip, knee } => {
+                let of = |drive| move |why| LeggedError::Motor { drive, why };
+                return Ok(Some(Fitted::Motors(Motors {
+                    hip: DcMotor::new(hip).map_err(of("hip"))?,
+                    knee: DcMotor::new(knee).map_err(of("knee"))?,
+                })));
+            }
         };
-        Ok(Some(Servos {
+        Ok(Some(Fitted::Servos(Servos {
             hip: hip.map_err(of("hip"))?,
             knee: knee.map_err(of("knee"))?,
-        }))
+        })))
     }
 }

@@ -31,8 +31,10 @@ enum BodySignal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LegSignal {
     HipPosition,
+    HipRate,
     HipTorque,
     KneePosition,
+    KneeRate,
     KneeTorque,
     CableTension,
     Angles,
@@ -76,10 +78,12 @@ const BODY: [(&str, Unit, usize, BodySignal); 13] = [
     ("energy/residual", Unit::Joule, 1, BodySignal::Residual),
 ];
 
-const LEG: [(&str, Unit, usize, LegSignal); 11] = [
+const LEG: [(&str, Unit, usize, LegSignal); 13] = [
     ("hip/position", Unit::Radian, 1, LegSignal::HipPosition),
+    ("hip/rate", Unit::RadianPerSecond, 1, LegSignal::HipRate),
     ("hip/torque", Unit::NewtonMeter, 1, LegSignal::HipTorque),
     ("knee/position", Unit::Radian, 1, LegSignal::KneePosition),
+    ("knee/rate", Unit::RadianPerSecond, 1, LegSignal::KneeRate),
     ("knee/torque", Unit::NewtonMeter, 1, LegSignal::KneeTorque),
     ("cable/tension", Unit::Newton, 1, LegSignal::CableTension),
     ("angles", Unit::Radian, 3, LegSignal::Angles),
@@ -110,6 +114,9 @@ const OF_DRIVES: [LegSignal; 4] = [
     LegSignal::CableTension,
 ];
 
+/// What there is to measure only where the drives are motors, whose torque depends on it.
+const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
+
 /// The commands of a plant, and the measurements that are wanted of it, in the order of the ports.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -119,16 +126,18 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// The signals of these legs, which are those of `setup` in the robot's order. There are commands, torques and cables
-    /// where there are drives, and loads and clearances where there is ground. `wanted` says which measurements anybody
+    /// The signals of these legs, which are those of `setup` in the robot's order. There are inputs, torques and cables
+    /// where there are drives (commands of servos, voltages and bridges of motors, whose rates there are, too), and loads and clearances where there is ground. `wanted` says which measurements anybody
     /// needs.
     pub fn new(legs: &[&str], setup: &Setup, wanted: &dyn Fn(&str) -> bool) -> Self {
         let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);
         let mut ports = Vec::new();
         for leg in legs.iter().filter(|_| drives) {
             for joint in ["hip", "knee"] {
-                let name = format!("leg/{leg}/{joint}/command");
-                ports.push(Port::input(name, Unit::Radian, 1));
+                for (what, unit) in inputs(&setup.drives) {
+                    let name = format!("leg/{leg}/{joint}/{what}");
+                    ports.push(Port::input(name, *unit, 1));
+                }
             }
         }
         let mut signals = Vec::new();
@@ -138,8 +147,11 @@ impl Signals {
                 signals.push(Signal::Body(signal));
             }
         }
+        let motors = matches!(setup.drives, Drives::Motors { .. });
         let exists = |signal: &LegSignal| {
-            (ground || !ON_GROUND.contains(signal)) && (drives || !OF_DRIVES.contains(signal))
+            (ground || !ON_GROUND.contains(signal))
+                && (drives || !OF_DRIVES.contains(signal))
+                && (motors || !OF_MOTORS.contains(signal))
         };
         for (i, leg) in legs.iter().enumerate() {
             for (name, unit, size, signal) in LEG {
@@ -160,15 +172,15 @@ impl Signals {
         }
     }
 
-    /// Commands of hip and knee, leg by leg; then the measurements.
+    /// Inputs of hip and knee, leg by leg; then the measurements.
     pub fn ports(&self) -> &[Port] {
         &self.ports
     }
 
-    /// Checks that all commands are numbers; `stored` is the plant's energy at `now`, for the report \[J\].
+    /// Checks that all inputs are numbers; `stored` is the plant's energy at `now`, for the report \[J\].
     ///
     /// # Errors
-    /// A fault that names the command.
+    /// A fault that names the input.
     pub fn check_inputs(
         &self,
         inputs: &[f64],
@@ -185,7 +197,7 @@ impl Signals {
             time: now,
             part: part.unwrap_or_default(),
             energy: stored(),
-            why: "the command is not a number".to_owned(),
+            why: "the input is not a number".to_owned(),
         })
     }
 
@@ -209,6 +221,15 @@ impl Signals {
                 Signal::Leg(leg, signal) => signal.write(readings, leg, window, now_s, rest),
             };
         }
+    }
+}
+
+/// What each drive is given.
+fn inputs(drives: &Drives) -> &'static [(&'static str, Unit)] {
+    match drives {
+        Drives::None => &[],
+        Drives::Ideal { .. } | Drives::Servos { .. } => &[("command", Unit::Radian)],
+        Drives::Motors { .. } => &[("voltage", Unit::Volt), ("bridge", Unit::One)],
     }
 }
 
@@ -260,8 +281,10 @@ impl LegSignal {
         let mean_force = || window.mean_force(leg, &of.ground_impulse(leg), now_s);
         match self {
             Self::HipPosition => put(&[of.hip(leg)], outputs),
+            Self::HipRate => put(&[of.hip_rate(leg)], outputs),
             Self::HipTorque => put(&[of.hip_torque(leg)], outputs),
             Self::KneePosition => put(&[of.pulley(leg)], outputs),
+            Self::KneeRate => put(&[of.pulley_rate(leg)], outputs),
             Self::KneeTorque => put(&[of.knee_torque(leg)], outputs),
             Self::CableTension => put(&[of.cable_tension(leg)], outputs),
             Self::Angles => put(&of.angles(leg), outputs),

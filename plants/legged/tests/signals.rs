@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, Ledger, Readings, Setup, Signals, Start, Window};
+use twinrig_robot::Motor;
 use twinrig_runtime::EnergyBooks;
 
 const LEGS: [&str; 2] = ["LF", "RH"];
@@ -54,6 +55,52 @@ fn without_drives_there_are_no_commands_torques_and_cables() {
     });
     assert_eq!(names(&without, Direction::Output), rest);
     assert!(rest.contains(&"leg/LF/hip/position"));
+}
+
+const MOTOR: Motor = Motor {
+    resistance: 0.6,
+    torque_constant: 0.014,
+    gear: 14.0,
+    inertia: 5e-7,
+    voltage: 24.0,
+};
+
+fn with_motors() -> Setup {
+    let drives = Drives::Motors {
+        hip: MOTOR,
+        knee: MOTOR,
+    };
+    Setup {
+        drives,
+        ..setup(true, true)
+    }
+}
+
+#[test]
+fn motors_are_given_voltages_and_bridges_and_measured_like_servos_with_their_rates_besides() {
+    let driven = with_motors();
+    let by_servos = Signals::new(&LEGS, &setup(true, true), &|_| true);
+    let by_motors = Signals::new(&LEGS, &driven, &|_| true);
+    let inputs = names(&by_motors, Direction::Input);
+    assert_eq!(
+        inputs[..4],
+        [
+            "leg/LF/hip/voltage",
+            "leg/LF/hip/bridge",
+            "leg/LF/knee/voltage",
+            "leg/LF/knee/bridge"
+        ]
+    );
+    assert_eq!(inputs.len(), LEGS.len() * driven.drives.inputs());
+    let mut measured = names(&by_motors, Direction::Output);
+    measured.retain(|name| !name.ends_with("/rate"));
+    assert_eq!(measured, names(&by_servos, Direction::Output));
+    let layout = Layout::of(by_motors.ports(), Direction::Output);
+    let mut outputs = vec![f64::NAN; layout.len()];
+    by_motors.write(&Asked::default(), &Window::default(), 0.0, &mut outputs);
+    let read = |name: &str| &outputs[layout.find(name).unwrap()];
+    assert_eq!(read("leg/RH/hip/rate"), [26.0]);
+    assert_eq!(read("leg/LF/knee/rate"), [45.0]);
 }
 
 #[test]
@@ -117,11 +164,17 @@ impl Readings for Asked {
     fn hip(&self, leg: usize) -> f64 {
         self.note("hip", 20.0 + leg as f64)
     }
+    fn hip_rate(&self, leg: usize) -> f64 {
+        self.note("hip rate", 25.0 + leg as f64)
+    }
     fn hip_torque(&self, leg: usize) -> f64 {
         self.note("hip torque", 30.0 + leg as f64)
     }
     fn pulley(&self, leg: usize) -> f64 {
         self.note("pulley", 40.0 + leg as f64)
+    }
+    fn pulley_rate(&self, leg: usize) -> f64 {
+        self.note("pulley rate", 45.0 + leg as f64)
     }
     fn knee_torque(&self, leg: usize) -> f64 {
         self.note("knee torque", 50.0 + leg as f64)

@@ -84,7 +84,7 @@ impl Constraints {
             let cable = constants.pantograph.cable_length(before.pulley(i));
             for stop in Stop::ALL {
                 // There is no cable without a drive that winds it.
-                if stop == Stop::Cable && model.servos.is_none() {
+                if stop == Stop::Cable && model.drives.is_none() {
                     continue;
                 }
                 let gap = constants.pantograph.gap(&start.poses[i], stop, cable);

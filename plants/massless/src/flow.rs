@@ -6,7 +6,7 @@ use twinrig_legged::{Base, LEGS, Ledger, Stored};
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
-use crate::drives::{Commands, DriveStep};
+use crate::drives::{DriveStep, Inputs};
 use crate::midpoint::{Midpoint, NoPose, Placement, carried};
 use crate::mobility::{Mobility, Motion};
 use crate::model::{GRAVITY, Model};
@@ -44,7 +44,7 @@ pub(crate) enum FlowError {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct SavedFlow {
     state: State,
-    commands: Commands,
+    inputs: Inputs,
     forces: [LegForces; LEGS],
     torques: [[f64; 2]; LEGS],
     impulses: [[f64; 3]; LEGS],
@@ -58,7 +58,8 @@ pub(crate) struct SavedFlow {
 pub(crate) struct Flow {
     pub(crate) model: Model,
     pub(crate) state: State,
-    pub(crate) commands: Commands,
+    /// What the drives of each leg are given.
+    pub(crate) inputs: Inputs,
     /// Forces of the constraints in the last step.
     pub(crate) forces: [LegForces; LEGS],
     /// Mean torques of the drives in the last step.
@@ -78,11 +79,11 @@ pub(crate) struct Flow {
 
 impl Flow {
     /// Starts at a state.
-    pub(crate) fn new(model: Model, state: &State, commands: Commands) -> Result<Self, FlowError> {
+    pub(crate) fn new(model: Model, state: &State, inputs: Inputs) -> Result<Self, FlowError> {
         let mut flow = Self {
             model,
             state: *state,
-            commands,
+            inputs,
             forces: [LegForces::default(); LEGS],
             torques: [[0.0; 2]; LEGS],
             impulses: [[0.0; 3]; LEGS],
@@ -105,11 +106,24 @@ impl Flow {
         self.here.place(&self.model, state)
     }
 
+    /// What the drives of the legs that are there are given, in the order of the ports.
+    pub(crate) fn given(&self) -> impl Iterator<Item = &f64> {
+        let legs = self.inputs[..self.model.legs.len()].iter();
+        legs.flat_map(|leg| &leg[..self.model.inputs])
+    }
+
+    /// The same, to be given anew.
+    pub(crate) fn given_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        let (legs, inputs) = (self.model.legs.len(), self.model.inputs);
+        let legs = self.inputs[..legs].iter_mut();
+        legs.flat_map(move |leg| &mut leg[..inputs])
+    }
+
     /// Everything the way ahead depends on.
     pub(crate) fn save(&self) -> SavedFlow {
         let Self {
             state,
-            commands,
+            inputs,
             forces,
             torques,
             impulses,
@@ -120,7 +134,7 @@ impl Flow {
         } = self;
         SavedFlow {
             state: *state,
-            commands: *commands,
+            inputs: *inputs,
             forces: *forces,
             torques: *torques,
             impulses: *impulses,
@@ -133,7 +147,7 @@ impl Flow {
     /// Goes back to what was saved.
     pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), NoPose> {
         self.replace(&saved.state)?;
-        (self.commands, self.forces, self.torques) = (saved.commands, saved.forces, saved.torques);
+        (self.inputs, self.forces, self.torques) = (saved.inputs, saved.forces, saved.torques);
         (self.impulses, self.owed, self.ledger) = (saved.impulses, saved.owed, saved.ledger);
         self.counts = saved.counts;
         self.constraints.sweeps = saved.counts.solver_iterations;
@@ -180,7 +194,7 @@ impl Flow {
     fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         let before = self.state;
         let mut after = before;
-        let mut drives = DriveStep::new(&self.model, &before, &self.commands, seconds);
+        let mut drives = DriveStep::new(&self.model, &before, &self.inputs, seconds);
         let (mut owed, mut open) = (self.owed, 0.0);
         let mut mobility = Mobility::new(&self.model, &[]);
         for estimate in 0..ESTIMATES_MAX {

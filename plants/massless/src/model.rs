@@ -1,10 +1,9 @@
 //! The constant part of the plant: masses, geometry, drives, and what of it is simulated.
 
 use nalgebra::Vector3;
-use twinrig_actuator::PositionServo;
 use twinrig_contact::Ground;
 use twinrig_leg::{EnergyTable, Pantograph};
-use twinrig_legged::{Base, LeggedError, Servos, Setup, positive};
+use twinrig_legged::{Base, Fitted, LeggedError, Setup, positive};
 pub(crate) use twinrig_robot::GRAVITY;
 use twinrig_robot::{JointFriction, Robot};
 
@@ -68,7 +67,9 @@ pub(crate) struct Model {
     pub(crate) inertia: Vector3<f64>,
     pub(crate) legs: Vec<LegModel>,
     /// Without any, the hips turn freely and there is no cable.
-    pub(crate) servos: Option<Servos>,
+    pub(crate) drives: Option<Fitted>,
+    /// Inputs of a leg.
+    pub(crate) inputs: usize,
     pub(crate) ground: Option<Ground>,
     /// Mobility given to redundant constraints \[1/kg\].
     pub(crate) compliance: f64,
@@ -113,8 +114,8 @@ impl Model {
         for (moment, axis) in inertia.iter().zip(["roll", "pitch", "yaw"]) {
             positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
         }
-        let servos = setup.servos(robot)?;
-        if servos.is_none() {
+        let drives = setup.fitted(robot)?;
+        if drives.is_none() {
             for mount in &chosen {
                 let what = format!("first segment of leg {}, which no drive turns,", mount.name);
                 positive(&what, mount.leg.mass.l1)?;
@@ -140,7 +141,8 @@ impl Model {
             mass,
             inertia,
             legs,
-            servos,
+            drives,
+            inputs: setup.drives.inputs(),
             ground: setup.ground.clone(),
             // Nine digits below the mobility of a foot: invisible where constraints are independent, and enough to make
             // redundant ones share their load.
@@ -152,8 +154,8 @@ impl Model {
 impl Model {
     /// What turns at hip and pulley of a leg \[kg·m²\].
     pub(crate) fn turning(&self, leg: usize) -> [f64; 2] {
-        match &self.servos {
-            Some(servos) => servos.both().map(PositionServo::inertia),
+        match &self.drives {
+            Some(drives) => drives.inertias(),
             None => [self.legs[leg].free_hip, 0.0],
         }
     }

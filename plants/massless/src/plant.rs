@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_legged::{Base, LEGS, Readings, Setup, Signals, Window};
+use twinrig_legged::{Base, Fitted, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
-use crate::drives::Commands;
+use crate::drives::Inputs;
 use crate::flow::{Flow, FlowError, SavedFlow};
 use crate::model::{MasslessError, Model, Options};
 use crate::readings::Whole;
@@ -51,8 +51,8 @@ impl Massless {
             .iter()
             .map(|island| {
                 let model = Model::new(robot, island)?;
-                let (state, commands) = start(robot, &model, &island.setup)?;
-                Flow::new(model, &state, commands)
+                let (state, inputs) = start(robot, &model, &island.setup)?;
+                Flow::new(model, &state, inputs)
                     .map_err(|error| MasslessError::Start(error.to_string()))
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -112,11 +112,11 @@ fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessErr
     Ok(chosen.iter().map(|mount| alone(&mount.name)).collect())
 }
 
-/// The state at the start, and the commands that keep the drives there.
-fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Commands), MasslessError> {
+/// The state at the start, and the inputs that keep servos there; motors are left to coast.
+fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs), MasslessError> {
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
-    let mut commands = [[0.0; 2]; LEGS];
+    let mut inputs = Inputs::default();
     for (i, leg) in model.legs.iter().enumerate() {
         let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
         let [_, second, third] = start.angles;
@@ -124,7 +124,9 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Commands
             let why = "the ankle is folded up beyond the second segment, where hip and foot do not tell the pose";
             return Err(MasslessError::Start(format!("leg {}: {why}", leg.name)));
         }
-        commands[i] = [start.command.hip, start.command.knee];
+        if let Some(Fitted::Servos(_)) = model.drives {
+            inputs[i][..2].copy_from_slice(&[start.command.hip, start.command.knee]);
+        }
         state.set_foot(i, start.foot);
         state.set_hip(i, start.angles[0]);
         state.set_pulley(i, start.command.knee);
@@ -136,7 +138,7 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Commands
         Vector3::from(mount.hip) - model.centre + foot
     })?;
     state.set_position(Vector3::z() * height);
-    Ok((state, commands))
+    Ok((state, inputs))
 }
 
 impl Plant for Massless {
@@ -149,12 +151,9 @@ impl Plant for Massless {
     }
 
     fn first_inputs(&self, inputs: &mut [f64]) {
-        let commands = self
-            .flows
-            .iter()
-            .flat_map(|flow| flow.commands[..flow.model.legs.len()].iter().flatten());
-        for (input, command) in inputs.iter_mut().zip(commands) {
-            *input = *command;
+        let given = self.flows.iter().flat_map(Flow::given);
+        for (input, given) in inputs.iter_mut().zip(given) {
+            *input = *given;
         }
     }
 
@@ -163,9 +162,8 @@ impl Plant for Massless {
             .check_inputs(inputs, self.now, || self.energy().stored())?;
         let mut rest = inputs.iter();
         for flow in &mut self.flows {
-            let legs = flow.model.legs.len();
-            for (command, input) in flow.commands[..legs].iter_mut().flatten().zip(&mut rest) {
-                *command = *input;
+            for (given, input) in flow.given_mut().zip(&mut rest) {
+                *given = *input;
             }
         }
         while self.now < to {

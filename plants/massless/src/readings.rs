@@ -68,6 +68,11 @@ impl Readings for Whole<'_> {
         flow.state.hip(leg) - flow.model.legs[leg].pantograph.hip_reference()
     }
 
+    fn hip_rate(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.state.hip_rate(leg)
+    }
+
     fn hip_torque(&self, leg: usize) -> f64 {
         let (flow, leg) = self.of(leg);
         flow.torques[leg][0]
@@ -76,6 +81,11 @@ impl Readings for Whole<'_> {
     fn pulley(&self, leg: usize) -> f64 {
         let (flow, leg) = self.of(leg);
         flow.state.pulley(leg)
+    }
+
+    fn pulley_rate(&self, leg: usize) -> f64 {
+        let (flow, leg) = self.of(leg);
+        flow.state.pulley_rate(leg)
     }
 
     fn knee_torque(&self, leg: usize) -> f64 {

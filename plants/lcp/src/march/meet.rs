@@ -1,5 +1,7 @@
 //! What is done where a step begins and where an event ends it: motors obey, what strikes strikes, and what holds is chosen.
 
+use twinrig_legged::Fitted;
+
 use super::{ALL, AT_ONCE_MAX, AT_REST, Due, Halt, Progress, SHORTEST, TOUCHING, Track};
 use crate::drives::wanted;
 use crate::flow::{Flow, FlowError};
@@ -131,7 +133,7 @@ impl<const N: usize> Flow<N> {
     pub(crate) fn obey(&mut self) {
         /// A motor that changes its mind more often is on the border of its torque; either answer is right there.
         const CHANGES_MAX: usize = 4;
-        let Some(servos) = self.model.servos else {
+        let Some(Fitted::Servos(servos)) = self.model.drives else {
             return;
         };
         if servos
