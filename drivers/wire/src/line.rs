@@ -15,11 +15,12 @@ pub trait Line: Send {
     /// [`WiringError`] if the plant has not the signals that a board cannot do without.
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
-    /// Puts bytes in at the near end. They may be announced before they are complete, from the beginning of
-    /// the first byte on; pieces come in order of time.
+    /// Puts bytes in at the near end. They may be announced before they are complete, even before the first
+    /// begins; pieces come in order of time and do not overlap.
     fn send(&mut self, piece: Piece<'_>);
 
-    /// When something happens next that may show at the near end or act on the plant.
+    /// When something happens next that may show at the near end or act on the plant. Of bytes that follow one
+    /// another without a pause only the first and the last are named.
     fn next_wake(&self) -> Option<SimTime>;
 
     /// Lets everything happen up to and at `now`.

@@ -20,6 +20,13 @@ pub trait Node: Send {
     /// Hears bytes that others put on the bus, complete by now, damaged ones included.
     fn hear(&mut self, piece: Piece<'_>);
 
+    /// How many bytes it must hear from now on before it can react to them, at least: what is still missing of
+    /// the shortest packet. The bus lets it hear that byte on time. A node that does not say hears what a talker says
+    /// when that is over, at the latest: enough if everybody says one packet at a time.
+    fn attention(&self) -> Option<usize> {
+        None
+    }
+
     /// When it wants to be advanced next.
     fn next_wake(&self) -> Option<SimTime>;
 

@@ -1,0 +1,63 @@
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+
+use crate::{Arrivals, Line, Piece};
+
+/// The sender of a UART: bytes leave it one after the other, each in 10 bit times, whatever pace they come in at.
+pub struct Uart<L> {
+    byte_time: SimDuration,
+    line: L,
+}
+
+impl<L: Line> Uart<L> {
+    /// In front of `line`; a byte takes `byte_time` (start bit, 8 data bits, stop bit).
+    pub fn new(byte_time: SimDuration, line: L) -> Self {
+        Self { byte_time, line }
+    }
+}
+
+impl<L: Line> Line for Uart<L> {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.line.connect(owner, plant)
+    }
+
+    fn send(&mut self, piece: Piece<'_>) {
+        self.line.send(piece);
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        self.line.next_wake()
+    }
+
+    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        self.line.advance(now, world)
+    }
+
+    fn receive(&mut self, arrivals: &mut Arrivals) {
+        self.line.receive(arrivals);
+    }
+
+    fn gauges(&self) -> Vec<Port> {
+        self.line.gauges()
+    }
+
+    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+        self.line.read_gauges(now, values);
+    }
+
+    fn lanes(&self) -> Vec<String> {
+        self.line.lanes()
+    }
+
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        self.line.drain_traffic(passed);
+    }
+
+    fn save(&self) -> Snapshot {
+        self.line.save()
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.line.restore(snapshot)
+    }
+}
