@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use twinrig_document::Document;
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Change, DirectIo, Plant, Process, Rig, RigError, Schedule, Timing};
+use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing};
 use twinrig_scenario::{
     ActuatorSpec, ChangeAmount, Facts, LegFact, PlantSpec, Scenario, Scene, Setting, TimeModel,
 };
@@ -32,12 +32,13 @@ const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/an
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Assembly<'r> {
-    registry: &'r Registry,
+    pub(crate) registry: &'r Registry,
     scene: Scene,
     robot: Robot,
     robot_file: String,
     robot_text: String,
     plant_outputs: Vec<Port>,
+    gauges: Vec<Port>,
 }
 
 impl<'r> Assembly<'r> {
@@ -100,17 +101,24 @@ impl<'r> Assembly<'r> {
             robot_file: file.file().to_owned(),
             robot_text: file.text().to_owned(),
             plant_outputs: Vec::new(),
+            gauges: Vec::new(),
             robot,
         };
+        assembly.check_fault_places()?;
+        let plant_outputs = outputs(&*assembly.plant(&|_| true)?);
+        let process_ports = assembly.process()?.ports();
         let facts = Facts {
             legs: assembly.scene.legs.clone(),
             weight: assembly.scene.weight,
-            plant_outputs: outputs(&*assembly.plant(&|_| true)?),
-            process_ports: assembly.process()?.ports(),
+            measured: assembly.measured(&plant_outputs),
+            gauges: assembly.gauges_of(&process_ports)?,
+            plant_outputs,
+            process_ports,
             frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
         };
         assembly.scene = assembly.scene.scenario.scene(&facts)?;
         assembly.plant_outputs = facts.plant_outputs;
+        assembly.gauges = facts.gauges;
         Ok(assembly)
     }
 
@@ -134,6 +142,11 @@ impl<'r> Assembly<'r> {
         (&self.robot_file, &self.robot_text)
     }
 
+    /// What drivers and boards count.
+    pub fn gauges(&self) -> &[Port] {
+        &self.gauges
+    }
+
     /// Every output that the plant could give, wanted or not.
     pub fn plant_outputs(&self) -> &[Port] {
         &self.plant_outputs
@@ -152,6 +165,7 @@ impl<'r> Assembly<'r> {
             robot_file: self.robot_file.clone(),
             robot_text: self.robot_text.clone(),
             plant_outputs: self.plant_outputs.clone(),
+            gauges: self.gauges.clone(),
         }
     }
 
@@ -172,12 +186,10 @@ impl<'r> Assembly<'r> {
         let wanted = |name: &str| self.scene.wanted.iter().any(|other| other == name);
         let plant = around(self.plant(&wanted)?);
         let process = self.process()?;
-        let transfer = timing(&scenario.io.transfer_time);
-        let io = DirectIo::for_process("io", &process.ports(), transfer, scenario.seed)
-            .map_err(|error| self.rig_error(RigError::Compute(error)))?;
+        let tasks = self.tasks(&process.ports())?;
         let schedule = self.schedule();
-        let mut rig = Rig::new(&schedule, process, vec![Box::new(io)], plant)
-            .map_err(|error| self.rig_error(error))?;
+        let mut rig =
+            Rig::new(&schedule, process, tasks, plant).map_err(|error| self.rig_error(error))?;
         for change in &scenario.changes {
             let amount = match change.amount {
                 ChangeAmount::To(value) => Change::To(value),
@@ -218,7 +230,7 @@ impl<'r> Assembly<'r> {
         self.scenario().end()
     }
 
-    fn leg_names(&self) -> Vec<&str> {
+    pub(crate) fn leg_names(&self) -> Vec<&str> {
         self.scene
             .legs
             .iter()
@@ -277,7 +289,7 @@ impl<'r> Assembly<'r> {
     }
 
     /// The controller with the variables that the scenario sets; one that does nothing if it has none.
-    fn process(&self) -> Result<Box<dyn Process>, TwinError> {
+    pub(crate) fn process(&self) -> Result<Box<dyn Process>, TwinError> {
         let scenario = self.scenario();
         let Some(spec) = &scenario.controller else {
             return Ok(Box::new(Idle));
@@ -298,7 +310,12 @@ impl<'r> Assembly<'r> {
         Ok(process)
     }
 
-    fn not_built(&self, what: &'static str, name: &str, source: crate::BuildError) -> TwinError {
+    pub(crate) fn not_built(
+        &self,
+        what: &'static str,
+        name: &str,
+        source: crate::BuildError,
+    ) -> TwinError {
         TwinError::Build {
             what,
             name: name.to_owned(),
@@ -346,7 +363,8 @@ fn set(process: &mut dyn Process, name: &str, value: f64) -> Result<(), RigError
     process.set_variable(index, value).map_err(change)
 }
 
-fn timing(model: &TimeModel) -> Timing {
+/// How the executor draws what the scenario says.
+pub(crate) fn timing(model: &TimeModel) -> Timing {
     match model {
         TimeModel::Constant(duration) => Timing::Constant(*duration),
         TimeModel::Uniform { min, max } => Timing::Uniform {

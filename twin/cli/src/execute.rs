@@ -169,10 +169,13 @@ fn reference(
 }
 
 fn judge(assembly: &Assembly<'_>, rig: &Rig) -> Judge {
+    let tasks: Vec<String> = rig.task_names().map(str::to_owned).collect();
     let layouts = Layouts {
         plant: rig.layout(Group::Plant),
         process_inputs: rig.layout(Group::ProcessInputs),
         process_outputs: rig.layout(Group::ProcessOutputs),
+        gauges: rig.layout(Group::Gauges),
+        tasks: &tasks,
     };
     Judge::new(assembly.scene(), layouts)
 }
@@ -252,6 +255,11 @@ fn create(
         group(Group::ProcessInputs),
         group(Group::ProcessOutputs),
     ];
+    let gauges = group(Group::Gauges);
+    let groups = groups.into_iter();
+    let groups: Vec<_> = groups
+        .chain((!gauges.layout.is_empty()).then_some(gauges))
+        .collect();
     let cadence = Cadence {
         frames: scene
             .scenario
@@ -301,6 +309,11 @@ fn info(assembly: &Assembly<'_>, rig: &Rig) -> RunInfo {
         variables: variables
             .map(|variable| variable.name().to_owned())
             .collect(),
+        lanes: if scenario.record.bytes {
+            rig.lanes().to_vec()
+        } else {
+            Vec::new()
+        },
     }
 }
 

@@ -28,6 +28,7 @@
 
 mod args;
 mod assembly;
+mod buses;
 mod commands;
 mod error;
 mod execute;
@@ -62,5 +63,7 @@ pub use execute::{Execution, execute};
 pub use lcp::lcp;
 pub use massless::massless;
 pub use method::Method;
-pub use registry::{BuildError, ControllerKind, Given, Physics, PlantKind, Registry};
+pub use registry::{
+    BuildError, BusKind, ControllerKind, Given, Hookup, Physics, PlantKind, Registry,
+};
 pub use report::{Energy, Line, Report, Status};

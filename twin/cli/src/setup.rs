@@ -4,7 +4,7 @@ use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
-use twinrig_robot::Servo;
+use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, Heights, Profile, ServoOverride,
     StartPose as SceneStart,
@@ -28,7 +28,7 @@ pub(crate) fn setup(physics: &Physics<'_>, step: SimDuration) -> Result<Setup, B
         legs: physics.legs.iter().map(|&leg| leg.to_owned()).collect(),
         ground: ground.map(|ground| terrain(ground, physics)).transpose()?,
         step: plant.step.unwrap_or(step),
-        drives: drives(physics),
+        drives: drives(physics)?,
         start: start(physics),
     })
 }
@@ -58,10 +58,10 @@ fn first_command(leg: &str, physics: &Physics<'_>) -> Option<(String, LegCommand
     Some((leg.to_owned(), command))
 }
 
-fn drives(physics: &Physics<'_>) -> Drives {
+fn drives(physics: &Physics<'_>) -> Result<Drives, BuildError> {
     let servos = &physics.robot.actuators;
     let actuator = physics.actuator;
-    match actuator.kind {
+    Ok(match actuator.kind {
         ActuatorKind::None => Drives::None,
         ActuatorKind::Ideal => Drives::Ideal {
             period: physics.command_period.as_secs_f64(),
@@ -70,7 +70,18 @@ fn drives(physics: &Physics<'_>) -> Drives {
             hip: overridden(servos.hip, &actuator.hip),
             knee: overridden(servos.knee, &actuator.knee),
         },
-    }
+        ActuatorKind::Motor => {
+            let Motors { hip, knee } = motors(physics.robot)?;
+            Drives::Motors { hip, knee }
+        }
+    })
+}
+
+/// The motors of a robot that has some.
+pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
+    let why =
+        "the robot file has no [motor.hip] and [motor.knee]: its drives are known as servos only";
+    robot.motors.clone().ok_or_else(|| why.into())
 }
 
 fn overridden(servo: Servo, by: &ServoOverride) -> Servo {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use twinrig_kernel::SimTime;
 use twinrig_record::{Digest, Fingerprint, RecordError, Recorder, Topic};
 use twinrig_runtime::{Group, Observer, RunEvent};
-use twinrig_scenario::{Channel, Footstep, Happening, Judge, Outcome, RunEnd};
+use twinrig_scenario::{Channel, Cycle, Footstep, Happening, Judge, Outcome, RunEnd};
 
 use crate::report::seconds;
 
@@ -111,6 +111,7 @@ impl<W: Write> Observer for Watch<W> {
             Group::Plant => Channel::Plant,
             Group::ProcessInputs => Channel::ProcessInputs,
             Group::ProcessOutputs => Channel::ProcessOutputs,
+            Group::Gauges => Channel::Gauges,
         };
         self.judge.samples(now, channel, values);
         if let Some(recorder) = &mut self.recorder {
@@ -128,16 +129,26 @@ impl<W: Write> Observer for Watch<W> {
     fn event(&mut self, now: SimTime, event: RunEvent) {
         Observer::event(&mut self.fingerprint, now, event);
         let happening = match event {
-            RunEvent::ProcessBegin { .. } => Some(Happening::CycleBegin),
-            RunEvent::ProcessEnd => Some(Happening::CycleEnd),
-            RunEvent::Overrun { .. } => Some(Happening::CycleMissed),
-            _ => None,
+            RunEvent::ProcessBegin { .. } => Some((Cycle::Control, Happening::CycleBegin)),
+            RunEvent::ProcessEnd => Some((Cycle::Control, Happening::CycleEnd)),
+            RunEvent::Overrun { .. } => Some((Cycle::Control, Happening::CycleMissed)),
+            RunEvent::TaskBegin { task } => Some((Cycle::Task(task), Happening::CycleBegin)),
+            RunEvent::TaskEnd { task } => Some((Cycle::Task(task), Happening::CycleEnd)),
+            RunEvent::TaskSkipped { task } => Some((Cycle::Task(task), Happening::CycleMissed)),
+            RunEvent::Change { .. } | RunEvent::Opened => None,
         };
-        if let Some(happening) = happening {
-            self.judge.event(now, happening);
+        if let Some((cycle, happening)) = happening {
+            self.judge.event(now, cycle, happening);
         }
         if let Some(recorder) = &mut self.recorder {
             Observer::event(recorder, now, event);
+        }
+    }
+
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        Observer::bytes(&mut self.fingerprint, now, lane, bytes);
+        if let Some(recorder) = &mut self.recorder {
+            Observer::bytes(recorder, now, lane, bytes);
         }
     }
 }

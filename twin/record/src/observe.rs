@@ -11,7 +11,7 @@ use crate::{Fingerprint, Recorder, Topic};
 /// A message of [`Topic::Events`]: something out of the ordinary in the schedule of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventMessage {
-    /// `task skipped` or `overrun`.
+    /// `task skipped`, `overrun` or `devices are open`.
     pub event: String,
     /// The task that was skipped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,7 +48,13 @@ impl Observer for Fingerprint {
             RunEvent::Change { variable, value } => {
                 self.event(now, 7, &[variable as u64, value.to_bits()]);
             }
+            RunEvent::Opened => self.event(now, 8, &[]),
         }
+    }
+
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        // Nobody has more lanes than fit into 32 bits.
+        self.wire(now.as_nanos(), lane as u32, bytes);
     }
 }
 
@@ -91,11 +97,24 @@ impl<W: Write> Observer for Recorder<W> {
                 let variable = name(&self.variables, variable);
                 self.json(now, Topic::Changes, &ChangeMessage { variable, value });
             }
+            RunEvent::Opened => {
+                let event = "devices are open".to_owned();
+                let message = EventMessage {
+                    event,
+                    part: None,
+                    count: None,
+                };
+                self.json(now, Topic::Events, &message);
+            }
             RunEvent::ProcessBegin { .. }
             | RunEvent::ProcessEnd
             | RunEvent::TaskBegin { .. }
             | RunEvent::TaskEnd { .. } => {}
         }
+    }
+
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        self.bytes(now, lane, bytes);
     }
 }
 

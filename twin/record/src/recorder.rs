@@ -32,6 +32,8 @@ pub struct RunInfo {
     pub tasks: Vec<String>,
     /// The names of the process variables, by their numbers in [`twinrig_runtime::RunEvent`].
     pub variables: Vec<String>,
+    /// The names of the lanes whose bytes are kept, by their numbers in [`twinrig_runtime::Observer::bytes`].
+    pub lanes: Vec<String>,
 }
 
 /// A group of signals that are sampled together, and which of them are kept.
@@ -50,6 +52,7 @@ pub const fn group_name(group: Group) -> &'static str {
         Group::Plant => "plant",
         Group::ProcessInputs => "process-inputs",
         Group::ProcessOutputs => "process-outputs",
+        Group::Gauges => "gauges",
     }
 }
 
@@ -85,8 +88,9 @@ const CHUNK_BYTES_MAX: usize = 4 << 20;
 /// recorder that is merely dropped still closes the file, but without fingerprint.
 pub struct Recorder<W: Write> {
     writer: Writer<NoSeek<W>>,
-    groups: [Option<Sampled>; 3],
+    groups: [Option<Sampled>; 4],
     topics: Vec<Channel>,
+    lanes: Vec<Channel>,
     frames: Option<(Frames, SimDuration)>,
     frames_due: SimTime,
     flush: SimDuration,
@@ -166,7 +170,7 @@ impl<W: Write> Recorder<W> {
                     .find(|declared| declared.group == Group::Plant),
             )
             .map(|(period, plant)| (Frames::new(skeleton, plant.layout), period));
-        let mut sampled = [const { None }; 3];
+        let mut sampled = [const { None }; 4];
         for declared in groups {
             sampled[declared.group as usize] = Some(add_group(&mut writer, declared)?);
         }
@@ -174,8 +178,11 @@ impl<W: Write> Recorder<W> {
             .map(|topic| add_topic(&mut writer, topic))
             .into_iter()
             .collect::<Result<_, _>>()?;
+        let lanes = info.lanes.iter().map(|lane| add_lane(&mut writer, lane));
+        let lanes = lanes.collect::<Result<_, _>>()?;
         let mut recorder = Self {
             writer,
+            lanes,
             groups: sampled,
             topics,
             frames,
@@ -248,6 +255,24 @@ impl<W: Write> Recorder<W> {
         let message = frames.at(now, values);
         write_json(&mut self.text, Topic::Frames, message)?;
         self.write_text(now, Topic::Frames)
+    }
+
+    /// Records bytes that passed on a lane at `now`; those of a lane that was not declared are not recorded.
+    pub fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        if self.failure.is_none()
+            && lane < self.lanes.len()
+            && let Err(error) = self.try_bytes(now, lane, bytes)
+        {
+            self.failure = Some(error);
+        }
+    }
+
+    fn try_bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) -> Result<(), RecordError> {
+        self.flush_if_due(now)?;
+        let header = self.lanes[lane].header(now);
+        self.unflushed_bytes += bytes.len();
+        self.writer.write_to_known_channel(&header, bytes)?;
+        Ok(())
     }
 
     /// Records `message` under `topic` at `now`. It should have the shape of the topic's schema.
@@ -355,6 +380,13 @@ fn add_group<W: Write>(
         ranges,
         message,
     })
+}
+
+/// A lane has no schema: its messages are the bytes themselves.
+fn add_lane<W: Write>(writer: &mut Writer<NoSeek<W>>, lane: &str) -> Result<Channel, RecordError> {
+    let topic = format!("/wire/{lane}");
+    let id = writer.add_channel(0, &topic, "bytes", &BTreeMap::new())?;
+    Ok(Channel { id, sequence: 0 })
 }
 
 fn add_topic<W: Write>(

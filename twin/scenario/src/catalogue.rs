@@ -90,6 +90,12 @@ pub enum Accepts {
     Text,
     /// One of these words.
     Choice(Vec<String>),
+    /// How long something takes: a duration, a distribution, or a recorded trace.
+    Time,
+    /// A table of options.
+    Group(Vec<OptionSpec>),
+    /// One value for all members of a set (boards, legs), or a table with a value for each that is named.
+    Each(Box<Accepts>),
 }
 
 /// A number of a controller that may be set while it runs.

@@ -26,17 +26,21 @@
 //!     Port::output("body/velocity", Unit::MeterPerSecond, 3),
 //! ];
 //! let facts = Facts {
-//!     legs: Vec::new(),
 //!     weight: 10.8,
 //!     plant_outputs: ports.clone(),
-//!     process_ports: Vec::new(),
-//!     frame_signals: Vec::new(),
+//!     ..Facts::default()
 //! };
 //! let scene = scenario.scene(&facts).unwrap();
 //! assert_eq!(scene.wanted.len(), 2, "without a [record] table everything is recorded");
 //!
 //! let (plant, none) = (Layout::of(&ports, Direction::Output), Layout::default());
-//! let layouts = Layouts { plant: &plant, process_inputs: &none, process_outputs: &none };
+//! let layouts = Layouts {
+//!     plant: &plant,
+//!     process_inputs: &none,
+//!     process_outputs: &none,
+//!     gauges: &none,
+//!     tasks: &[],
+//! };
 //! let mut judge = Judge::new(&scene, layouts);
 //! judge.samples(SimTime::ZERO, Channel::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
 //! let end = RunEnd {
@@ -67,16 +71,16 @@ mod schema;
 pub use catalogue::{Accepts, Catalogue, Kind, OptionSpec, VariableSpec};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
-    LegChoice, Pattern, SignalClaim, SignalMode, TimingMeasure, Until,
+    LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
 };
 pub use glob::matches;
-pub use judge::{Channel, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Verdict};
+pub use judge::{Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
 pub use options::{OptionValue, Options};
 pub use scenario::{
-    ActuatorKind, ActuatorSpec, Base, Change, ChangeAmount, ControllerSpec, FootstepSpec, Ground,
-    Heights, IoSpec, LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario,
-    ServoOverride, Setting, StartPose, TimeModel,
+    ActuatorKind, ActuatorSpec, Base, BusSpec, Change, ChangeAmount, ControllerSpec, FaultKind,
+    FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, Placed,
+    PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting, StartPose, TimeModel,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

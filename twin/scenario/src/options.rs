@@ -6,6 +6,8 @@ use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::SimDuration;
 
 use crate::catalogue::{Accepts, OptionSpec};
+use crate::read::time_model;
+use crate::scenario::{Placed, TimeModel};
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +22,14 @@ pub enum OptionValue {
     Boolean(bool),
     /// A text, or one of several words.
     Text(String),
+    /// How long something takes.
+    Time(TimeModel),
+    /// Options of a table.
+    Group(Options),
+    /// The same for all members of a set.
+    All(Box<OptionValue>),
+    /// Values of those members of a set that are named.
+    Named(Vec<(Placed<String>, OptionValue)>),
 }
 
 /// The options of one part: those that the scenario gives, and the defaults of the others, in the order of declaration.
@@ -71,6 +81,43 @@ impl Options {
             OptionValue::Text(value) => Some(value),
             _ => None,
         }
+    }
+
+    /// How long `name` takes; none if it is absent or no time.
+    pub fn time(&self, name: &str) -> Option<&TimeModel> {
+        match self.get(name)? {
+            OptionValue::Time(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The options of the table `name`; none if it is absent or no table.
+    pub fn group(&self, name: &str) -> Option<&Options> {
+        match self.get(name)? {
+            OptionValue::Group(options) => Some(options),
+            _ => None,
+        }
+    }
+
+    /// The value of `name` for `member` of a set: its own, or that of all; none if it has none.
+    pub fn of_member(&self, name: &str, member: &str) -> Option<&OptionValue> {
+        match self.get(name)? {
+            OptionValue::All(value) => Some(value),
+            OptionValue::Named(values) => {
+                let (_, value) = values.iter().find(|(known, _)| known.value == member)?;
+                Some(value)
+            }
+            _ => None,
+        }
+    }
+
+    /// The members that options of a set name, in the order of the file.
+    pub fn members(&self) -> impl Iterator<Item = &Placed<String>> {
+        let named = self.0.iter().filter_map(|(_, value)| match value {
+            OptionValue::Named(values) => Some(values.iter().map(|(name, _)| name)),
+            _ => None,
+        });
+        named.flatten()
     }
 
     /// Names and values, in the order of declaration.
@@ -125,6 +172,26 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
             let choices: Vec<_> = words.iter().map(|word| (word.as_str(), word)).collect();
             OptionValue::Text(item.choice(&choices)?.clone())
         }
+        Accepts::Time => OptionValue::Time(time_model(item)?),
+        Accepts::Group(specs) => OptionValue::Group(Options::read(&item.table()?, specs)?),
+        Accepts::Each(accepts) if item.is_table() => {
+            let table = item.table()?;
+            let named: Vec<_> = table
+                .keys()
+                .map(|name| {
+                    let place = table.key_place(name);
+                    let value = table.required(name, |item| value(item, accepts))?;
+                    let name = Placed {
+                        value: name.to_owned(),
+                        place,
+                    };
+                    Ok((name, value))
+                })
+                .collect();
+            let named: Result<Vec<_>, Reported> = named.into_iter().collect();
+            OptionValue::Named(named?)
+        }
+        Accepts::Each(accepts) => OptionValue::All(Box::new(value(item, accepts)?)),
     })
 }
 

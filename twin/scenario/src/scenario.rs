@@ -67,6 +67,10 @@ pub struct Scenario {
     pub controller: Option<ControllerSpec>,
     /// The exchange between controller and plant.
     pub io: IoSpec,
+    /// The buses between controller and plant, in the order of the file; none: signals go straight.
+    pub buses: Vec<BusSpec>,
+    /// What goes wrong on them, in the order of the file.
+    pub faults: Vec<FaultSpec>,
     /// What is looked at, and how often.
     pub observe: ObserveSpec,
     /// What is written down.
@@ -183,6 +187,8 @@ pub enum ActuatorKind {
     /// A position servo with lag, limits and dead band.
     #[default]
     Servo,
+    /// A direct-current motor under the voltage that a board puts out.
+    Motor,
 }
 
 /// Figures of a servo that replace the robot file's.
@@ -220,6 +226,66 @@ pub struct IoSpec {
     pub step: SimDuration,
     /// How long a transfer takes.
     pub transfer_time: TimeModel,
+}
+
+/// `[bus]`, or one of several `[[bus]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct BusSpec {
+    /// What it is called: `sbcp` in `wire/sbcp` and `--port sbcp=DEVICE`. Its kind, if the file does not say.
+    pub name: Placed<String>,
+    /// One of [`Catalogue::buses`].
+    pub kind: String,
+    /// What the kind declares.
+    pub options: Options,
+}
+
+/// `[[fault]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaultSpec {
+    /// When it begins.
+    pub at: SimTime,
+    /// How long it lasts; none: to the end.
+    pub lasts: Option<SimDuration>,
+    /// Where: `wire/sbcp`, `wire/sbcp/usb`, `wire/sbcp/LF`.
+    pub on: Placed<String>,
+    /// What.
+    pub kind: FaultKind,
+}
+
+/// What goes wrong on a wire.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FaultKind {
+    /// This share of the bursts is lost.
+    Drop {
+        /// Between 0 and 1.
+        share: f64,
+    },
+    /// This share of the bits is wrong.
+    Flip {
+        /// Between 0 and 1.
+        rate: f64,
+    },
+    /// Bytes come later.
+    Delay {
+        /// By so much.
+        by: SimDuration,
+    },
+    /// This share of the bursts comes twice.
+    Duplicate {
+        /// Between 0 and 1.
+        share: f64,
+    },
+    /// This share of the bursts changes places with the next.
+    Reorder {
+        /// Between 0 and 1.
+        share: f64,
+    },
+    /// Nothing passes.
+    Unplug,
+    /// The line is held low.
+    Stuck,
+    /// A board talks without being asked.
+    Babble,
 }
 
 /// How long something takes.
@@ -297,6 +363,8 @@ pub struct RecordSpec {
     pub signals: Option<Vec<Placed<String>>>,
     /// How often the pose of every body is written down \[Hz\]; none: never.
     pub frames: Option<f64>,
+    /// Whether the bytes on the wires are written down.
+    pub bytes: bool,
 }
 
 /// `[[change]]`
@@ -356,6 +424,11 @@ impl Scenario {
     /// Whether an expectation compares with a run without the changes.
     pub fn needs_reference(&self) -> bool {
         self.expectations.iter().any(Expectation::needs_reference)
+    }
+
+    /// The bus of that name.
+    pub fn bus(&self, name: &str) -> Option<&BusSpec> {
+        self.buses.iter().find(|bus| bus.name.value == name)
     }
 
     /// The reference run: the same scenario without its changes and expectations.

@@ -4,7 +4,9 @@ use serde::Serialize;
 use twinrig_document::{DocumentError, Problem, quantity_name, suggestion};
 use twinrig_kernel::{Direction, Port, Unit};
 
-use crate::expect::{Claim, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode};
+use crate::expect::{
+    Claim, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim,
+};
 use crate::glob::{is_pattern, matches};
 use crate::scenario::{ActuatorKind, Base, Placed, Scenario};
 
@@ -20,7 +22,7 @@ pub struct LegFact {
 }
 
 /// What a scenario must be told to become a scene: what only the robot, the plant and the controller know.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Facts {
     /// The legs that [`Scenario::legs`] keeps.
     pub legs: Vec<LegFact>,
@@ -30,6 +32,10 @@ pub struct Facts {
     pub plant_outputs: Vec<Port>,
     /// Inputs and outputs of the controller; empty without one.
     pub process_ports: Vec<Port>,
+    /// What drivers and boards count; empty without a bus.
+    pub gauges: Vec<Port>,
+    /// The plant outputs that boards measure.
+    pub measured: Vec<String>,
     /// Patterns of the plant outputs that a recording of poses needs.
     pub frame_signals: Vec<String>,
 }
@@ -107,6 +113,7 @@ impl Scenario {
         };
         let wanted = facts.plant_outputs.iter().filter(|port| {
             read(port)
+                || facts.measured.contains(&port.name)
                 || needs.contains(&port.name)
                 || recorded.contains(&port.name)
                 || frames(&port.name)
@@ -141,10 +148,24 @@ impl Scenario {
                     let optional = expectation.optional;
                     needs.extend(check_signal(claim, optional, facts, problems));
                 }
-                Claim::Timing(..) | Claim::EnergyResidual(_) | Claim::Cost(..) => {}
+                Claim::Timing(claim) => problems.extend(self.no_such_bus(claim)),
+                Claim::EnergyResidual(_) | Claim::Cost(..) => {}
             }
         }
         needs
+    }
+
+    /// What is wrong with the name of a bus in a claim about its cycle.
+    fn no_such_bus(&self, claim: &TimingClaim) -> Option<Problem> {
+        let of = claim.of.as_ref()?;
+        if self.bus(&of.value).is_some() {
+            return None;
+        }
+        let buses = self.buses.iter().map(|bus| bus.name.value.as_str());
+        let known = std::iter::once("control").chain(buses);
+        let message = format!("there is no cycle of `{}` in this scene", of.value);
+        let help = suggestion(&of.value, "cycles", known);
+        Some(Problem::at(&of.place, message, help))
     }
 
     /// The names of the signals to write down.
@@ -190,21 +211,23 @@ impl Scenario {
         }
         match self.actuator.kind {
             ActuatorKind::Servo => {}
+            ActuatorKind::Motor => leave("servos", "[actuator] kind = \"motor\""),
             ActuatorKind::Ideal => leave("servos", "[actuator] kind = \"ideal\""),
             ActuatorKind::None => leave("drives and knee cables", "[actuator] kind = \"none\""),
         }
         if self.controller.is_none() {
             leave("controller", "there is no [controller]");
         }
-        leave(
-            "bus, packets and boards",
-            "there is no [bus]: signals go straight to the actuators",
-        );
+        if self.buses.is_empty() {
+            leave(
+                "bus, packets and boards",
+                "there is no [bus]: signals go straight to the actuators",
+            );
+        }
         let outputs = facts.plant_outputs.iter().map(|port| &port.name);
         let computed = |name: &&String| wanted.contains(name);
         for part in families(outputs.clone().filter(|name| !computed(name)), &facts.legs) {
-            let why =
-                "no controller reads it, no expectation needs it and [record] does not name it";
+            let why = "no controller reads it, no board measures it, no expectation needs it and [record] does not name it";
             leave(&part, why);
         }
         let unwritten = signals(facts).map(|port| &port.name).filter(|name| {
@@ -237,7 +260,8 @@ pub(crate) fn foot_position(leg: &str) -> String {
 }
 
 fn signals(facts: &Facts) -> impl Iterator<Item = &Port> {
-    facts.plant_outputs.iter().chain(&facts.process_ports)
+    let inside = facts.plant_outputs.iter().chain(&facts.process_ports);
+    inside.chain(&facts.gauges)
 }
 
 /// Names, those that differ only by the leg as one: `leg/*/cable/tension`.

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use twinrig_document::quantity_name;
 use twinrig_kernel::Unit;
 
-use crate::catalogue::{Accepts, Catalogue, Kind, OptionSpec, VariableSpec};
+use crate::catalogue::{Accepts, Catalogue, Kind, VariableSpec};
 use crate::expect::CostMeasure;
 
 /// The schema of the scenarios that a build with this catalogue accepts.
@@ -21,7 +21,7 @@ pub fn schema(catalogue: &Catalogue) -> Value {
         "plant": plant(&catalogue.plants),
         "actuator": actuator(),
         "controller": controller(&catalogue.controllers),
-        "bus": with_kinds(&catalogue.buses, "kind", &json!({})),
+        "bus": bus(&catalogue.buses),
         "io": object(&json!({
             "step": duration(),
             "transfer_time": time(),
@@ -36,6 +36,7 @@ pub fn schema(catalogue: &Catalogue) -> Value {
         "record": object(&json!({
             "signals": described("Names of signals; * and ** are wild.", texts()),
             "frames": described("How often poses are written.", quantity(Unit::Hertz)),
+            "bytes": described("Whether the bytes on the wires are written.", json!({ "type": "boolean" })),
         }), &[]),
         "change": list(&object(&json!({
             "at": duration(),
@@ -45,9 +46,12 @@ pub fn schema(catalogue: &Catalogue) -> Value {
         }), &["at", "set"])),
         "fault": list(&object(&json!({
             "at": duration(),
-            "on": { "type": "string" },
-            "kind": { "type": "string" },
+            "on": described("wire/NAME of a bus, or a place on it: wire/NAME/PLACE.", json!({ "type": "string" })),
+            "kind": { "enum": ["drop", "flip", "delay", "duplicate", "reorder", "unplug", "stuck", "babble"] },
             "for": duration(),
+            "share": number(),
+            "rate": number(),
+            "by": duration(),
         }), &["at", "on", "kind"])),
         "expect": list(&expect()),
     });
@@ -102,7 +106,7 @@ fn actuator() -> Value {
     });
     let joint = object(&figures, &[]);
     let mut properties = figures;
-    properties["kind"] = json!({ "enum": ["servo", "ideal", "none"] });
+    properties["kind"] = json!({ "enum": ["servo", "ideal", "none", "motor"] });
     properties["hip"] = joint.clone();
     properties["knee"] = joint;
     object(&properties, &[])
@@ -120,6 +124,15 @@ fn controller(kinds: &[Kind]) -> Value {
     schema
 }
 
+fn bus(kinds: &[Kind]) -> Value {
+    let name = described(
+        "What it is called; without it, its kind.",
+        json!({ "type": "string" }),
+    );
+    let one = with_kinds(kinds, "kind", &json!({ "name": name }));
+    json!({ "anyOf": [one, list(&one)] })
+}
+
 /// The table of a part that comes in kinds: the keys of all kinds together, so that a schema stays one a person can read;
 /// which kind has which key, the reader says. Without a catalogue any key goes.
 fn with_kinds(kinds: &[Kind], key: &str, common: &Value) -> Value {
@@ -132,7 +145,7 @@ fn with_kinds(kinds: &[Kind], key: &str, common: &Value) -> Value {
     properties[key] = json!({ "enum": names });
     for kind in kinds {
         for option in &kind.options {
-            properties[&option.name] = described(&option.about, accepted(option));
+            properties[&option.name] = described(&option.about, accepted(&option.accepts));
         }
         for variable in &kind.variables {
             properties[variable.key()] = described(&variable.about, of_variable(kind, variable));
@@ -141,8 +154,8 @@ fn with_kinds(kinds: &[Kind], key: &str, common: &Value) -> Value {
     object(&properties, &[key])
 }
 
-fn accepted(option: &OptionSpec) -> Value {
-    match &option.accepts {
+fn accepted(accepts: &Accepts) -> Value {
+    match accepts {
         Accepts::Quantity { unit, .. } => quantity(*unit),
         Accepts::Duration => duration(),
         Accepts::Natural(range) => {
@@ -151,6 +164,18 @@ fn accepted(option: &OptionSpec) -> Value {
         Accepts::Boolean => json!({ "type": "boolean" }),
         Accepts::Text => json!({ "type": "string" }),
         Accepts::Choice(words) => json!({ "enum": words }),
+        Accepts::Time => time(),
+        Accepts::Group(options) => {
+            let keys = options.iter().map(|option| {
+                let schema = described(&option.about, accepted(&option.accepts));
+                (option.name.clone(), schema)
+            });
+            object(&Value::Object(keys.collect()), &[])
+        }
+        Accepts::Each(one) => {
+            let one = accepted(one);
+            json!({ "anyOf": [one, { "type": "object", "additionalProperties": one }] })
+        }
     }
 }
 
@@ -233,11 +258,13 @@ fn body() -> Value {
 
 fn timing() -> Value {
     let properties = json!({
-        "of": { "enum": ["control"] },
+        "of": described("control, or the name of a bus.", json!({ "type": "string" })),
         "deadline_misses": limits(Unit::One),
         "cycle_rate": limits(Unit::Hertz),
         "jitter": limits(Unit::Second),
         "latency": limits(Unit::Second),
+        "longest_cycle": limits(Unit::Second),
+        "half_range": limits(Unit::Second),
     });
     object(&properties, &["of"])
 }

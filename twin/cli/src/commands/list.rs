@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use twinrig_robot::RobotFile;
-use twinrig_scenario::{Accepts, Kind, OptionSpec};
+use twinrig_scenario::{Accepts, Kind};
 
 use super::{FINE, Terminal};
 use crate::args::ListArgs;
@@ -78,7 +78,7 @@ fn part(kind: &Kind) -> Part {
     let options = kind.options.iter().map(|option| Opt {
         name: option.name.clone(),
         about: option.about.clone(),
-        accepts: accepts(option),
+        accepts: accepts(&option.accepts),
     });
     Part {
         name: kind.name.clone(),
@@ -89,8 +89,8 @@ fn part(kind: &Kind) -> Part {
     }
 }
 
-fn accepts(option: &OptionSpec) -> String {
-    match &option.accepts {
+fn accepts(accepted: &Accepts) -> String {
+    match accepted {
         Accepts::Quantity { unit, .. } => format!("a quantity in {unit}"),
         Accepts::Duration => "a duration".to_owned(),
         Accepts::Natural(range) => {
@@ -99,6 +99,12 @@ fn accepts(option: &OptionSpec) -> String {
         Accepts::Boolean => "true or false".to_owned(),
         Accepts::Text => "a text".to_owned(),
         Accepts::Choice(words) => words.join(" | "),
+        Accepts::Time => "a duration, a distribution of durations, or a trace of them".to_owned(),
+        Accepts::Group(options) => {
+            let keys: Vec<_> = options.iter().map(|option| option.name.as_str()).collect();
+            format!("{{ {} }}", keys.join(", "))
+        }
+        Accepts::Each(one) => format!("{}, for all or by name", accepts(one)),
     }
 }
 

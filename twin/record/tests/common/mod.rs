@@ -43,6 +43,7 @@ pub fn info() -> RunInfo {
         build: "0.1.0 (abc)".to_owned(),
         notes: [("plant".to_owned(), "massless".to_owned())].into(),
         tasks: vec!["direct".to_owned()],
+        lanes: Vec::new(),
         variables: vec!["frequency".to_owned(), "step_length".to_owned()],
     }
 }

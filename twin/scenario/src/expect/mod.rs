@@ -32,8 +32,8 @@ pub enum Claim {
     Footstep(FootstepClaim),
     /// Of the trunk.
     Body(BodyClaim),
-    /// Of the controller's cycle.
-    Timing(TimingMeasure, Limits),
+    /// Of the cycle of the controller or of a bus.
+    Timing(TimingClaim),
     /// Of a signal.
     Signal(SignalClaim),
     /// That the energy books close: |residual| over the energy exchanged, at the end of the run.
@@ -182,7 +182,18 @@ pub enum Along {
     Path,
 }
 
-/// What about the controller's cycle.
+/// A claim about a cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimingClaim {
+    /// Whose cycle: that of a bus, or, without one, the controller's.
+    pub of: Option<Placed<String>>,
+    /// What about it.
+    pub measure: TimingMeasure,
+    /// Its limits.
+    pub limits: Limits,
+}
+
+/// What about a cycle: an iteration of the controller, or a transfer of a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimingMeasure {
     /// Number of cycles that began too late or not at all \[1\].
@@ -193,6 +204,10 @@ pub enum TimingMeasure {
     Jitter,
     /// Greatest time from a cycle's begin to its end \[s\].
     Latency,
+    /// Greatest time from a cycle's begin to the next one's \[s\]: its inverse is the rate that is guaranteed.
+    LongestCycle,
+    /// Half of what the longest time between two begins exceeds the shortest by \[s\].
+    HalfRange,
 }
 
 /// A claim about one signal, or about every signal that matches a pattern.
@@ -300,7 +315,10 @@ impl TimingMeasure {
         match self {
             TimingMeasure::DeadlineMisses => Unit::One,
             TimingMeasure::CycleRate => Unit::Hertz,
-            TimingMeasure::Jitter | TimingMeasure::Latency => Unit::Second,
+            TimingMeasure::Jitter
+            | TimingMeasure::Latency
+            | TimingMeasure::LongestCycle
+            | TimingMeasure::HalfRange => Unit::Second,
         }
     }
 }

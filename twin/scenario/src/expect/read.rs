@@ -7,8 +7,8 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use super::read_footstep;
 use super::{
-    Along, BodyClaim, Claim, CostMeasure, Expectation, SignalClaim, SignalMode, TimingMeasure,
-    Until,
+    Along, BodyClaim, Claim, CostMeasure, Expectation, SignalClaim, SignalMode, TimingClaim,
+    TimingMeasure, Until,
 };
 use crate::limits::Limits;
 use crate::scenario::Placed;
@@ -198,14 +198,16 @@ fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {
 }
 
 fn timing(item: &Item<'_>) -> Result<Claim, Reported> {
-    const MEASURES: [(&str, TimingMeasure); 4] = [
+    const MEASURES: [(&str, TimingMeasure); 6] = [
         ("deadline_misses", TimingMeasure::DeadlineMisses),
         ("cycle_rate", TimingMeasure::CycleRate),
         ("jitter", TimingMeasure::Jitter),
         ("latency", TimingMeasure::Latency),
+        ("longest_cycle", TimingMeasure::LongestCycle),
+        ("half_range", TimingMeasure::HalfRange),
     ];
     let table = item.table()?;
-    let of = table.required("of", |item| item.choice(&[("control", ())]));
+    let of = table.required("of", placed_text);
     let keys = MEASURES.map(|(key, _)| key);
     let key = one_of(item, &table, &keys, "nothing of the timing is expected")?;
     let measure = MEASURES
@@ -213,8 +215,11 @@ fn timing(item: &Item<'_>) -> Result<Claim, Reported> {
         .find(|(known, _)| *known == key)
         .map_or(TimingMeasure::Latency, |(_, measure)| measure);
     let limits = table.required(key, |item| Limits::read(item, measure.unit()));
-    of?;
-    Ok(Claim::Timing(measure, limits?))
+    Ok(Claim::Timing(TimingClaim {
+        of: Some(of?).filter(|of| of.value != "control"),
+        measure,
+        limits: limits?,
+    }))
 }
 
 fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {

@@ -1,4 +1,4 @@
-//! Watching the controller's cycle.
+//! Watching a cycle: iterations of the controller, or transfers of a bus.
 
 use twinrig_kernel::{SimDuration, SimTime};
 
@@ -8,7 +8,7 @@ use super::tracker::Extremes;
 use crate::expect::TimingMeasure;
 use crate::limits::Limits;
 
-/// Watches the events of the controller's cycle.
+/// Watches the events of one cycle.
 #[derive(Clone, Debug)]
 pub(crate) struct CycleMeter {
     measure: TimingMeasure,
@@ -18,8 +18,10 @@ pub(crate) struct CycleMeter {
     last_begin: Option<SimTime>,
     begins: u64,
     missed: u64,
-    /// Jitter or latency \[s\].
+    /// Jitter, latency or time between two begins \[s\].
     seen: Extremes,
+    /// Shortest and longest time between two begins.
+    between: Option<(SimDuration, SimDuration)>,
     first_miss: Option<SimTime>,
     last_missed: Option<SimTime>,
 }
@@ -35,6 +37,7 @@ impl CycleMeter {
             begins: 0,
             missed: 0,
             seen: Extremes::default(),
+            between: None,
             first_miss: None,
             last_missed: None,
         }
@@ -43,10 +46,8 @@ impl CycleMeter {
     pub fn event(&mut self, now: SimTime, happening: Happening) {
         match happening {
             Happening::CycleBegin => {
-                if let (TimingMeasure::Jitter, Some(last)) = (self.measure, self.last_begin) {
-                    let off = (now - last).as_nanos().abs_diff(self.period.as_nanos());
-                    let off = SimDuration::from_nanos(off).as_secs_f64();
-                    self.seen.add_within(now, off, &self.limits);
+                if let Some(last) = self.last_begin {
+                    self.begun_again(now, now - last);
                 }
                 self.first_begin.get_or_insert(now);
                 self.last_begin = Some(now);
@@ -70,16 +71,37 @@ impl CycleMeter {
         }
     }
 
+    fn begun_again(&mut self, now: SimTime, between: SimDuration) {
+        match self.measure {
+            TimingMeasure::Jitter => {
+                let off = between.as_nanos().abs_diff(self.period.as_nanos());
+                let off = SimDuration::from_nanos(off).as_secs_f64();
+                self.seen.add_within(now, off, &self.limits);
+            }
+            TimingMeasure::LongestCycle => {
+                self.seen
+                    .add_within(now, between.as_secs_f64(), &self.limits);
+            }
+            TimingMeasure::HalfRange => {
+                let (shortest, longest) = self.between.unwrap_or((between, between));
+                self.between = Some((shortest.min(between), longest.max(between)));
+            }
+            TimingMeasure::DeadlineMisses | TimingMeasure::CycleRate | TimingMeasure::Latency => {}
+        }
+    }
+
     /// A cycle that does not end is at least as long as it has been: one that hangs would else pass for none at all.
     fn still_running(&mut self, now: SimTime) {
         let Some(begin) = self.last_begin else { return };
         let lasted = now - begin;
         let at_least = match self.measure {
-            TimingMeasure::Latency => lasted,
+            TimingMeasure::Latency | TimingMeasure::LongestCycle => lasted,
             TimingMeasure::Jitter => {
                 SimDuration::from_nanos(lasted.as_nanos().saturating_sub(self.period.as_nanos()))
             }
-            TimingMeasure::DeadlineMisses | TimingMeasure::CycleRate => return,
+            TimingMeasure::DeadlineMisses | TimingMeasure::CycleRate | TimingMeasure::HalfRange => {
+                return;
+            }
         };
         self.seen
             .add_within(now, at_least.as_secs_f64(), &self.limits);
@@ -87,10 +109,20 @@ impl CycleMeter {
 
     pub fn finding(&self) -> Finding {
         let (Some(first), Some(last)) = (self.first_begin, self.last_begin) else {
-            return Finding::unobserved("the controller did not run in its time");
+            return Finding::unobserved("no cycle began in its time");
         };
         match self.measure {
-            TimingMeasure::Jitter | TimingMeasure::Latency => self.seen.finding(&self.limits, ""),
+            TimingMeasure::Jitter | TimingMeasure::Latency | TimingMeasure::LongestCycle => {
+                self.seen.finding(&self.limits, "")
+            }
+            TimingMeasure::HalfRange => match self.between {
+                Some((shortest, longest)) => {
+                    let half = (longest - shortest).as_secs_f64() / 2.0;
+                    let detail = format!("from {shortest} to {longest}");
+                    Finding::of(self.limits.compare(half, half), None, detail)
+                }
+                None => Finding::unobserved("there was one cycle"),
+            },
             TimingMeasure::DeadlineMisses => {
                 let missed = self.missed as f64;
                 let detail = format!("of {} cycles", self.begins + self.missed);
@@ -103,7 +135,7 @@ impl CycleMeter {
                 let rate = (self.begins - 1) as f64 / (seen - first).as_secs_f64();
                 Finding::of(self.limits.compare(rate, rate), None, "")
             }
-            TimingMeasure::CycleRate => Finding::unobserved("the controller ran once"),
+            TimingMeasure::CycleRate => Finding::unobserved("there was one cycle"),
         }
     }
 }

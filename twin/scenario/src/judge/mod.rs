@@ -35,6 +35,8 @@ pub enum Channel {
     ProcessInputs,
     /// What the controller says.
     ProcessOutputs,
+    /// What drivers and boards count.
+    Gauges,
 }
 
 /// How the samples of each channel are laid out.
@@ -46,9 +48,34 @@ pub struct Layouts<'l> {
     pub process_inputs: &'l Layout,
     /// Of [`Channel::ProcessOutputs`].
     pub process_outputs: &'l Layout,
+    /// Of [`Channel::Gauges`].
+    pub gauges: &'l Layout,
+    /// The names of the tasks, which [`Cycle::Task`] numbers: those of buses.
+    pub tasks: &'l [String],
 }
 
-/// What happens to the controller's cycle.
+impl Layouts<'_> {
+    /// Channels and their layouts, in the order in which a signal is looked for.
+    fn channels(&self) -> [(Channel, &Layout); 4] {
+        [
+            (Channel::Plant, self.plant),
+            (Channel::ProcessInputs, self.process_inputs),
+            (Channel::ProcessOutputs, self.process_outputs),
+            (Channel::Gauges, self.gauges),
+        ]
+    }
+}
+
+/// Whose cycle something happens to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cycle {
+    /// The controller's.
+    Control,
+    /// That of the task of this number.
+    Task(usize),
+}
+
+/// What happens to a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happening {
     /// A cycle begins.
@@ -85,7 +112,7 @@ pub struct Judge {
     feet: Vec<Foot>,
     footsteps: Vec<Footstep>,
     /// Number of values of each channel.
-    lengths: [usize; 3],
+    lengths: [usize; 4],
 }
 
 /// What watches for one expectation.
@@ -99,7 +126,7 @@ struct Watch {
 #[derive(Clone, Debug)]
 enum Watcher {
     Signal(Meter),
-    Cycle(CycleMeter),
+    Cycle(Cycle, CycleMeter),
     /// Judged from what is known at the end.
     AtEnd,
     /// Cannot be observed, and why.
@@ -147,12 +174,7 @@ impl Judge {
             legs: scene.legs.clone(),
             watches: watches.collect(),
             feet,
-            lengths: [
-                layouts.plant,
-                layouts.process_inputs,
-                layouts.process_outputs,
-            ]
-            .map(Layout::len),
+            lengths: layouts.channels().map(|(_, layout)| layout.len()),
             footsteps: Vec::with_capacity(usize::try_from(expected).unwrap_or(64).min(1 << 20)),
         }
     }
@@ -192,11 +214,12 @@ impl Judge {
         }
     }
 
-    /// Takes an event of the controller's cycle.
+    /// Takes an event of a cycle.
     #[inline]
-    pub fn event(&mut self, now: SimTime, happening: Happening) {
+    pub fn event(&mut self, now: SimTime, of: Cycle, happening: Happening) {
         for watch in &mut self.watches {
-            if let Watcher::Cycle(meter) = &mut watch.meter
+            if let Watcher::Cycle(whose, meter) = &mut watch.meter
+                && *whose == of
                 && watch.window.contains(now)
             {
                 meter.event(now, happening);
@@ -239,7 +262,7 @@ impl Judge {
         match (&watch.meter, &expectation.claim) {
             (Watcher::Absent(why), _) => Finding::unobserved(why.clone()),
             (Watcher::Signal(meter), _) => meter.finding(),
-            (Watcher::Cycle(meter), _) => meter.finding(),
+            (Watcher::Cycle(_, meter), _) => meter.finding(),
             (Watcher::AtEnd, Claim::Footstep(claim)) => {
                 let broken = self.feet.iter().find_map(|foot| foot.detector.broken_at);
                 if broken.is_some() {

@@ -8,20 +8,16 @@ use super::cycle::CycleMeter;
 use super::meter::{Meter, Nearest};
 use super::tracker::{Extremes, Settling, Window};
 use super::trunk::{Speed, Upright, Yaw};
-use super::{Channel, Layouts, Watch, Watcher};
-use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use super::{Channel, Cycle, Layouts, Watch, Watcher};
+use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
 use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
 
 /// Channel and place of the signal `name`: the plant's, or else what the controller is told or says of it.
 pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Channel, Range<usize>)> {
-    let channels = [
-        (Channel::Plant, layouts.plant),
-        (Channel::ProcessInputs, layouts.process_inputs),
-        (Channel::ProcessOutputs, layouts.process_outputs),
-    ];
-    let mut found = channels
+    let mut found = layouts
+        .channels()
         .into_iter()
         .filter_map(|(channel, layout)| Some((channel, layout.find(name)?)));
     found.next()
@@ -42,13 +38,7 @@ pub(super) fn watch(expectation: &Expectation, scene: &Scene, layouts: &Layouts<
             }
             signal(claim, layouts)
         }
-        Claim::Timing(measure, limits) => match &scene.scenario.controller {
-            Some(control) => {
-                let meter = CycleMeter::new(*measure, *limits, control.period);
-                Ok((Channel::Plant, Watcher::Cycle(meter)))
-            }
-            None => Err("there is no controller".to_owned()),
-        },
+        Claim::Timing(claim) => cycle(claim, scene, layouts),
         Claim::Footstep(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => {
             Ok((Channel::Plant, Watcher::AtEnd))
         }
@@ -59,6 +49,25 @@ pub(super) fn watch(expectation: &Expectation, scene: &Scene, layouts: &Layouts<
         channel,
         meter,
     }
+}
+
+/// A bus is expected to keep the controller's period.
+fn cycle(
+    claim: &TimingClaim,
+    scene: &Scene,
+    layouts: &Layouts<'_>,
+) -> Result<(Channel, Watcher), String> {
+    let control = scene.scenario.controller.as_ref();
+    let control = control.ok_or("there is no controller")?;
+    let of = match &claim.of {
+        None => Cycle::Control,
+        Some(name) => {
+            let task = layouts.tasks.iter().position(|task| *task == name.value);
+            Cycle::Task(task.ok_or_else(|| format!("there is no bus {}", name.value))?)
+        }
+    };
+    let meter = CycleMeter::new(claim.measure, claim.limits, control.period);
+    Ok((Channel::Plant, Watcher::Cycle(of, meter)))
 }
 
 /// The unit of what a claim measures.
@@ -77,7 +86,7 @@ pub(super) fn unit(claim: &Claim) -> Unit {
             | BodyClaim::PitchRange(_)
             | BodyClaim::YawDrift(_) => Unit::Radian,
         },
-        Claim::Timing(measure, _) => measure.unit(),
+        Claim::Timing(claim) => claim.measure.unit(),
         Claim::Signal(claim) => claim.unit,
         Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
     }
@@ -216,28 +225,26 @@ fn elements(
     component: Option<usize>,
     layouts: &Layouts<'_>,
 ) -> Option<(Channel, Vec<usize>)> {
-    let channels = [
-        (Channel::Plant, layouts.plant),
-        (Channel::ProcessInputs, layouts.process_inputs),
-        (Channel::ProcessOutputs, layouts.process_outputs),
-    ];
-    channels.into_iter().find_map(|(channel, layout)| {
-        let fields = layout
-            .fields()
-            .filter(|field| matches(name, &field.port.name));
-        let elements: Vec<usize> = fields
-            .flat_map(|field| {
-                let range = field.range();
-                match component {
-                    Some(component) if component < range.len() => {
-                        let element = range.start + component;
-                        element..element + 1
+    layouts
+        .channels()
+        .into_iter()
+        .find_map(|(channel, layout)| {
+            let fields = layout
+                .fields()
+                .filter(|field| matches(name, &field.port.name));
+            let elements: Vec<usize> = fields
+                .flat_map(|field| {
+                    let range = field.range();
+                    match component {
+                        Some(component) if component < range.len() => {
+                            let element = range.start + component;
+                            element..element + 1
+                        }
+                        Some(_) => range.start..range.start,
+                        None => range,
                     }
-                    Some(_) => range.start..range.start,
-                    None => range,
-                }
-            })
-            .collect();
-        (!elements.is_empty()).then_some((channel, elements))
-    })
+                })
+                .collect();
+            (!elements.is_empty()).then_some((channel, elements))
+        })
 }

@@ -117,7 +117,7 @@ pub(super) fn io_default(control: Option<&ControllerSpec>) -> IoSpec {
 }
 
 /// How long something takes: a duration, or a table.
-pub(super) fn time_model(item: &Item<'_>) -> Result<TimeModel, Reported> {
+pub(crate) fn time_model(item: &Item<'_>) -> Result<TimeModel, Reported> {
     if !item.is_table() {
         return Ok(TimeModel::Constant(item.duration()?));
     }

@@ -1,5 +1,6 @@
 //! Reading scenario files.
 
+mod bus;
 mod changes;
 mod controller;
 mod plant;
@@ -9,11 +10,12 @@ use std::path::Path;
 use twinrig_document::{Document, DocumentError, Item, Overrides, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
+pub(crate) use controller::time_model;
+
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::{Context, Expectation, expectation, placed_text};
 use crate::scenario::{
-    ControllerSpec, FootstepSpec, IoSpec, LoadThreshold, ObserveSpec, Placed, RecordSpec, Scenario,
-    Setting,
+    ControllerSpec, FootstepSpec, IoSpec, LoadThreshold, ObserveSpec, RecordSpec, Scenario, Setting,
 };
 
 /// Reads a scenario out of a document.
@@ -61,7 +63,7 @@ fn read(
     let controller = table.optional("controller", |item| {
         controller::controller(item, &catalogue.controllers)
     });
-    let bus = table.optional("bus", |item| bus(item, &catalogue.buses));
+    let buses = table.optional("bus", |item| bus::buses(item, &catalogue.buses));
     let observe = table.optional("observe", |item| observe(&item.table()?));
     let footsteps = table.optional("footsteps", |item| footsteps(&item.table()?));
     let record = table.optional("record", |item| record(&item.table()?));
@@ -72,7 +74,7 @@ fn read(
         .map_err(|reported| *reported);
     let io = table.optional("io", |item| io(&item.table()?, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue);
-    let faults = table.optional("fault", |item| item.each(fault));
+    let faults = table.optional("fault", |item| item.each(bus::fault));
     let context = Context {
         duration: *duration.as_ref().unwrap_or(&SimDuration::MAX),
         first_change: changes
@@ -83,8 +85,8 @@ fn read(
         item.each(|item| expectation(item, &context))
     });
     let (controller, io) = (controller?, io?);
-    bus?;
-    faults?;
+    let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
+    bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
     Ok(Scenario {
         name: name?.unwrap_or_else(|| stem(&source.file)),
@@ -100,6 +102,8 @@ fn read(
         actuator: actuator?.unwrap_or_default(),
         controller,
         io,
+        buses,
+        faults,
         observe: ObserveSpec {
             period: observe?.unwrap_or(OBSERVE_PERIOD),
             footsteps: footsteps?.unwrap_or(FOOTSTEPS),
@@ -115,6 +119,7 @@ const OBSERVE_PERIOD: SimDuration = SimDuration::from_millis(2);
 const RECORD: RecordSpec = RecordSpec {
     signals: None,
     frames: Some(50.0),
+    bytes: false,
 };
 
 /// Body weight on a foot is a quarter in standing and up to one in a trot: a twentieth is no rest of a swing, and a
@@ -166,18 +171,6 @@ fn kind<'k>(item: &Item<'_>, what: &str, kinds: &'k [Kind]) -> Result<&'k Kind, 
     Ok(kind)
 }
 
-fn bus(item: &Item<'_>, buses: &[Kind]) -> Result<(), Reported> {
-    let table = item.table()?;
-    if buses.is_empty() {
-        table.give_up();
-        let help = "leave [bus] out: signals go straight to the actuators";
-        return Err(item.report("this build has no bus", help));
-    }
-    let kind = table.required("kind", |item| kind(item, "bus", buses));
-    crate::options::Options::read(&table, &kind?.options)?;
-    Ok(())
-}
-
 fn observe(table: &Table<'_>) -> Result<SimDuration, Reported> {
     let period = table.optional("period", Item::positive_duration)?;
     Ok(period.unwrap_or(OBSERVE_PERIOD))
@@ -227,10 +220,12 @@ fn record(table: &Table<'_>) -> Result<RecordSpec, Reported> {
     let frames = table.optional("frames", |item| {
         item.quantity(Unit::Hertz, &Range::NOT_NEGATIVE)
     });
+    let bytes = table.optional("bytes", Item::boolean);
     let frames = frames?.map_or(RECORD.frames, |rate| (rate > 0.0).then_some(rate));
     Ok(RecordSpec {
         signals: signals?,
         frames,
+        bytes: bytes?.unwrap_or(RECORD.bytes),
     })
 }
 
@@ -250,16 +245,4 @@ fn io(table: &Table<'_>, control: Option<&ControllerSpec>) -> Result<IoSpec, Rep
         step,
         transfer_time: transfer_time?.unwrap_or(default.transfer_time),
     })
-}
-
-/// A fault. There is no wire yet that it could be on.
-fn fault(item: &Item<'_>) -> Result<(), Reported> {
-    let table = item.table()?;
-    let on: Result<Placed<String>, _> = table.required("on", placed_text);
-    let _ = table.required("at", Item::duration);
-    let _ = table.required("kind", Item::text);
-    let _ = table.optional("for", Item::duration);
-    let message = format!("there is no wire `{}` in this scene", on?.value);
-    let help = "a fault happens on the wire of a bus; this scene has no [bus], signals go straight to the actuators";
-    Err(table.report("on", message, help))
 }

@@ -162,6 +162,7 @@ pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
             ("servo", ActuatorKind::Servo),
             ("ideal", ActuatorKind::Ideal),
             ("none", ActuatorKind::None),
+            ("motor", ActuatorKind::Motor),
         ])
     });
     let both = servo(table);
@@ -176,6 +177,7 @@ pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
         ActuatorKind::Servo => None,
         ActuatorKind::Ideal => Some("an ideal actuator has"),
         ActuatorKind::None => Some("a leg without actuators has"),
+        ActuatorKind::Motor => Some("a motor has"),
     };
     if let Some(without) = without
         && given

@@ -110,6 +110,7 @@ pub fn facts(legs: Vec<LegFact>) -> Facts {
         plant_outputs: outputs,
         process_ports: process,
         frame_signals: vec!["body/position".into()],
+        ..Facts::default()
     }
 }
 

@@ -1,7 +1,9 @@
 //! Runs made up for the judge: bodies that glide and feet that stand and swing by the clock.
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
-use twinrig_scenario::{Channel, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Scene};
+use twinrig_scenario::{
+    Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Scene,
+};
 
 /// Time between two observations.
 pub const PERIOD_MS: u64 = 2;
@@ -71,6 +73,8 @@ pub fn judge_with(
             plant: &layout,
             process_inputs: &none,
             process_outputs: &none,
+            gauges: &none,
+            tasks: &[],
         },
     );
     let mut values = vec![0.0; layout.len()];
@@ -118,11 +122,13 @@ pub fn cycles(expect: &str, events: &[(u64, Happening)]) -> Outcome {
             plant: &none,
             process_inputs: &none,
             process_outputs: &none,
+            gauges: &none,
+            tasks: &[],
         },
     );
     for (micros, happening) in events {
         let now = SimTime::ZERO + SimDuration::from_micros(*micros);
-        judge.event(now, *happening);
+        judge.event(now, Cycle::Control, *happening);
     }
     let end = RunEnd {
         at: scene.scenario.end(),

@@ -1,0 +1,132 @@
+//! The buses of a scene: what carries the signals between controller and plant.
+
+use twinrig_document::{DocumentError, suggestion};
+use twinrig_kernel::Port;
+use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, WiredTask};
+use twinrig_scenario::{BusSpec, FaultSpec, matches};
+
+use crate::assembly::{Assembly, timing};
+use crate::error::TwinError;
+use crate::registry::{BusKind, Hookup};
+
+/// What carries the signals that no bus does.
+const DIRECT: &str = "io";
+
+impl Assembly<'_> {
+    /// The tasks that carry the signals of a process with these ports: one for each bus, and one for what no bus carries.
+    pub(crate) fn tasks(&self, process_ports: &[Port]) -> Result<Vec<Box<dyn IoTask>>, TwinError> {
+        let scenario = self.scenario();
+        let mut tasks: Vec<Box<dyn IoTask>> = Vec::new();
+        let mut carried: Vec<Port> = Vec::new();
+        for bus in &scenario.buses {
+            let driver = self.driver(bus, process_ports)?;
+            carried.extend(driver.ports());
+            let kind = self.bus_kind(bus)?;
+            let wire = self.hooked_up(bus, process_ports, |hookup| kind.wire(hookup))?;
+            tasks.push(Box::new(WiredTask::new(driver, wire)));
+        }
+        let rest: Vec<Port> = process_ports
+            .iter()
+            .filter(|port| !carried.contains(&port.mirrored()))
+            .cloned()
+            .collect();
+        if !rest.is_empty() || tasks.is_empty() {
+            let transfer = timing(&scenario.io.transfer_time);
+            let io = DirectIo::for_process(DIRECT, &rest, transfer, scenario.seed)
+                .map_err(|error| self.rig_error(RigError::Compute(error)))?;
+            tasks.push(Box::new(io));
+        }
+        Ok(tasks)
+    }
+
+    /// The driver of a bus.
+    pub(crate) fn driver(
+        &self,
+        bus: &BusSpec,
+        process_ports: &[Port],
+    ) -> Result<Box<dyn Driver>, TwinError> {
+        let kind = self.bus_kind(bus)?;
+        self.hooked_up(bus, process_ports, |hookup| kind.driver(hookup))
+    }
+
+    /// The kind of a bus, which the scenario was checked for.
+    pub(crate) fn bus_kind(&self, bus: &BusSpec) -> Result<&BusKind, TwinError> {
+        let missing = || self.not_built("bus", &bus.kind, "there is none of that name".into());
+        self.registry.bus(&bus.kind).ok_or_else(missing)
+    }
+
+    /// What drivers and boards count, of a process with these ports.
+    pub(crate) fn gauges_of(&self, process_ports: &[Port]) -> Result<Vec<Port>, TwinError> {
+        let tasks = self.tasks(process_ports)?;
+        Ok(tasks.iter().flat_map(|task| task.gauges()).collect())
+    }
+
+    /// Those of the plant's outputs that boards measure.
+    pub(crate) fn measured(&self, plant_outputs: &[Port]) -> Vec<String> {
+        let kinds = self.scenario().buses.iter();
+        let kinds = kinds.filter_map(|bus| self.registry.bus(&bus.kind));
+        let patterns: Vec<&String> = kinds.flat_map(BusKind::measured).collect();
+        let measured = |name: &str| patterns.iter().any(|pattern| matches(pattern, name));
+        let names = plant_outputs.iter().map(|port| port.name.clone());
+        names.filter(|name| measured(name)).collect()
+    }
+
+    /// Every fault is at a place that its bus has.
+    pub(crate) fn check_fault_places(&self) -> Result<(), TwinError> {
+        let scenario = self.scenario();
+        for fault in &scenario.faults {
+            let Some((bus, place)) = scenario.buses.iter().find_map(|bus| place(bus, fault)) else {
+                continue;
+            };
+            let places = self.bus_kind(bus)?.places(&self.leg_names());
+            if place.is_empty() || places.iter().any(|known| known == place) {
+                continue;
+            }
+            let wire = format!("wire/{}", bus.name.value);
+            let known: Vec<String> = places
+                .iter()
+                .map(|known| format!("{wire}/{known}"))
+                .collect();
+            let known = std::iter::once(wire.as_str()).chain(known.iter().map(String::as_str));
+            let message = format!("there is no place `{}` in this scene", fault.on.value);
+            let help = suggestion(&fault.on.value, "places", known);
+            return Err(DocumentError::from(fault.on.error(message, help)).into());
+        }
+        Ok(())
+    }
+
+    fn hooked_up<T>(
+        &self,
+        bus: &BusSpec,
+        process_ports: &[Port],
+        build: impl FnOnce(&Hookup<'_>) -> Result<T, crate::BuildError>,
+    ) -> Result<T, TwinError> {
+        let scenario = self.scenario();
+        let faults: Vec<(&str, &FaultSpec)> = scenario
+            .faults
+            .iter()
+            .filter_map(|fault| place(bus, fault).map(|(_, place)| (place, fault)))
+            .collect();
+        let hookup = Hookup {
+            name: &bus.name.value,
+            robot: self.robot(),
+            legs: &self.leg_names(),
+            process_ports,
+            period: self.period(),
+            options: &bus.options,
+            faults: &faults,
+            seed: scenario.seed,
+        };
+        build(&hookup).map_err(|source| self.not_built("bus", &bus.kind, source))
+    }
+}
+
+/// The place of a fault on `bus`, if that is where it happens: `LF` of `wire/sbcp/LF`, nothing of `wire/sbcp`.
+fn place<'s>(bus: &'s BusSpec, fault: &'s FaultSpec) -> Option<(&'s BusSpec, &'s str)> {
+    let rest = fault.on.value.strip_prefix("wire/")?;
+    let rest = rest.strip_prefix(bus.name.value.as_str())?;
+    if rest.is_empty() {
+        return Some((bus, rest));
+    }
+    rest.strip_prefix('/').map(|place| (bus, place))
+}
