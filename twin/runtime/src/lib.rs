@@ -73,6 +73,7 @@ mod manager;
 mod observer;
 mod plant;
 mod process;
+mod process_slot;
 mod rig;
 mod schedule;
 mod task;

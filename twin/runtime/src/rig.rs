@@ -1,15 +1,14 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{
-    Agenda, EventQueue, Layout, PartId, Rank, SimDuration, SimTime, Wake, near_misses,
-};
+use twinrig_kernel::{Agenda, Layout, PartId, SimDuration, SimTime, Wake};
 
 use crate::far_end::FarEnd;
+use crate::process_slot::{ProcessSlot, ProcessSlotState};
 use crate::wiring::TaskLinks;
 use crate::{
-    Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, ProcessVariable,
-    Progress, RigError, RunEvent, TaskError, TimeSource,
+    Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress, RigError,
+    RunEvent, TaskError, TimeSource,
 };
 
 mod assembly;
@@ -47,12 +46,10 @@ mod rank {
 /// observation grid, under the commands that were last actuated, zeros at first. So observing with
 /// another period is another run, unless the plant's own step divides both.
 pub struct Rig {
-    process: Box<dyn Process>,
+    process: ProcessSlot,
     tasks: Vec<TaskSlot>,
     far_end: FarEnd,
     state: RigState,
-    inputs: Layout,
-    outputs: Layout,
     /// The gauges of all tasks, end to end.
     gauges: Layout,
     lanes: Vec<String>,
@@ -69,9 +66,6 @@ struct RigState {
     manager: Manager,
     agenda: Agenda,
     compute: TimeSource,
-    changes: EventQueue<PendingChange>,
-    inputs: Vec<f64>,
-    outputs: Vec<f64>,
     gauges: Vec<f64>,
 }
 
@@ -95,12 +89,6 @@ struct Parts {
     observation: PartId,
 }
 
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct PendingChange {
-    variable: usize,
-    change: Change,
-}
-
 impl Rig {
     /// Sets a process variable before the first iteration that begins at `at` or later. Changes due at
     /// one iteration are made in the order of their times, then in the order they were scheduled.
@@ -114,35 +102,7 @@ impl Rig {
         variable: &str,
         change: Change,
     ) -> Result<(), RigError> {
-        let variables = self.process.variables();
-        let Some(index) = variables.iter().position(|known| known.name() == variable) else {
-            let near = near_misses(variable, variables.iter().map(ProcessVariable::name));
-            return Err(RigError::NoSuchVariable {
-                process: self.process.name().into(),
-                name: variable.into(),
-                near: near.into_iter().map(String::from).collect(),
-            });
-        };
-        if at < self.now() {
-            return Err(RigError::ChangeInThePast {
-                at,
-                now: self.now(),
-            });
-        }
-        if let Change::To(value) = change {
-            variables[index]
-                .check(value)
-                .map_err(|source| RigError::Change { at, source })?;
-        }
-        self.state.changes.push(
-            at,
-            Rank(0),
-            PendingChange {
-                variable: index,
-                change,
-            },
-        );
-        Ok(())
+        self.process.schedule(self.now(), at, variable, change)
     }
 
     /// Handles every event up to and at `to`. Running to the end at once or in pieces makes no difference.
@@ -214,23 +174,21 @@ impl Rig {
                 return Ok(());
             }
         };
-        self.make_changes(observer)?;
+        self.process.make_changes(now, now, observer)?;
         for (n, slot) in self.tasks.iter().enumerate() {
             if self.state.manager.takes_part(n) {
                 let brought = slot.task.to_process();
                 slot.links
                     .measurements
                     .iter()
-                    .for_each(|link| link.copy(brought, &mut self.state.inputs));
+                    .for_each(|link| link.copy(brought, &mut self.process.state.inputs));
             } else {
                 observer.event(now, RunEvent::TaskSkipped { task: n });
             }
         }
         observer.event(now, RunEvent::ProcessBegin { elapsed });
-        observer.samples(now, Group::ProcessInputs, &self.state.inputs);
-        self.process
-            .step(elapsed, &self.state.inputs, &mut self.state.outputs);
-        self.check_outputs()?;
+        observer.samples(now, Group::ProcessInputs, &self.process.state.inputs);
+        self.process.step(now, elapsed)?;
         let ends = now + self.state.compute.draw();
         self.state.agenda.arm(self.parts.process_end, ends);
         Ok(())
@@ -256,52 +214,12 @@ impl Rig {
         Ok(open)
     }
 
-    fn make_changes<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
-        let now = self.now();
-        while let Some(due) = self.state.changes.pop_until(now) {
-            let PendingChange { variable, change } = due.event;
-            let value = match change {
-                Change::To(value) => value,
-                Change::By(step) => self.process.variables()[variable].value() + step,
-            };
-            self.process
-                .set_variable(variable, value)
-                .map_err(|source| RigError::Change {
-                    at: due.time,
-                    source,
-                })?;
-            observer.event(now, RunEvent::Change { variable, value });
-        }
-        Ok(())
-    }
-
-    /// An output that is no number would poison the plant long before anybody could tell why.
-    fn check_outputs(&self) -> Result<(), RigError> {
-        let Some(index) = self
-            .state
-            .outputs
-            .iter()
-            .position(|value| !value.is_finite())
-        else {
-            return Ok(());
-        };
-        Err(RigError::NotFinite {
-            process: self.process.name().into(),
-            signal: self
-                .outputs
-                .field_at(index)
-                .map_or_else(String::new, |field| field.port.name.clone()),
-            value: self.state.outputs[index],
-            time: self.now(),
-        })
-    }
-
     /// Ends the iteration, and begins the transfers of the tasks that take part in it.
     fn process_end<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         self.state.manager.process_ended();
         observer.event(now, RunEvent::ProcessEnd);
-        observer.samples(now, Group::ProcessOutputs, &self.state.outputs);
+        observer.samples(now, Group::ProcessOutputs, &self.process.state.outputs);
         for n in 0..self.tasks.len() {
             if !self.state.manager.takes_part(n) {
                 continue;
@@ -310,7 +228,7 @@ impl Rig {
             observer.event(now, RunEvent::TaskBegin { task: n });
             let slot = &mut self.tasks[n];
             for link in &slot.links.commands {
-                link.copy(&self.state.outputs, &mut slot.from_process);
+                link.copy(&self.process.state.outputs, &mut slot.from_process);
             }
             let progress = slot.task.begin(now, &slot.from_process, &mut self.far_end);
             self.follow(n, progress, observer)?;
@@ -390,8 +308,8 @@ impl Rig {
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
             Group::Plant => &self.far_end.signals.outputs,
-            Group::ProcessInputs => &self.inputs,
-            Group::ProcessOutputs => &self.outputs,
+            Group::ProcessInputs => &self.process.inputs,
+            Group::ProcessOutputs => &self.process.outputs,
             Group::Gauges => &self.gauges,
         }
     }
@@ -413,7 +331,7 @@ impl Rig {
 
     /// The process.
     pub fn process(&self) -> &dyn Process {
-        &*self.process
+        &*self.process.process
     }
 
     /// The plant: its energy, its work. It is where it was last acted on or looked at, at or before

@@ -1,7 +1,8 @@
-use twinrig_kernel::{Agenda, Direction, EventQueue, Layout, Port, SimTime};
+use twinrig_kernel::{Agenda, Direction, Layout, Port, SimTime};
 
 use super::{Parts, Rig, RigState, TaskSlot, rank};
 use crate::far_end::FarEnd;
+use crate::process_slot::ProcessSlot;
 use crate::wiring::{check_names, wire};
 use crate::{IoTask, Manager, Plant, Process, RigError, Schedule};
 
@@ -42,26 +43,19 @@ impl Rig {
         };
         agenda.arm(parts.control_step, SimTime::ZERO);
         agenda.arm(parts.observation, SimTime::ZERO);
-        let inputs = Layout::of(&process_ports, Direction::Input);
-        let outputs = Layout::of(&process_ports, Direction::Output);
         let gauges = Layout::of(&gauges, Direction::Output);
         let state = RigState {
             manager: Manager::new(tasks.len()),
             agenda,
             compute: compute.map_err(RigError::Compute)?,
-            changes: EventQueue::new(),
-            inputs: vec![0.0; inputs.len()],
-            outputs: vec![0.0; outputs.len()],
             gauges: vec![0.0; gauges.len()],
         };
         let observe = schedule.observe;
         Ok(Self {
-            process,
+            process: ProcessSlot::new(process, &process_ports),
             tasks,
             far_end,
             state,
-            inputs,
-            outputs,
             gauges,
             lanes,
             period,

@@ -3,7 +3,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Snapshot, SnapshotError};
 
-use super::{Rig, RigState};
+use super::{ProcessSlotState, Rig, RigState};
 use crate::far_end::FarEndState;
 use crate::{Group, RigError};
 
@@ -12,6 +12,7 @@ use crate::{Group, RigError};
 struct SavedRig {
     make: String,
     state: RigState,
+    slot: ProcessSlotState,
     far_end: FarEndState,
     process: Snapshot,
     tasks: Vec<Snapshot>,
@@ -25,8 +26,9 @@ impl Rig {
         Snapshot::of(&SavedRig {
             make: self.make(),
             state: self.state.clone(),
+            slot: self.process.state.clone(),
             far_end: self.far_end.state.clone(),
-            process: self.process.save(),
+            process: self.process.process.save(),
             tasks: self.tasks.iter().map(|slot| slot.task.save()).collect(),
             plant: self.far_end.plant.save(),
         })
@@ -49,13 +51,14 @@ impl Rig {
         }
         let restored = self.restore_parts(&saved).map_err(RigError::from);
         self.state = saved.state;
+        self.process.state = saved.slot;
         self.far_end.state = saved.far_end;
         self.failed = restored.clone().err();
         restored
     }
 
     fn restore_parts(&mut self, saved: &SavedRig) -> Result<(), SnapshotError> {
-        self.process.restore(&saved.process)?;
+        self.process.process.restore(&saved.process)?;
         for (slot, snapshot) in self.tasks.iter_mut().zip(&saved.tasks) {
             slot.task.restore(snapshot)?;
         }
@@ -68,7 +71,7 @@ impl Rig {
         format!(
             "a rig of process {} ({} in, {} out), plant {} ({} in, {} out) and the tasks {:?}, \
              with a control period of {}, observed every {}",
-            self.process.name(),
+            self.process.process.name(),
             len(Group::ProcessInputs),
             len(Group::ProcessOutputs),
             self.far_end.plant.name(),

@@ -1,0 +1,122 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{
+    Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, near_misses,
+};
+
+use crate::{Change, Observer, Process, ProcessVariable, RigError, RunEvent};
+
+/// A process with its signals and the changes that wait for it: what both executors do with one.
+pub(crate) struct ProcessSlot {
+    pub(crate) process: Box<dyn Process>,
+    pub(crate) inputs: Layout,
+    pub(crate) outputs: Layout,
+    pub(crate) state: ProcessSlotState,
+}
+
+/// What of it changes, apart from the process.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct ProcessSlotState {
+    changes: EventQueue<PendingChange>,
+    pub(crate) inputs: Vec<f64>,
+    pub(crate) outputs: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct PendingChange {
+    variable: usize,
+    change: Change,
+}
+
+impl ProcessSlot {
+    /// A process with these ports, which are its own.
+    pub(crate) fn new(process: Box<dyn Process>, ports: &[Port]) -> Self {
+        let inputs = Layout::of(ports, Direction::Input);
+        let outputs = Layout::of(ports, Direction::Output);
+        Self {
+            process,
+            state: ProcessSlotState {
+                changes: EventQueue::new(),
+                inputs: vec![0.0; inputs.len()],
+                outputs: vec![0.0; outputs.len()],
+            },
+            inputs,
+            outputs,
+        }
+    }
+
+    /// Puts a change onto the list, unless it is known now that it cannot be made.
+    pub(crate) fn schedule(
+        &mut self,
+        now: SimTime,
+        at: SimTime,
+        variable: &str,
+        change: Change,
+    ) -> Result<(), RigError> {
+        let variables = self.process.variables();
+        let Some(index) = variables.iter().position(|known| known.name() == variable) else {
+            let near = near_misses(variable, variables.iter().map(ProcessVariable::name));
+            return Err(RigError::NoSuchVariable {
+                process: self.process.name().into(),
+                name: variable.into(),
+                near: near.into_iter().map(String::from).collect(),
+            });
+        };
+        if at < now {
+            return Err(RigError::ChangeInThePast { at, now });
+        }
+        if let Change::To(value) = change {
+            variables[index]
+                .check(value)
+                .map_err(|source| RigError::Change { at, source })?;
+        }
+        let pending = PendingChange {
+            variable: index,
+            change,
+        };
+        self.state.changes.push(at, Rank(0), pending);
+        Ok(())
+    }
+
+    /// Makes the changes that are due at the control step `scheduled`, and tells the observer that it is `now`.
+    pub(crate) fn make_changes<O: Observer>(
+        &mut self,
+        scheduled: SimTime,
+        now: SimTime,
+        observer: &mut O,
+    ) -> Result<(), RigError> {
+        while let Some(due) = self.state.changes.pop_until(scheduled) {
+            let PendingChange { variable, change } = due.event;
+            let value = match change {
+                Change::To(value) => value,
+                Change::By(step) => self.process.variables()[variable].value() + step,
+            };
+            self.process
+                .set_variable(variable, value)
+                .map_err(|source| RigError::Change {
+                    at: due.time,
+                    source,
+                })?;
+            observer.event(now, RunEvent::Change { variable, value });
+        }
+        Ok(())
+    }
+
+    /// One iteration. An output that is no number would poison the plant long before anybody could tell why.
+    pub(crate) fn step(&mut self, now: SimTime, elapsed: SimDuration) -> Result<(), RigError> {
+        self.process
+            .step(elapsed, &self.state.inputs, &mut self.state.outputs);
+        let outputs = &self.state.outputs;
+        let Some(index) = outputs.iter().position(|value| !value.is_finite()) else {
+            return Ok(());
+        };
+        Err(RigError::NotFinite {
+            process: self.process.name().into(),
+            signal: self
+                .outputs
+                .field_at(index)
+                .map_or_else(String::new, |field| field.port.name.clone()),
+            value: outputs[index],
+            time: now,
+        })
+    }
+}
