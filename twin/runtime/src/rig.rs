@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Agenda, Layout, PartId, SimDuration, SimTime, Wake};
+use twinrig_kernel::{Agenda, Layout, PartId, Port, SimDuration, SimTime, Wake};
 
 use crate::far_end::FarEnd;
 use crate::process_slot::{ProcessSlot, ProcessSlotState};
@@ -322,6 +322,12 @@ impl Rig {
     /// The names of the tasks, in order of registration.
     pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.tasks.iter().map(|slot| slot.name.as_str())
+    }
+
+    /// The name of the task that carries the process's signal `port`.
+    pub fn carrier(&self, port: &Port) -> Option<&str> {
+        let carries = |slot: &&TaskSlot| slot.task.ports().contains(&port.mirrored());
+        Some(&self.tasks.iter().find(carries)?.name)
     }
 
     /// The control period.

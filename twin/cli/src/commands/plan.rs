@@ -26,6 +26,7 @@ struct Plan {
     schedule: Timetable,
     wires: Vec<Wire>,
     signals: Vec<Signal>,
+    gauges: Vec<Gauge>,
     changes: usize,
     expectations: Vec<String>,
     left_out: Vec<LeftOut>,
@@ -58,6 +59,14 @@ struct Signal {
     recorded: bool,
 }
 
+/// What a driver or a board counts.
+#[derive(Serialize)]
+struct Gauge {
+    name: String,
+    unit: &'static str,
+    recorded: bool,
+}
+
 pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
     match of(registry, args) {
         Ok(plan) => {
@@ -87,6 +96,11 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
         computed: scene.wanted.contains(&port.name),
         recorded: scene.recorded.contains(&port.name),
     });
+    let gauges = assembly.gauges().iter().map(|port| Gauge {
+        name: port.name.clone(),
+        unit: port.unit.symbol(),
+        recorded: scene.recorded.contains(&port.name),
+    });
     Ok(Plan {
         scenario: scenario.name.clone(),
         seed: scenario.seed,
@@ -106,6 +120,7 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
         },
         wires: wires(&rig),
         signals: signals.collect(),
+        gauges: gauges.collect(),
         changes: scenario.changes.len(),
         expectations: scenario
             .expectations
@@ -119,8 +134,8 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
 /// What the process reads and writes, and through which task.
 fn wires(rig: &Rig) -> Vec<Wire> {
     let (process, plant) = (rig.process().name(), rig.plant().name());
-    let task = rig.task_names().next().unwrap_or("io").to_owned();
     let wire = |port: &Port| {
+        let task = rig.carrier(port).unwrap_or_default();
         let ends = [process.to_owned(), format!("{task} → {plant}")];
         let [process, plant] = match port.direction {
             Direction::Output => ends,
@@ -184,6 +199,12 @@ fn text(plan: &Plan, paint: Paint) -> String {
     lines.extend(facts.lines(2, paint));
     section(&mut lines, paint, "wired", &wired(plan));
     section(&mut lines, paint, "signals of the plant", &signals(plan));
+    section(
+        &mut lines,
+        paint,
+        "counted by drivers and boards",
+        &gauges(plan),
+    );
     let mut expected = Grid::new(&[Side::Left]);
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);
@@ -260,6 +281,21 @@ fn signals(plan: &Plan) -> Grid {
             Cell::new(unit, Tint::Dim),
             Cell::new(fate, tint),
         ]);
+    }
+    grid
+}
+
+fn gauges(plan: &Plan) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut rows = Vec::new();
+    for gauge in &plan.gauges {
+        let row = (folded(&gauge.name, &plan.legs), gauge.unit);
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
+    }
+    for (name, unit) in rows {
+        grid.row([name.into(), Cell::new(format!("[{unit}]"), Tint::Dim)]);
     }
     grid
 }
