@@ -29,7 +29,10 @@ const TABLES: [(&str, &str); 21] = [
         "[[change]]\nat = '1 s'\nset = 'frequency'\nto = '3 Hz'\nzzzzzzzz = 1",
         "/properties/change/items",
     ),
-    ("[[fault]]\nzzzzzzzz = 1", "/properties/fault/items"),
+    (
+        "[bus]\nkind = 'sbcp'\nzzzzzzzz = 1",
+        "/properties/bus/anyOf/0",
+    ),
     (
         "[[expect]]\nbody = { fall = false }\nzzzzzzzz = 1",
         "/properties/expect/items",
@@ -113,6 +116,20 @@ fn schema_and_reader_know_the_same_keys() {
         assert_eq!(text_keys, keys_of_schema(&schema, pointer), "{pointer}");
     }
     // Keys that depend on another key: together they are the schema's.
+    let fault = |what: &str| {
+        keys_of_reader(&format!(
+            "[bus]\nkind = 'sbcp'\n[[fault]]\nat = '1 s'\non = 'wire/sbcp'\n{what}\nzzzzzzzz = 1"
+        ))
+    };
+    let mut keys = [
+        fault("kind = 'drop'"),
+        fault("kind = 'flip'\nrate = 0.1"),
+        fault("kind = 'delay'\nby = '1 ms'"),
+    ]
+    .concat();
+    keys.sort();
+    keys.dedup();
+    assert_eq!(keys, keys_of_schema(&schema, "/properties/fault/items"));
     let footstep = |measure: &str| {
         keys_of_reader(&format!(
             "[[expect]]\nfootstep = {{ {measure}, zzzzzzzz = 1 }}"

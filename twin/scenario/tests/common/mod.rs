@@ -60,10 +60,26 @@ pub fn catalogue() -> Catalogue {
         variable("hip_height/fore", Unit::Meter, height, 0.138),
         variable("hip_height/hind", Unit::Meter, height, 0.138),
     ];
+    let mut sbcp = Kind::new("sbcp", "packets");
+    let ppm = Accepts::Quantity {
+        unit: Unit::One,
+        range: Range::between(-0.1, 0.1),
+    };
+    sbcp.options = vec![
+        option("clock", Accepts::Each(Box::new(ppm)), None),
+        option(
+            "usb",
+            Accepts::Group(vec![
+                option("latency_timer", Accepts::Duration, None),
+                option("jitter", Accepts::Time, None),
+            ]),
+            None,
+        ),
+    ];
     Catalogue {
         plants: vec![massless, mujoco],
         controllers: vec![cpg],
-        buses: Vec::new(),
+        buses: vec![sbcp, Kind::new("rb110", "pulses")],
     }
 }
 
