@@ -1,0 +1,5 @@
+//! Cost of a cycle.
+
+fn main() {
+    divan::main();
+}

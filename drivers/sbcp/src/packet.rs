@@ -1,0 +1,307 @@
+use std::ops::Deref;
+
+use serde::{Deserialize, Serialize};
+
+use crate::codes::{
+    BROADCAST, ErrorCode, HEADER, Instruction, LENGTH_BESIDE, OVERHEAD, PACKET_MAX, PAYLOAD_MAX,
+};
+use crate::error::SbcpError;
+use crate::registers::Width;
+
+/// The sum of all bytes, modulo 256. Of a packet, it takes those between header and checksum.
+pub(crate) fn checksum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
+}
+
+/// Length of the whole packet \[B\] by its length byte; None if no packet has such a length.
+pub(crate) fn packet_len(length: u8) -> Option<usize> {
+    let len = usize::from(length) + OVERHEAD - usize::from(LENGTH_BESIDE);
+    (length >= LENGTH_BESIDE && len <= PACKET_MAX).then_some(len)
+}
+
+/// Bytes that are framed as a packet and have the right checksum: the raw view. Whether they mean
+/// anything is for [`Request`] and [`Response`] to say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet<'a>(&'a [u8]);
+
+impl<'a> Packet<'a> {
+    /// Looks at exactly one packet.
+    ///
+    /// # Errors
+    /// [`SbcpError::NotFramed`], [`SbcpError::Length`] or [`SbcpError::Checksum`].
+    pub fn new(bytes: &'a [u8]) -> Result<Self, SbcpError> {
+        let &[HEADER, _, _, length, .., found] = bytes else {
+            return Err(SbcpError::NotFramed { bytes: bytes.len() });
+        };
+        let len = packet_len(length).ok_or(SbcpError::Length { length })?;
+        if len != bytes.len() {
+            return Err(SbcpError::NotFramed { bytes: bytes.len() });
+        }
+        let sum = checksum(&bytes[1..len - 1]);
+        if sum == found {
+            Ok(Self(bytes))
+        } else {
+            Err(SbcpError::Checksum { found, sum })
+        }
+    }
+
+    /// All of its bytes.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.0
+    }
+
+    /// Class of the destination of a request, of the source of a response.
+    pub fn class(&self) -> u8 {
+        self.0[1]
+    }
+
+    /// Id of the destination of a request, of the source of a response.
+    pub fn id(&self) -> u8 {
+        self.0[2]
+    }
+
+    /// The fifth byte: a request's instruction, a response's error.
+    pub fn code(&self) -> u8 {
+        self.0[4]
+    }
+
+    /// The payload.
+    pub fn payload(&self) -> &'a [u8] {
+        &self.0[5..self.0.len() - 1]
+    }
+}
+
+/// Whom a request is for, or whom a response comes from: never the header byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Address {
+    class: u8,
+    id: u8,
+}
+
+impl Address {
+    /// The device of that class and id; [`BROADCAST`] means every one.
+    ///
+    /// # Errors
+    /// [`SbcpError::Address`] if one of them is the header byte.
+    pub const fn new(class: u8, id: u8) -> Result<Self, SbcpError> {
+        if class == HEADER || id == HEADER {
+            Err(SbcpError::Address { class, id })
+        } else {
+            Ok(Self { class, id })
+        }
+    }
+
+    /// Kind of device.
+    pub const fn class(self) -> u8 {
+        self.class
+    }
+
+    /// Which one of its kind.
+    pub const fn id(self) -> u8 {
+        self.id
+    }
+
+    /// Whether it means more than one device, so that nobody answers.
+    pub const fn is_broadcast(self) -> bool {
+        self.class == BROADCAST || self.id == BROADCAST
+    }
+
+    /// Whether a request to here is for `device`.
+    pub const fn is_for(self, device: Self) -> bool {
+        (self.class == device.class || self.class == BROADCAST)
+            && (self.id == device.id || self.id == BROADCAST)
+    }
+}
+
+/// What a packet carries: at most [`PAYLOAD_MAX`] bytes.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(try_from = "Vec<u8>", into = "Vec<u8>")]
+pub struct Payload {
+    bytes: [u8; PAYLOAD_MAX],
+    len: u8,
+}
+
+impl Payload {
+    /// Of these bytes.
+    ///
+    /// # Errors
+    /// [`SbcpError::Payload`] if there are too many.
+    pub fn new(bytes: &[u8]) -> Result<Self, SbcpError> {
+        let mut payload = Self::default();
+        let len = bytes.len();
+        let Some(room) = payload.bytes.get_mut(..len) else {
+            return Err(SbcpError::Payload { len });
+        };
+        room.copy_from_slice(bytes);
+        #[expect(clippy::cast_possible_truncation, reason = "at most PAYLOAD_MAX")]
+        let len = len as u8;
+        payload.len = len;
+        Ok(payload)
+    }
+
+    /// A register's value, low byte first.
+    pub(crate) fn of_register(width: Width, value: u16) -> Self {
+        let mut payload = Self::default();
+        [payload.bytes[0], payload.bytes[1]] = value.to_le_bytes();
+        payload.len = match width {
+            Width::U8 => 1,
+            Width::U16 => 2,
+        };
+        payload
+    }
+
+    /// Of a packet that was checked: such a payload fits.
+    fn of(packet: &Packet<'_>) -> Self {
+        let mut payload = Self::default();
+        let bytes = packet.payload();
+        payload.bytes[..bytes.len()].copy_from_slice(bytes);
+        payload.len = packet.0[3] - LENGTH_BESIDE;
+        payload
+    }
+}
+
+impl PartialEq for Payload {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl Eq for Payload {}
+
+impl Deref for Payload {
+    type Target = [u8];
+    fn deref(&self) -> &[u8] {
+        // The length is checked where a payload is made.
+        &self.bytes[..usize::from(self.len)]
+    }
+}
+
+impl TryFrom<Vec<u8>> for Payload {
+    type Error = SbcpError;
+    fn try_from(bytes: Vec<u8>) -> Result<Self, SbcpError> {
+        Self::new(&bytes)
+    }
+}
+
+impl From<Payload> for Vec<u8> {
+    fn from(payload: Payload) -> Self {
+        payload.to_vec()
+    }
+}
+
+/// A request: what the master sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Request {
+    /// Whom it is for.
+    pub to: Address,
+    /// What is to be done.
+    pub instruction: Instruction,
+    /// With what.
+    pub payload: Payload,
+}
+
+impl Request {
+    /// A request with these bytes as its payload.
+    ///
+    /// # Errors
+    /// [`SbcpError::Payload`] if they are too many.
+    pub fn new(to: Address, instruction: Instruction, payload: &[u8]) -> Result<Self, SbcpError> {
+        Ok(Self {
+            to,
+            instruction,
+            payload: Payload::new(payload)?,
+        })
+    }
+
+    /// Reads a packet that goes to the boards.
+    ///
+    /// # Errors
+    /// [`SbcpError::Address`] if its address is nobody's.
+    pub fn parse(packet: &Packet<'_>) -> Result<Self, SbcpError> {
+        Ok(Self {
+            to: Address::new(packet.class(), packet.id())?,
+            instruction: Instruction(packet.code()),
+            payload: Payload::of(packet),
+        })
+    }
+
+    /// Length of the packet \[B\].
+    pub fn packet_len(&self) -> usize {
+        self.payload.len() + OVERHEAD
+    }
+
+    /// Appends the packet.
+    pub fn emit(&self, bytes: &mut Vec<u8>) {
+        emit(self.to, self.instruction.0, &self.payload, bytes);
+    }
+}
+
+/// A response: what a board sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Response {
+    from: Address,
+    /// How it went.
+    pub error: ErrorCode,
+    /// What was asked for.
+    pub payload: Payload,
+}
+
+impl Response {
+    /// A response with these bytes as its payload.
+    ///
+    /// # Errors
+    /// [`SbcpError::Payload`] if they are too many, [`SbcpError::Address`] if it comes from everybody.
+    pub fn new(from: Address, error: ErrorCode, payload: &[u8]) -> Result<Self, SbcpError> {
+        if from.is_broadcast() {
+            let Address { class, id } = from;
+            return Err(SbcpError::Address { class, id });
+        }
+        Ok(Self {
+            from,
+            error,
+            payload: Payload::new(payload)?,
+        })
+    }
+
+    /// Reads a packet that comes from the boards.
+    ///
+    /// # Errors
+    /// [`SbcpError::Address`] if its address is nobody's, or everybody's.
+    pub fn parse(packet: &Packet<'_>) -> Result<Self, SbcpError> {
+        let from = Address::new(packet.class(), packet.id())?;
+        if from.is_broadcast() {
+            let Address { class, id } = from;
+            return Err(SbcpError::Address { class, id });
+        }
+        Ok(Self {
+            from,
+            error: ErrorCode(packet.code()),
+            payload: Payload::of(packet),
+        })
+    }
+
+    /// Whom it comes from: one device.
+    pub fn from(&self) -> Address {
+        self.from
+    }
+
+    /// Length of the packet \[B\].
+    pub fn packet_len(&self) -> usize {
+        self.payload.len() + OVERHEAD
+    }
+
+    /// Appends the packet.
+    pub fn emit(&self, bytes: &mut Vec<u8>) {
+        emit(self.from, self.error.0, &self.payload, bytes);
+    }
+}
+
+/// Appends a packet.
+pub(crate) fn emit(address: Address, code: u8, payload: &Payload, bytes: &mut Vec<u8>) {
+    let Address { class, id } = address;
+    let start = bytes.len() + 1;
+    bytes.extend_from_slice(&[HEADER, class, id, payload.len + LENGTH_BESIDE, code]);
+    bytes.extend_from_slice(payload);
+    let sum = checksum(&bytes[start..]);
+    bytes.push(sum);
+}

@@ -1,0 +1,227 @@
+use serde::{Deserialize, Serialize};
+
+use crate::codes::{
+    BROADCAST, ErrorCode, PROTOCOL_VERSION, REGISTER_DEVICE_VERSION, REGISTER_ID,
+    REGISTER_PROTOCOL_VERSION,
+};
+use crate::error::SbcpError;
+
+/// How many bytes a register has; the low one goes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Width {
+    /// One.
+    U8,
+    /// Two.
+    U16,
+}
+
+impl Width {
+    /// In bytes \[B\].
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U16 => 2,
+        }
+    }
+}
+
+/// What the master may do with a register. The board itself may always write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Access {
+    /// Get.
+    ReadOnly,
+    /// Get and set.
+    ReadWrite,
+}
+
+/// One register of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Register {
+    /// Where it is.
+    pub address: u8,
+    /// How many bytes it has.
+    pub width: Width,
+    /// What the master may do with it.
+    pub access: Access,
+    /// Whether its value can be saved and then outlives a power cycle.
+    pub non_volatile: bool,
+    /// Least value that the master may set.
+    pub min: u16,
+    /// Greatest value that the master may set.
+    pub max: u16,
+    /// Value as delivered.
+    pub initial: u16,
+}
+
+impl Register {
+    /// A volatile register of two bytes that takes any value, and is `initial` after power came.
+    pub const fn u16(address: u8, initial: u16) -> Self {
+        Self {
+            address,
+            width: Width::U16,
+            access: Access::ReadWrite,
+            non_volatile: false,
+            min: 0,
+            max: u16::MAX,
+            initial,
+        }
+    }
+
+    /// A volatile register of one byte that takes any value, and is `initial` after power came.
+    pub const fn u8(address: u8, initial: u8) -> Self {
+        Self {
+            width: Width::U8,
+            max: u8::MAX as u16,
+            ..Self::u16(address, initial as u16)
+        }
+    }
+
+    /// That register, which the master cannot set.
+    #[must_use]
+    pub const fn read_only(self) -> Self {
+        Self {
+            access: Access::ReadOnly,
+            ..self
+        }
+    }
+
+    /// That register, which can be saved.
+    #[must_use]
+    pub const fn non_volatile(self) -> Self {
+        Self {
+            non_volatile: true,
+            ..self
+        }
+    }
+
+    /// That register, which takes values from `min` to `max`.
+    #[must_use]
+    pub const fn within(self, min: u16, max: u16) -> Self {
+        Self { min, max, ..self }
+    }
+}
+
+/// The registers of a device with their values: the standard head (id, device version, protocol version)
+/// and its own.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RegisterTable {
+    /// In order of address.
+    registers: Vec<Register>,
+    values: Vec<u16>,
+    /// What a power cycle brings back.
+    saved: Vec<u16>,
+}
+
+impl RegisterTable {
+    /// The registers of a device as it leaves the works, with that id.
+    ///
+    /// # Errors
+    /// [`SbcpError::RegisterTwice`], [`SbcpError::RegisterValue`] if a value as delivered does not fit,
+    /// [`SbcpError::Address`] if nobody can have that id.
+    pub fn new(id: u8, device_version: u16, own: &[Register]) -> Result<Self, SbcpError> {
+        if id >= BROADCAST {
+            return Err(SbcpError::Address { class: 0, id });
+        }
+        let mut registers = vec![
+            Register::u8(REGISTER_ID, id)
+                .non_volatile()
+                .within(0, u16::from(BROADCAST) - 1),
+            Register::u16(REGISTER_DEVICE_VERSION, device_version).read_only(),
+            Register::u16(REGISTER_PROTOCOL_VERSION, PROTOCOL_VERSION).read_only(),
+        ];
+        registers.extend_from_slice(own);
+        registers.sort_by_key(|register| register.address);
+        for pair in registers.windows(2) {
+            if pair[0].address == pair[1].address {
+                let address = pair[0].address;
+                return Err(SbcpError::RegisterTwice { address });
+            }
+        }
+        for register in &registers {
+            let Register { address, width, .. } = *register;
+            if width == Width::U8 && register.initial > u16::from(u8::MAX) {
+                let value = register.initial;
+                return Err(SbcpError::RegisterValue { address, value });
+            }
+        }
+        let values: Vec<u16> = registers.iter().map(|register| register.initial).collect();
+        Ok(Self {
+            saved: values.clone(),
+            values,
+            registers,
+        })
+    }
+
+    fn find(&self, address: u8) -> Option<usize> {
+        let by = |register: &Register| register.address;
+        self.registers.binary_search_by_key(&address, by).ok()
+    }
+
+    /// What there is, in order of address.
+    pub fn registers(&self) -> &[Register] {
+        &self.registers
+    }
+
+    /// The value of a register, if there is such a one.
+    pub fn get(&self, address: u8) -> Option<u16> {
+        self.find(address).map(|index| self.values[index])
+    }
+
+    /// The board itself writes a register, read-only or not.
+    ///
+    /// # Errors
+    /// [`SbcpError::NoRegister`], [`SbcpError::RegisterValue`] if it has not so many bits.
+    pub fn put(&mut self, address: u8, value: u16) -> Result<(), SbcpError> {
+        let index = self.find(address).ok_or(SbcpError::NoRegister { address })?;
+        if self.registers[index].width == Width::U8 && value > u16::from(u8::MAX) {
+            return Err(SbcpError::RegisterValue { address, value });
+        }
+        self.values[index] = value;
+        Ok(())
+    }
+
+    /// The master reads: gives the value with its width.
+    ///
+    /// # Errors
+    /// The code of the response.
+    pub fn read(&self, address: u8) -> Result<(Width, u16), ErrorCode> {
+        let index = self.find(address).ok_or(ErrorCode::UNKNOWN_REGISTER)?;
+        Ok((self.registers[index].width, self.values[index]))
+    }
+
+    /// The master writes these bytes: gives the value they make.
+    ///
+    /// # Errors
+    /// The code of the response; nothing is written then.
+    pub fn write(&mut self, address: u8, bytes: &[u8]) -> Result<u16, ErrorCode> {
+        let index = self.find(address).ok_or(ErrorCode::UNKNOWN_REGISTER)?;
+        let register = &self.registers[index];
+        if register.access == Access::ReadOnly {
+            return Err(ErrorCode::READ_ONLY);
+        }
+        let value = match (register.width, bytes) {
+            (Width::U8, &[byte]) => u16::from(byte),
+            (Width::U16, &[low, high]) => u16::from_le_bytes([low, high]),
+            _ => return Err(ErrorCode::BAD_LENGTH),
+        };
+        if !(register.min..=register.max).contains(&value) {
+            return Err(ErrorCode::BAD_VALUE);
+        }
+        self.values[index] = value;
+        Ok(value)
+    }
+
+    /// Keeps the non-volatile registers as they are now.
+    pub fn save(&mut self) {
+        for (index, register) in self.registers.iter().enumerate() {
+            if register.non_volatile {
+                self.saved[index] = self.values[index];
+            }
+        }
+    }
+
+    /// Power went and came: what was saved is back, everything else is as delivered.
+    pub fn power_cycle(&mut self) {
+        self.values.copy_from_slice(&self.saved);
+    }
+}
