@@ -77,6 +77,12 @@ pub enum LcpError {
         /// The leg without.
         leg: String,
     },
+    /// A method that has no motors.
+    #[error(
+        "the method `thesis` has no motors: it sets the rate of a joint whose stop is reached to zero and lets its drive turn on; \
+         choose servos, or another method"
+    )]
+    Motors,
     /// A tolerance that is no tolerance.
     #[error("the tolerance is {0} m; it has to be positive")]
     Tolerance(f64),

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_legged::{Signals, Window};
+use twinrig_legged::{Drives, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 
 use crate::body::{Body, SavedBody, started};
 use crate::flow::FlowError;
-use crate::options::{LcpError, Options};
+use crate::options::{LcpError, Method, Options};
 
 /// A robot whose every segment has inertia.
 pub struct Lcp {
@@ -42,6 +42,10 @@ impl Lcp {
     ) -> Result<Self, LcpError> {
         if options.tolerance.is_nan() || options.tolerance <= 0.0 {
             return Err(LcpError::Tolerance(options.tolerance));
+        }
+        let motors = matches!(options.setup.drives, Drives::Motors { .. });
+        if motors && options.method == Method::Thesis {
+            return Err(LcpError::Motors);
         }
         let chosen = options.setup.chosen(robot)?;
         let toes = options.toe && chosen.iter().any(|mount| mount.leg.toe.is_some());

@@ -6,6 +6,7 @@ mod accuracy;
 mod allocation;
 mod geometry;
 mod landing;
+mod motors;
 mod properties;
 mod scene;
 mod springs;
