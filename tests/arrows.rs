@@ -76,6 +76,15 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-runtime",
         ],
     ),
+    (
+        "twinrig-motordriver",
+        &[
+            "twinrig-kernel",
+            "twinrig-runtime",
+            "twinrig-sbcp",
+            "twinrig-wire",
+        ],
+    ),
     ("twinrig-record", &["twinrig-kernel", "twinrig-runtime"]),
     ("twinrig-robot", &["twinrig-document", "twinrig-kernel"]),
     ("twinrig-runtime", &["twinrig-kernel"]),

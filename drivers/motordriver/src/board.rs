@@ -1,0 +1,340 @@
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{
+    BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
+};
+use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
+use twinrig_wire::{Node, Piece};
+
+use crate::config::{BoardConfig, Generation};
+use crate::firmware::Firmware;
+use crate::punctuality::Punctuality;
+use crate::registers::{FORCE, MAGNETIC, MotorRegister, table};
+use crate::reply::{COMMAND_LEN, Reply, command};
+use crate::units::{Joint, Scale, force_word, magnetic_word};
+
+/// Length of a tick by the board's own clock.
+const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
+/// Volts of a unit of duty: 24 V over 2¹⁵.
+const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
+
+/// An emulated motordriver board: its processor with its own clock, what it hears and says on the bus, and the motors
+/// and sensors that it has in the plant.
+///
+/// It samples and actuates at its ticks, once a millisecond of its own time. It reads `leg/LF/hip/position` and
+/// `leg/LF/knee/position` \[rad\], and where the plant has them `leg/LF/angles` \[rad\] and `leg/LF/foot/force` \[N\]; it writes
+/// `leg/LF/hip/voltage` \[V\] and `leg/LF/hip/bridge` (1 while the motor is driven, 0 while it coasts), and the same for
+/// the knee.
+pub struct MotorBoard {
+    /// `LF`.
+    name: String,
+    /// What its gauges begin with: `sbcp/LF`.
+    prefix: String,
+    signals: Signals,
+    state: State,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    clock: BoardClock,
+    next_tick: LocalTime,
+    /// The same in physical time.
+    wake: SimTime,
+    slave: Slave,
+    firmware: Firmware,
+    scales: [Scale; 2],
+    /// Whether the bridges are closed, as far as the plant knows.
+    driven: [bool; 2],
+    reply: Reply,
+    requests: Punctuality,
+    requests_taken: u64,
+    saturated: u64,
+}
+
+/// Where the plant has what the board measures and drives.
+#[derive(Clone, Debug, Default)]
+struct Signals {
+    positions: [Range<usize>; 2],
+    voltages: [Range<usize>; 2],
+    bridges: [Range<usize>; 2],
+    angles: Option<Range<usize>>,
+    force: Option<Range<usize>>,
+}
+
+/// Names and units of a board's gauges.
+const GAUGES: [(&str, Unit); 16] = [
+    ("missed_points", Unit::One),
+    ("filled_steps", Unit::One),
+    ("lost_points", Unit::One),
+    ("watchdog_drops", Unit::One),
+    ("saturated", Unit::One),
+    ("requests", Unit::One),
+    ("request/deviation", Unit::Second),
+    ("request/shortest", Unit::Second),
+    ("request/longest", Unit::Second),
+    ("request/mean", Unit::Second),
+    ("answers", Unit::One),
+    ("refused", Unit::One),
+    ("damaged", Unit::One),
+    ("garbage", Unit::One),
+    ("superseded", Unit::One),
+    ("events_lost", Unit::One),
+];
+
+impl MotorBoard {
+    /// A board whose power has just come, on the bus of that name.
+    ///
+    /// # Errors
+    /// [`SbcpError::Address`] if nobody can have its id.
+    pub fn new(bus: &str, config: &BoardConfig) -> Result<Self, SbcpError> {
+        let policy = match config.firmware.generation {
+            Generation::First => AnswerPolicy::MainLoop,
+            Generation::LowLatency => AnswerPolicy::AtOnce,
+        };
+        let protocol = SlaveConfig {
+            policy,
+            low_latency_request: Some(COMMAND_LEN),
+            ..SlaveConfig::new(CLASS_MOTORDRIVER)
+        };
+        let clock = config.clock;
+        // The first tick that is wholly after power-on.
+        let shown = clock.local_at(SimTime::ZERO).as_nanos();
+        let tick = TICK.as_nanos();
+        let next_tick = LocalTime::from_nanos((shown.div_euclid(tick) + 1) * tick);
+        let limits = config.position_limits;
+        let scale = |n: usize| Scale::new(Joint::ALL[n], config.side, limits[n]);
+        Ok(Self {
+            name: config.name.clone(),
+            prefix: format!("{bus}/{}", config.name),
+            signals: Signals::default(),
+            state: State {
+                clock,
+                next_tick,
+                wake: clock.sim_at(next_tick),
+                slave: Slave::new(protocol, table(config)?)?,
+                firmware: Firmware::new(&config.firmware, limits),
+                scales: [scale(0), scale(1)],
+                driven: [false; 2],
+                reply: Reply::default(),
+                requests: Punctuality::default(),
+                requests_taken: 0,
+                saturated: 0,
+            },
+        })
+    }
+}
+
+impl State {
+    fn tick(
+        &mut self,
+        now: SimTime,
+        signals: &Signals,
+        world: &mut dyn World,
+    ) -> Result<(), TaskError> {
+        self.next_tick = self.next_tick + TICK;
+        self.wake = self.clock.sim_at(self.next_tick);
+        let positions = self.measure(signals, world)?;
+        self.slave
+            .set_reply(&self.reply.bytes())
+            .expect("a reply is shorter than a packet");
+        self.slave.main_loop(now);
+        self.obey();
+        let calibrating = self.firmware.is_calibrating();
+        let duties = self.firmware.tick(positions);
+        if calibrating {
+            self.show_modes();
+        }
+        for n in 0..2 {
+            let driven = duties[n].is_some();
+            if let Some(duty) = duties[n] {
+                let volts = self.scales[n].signed(f64::from(duty) * VOLTS_PER_DUTY);
+                world.actuate(signals.voltages[n].clone())?[0] = volts;
+            }
+            if driven != self.driven[n] {
+                self.driven[n] = driven;
+                world.actuate(signals.bridges[n].clone())?[0] = f64::from(u8::from(driven));
+                if !driven {
+                    world.actuate(signals.voltages[n].clone())?[0] = 0.0;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the sensors, makes of them the reply, and gives the motors' positions \[counts\].
+    fn measure(&mut self, signals: &Signals, world: &mut dyn World) -> Result<[i32; 2], TaskError> {
+        let before = self.reply;
+        let mut positions = [0; 2];
+        for n in 0..2 {
+            let angle = world.sample(signals.positions[n].clone())?[0];
+            positions[n] = self.scales[n].counts(angle);
+            self.reply.positions[n] = Scale::position_word(positions[n]);
+        }
+        if let Some(range) = &signals.angles {
+            let angles = world.sample(range.clone())?;
+            for (word, angle) in self.reply.magnetic.iter_mut().zip(angles) {
+                *word = magnetic_word(*angle);
+            }
+        }
+        if let Some(range) = &signals.force {
+            let force = world.sample(range.clone())?;
+            for (word, newtons) in self.reply.force.iter_mut().zip(force) {
+                let (counts, saturated) = force_word(*newtons);
+                *word = counts;
+                self.saturated += u64::from(saturated);
+            }
+        }
+        self.show(&before);
+        Ok(positions)
+    }
+
+    /// Writes what has changed into the registers.
+    fn show(&mut self, before: &Reply) {
+        let registers = self.slave.registers_mut();
+        let mut put = |address, was: u16, is: u16| {
+            if was != is {
+                registers
+                    .put(address, is)
+                    .expect("the table has every register that is written here");
+            }
+        };
+        let is = &self.reply;
+        for n in 0..2 {
+            let address = MotorRegister::PresentPosition.of(n);
+            put(address, before.positions[n], is.positions[n]);
+        }
+        for n in 0..3_u8 {
+            let at = usize::from(n);
+            put(MAGNETIC + n, before.magnetic[at], is.magnetic[at]);
+            put(FORCE + n, before.force[at], is.force[at]);
+        }
+    }
+
+    /// Does what the master has asked for since it was last asked.
+    fn obey(&mut self) {
+        while let Some(event) = self.slave.poll_event() {
+            match event {
+                SlaveEvent::LowLatency { at, payload } => {
+                    self.requests.note(at);
+                    self.requests_taken += 1;
+                    if let Some(goals) = command(&payload) {
+                        self.firmware.command(goals);
+                    }
+                }
+                SlaveEvent::Written { address, value, .. } => {
+                    self.firmware.written(address, value);
+                    self.show_modes();
+                }
+                SlaveEvent::Saved { .. } => {}
+            }
+        }
+    }
+
+    fn show_modes(&mut self) {
+        for motor in 0..2 {
+            let mode = self.firmware.mode_register(motor);
+            self.slave
+                .registers_mut()
+                .put(MotorRegister::Mode.of(motor), mode)
+                .expect("every motor has a mode");
+        }
+    }
+}
+
+impl Node for MotorBoard {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        let leg = format!("leg/{}", self.name);
+        for (n, joint) in Joint::ALL.into_iter().enumerate() {
+            let joint = joint.name();
+            let position = Port::input(format!("{leg}/{joint}/position"), Unit::Radian, 1);
+            self.signals.positions[n] = plant.find(owner, &position)?;
+            let voltage = Port::output(format!("{leg}/{joint}/voltage"), Unit::Volt, 1);
+            self.signals.voltages[n] = plant.find(owner, &voltage)?;
+            let bridge = Port::output(format!("{leg}/{joint}/bridge"), Unit::One, 1);
+            self.signals.bridges[n] = plant.find(owner, &bridge)?;
+        }
+        let angles = Port::input(format!("{leg}/angles"), Unit::Radian, 3);
+        self.signals.angles = plant.find(owner, &angles).ok();
+        let force = Port::input(format!("{leg}/foot/force"), Unit::Newton, 3);
+        self.signals.force = plant.find(owner, &force).ok();
+        Ok(())
+    }
+
+    fn hear(&mut self, piece: Piece<'_>) {
+        self.state.slave.hear(piece);
+        self.state.obey();
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        Some(self.state.wake)
+    }
+
+    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        while self.state.wake <= now {
+            self.state.tick(now, &self.signals, world)?;
+        }
+        Ok(())
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        self.state.slave.poll_transmit(bytes)
+    }
+
+    fn gauges(&self) -> Vec<Port> {
+        let gauge = |(name, unit)| Port::output(format!("{}/{name}", self.prefix), unit, 1);
+        GAUGES.into_iter().map(gauge).collect()
+    }
+
+    fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
+        let State {
+            slave,
+            firmware,
+            requests,
+            requests_taken,
+            saturated,
+            ..
+        } = &self.state;
+        let (smooth, bus) = (firmware.smooth_counts(), slave.counters());
+        values.copy_from_slice(&[
+            smooth.missed as f64,
+            smooth.filled as f64,
+            smooth.lost as f64,
+            firmware.watchdog_drops() as f64,
+            *saturated as f64,
+            *requests_taken as f64,
+            requests.deviation(),
+            requests.shortest(),
+            requests.longest(),
+            requests.mean(),
+            bus.answers as f64,
+            bus.refused as f64,
+            bus.damaged as f64,
+            bus.garbage as f64,
+            bus.superseded as f64,
+            bus.events_lost as f64,
+        ]);
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.name, &self.state))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (name, state): (String, State) = snapshot.read()?;
+        if name != self.name {
+            return Err(SnapshotError::Mismatch {
+                expected: self.name.clone(),
+                found: name,
+            });
+        }
+        self.state = state;
+        Ok(())
+    }
+}
