@@ -61,6 +61,75 @@ impl Arrivals {
         }
     }
 
+    /// Appends one byte to those that came at the same pace before, or begins anew with it.
+    pub(crate) fn push_byte(&mut self, at: SimTime, spacing: SimDuration, byte: u8) {
+        if let Some(run) = self.runs.last_mut()
+            && run.spacing == spacing
+            && run.first + spacing * run.count as u64 == at
+        {
+            run.count += 1;
+            self.bytes.push(byte);
+        } else {
+            self.push(at, spacing, &[byte]);
+        }
+    }
+
+    /// Moves everything out of `other`, which keeps its room.
+    pub fn append(&mut self, other: &mut Self) {
+        self.bytes.append(&mut other.bytes);
+        self.runs.append(&mut other.runs);
+    }
+
+    /// When byte `index` was complete.
+    pub fn at(&self, index: usize) -> Option<SimTime> {
+        let mut before = 0;
+        for run in &self.runs {
+            if index < before + run.count {
+                return Some(run.first + run.spacing * (index - before) as u64);
+            }
+            before += run.count;
+        }
+        None
+    }
+
+    /// How many bytes were complete by `now`.
+    pub fn complete(&self, now: SimTime) -> usize {
+        let of_run = |run: &Run| match now.checked_since(run.first) {
+            None => 0,
+            Some(since) if run.spacing * (run.count as u64 - 1) > since => {
+                let spaces = since.as_nanos() / run.spacing.as_nanos();
+                usize::try_from(spaces).map_or(run.count, |spaces| spaces + 1)
+            }
+            Some(_) => run.count,
+        };
+        self.runs.iter().map(of_run).sum()
+    }
+
+    /// Takes the first `count` bytes out, which `taken` is given in stretches of an even pace.
+    pub fn take(&mut self, count: usize, mut taken: impl FnMut(Piece<'_>)) {
+        let count = count.min(self.bytes.len());
+        let (mut from, mut runs) = (0, 0);
+        for run in &mut self.runs {
+            let part = run.count.min(count - from);
+            if part > 0 {
+                taken(Piece {
+                    first: run.first,
+                    spacing: run.spacing,
+                    bytes: &self.bytes[from..from + part],
+                });
+                from += part;
+            }
+            if part < run.count {
+                run.count -= part;
+                run.first += run.spacing * part as u64;
+                break;
+            }
+            runs += 1;
+        }
+        self.bytes.drain(..count);
+        self.runs.drain(..runs);
+    }
+
     /// The bytes in stretches of an even pace.
     pub fn pieces(&self) -> impl Iterator<Item = Piece<'_>> {
         let mut rest = &self.bytes[..];
@@ -100,5 +169,39 @@ impl Arrivals {
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.runs.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn ns(nanos: u64) -> SimTime {
+        SimTime::from_nanos(nanos)
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_taken_and_what_is_left_are_what_was_there(
+            runs in prop::collection::vec((0_u64..50, 0_u64..9, prop::collection::vec(any::<u8>(), 0..9)), 0..6),
+            count in 0_usize..40, now in 0_u64..400,
+        ) {
+            let (mut arrivals, mut first) = (Arrivals::default(), 0);
+            for (gap, spacing, bytes) in &runs {
+                first += gap;
+                arrivals.push(ns(first), SimDuration::from_nanos(*spacing), bytes);
+                first += spacing * bytes.len() as u64;
+            }
+            let before: Vec<_> = arrivals.iter().collect();
+            prop_assert_eq!(arrivals.complete(ns(now)), before.iter().filter(|(at, _)| *at <= ns(now)).count());
+            prop_assert_eq!(arrivals.at(count), before.get(count).map(|(at, _)| *at));
+            let mut after = Arrivals::default();
+            arrivals.take(count, |piece| after.push(piece.first, piece.spacing, piece.bytes));
+            after.append(&mut arrivals);
+            prop_assert!(arrivals.is_empty());
+            prop_assert_eq!(after.iter().collect::<Vec<_>>(), before);
+        }
     }
 }

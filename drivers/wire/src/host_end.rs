@@ -1,35 +1,36 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
 
-use crate::{Line, Piece};
+use crate::{Arrivals, Line, Piece};
 
-/// The host's end of a line that it has to itself, without USB in between: what it writes goes in at
-/// once (paced by a [`crate::Uart`]), what arrives it can read a constant time later.
+/// The host's end of a line that it has to itself, without USB in between: what it writes goes in at once, for a
+/// [`crate::Uart`] to pace, and what arrives it can read as soon as it is complete.
 pub struct HostEnd<L> {
-    latency: SimDuration,
     line: L,
+    arrived: Arrivals,
 }
 
 impl<L: Line> HostEnd<L> {
-    /// Of `line`; the host can read a byte `latency` after it is complete.
-    pub fn new(latency: SimDuration, line: L) -> Self {
-        Self { latency, line }
+    /// Of `line`.
+    pub fn new(line: L) -> Self {
+        Self {
+            line,
+            arrived: Arrivals::default(),
+        }
     }
 }
 
 impl<L: Line> Wire for HostEnd<L> {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.line.connect(owner, plant)
+    }
+
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
         self.line.send(Piece {
             first: now,
-            spacing: self.latency,
+            spacing: SimDuration::ZERO,
             bytes,
         });
-    }
-    fn receive(&mut self, bytes: &mut Vec<u8>) {
-        let _ = bytes;
-    }
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.line.connect(owner, plant)
     }
 
     fn next_wake(&self) -> Option<SimTime> {
@@ -38,6 +39,12 @@ impl<L: Line> Wire for HostEnd<L> {
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
         self.line.advance(now, world)
+    }
+
+    fn receive(&mut self, bytes: &mut Vec<u8>) {
+        self.line.receive(&mut self.arrived);
+        bytes.extend_from_slice(self.arrived.bytes());
+        self.arrived.clear();
     }
 
     fn gauges(&self) -> Vec<Port> {

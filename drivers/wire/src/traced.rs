@@ -1,13 +1,23 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 
 use crate::{Arrivals, Line, Piece};
 
 /// Hands what passes to the recording, on two lanes: `NAME/out` away from the near end, `NAME/in` towards it.
+/// Looking on changes nothing: what was not handed over yet is no part of a snapshot.
 pub struct Traced<L> {
     name: String,
     line: L,
+    arrived: Arrivals,
+    /// What has passed and was not handed over yet, in buffers that are used again.
+    traffic: Vec<(usize, Vec<u8>)>,
+    passed: usize,
 }
+
+/// Lanes of the tracer itself, before those of its line.
+const OUT: usize = 0;
+const IN: usize = 1;
+const OWN_LANES: usize = 2;
 
 impl<L: Line> Traced<L> {
     /// Around `line`; `rs485`, within a task `sbcp`, becomes `sbcp/rs485/out` and `sbcp/rs485/in`.
@@ -15,7 +25,24 @@ impl<L: Line> Traced<L> {
         Self {
             name: name.into(),
             line,
+            arrived: Arrivals::default(),
+            traffic: Vec::new(),
+            passed: 0,
         }
+    }
+
+    fn note(&mut self, lane: usize, bytes: &[u8]) {
+        if bytes.is_empty() {
+            return;
+        }
+        if self.passed == self.traffic.len() {
+            self.traffic.push((lane, Vec::new()));
+        }
+        let (of, noted) = &mut self.traffic[self.passed];
+        *of = lane;
+        noted.clear();
+        noted.extend_from_slice(bytes);
+        self.passed += 1;
     }
 }
 
@@ -25,6 +52,7 @@ impl<L: Line> Line for Traced<L> {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
+        self.note(OUT, piece.bytes);
         self.line.send(piece);
     }
 
@@ -37,7 +65,11 @@ impl<L: Line> Line for Traced<L> {
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        self.line.receive(arrivals);
+        let mut arrived = std::mem::take(&mut self.arrived);
+        self.line.receive(&mut arrived);
+        self.note(IN, arrived.bytes());
+        arrivals.append(&mut arrived);
+        self.arrived = arrived;
     }
 
     fn gauges(&self) -> Vec<Port> {
@@ -49,11 +81,17 @@ impl<L: Line> Line for Traced<L> {
     }
 
     fn lanes(&self) -> Vec<String> {
-        self.line.lanes()
+        let own = ["out", "in"].map(|way| format!("{}/{way}", self.name));
+        own.into_iter().chain(self.line.lanes()).collect()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.line.drain_traffic(passed);
+        for (lane, bytes) in &self.traffic[..self.passed] {
+            passed(*lane, bytes);
+        }
+        self.passed = 0;
+        self.line
+            .drain_traffic(&mut |lane, bytes| passed(OWN_LANES + lane, bytes));
     }
 
     fn save(&self) -> Snapshot {

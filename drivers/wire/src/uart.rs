@@ -4,15 +4,23 @@ use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 use crate::{Arrivals, Line, Piece};
 
 /// The sender of a UART: bytes leave it one after the other, each in 10 bit times, whatever pace they come in at.
+///
+/// Behind a [`crate::HostEnd`] it is the host's serial port; a [`crate::UsbSerial`] has one already.
 pub struct Uart<L> {
     byte_time: SimDuration,
+    /// When everything so far is sent.
+    free_at: SimTime,
     line: L,
 }
 
 impl<L: Line> Uart<L> {
     /// In front of `line`; a byte takes `byte_time` (start bit, 8 data bits, stop bit).
     pub fn new(byte_time: SimDuration, line: L) -> Self {
-        Self { byte_time, line }
+        Self {
+            byte_time,
+            free_at: SimTime::ZERO,
+            line,
+        }
     }
 }
 
@@ -22,7 +30,31 @@ impl<L: Line> Line for Uart<L> {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
-        self.line.send(piece);
+        let start = piece.first.max(self.free_at);
+        let mut queued = 0;
+        // Those that come while others are still being sent leave without a pause; the rest as they come.
+        while queued < piece.bytes.len()
+            && (piece.spacing <= self.byte_time
+                || piece.at(queued) <= start + self.byte_time * queued as u64)
+        {
+            queued += 1;
+        }
+        let (at_once, later) = piece.bytes.split_at(queued);
+        for (start, spacing, bytes) in [
+            (start, self.byte_time, at_once),
+            (piece.at(queued), piece.spacing, later),
+        ] {
+            if bytes.is_empty() {
+                continue;
+            }
+            let piece = Piece {
+                first: start + self.byte_time,
+                spacing,
+                bytes,
+            };
+            self.free_at = piece.last();
+            self.line.send(piece);
+        }
     }
 
     fn next_wake(&self) -> Option<SimTime> {
@@ -54,10 +86,13 @@ impl<L: Line> Line for Uart<L> {
     }
 
     fn save(&self) -> Snapshot {
-        self.line.save()
+        Snapshot::of(&(self.free_at, self.line.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.line.restore(snapshot)
+        let (free_at, line): (SimTime, Snapshot) = snapshot.read()?;
+        self.line.restore(&line)?;
+        self.free_at = free_at;
+        Ok(())
     }
 }

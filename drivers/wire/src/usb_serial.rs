@@ -1,19 +1,64 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{PlantSignals, TaskError, TimeSource, Wire, WiringError, World};
 
-use crate::{Line, Piece};
-
-use crate::{UsbTiming, WireError};
+use crate::error::nonzero;
+use crate::frames::Frames;
+use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, WireError};
 
 /// A USB serial converter (FT2232H) with its UART, between the host and a line.
+///
+/// What the host writes is in the chip by [`OutRule`] and leaves it through the UART, byte after byte. What the UART
+/// receives goes back in packets: full ones at once, others when the latency timer has run out, which every return
+/// starts again; [`InRule`] says what they carry, [`CompletionRule`] when the host learns of them, turnaround
+/// and jitter when its program does. Packets without payload are not shown. Returns on changes of modem
+/// lines, and the limits of the chip's 4 kB buffers, are not modelled.
 pub struct UsbSerial<L> {
-    timing: UsbTiming,
+    name: String,
+    out: OutRule,
+    /// Microframes from the one by whose start a byte must be complete to the one whose packet carries it.
+    readying: u64,
+    /// Microframes from a packet's own to the one at whose start the host learns of it.
+    reporting: u64,
+    turnaround: SimDuration,
+    /// Latency timer \[microframes\].
+    timer: u64,
+    payload: usize,
+    packets_per_microframe: usize,
+    frames: Frames,
     byte_time: SimDuration,
     line: L,
+    /// What has just come from the line.
+    arrived: Arrivals,
+    state: State,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    jitter: TimeSource,
+    /// That of the next completion.
+    next_jitter: SimDuration,
+    /// When the UART has sent everything.
+    uart_free: SimTime,
+    /// Microframe of the last return, perhaps of an empty packet; later ones are whole timers later.
+    returned: u64,
+    /// When the host read last.
+    read: SimTime,
+    /// Up to when the line was asked.
+    asked: SimTime,
+    /// When the last byte came from the line.
+    last_byte: Option<SimTime>,
+    /// In the chip.
+    pending: Arrivals,
+    /// At the host.
+    readable: Vec<u8>,
+    packets: u64,
+    bytes: u64,
 }
 
 impl<L: Line> UsbSerial<L> {
-    /// In front of `line`, at whose baud rate a byte takes `byte_time`. The jitter is drawn from the stream `wire/NAME/usb`.
+    /// In front of `line`, at whose baud rate a byte takes `byte_time`. The jitter is drawn from the stream
+    /// `wire/NAME/usb`; gauges are `NAME/usb/packets` and `NAME/usb/bytes`, both to the host.
     ///
     /// # Errors
     /// [`WireError`] if the timing cannot be.
@@ -24,45 +69,193 @@ impl<L: Line> UsbSerial<L> {
         seed: u64,
         line: L,
     ) -> Result<Self, WireError> {
-        let _ = (name, seed);
+        nonzero(name, "byte time", byte_time)?;
+        let frames = Frames::new(name, &timing)?;
+        let microframe = timing.microframe.as_nanos();
+        let source = timing.jitter.source(seed, &format!("wire/{name}/usb"));
+        let mut jitter = source.map_err(|source| WireError::Jitter {
+            name: name.to_owned(),
+            source,
+        })?;
         Ok(Self {
-            timing,
+            name: name.to_owned(),
+            out: timing.out,
+            readying: u64::from(timing.inn == InRule::ByPreviousFrame),
+            reporting: u64::from(timing.completion == CompletionRule::StartOfNext),
+            turnaround: timing.turnaround,
+            timer: timing.latency_timer.as_nanos().div_ceil(microframe).max(1),
+            payload: timing.payload.max(1),
+            packets_per_microframe: timing.packets_per_microframe.max(1),
+            state: State {
+                next_jitter: jitter.draw(),
+                jitter,
+                uart_free: SimTime::ZERO,
+                returned: frames.of(SimTime::ZERO),
+                read: SimTime::ZERO,
+                asked: SimTime::ZERO,
+                last_byte: None,
+                pending: Arrivals::default(),
+                readable: Vec::new(),
+                packets: 0,
+                bytes: 0,
+            },
+            frames,
             byte_time,
             line,
+            arrived: Arrivals::default(),
         })
+    }
+
+    /// Microframe of the first packet at a turn of the timer that carries a byte complete at `arrival`.
+    fn timed_return(&self, arrival: SimTime) -> u64 {
+        let earliest = self.frames.next(arrival) + self.readying;
+        let waits = earliest.saturating_sub(self.state.returned);
+        self.state.returned + waits.div_ceil(self.timer).max(1) * self.timer
+    }
+
+    /// Microframe of the first packet that is full by a byte complete at `arrival`.
+    fn full_return(&self, arrival: SimTime) -> u64 {
+        (self.frames.next(arrival) + self.readying).max(self.state.returned + 1)
+    }
+
+    /// Microframe of the next packet with payload, as far as is known.
+    fn next_return(&self) -> Option<u64> {
+        let timed = self.timed_return(self.state.pending.at(0)?);
+        let full = self.state.pending.at(self.payload - 1);
+        Some(full.map_or(timed, |arrival| timed.min(self.full_return(arrival))))
+    }
+
+    /// Microframe of the next packet if the bytes that are coming in now go on coming; it may be an earlier one.
+    fn next_return_if_more(&self) -> Option<u64> {
+        let State {
+            asked,
+            last_byte,
+            pending,
+            ..
+        } = &self.state;
+        let next_byte = (*last_byte)? + self.byte_time;
+        if next_byte <= *asked {
+            return None;
+        }
+        match self.payload.checked_sub(pending.len() + 1) {
+            _ if pending.is_empty() => Some(self.timed_return(next_byte)),
+            Some(missing) => Some(self.full_return(next_byte + self.byte_time * missing as u64)),
+            None => None,
+        }
+    }
+
+    /// When the host's program has what that microframe's packets carry.
+    fn read_at(&self, returned: u64) -> SimTime {
+        let reported = self.frames.start(returned + self.reporting);
+        (reported + self.turnaround + self.state.next_jitter).max(self.state.read)
+    }
+
+    /// The packets of that microframe pass.
+    fn pass(&mut self, returned: u64) {
+        let carried_by = self.frames.start(returned.saturating_sub(self.readying));
+        let read = self.read_at(returned);
+        let state = &mut self.state;
+        let complete = state.pending.complete(carried_by);
+        let timed = (returned - state.returned).is_multiple_of(self.timer);
+        let packets = if timed {
+            complete.div_ceil(self.payload)
+        } else {
+            complete / self.payload
+        };
+        let packets = packets.min(self.packets_per_microframe);
+        let count = complete.min(packets * self.payload);
+        let readable = &mut state.readable;
+        state
+            .pending
+            .take(count, |piece| readable.extend_from_slice(piece.bytes));
+        state.packets += packets as u64;
+        state.bytes += count as u64;
+        state.returned = returned;
+        state.read = read;
+        state.next_jitter = state.jitter.draw();
+    }
+
+    /// Asks the line what has come by `now`.
+    fn ask(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        self.line.advance(now, world)?;
+        self.line.receive(&mut self.arrived);
+        if let Some(piece) = self.arrived.pieces().last() {
+            self.state.last_byte = Some(piece.last());
+        }
+        self.state.pending.append(&mut self.arrived);
+        self.state.asked = now;
+        Ok(())
+    }
+
+    /// When the host may have something to read next.
+    fn next_read(&self) -> Option<SimTime> {
+        let next = match (self.next_return(), self.next_return_if_more()) {
+            (Some(known), Some(perhaps)) => Some(known.min(perhaps)),
+            (known, perhaps) => known.or(perhaps),
+        };
+        next.map(|returned| self.read_at(returned))
     }
 }
 
 impl<L: Line> Wire for UsbSerial<L> {
-    fn send(&mut self, now: SimTime, bytes: &[u8]) {
-        let _ = &self.timing;
-        self.line.send(Piece {
-            first: now,
-            spacing: self.byte_time,
-            bytes,
-        });
-    }
-    fn receive(&mut self, bytes: &mut Vec<u8>) {
-        let _ = bytes;
-    }
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.line.connect(owner, plant)
     }
 
+    fn send(&mut self, now: SimTime, bytes: &[u8]) {
+        if bytes.is_empty() {
+            return;
+        }
+        let in_chip = match self.out {
+            OutRule::AtOnce => now,
+            OutRule::StartOfNext => self.frames.start(self.frames.of(now) + 1),
+            OutRule::EndOfNext => self.frames.start(self.frames.of(now) + 2),
+        };
+        let start = in_chip.max(self.state.uart_free);
+        self.line.send(Piece {
+            first: start + self.byte_time,
+            spacing: self.byte_time,
+            bytes,
+        });
+        self.state.uart_free = start + self.byte_time * bytes.len() as u64;
+    }
+
     fn next_wake(&self) -> Option<SimTime> {
-        self.line.next_wake()
+        match (self.line.next_wake(), self.next_read()) {
+            (Some(line), Some(read)) => Some(line.min(read)),
+            (line, read) => line.or(read),
+        }
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.line.advance(now, world)
+        while let Some(wake) = self.line.next_wake().filter(|wake| *wake < now) {
+            self.ask(wake, world)?;
+        }
+        if self.next_wake().is_none_or(|wake| wake > now) {
+            return Ok(());
+        }
+        self.ask(now, world)?;
+        while let Some(returned) = self.next_return().filter(|next| self.read_at(*next) <= now) {
+            self.pass(returned);
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &mut Vec<u8>) {
+        bytes.append(&mut self.state.readable);
     }
 
     fn gauges(&self) -> Vec<Port> {
-        self.line.gauges()
+        let own = ["packets", "bytes"];
+        let own = own.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
+        own.into_iter().chain(self.line.gauges()).collect()
     }
 
     fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_gauges(now, values);
+        if let Some((own, line)) = values.split_first_chunk_mut::<2>() {
+            *own = [self.state.packets as f64, self.state.bytes as f64];
+            self.line.read_gauges(now, line);
+        }
     }
 
     fn lanes(&self) -> Vec<String> {
@@ -74,10 +267,13 @@ impl<L: Line> Wire for UsbSerial<L> {
     }
 
     fn save(&self) -> Snapshot {
-        self.line.save()
+        Snapshot::of(&(&self.state, self.line.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.line.restore(snapshot)
+        let (state, line): (State, Snapshot) = snapshot.read()?;
+        self.line.restore(&line)?;
+        self.state = state;
+        Ok(())
     }
 }
