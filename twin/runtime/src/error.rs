@@ -82,6 +82,14 @@ pub enum RigError {
     /// Time stood still.
     #[error(transparent)]
     Livelock(#[from] LivelockError),
+    /// The system gives no thread.
+    #[error("cannot start a thread for {what}: {why}")]
+    Thread {
+        /// What it was for.
+        what: String,
+        /// Why not.
+        why: String,
+    },
     /// A saved state does not fit.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),

@@ -74,6 +74,7 @@ mod observer;
 mod plant;
 mod process;
 mod process_slot;
+pub mod real_time;
 mod rig;
 mod schedule;
 mod task;
@@ -95,7 +96,7 @@ pub use plant::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, Work
 pub use process::Process;
 pub use rig::Rig;
 pub use schedule::{Change, Schedule};
-pub use task::{IoTask, PlantSignals, Progress, TaskError, World};
+pub use task::{IoTask, Phase, PlantSignals, Progress, TaskError, World};
 pub use timing::{TimeSource, Timing, TimingError};
 pub use variable::{ProcessVariable, VariableError};
 pub use wire::Wire;

@@ -1,9 +1,10 @@
+use std::fmt;
 use std::ops::Range;
 
 use thiserror::Error;
-use twinrig_kernel::{Layout, Port, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 
-use crate::{PlantFault, WiringError};
+use crate::{DeviceError, PlantFault, WiringError};
 
 /// One transfer with a device, over and over: the manager starts it when the process has ended and the
 /// task is idle, and leaves it alone until it is done.
@@ -146,4 +147,50 @@ pub enum TaskError {
         /// How.
         why: String,
     },
+    /// The real port failed.
+    #[error(transparent)]
+    Port(#[from] DeviceError),
+    /// It took longer than it may, in real time.
+    #[error(
+        "{place}: {what} took more than {limit}; is the device switched on, and its cable plugged in?"
+    )]
+    TimeLimit {
+        /// What took so long.
+        what: Phase,
+        /// Where the device is.
+        place: String,
+        /// How long it may take.
+        limit: SimDuration,
+    },
+    /// The code of the driver did not come back, or panicked: a bug in it.
+    #[error("{place}: {what} did not end, and neither did its driver's thread as it should: {why}")]
+    Lost {
+        /// What it was at.
+        what: Phase,
+        /// Where the device is.
+        place: String,
+        /// What is known of it.
+        why: String,
+    },
+}
+
+/// What a driver is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// It gets the devices ready.
+    Opening,
+    /// It exchanges data with them.
+    Transfer,
+    /// It leaves them in a safe state.
+    Closing,
+}
+
+impl fmt::Display for Phase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Opening => "opening",
+            Self::Transfer => "the transfer",
+            Self::Closing => "closing",
+        })
+    }
 }

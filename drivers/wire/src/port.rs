@@ -1,0 +1,182 @@
+use std::fs;
+use std::os::fd::BorrowedFd;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serialport::{
+    ClearBuffer, DataBits, FlowControl, Parity, SerialPort as _, SerialPortType, StopBits, TTYPort,
+};
+use twinrig_runtime::{Device, DeviceError};
+
+use crate::tty::Tty;
+
+/// A real serial port, or the far end of a PTY: 8 data bits, no parity, one stop bit, no flow control, and
+/// nobody else has it open meanwhile.
+pub struct SerialPort {
+    tty: Tty,
+    path: PathBuf,
+    /// Holds the settings, and keeps others off.
+    _settings: TTYPort,
+}
+
+/// How long a port whose buffers are full is waited for: 4096 bytes at 1 Mbit/s are 41 ms.
+const WRITE_LIMIT: Duration = Duration::from_millis(100);
+
+impl SerialPort {
+    /// Opens the port at `path` at `baud_rate` \[bit/s\], any rate that its chip can do. What it received before
+    /// is forgotten.
+    ///
+    /// # Errors
+    /// [`DeviceError`] says what is the matter, and what to do about it.
+    pub fn open(path: &Path, baud_rate: u32) -> Result<Self, DeviceError> {
+        let place = path.display().to_string();
+        let file = Tty::open_file(path)?;
+        let settings = serialport::new(place.clone(), baud_rate)
+            .data_bits(DataBits::Eight)
+            .parity(Parity::None)
+            .stop_bits(StopBits::One)
+            .flow_control(FlowControl::None)
+            .exclusive(true)
+            .open_native()
+            .and_then(|port| port.clear(ClearBuffer::Input).map(|()| port));
+        let settings = settings.map_err(|error| refused(&place, baud_rate, &error))?;
+        Ok(Self {
+            tty: Tty::new(place, file, WRITE_LIMIT),
+            path: path.into(),
+            _settings: settings,
+        })
+    }
+
+    /// The latency timer of an FTDI chip behind this port: how long it may keep bytes that do not fill a packet.
+    /// None if there is no such chip.
+    pub fn latency_timer(&self) -> Option<Duration> {
+        latency_timer(&self.path)
+    }
+
+    /// What the user should be told before a run: a latency timer longer than a millisecond, with the remedy.
+    pub fn advice(&self) -> Option<String> {
+        let timer = self.latency_timer().filter(|timer| *timer > LOW_LATENCY)?;
+        let file = latency_file(&self.path)?;
+        Some(format!(
+            "{}: its latency timer is {timer:?}, so short answers come that late; \
+             `echo 1 | sudo tee {}` makes it 1 ms",
+            self.tty.place,
+            file.display()
+        ))
+    }
+}
+
+const LOW_LATENCY: Duration = Duration::from_millis(1);
+
+/// Where Linux has the latency timer of the port, if its driver is one that has such.
+fn latency_file(path: &Path) -> Option<PathBuf> {
+    // Through links such as /dev/serial/by-id.
+    let device = fs::canonicalize(path).ok()?;
+    let name = device.file_name()?;
+    let file = Path::new("/sys/class/tty")
+        .join(name)
+        .join("device/latency_timer");
+    file.exists().then_some(file)
+}
+
+fn latency_timer(path: &Path) -> Option<Duration> {
+    let text = fs::read_to_string(latency_file(path)?).ok()?;
+    text.trim().parse().ok().map(Duration::from_millis)
+}
+
+fn refused(place: &str, baud_rate: u32, error: &serialport::Error) -> DeviceError {
+    let place = place.into();
+    match error.kind() {
+        serialport::ErrorKind::NoDevice => DeviceError::Busy { place },
+        serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => {
+            DeviceError::Denied { place }
+        }
+        _ if error.description.contains("exclusive lock") => DeviceError::Busy { place },
+        _ => DeviceError::Other {
+            place,
+            why: format!("cannot be set to {baud_rate} bit/s, 8N1: {error}"),
+        },
+    }
+}
+
+impl Device for SerialPort {
+    fn place(&self) -> &str {
+        &self.tty.place
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
+        self.tty.write(bytes)
+    }
+
+    fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
+        self.tty.read(patience, bytes)
+    }
+
+    fn descriptor(&self) -> Option<BorrowedFd<'_>> {
+        Some(self.tty.descriptor())
+    }
+}
+
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PortInfo {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What it is at the USB, if it is there.
+    pub usb: Option<UsbInfo>,
+    /// Its latency timer, if it has one.
+    pub latency_timer: Option<Duration>,
+}
+
+/// What a device at the USB says of itself.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct UsbInfo {
+    /// Vendor: 0x0403 is FTDI.
+    pub vendor: u16,
+    /// Product: 0x6010 is an FT2232H.
+    pub product: u16,
+    /// Name of manufacturer and product, as far as known.
+    pub name: String,
+    /// Serial number, as far as known.
+    pub serial: Option<String>,
+}
+
+/// The serial ports of this machine, by name.
+///
+/// # Errors
+/// [`DeviceError::Other`] if the system does not say.
+pub fn ports() -> Result<Vec<PortInfo>, DeviceError> {
+    const SOURCE: &str = "/sys/class/tty";
+    if !Path::new(SOURCE).is_dir() {
+        return Ok(Vec::new());
+    }
+    let found = serialport::available_ports().map_err(|error| DeviceError::Other {
+        place: SOURCE.into(),
+        why: error.to_string(),
+    })?;
+    let mut ports: Vec<PortInfo> = found.into_iter().map(info).collect();
+    ports.sort();
+    Ok(ports)
+}
+
+fn info(port: serialport::SerialPortInfo) -> PortInfo {
+    let path = PathBuf::from(port.port_name);
+    let usb = match port.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let names = [usb.manufacturer, usb.product];
+            let names: Vec<String> = names.into_iter().flatten().collect();
+            Some(UsbInfo {
+                vendor: usb.vid,
+                product: usb.pid,
+                name: names.join(" "),
+                serial: usb.serial_number,
+            })
+        }
+        _ => None,
+    };
+    PortInfo {
+        latency_timer: latency_timer(&path),
+        path,
+        usb,
+    }
+}

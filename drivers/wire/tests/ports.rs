@@ -1,0 +1,151 @@
+//! Real ports, as far as a machine without any has them: both ends of a PTY.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use twinrig_runtime::{Device, DeviceError};
+use twinrig_wire::{Pty, SerialPort, ports};
+
+const BAUD: u32 = 3_333_333;
+const SOON: Duration = Duration::from_secs(5);
+
+/// Reads until there are `count` bytes, or nothing comes any more.
+fn read(device: &mut dyn Device, count: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while bytes.len() < count {
+        let before = bytes.len();
+        device.read(SOON, &mut bytes).unwrap();
+        assert!(
+            bytes.len() > before,
+            "{} of {count} bytes came",
+            bytes.len()
+        );
+    }
+    bytes
+}
+
+fn temporary(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("twinrig-{}-{name}", std::process::id()))
+}
+
+#[test]
+fn every_byte_passes_unchanged_both_ways() {
+    let mut twin = Pty::open().unwrap();
+    let mut robot = SerialPort::open(twin.path(), BAUD).unwrap();
+    let all: Vec<u8> = (0..=255).collect();
+    robot.write(&all).unwrap();
+    assert_eq!(read(&mut twin, all.len()), all);
+    twin.write(&all).unwrap();
+    assert_eq!(read(&mut robot, all.len()), all);
+    let mut rest = Vec::new();
+    twin.read(Duration::from_millis(5), &mut rest).unwrap();
+    assert!(rest.is_empty(), "the terminal echoes: {rest:?}");
+}
+
+#[test]
+fn bytes_pass_unchanged_for_a_program_that_sets_nothing() {
+    let mut twin = Pty::open().unwrap();
+    let mut plain = std::fs::OpenOptions::new()
+        .read(true)
+        .write(true)
+        .open(twin.path())
+        .unwrap();
+    std::io::Write::write_all(&mut plain, b"\x03\r\n\x04").unwrap();
+    assert_eq!(read(&mut twin, 4), b"\x03\r\n\x04");
+}
+
+#[test]
+fn a_second_open_is_refused_until_the_first_is_closed() {
+    let twin = Pty::open().unwrap();
+    let first = SerialPort::open(twin.path(), BAUD).unwrap();
+    let second = SerialPort::open(twin.path(), BAUD).err().unwrap();
+    let place = twin.place().to_string();
+    assert_eq!(second, DeviceError::Busy { place });
+    drop(first);
+    SerialPort::open(twin.path(), BAUD).unwrap();
+}
+
+#[test]
+fn a_port_that_is_not_there_is_missing_and_one_that_is_no_port_is_an_error() {
+    let none = Path::new("/dev/there-is-no-such-port");
+    let error = SerialPort::open(none, BAUD).err().unwrap();
+    assert!(matches!(error, DeviceError::Missing { .. }), "{error}");
+    assert!(
+        error
+            .to_string()
+            .starts_with("/dev/there-is-no-such-port: ")
+    );
+    let error = SerialPort::open(Path::new("/dev/null"), BAUD)
+        .err()
+        .unwrap();
+    assert!(matches!(error, DeviceError::Other { .. }), "{error}");
+}
+
+#[test]
+fn a_port_whose_other_end_is_gone_is_gone_and_does_not_hang() {
+    let twin = Pty::open().unwrap();
+    let mut robot = SerialPort::open(twin.path(), BAUD).unwrap();
+    let place = robot.place().to_string();
+    drop(twin);
+    let mut bytes = Vec::new();
+    let gone = Err(DeviceError::Gone { place });
+    assert_eq!(robot.read(SOON, &mut bytes), gone);
+    assert_eq!(robot.write(b"anybody?"), gone);
+}
+
+#[test]
+fn a_twin_whose_host_is_not_there_hears_of_it_and_of_its_return() {
+    let mut twin = Pty::open().unwrap();
+    let mut bytes = Vec::new();
+    for _ in 0..3 {
+        let hung_up = Err(DeviceError::HungUp {
+            place: twin.place().into(),
+        });
+        assert_eq!(twin.read(SOON, &mut bytes), hung_up);
+        let mut robot = SerialPort::open(twin.path(), BAUD).unwrap();
+        robot.write(b"here").unwrap();
+        assert_eq!(read(&mut twin, 4), b"here");
+    }
+}
+
+#[test]
+fn nobody_waits_for_a_host_that_does_not_read() {
+    let mut twin = Pty::open().unwrap();
+    let _robot = SerialPort::open(twin.path(), BAUD).unwrap();
+    let error = (0..10_000).find_map(|_| twin.write(&[0; 4096]).err());
+    assert!(
+        matches!(error, Some(DeviceError::Stuck { .. })),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left() {
+    let link = temporary("link");
+    let first = Pty::open().unwrap().linked(&link).unwrap();
+    assert_eq!(
+        (first.path(), first.place()),
+        (&*link, link.to_str().unwrap())
+    );
+    SerialPort::open(&link, BAUD).unwrap();
+    let second = Pty::open().unwrap().linked(&link).unwrap();
+    drop(first);
+    SerialPort::open(&link, BAUD).unwrap();
+    drop(second);
+    assert!(link.symlink_metadata().is_err(), "the link stayed behind");
+
+    std::fs::write(&link, "precious").unwrap();
+    let error = Pty::open().unwrap().linked(&link).unwrap_err();
+    assert!(matches!(error, DeviceError::Other { .. }), "{error}");
+    assert_eq!(std::fs::read_to_string(&link).unwrap(), "precious");
+    std::fs::remove_file(&link).unwrap();
+}
+
+#[test]
+fn a_pty_has_no_latency_timer_and_the_list_of_ports_is_in_order() {
+    let twin = Pty::open().unwrap();
+    let robot = SerialPort::open(twin.path(), BAUD).unwrap();
+    assert_eq!((robot.latency_timer(), robot.advice()), (None, None));
+    let list = ports().unwrap();
+    assert!(list.is_sorted(), "{list:?}");
+}

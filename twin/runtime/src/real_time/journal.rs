@@ -1,0 +1,168 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use twinrig_kernel::{HostTime, SimDuration, SimTime};
+
+use super::ring::{Head, RingReader, RingWriter, ring, unpack};
+use crate::{Group, Observer, RunEvent};
+
+/// An observer that hands everything over to another thread, through a bounded queue, and never waits: what
+/// finds the queue full is lost, and counted.
+pub(super) struct JournalWriter {
+    ring: RingWriter,
+    lost: Arc<AtomicU64>,
+}
+
+/// The other end, which tells an observer.
+pub(super) struct JournalReader {
+    ring: RingReader,
+    values: Vec<f64>,
+    bytes: Vec<u8>,
+    lost: Arc<AtomicU64>,
+}
+
+/// A journal that holds that many words of 8 bytes.
+pub(super) fn journal(words: usize) -> (JournalWriter, JournalReader) {
+    let (writer, reader) = ring(words);
+    let lost = Arc::new(AtomicU64::new(0));
+    let writer = JournalWriter {
+        ring: writer,
+        lost: lost.clone(),
+    };
+    let reader = JournalReader {
+        ring: reader,
+        values: Vec::new(),
+        bytes: Vec::new(),
+        lost,
+    };
+    (writer, reader)
+}
+
+mod kind {
+    pub(super) const SAMPLES: u8 = 0;
+    pub(super) const EVENT: u8 = 1;
+    pub(super) const BYTES: u8 = 2;
+}
+
+fn host(now: SimTime) -> HostTime {
+    HostTime::from_nanos(now.as_nanos())
+}
+
+fn small(number: usize) -> u16 {
+    u16::try_from(number).unwrap_or(u16::MAX)
+}
+
+impl JournalWriter {
+    fn note_lost(&self) {
+        self.lost.store(self.ring.lost(), Ordering::Relaxed);
+    }
+}
+
+impl Observer for JournalWriter {
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        let of = match group {
+            Group::Plant => 0,
+            Group::ProcessInputs => 1,
+            Group::ProcessOutputs => 2,
+            Group::Gauges => 3,
+        };
+        let words = values.iter().map(|value| value.to_bits());
+        self.ring.words(kind::SAMPLES, of, host(now), words);
+        self.note_lost();
+    }
+
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        let words = pack(event);
+        self.ring
+            .words(kind::EVENT, 0, host(now), words.into_iter());
+        self.note_lost();
+    }
+
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        self.ring.bytes(kind::BYTES, small(lane), host(now), bytes);
+        self.note_lost();
+    }
+}
+
+impl JournalReader {
+    /// Tells `observer` everything that is there; says whether that was anything.
+    pub(super) fn drain<O: Observer>(&mut self, observer: &mut O) -> bool {
+        let mut any = false;
+        while let Some((head, words)) = self.ring.pop() {
+            any = true;
+            let now = SimTime::from_nanos(head.at.as_nanos());
+            match head.kind {
+                kind::SAMPLES => {
+                    self.values.clear();
+                    self.values
+                        .extend(words.iter().map(|&word| f64::from_bits(word)));
+                    observer.samples(now, group(head), &self.values);
+                }
+                kind::EVENT => {
+                    if let Some(event) = unpack_event(words) {
+                        observer.event(now, event);
+                    }
+                }
+                _ => {
+                    unpack(head, words, &mut self.bytes);
+                    observer.bytes(now, usize::from(head.of), &self.bytes);
+                }
+            }
+        }
+        any
+    }
+
+    /// Whether nothing more will come.
+    pub(super) fn is_abandoned(&self) -> bool {
+        self.ring.is_abandoned()
+    }
+
+    /// How many records found no room so far.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+}
+
+fn group(head: Head) -> Group {
+    match head.of {
+        0 => Group::Plant,
+        1 => Group::ProcessInputs,
+        2 => Group::ProcessOutputs,
+        _ => Group::Gauges,
+    }
+}
+
+fn pack(event: RunEvent) -> [u64; 3] {
+    match event {
+        RunEvent::Opened => [0, 0, 0],
+        RunEvent::ProcessBegin { elapsed } => [1, elapsed.as_nanos(), 0],
+        RunEvent::ProcessEnd => [2, 0, 0],
+        RunEvent::TaskBegin { task } => [3, task as u64, 0],
+        RunEvent::TaskEnd { task } => [4, task as u64, 0],
+        RunEvent::TaskSkipped { task } => [5, task as u64, 0],
+        RunEvent::Overrun { missed } => [6, missed, 0],
+        RunEvent::Change { variable, value } => [7, variable as u64, value.to_bits()],
+    }
+}
+
+fn unpack_event(words: &[u64]) -> Option<RunEvent> {
+    let &[what, first, second] = words else {
+        return None;
+    };
+    let index = usize::try_from(first).ok();
+    Some(match what {
+        0 => RunEvent::Opened,
+        1 => RunEvent::ProcessBegin {
+            elapsed: SimDuration::from_nanos(first),
+        },
+        2 => RunEvent::ProcessEnd,
+        3 => RunEvent::TaskBegin { task: index? },
+        4 => RunEvent::TaskEnd { task: index? },
+        5 => RunEvent::TaskSkipped { task: index? },
+        6 => RunEvent::Overrun { missed: first },
+        _ => RunEvent::Change {
+            variable: index?,
+            value: f64::from_bits(second),
+        },
+    })
+}

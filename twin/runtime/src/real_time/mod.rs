@@ -1,0 +1,26 @@
+//! The scheduling rule in real time: a [`RealTimeRig`] runs a process and its drivers at real devices, a
+//! [`Serve`] runs boards and plant at the other end of one. Here, and nowhere else, a run has a clock and
+//! threads.
+
+mod clock;
+mod conductor;
+mod crew;
+mod exchange;
+mod histogram;
+mod journal;
+mod limits;
+mod privileges;
+mod report;
+mod rig;
+mod ring;
+mod serve;
+mod served;
+mod worker;
+
+pub use clock::{Clock, MonotonicClock};
+pub use histogram::Histogram;
+pub use limits::Limits;
+pub use privileges::Privileges;
+pub use report::{RealTimeReport, TaskReport};
+pub use rig::{Ended, RealTimeOptions, RealTimeRig};
+pub use serve::{Hold, Serve, ServeOptions, ServeReport, ServedWire};

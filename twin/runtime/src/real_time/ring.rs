@@ -1,0 +1,164 @@
+use rtrb::{Consumer, Producer, RingBuffer};
+use twinrig_kernel::HostTime;
+
+/// A record in a ring: what it is, of which part, when, and words that go with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Head {
+    pub(super) kind: u8,
+    /// Which task, lane or group.
+    pub(super) of: u16,
+    /// In bytes, whatever the words mean.
+    pub(super) bytes: u32,
+    pub(super) at: HostTime,
+}
+
+const HEAD_WORDS: usize = 2;
+const WORD_BYTES: usize = 8;
+/// Room that is kept for two records without words: a task may end and then fail before anybody looks.
+const MARKS_WORDS: usize = 2 * HEAD_WORDS;
+
+/// The writing end of a bounded queue between two threads: it never waits and never allocates.
+pub(super) struct RingWriter {
+    words: Producer<u64>,
+    /// Records that found no room.
+    lost: u64,
+}
+
+/// The reading end.
+pub(super) struct RingReader {
+    words: Consumer<u64>,
+    payload: Vec<u64>,
+}
+
+/// A queue of that many words of 8 bytes.
+pub(super) fn ring(words: usize) -> (RingWriter, RingReader) {
+    let (producer, consumer) = RingBuffer::new(words);
+    (
+        RingWriter {
+            words: producer,
+            lost: 0,
+        },
+        RingReader {
+            words: consumer,
+            payload: Vec::with_capacity(1024),
+        },
+    )
+}
+
+fn payload_words(bytes: usize) -> usize {
+    bytes.div_ceil(WORD_BYTES)
+}
+
+impl RingWriter {
+    /// Appends a record, whole or not at all; `reserve` words are left free for what must not be lost.
+    fn push(&mut self, head: Head, reserve: usize, payload: impl Iterator<Item = u64>) {
+        let words = HEAD_WORDS + payload_words(head.bytes as usize);
+        if self.words.slots() < words + reserve {
+            self.lost += 1;
+            return;
+        }
+        if let Ok(chunk) = self.words.write_chunk_uninit(words) {
+            let first =
+                u64::from(head.kind) << 56 | u64::from(head.of) << 32 | u64::from(head.bytes);
+            chunk.fill_from_iter([first, head.at.as_nanos()].into_iter().chain(payload));
+        }
+    }
+
+    /// Appends words.
+    pub(super) fn words(
+        &mut self,
+        kind: u8,
+        of: u16,
+        at: HostTime,
+        words: impl ExactSizeIterator<Item = u64>,
+    ) {
+        let Ok(bytes) = u32::try_from(words.len() * WORD_BYTES) else {
+            self.lost += 1;
+            return;
+        };
+        let head = Head {
+            kind,
+            of,
+            bytes,
+            at,
+        };
+        self.push(head, MARKS_WORDS, words);
+    }
+
+    /// Appends bytes.
+    pub(super) fn bytes(&mut self, kind: u8, of: u16, at: HostTime, bytes: &[u8]) {
+        let Ok(len) = u32::try_from(bytes.len()) else {
+            self.lost += 1;
+            return;
+        };
+        let head = Head {
+            kind,
+            of,
+            bytes: len,
+            at,
+        };
+        let words = bytes.chunks(WORD_BYTES).map(|chunk| {
+            let mut word = [0; WORD_BYTES];
+            word[..chunk.len()].copy_from_slice(chunk);
+            u64::from_le_bytes(word)
+        });
+        self.push(head, MARKS_WORDS, words);
+    }
+
+    /// Appends a record without words, into the room that is kept free for such.
+    pub(super) fn mark(&mut self, kind: u8, of: u16, at: HostTime) {
+        let head = Head {
+            kind,
+            of,
+            bytes: 0,
+            at,
+        };
+        self.push(head, 0, std::iter::empty());
+    }
+
+    /// How many records found no room.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost
+    }
+}
+
+impl RingReader {
+    /// The next record, which stays where it is.
+    pub(super) fn peek(&mut self) -> Option<Head> {
+        let chunk = self.words.read_chunk(HEAD_WORDS).ok()?;
+        let (a, b) = chunk.as_slices();
+        let mut words = a.iter().chain(b).copied();
+        let (first, at) = (words.next()?, words.next()?);
+        let [kind, _, of_high, of_low, rest @ ..] = first.to_be_bytes();
+        Some(Head {
+            kind,
+            of: u16::from_be_bytes([of_high, of_low]),
+            bytes: u32::from_be_bytes(rest),
+            at: HostTime::from_nanos(at),
+        })
+    }
+
+    /// Takes the next record, with its words.
+    pub(super) fn pop(&mut self) -> Option<(Head, &[u64])> {
+        let head = self.peek()?;
+        let words = HEAD_WORDS + payload_words(head.bytes as usize);
+        let chunk = self.words.read_chunk(words).ok()?;
+        let (a, b) = chunk.as_slices();
+        self.payload.clear();
+        self.payload.extend(a.iter().chain(b).skip(HEAD_WORDS));
+        chunk.commit_all();
+        Some((head, &self.payload))
+    }
+
+    /// Whether the writing end is gone. What it left is still there.
+    pub(super) fn is_abandoned(&self) -> bool {
+        self.words.is_abandoned()
+    }
+}
+
+/// The bytes in the words of a record.
+pub(super) fn unpack(head: Head, words: &[u64], bytes: &mut Vec<u8>) {
+    bytes.clear();
+    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    bytes.truncate(head.bytes as usize);
+}

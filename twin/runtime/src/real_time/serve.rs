@@ -1,0 +1,444 @@
+use std::fmt;
+use std::panic::resume_unwind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
+
+use super::Histogram;
+use super::clock::{Clock, MonotonicClock, later};
+use super::exchange::duration;
+use super::journal::{JournalWriter, journal};
+use super::privileges::raise;
+use super::rig::{Ended, look_on};
+use super::served::{Served, listen};
+use crate::far_end::FarEnd;
+use crate::wiring::check_names;
+use crate::{Device, DeviceError, Group, Observer, Plant, RigError, RunEvent, TaskError, Wire};
+
+/// The right half of a twin in real time: a plant, and wires with emulated boards, each with a device at
+/// which a host is: the master end of a PTY. A nanosecond of the twin is one of the machine's clock.
+///
+/// Everything right of the driver happens at its own instants and in order, as in lockstep; only what the
+/// host does comes when it comes. The twin is never ahead of the clock. If it falls behind, it hurries after
+/// it, and says how far behind it was; no instant is left out, and none comes twice.
+pub struct Serve {
+    far_end: FarEnd,
+    ports: Vec<Served>,
+    gauges: Layout,
+    lanes: Vec<String>,
+    values: Vec<f64>,
+    options: ServeOptions,
+    next_look: SimTime,
+    let_go_at: Option<SimTime>,
+    /// Bytes between wire and device.
+    bytes: Vec<u8>,
+    report: ServeReport,
+}
+
+/// A wire, and the device at which its host is.
+pub struct ServedWire {
+    /// Name of the bus.
+    pub name: String,
+    /// The transport with its boards.
+    pub wire: Box<dyn Wire>,
+    /// The master end of a PTY, or whatever the host is at the other end of.
+    pub device: Box<dyn Device>,
+}
+
+/// How a twin is served.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ServeOptions {
+    /// Period of the observation grid, which begins at 0.
+    pub observe: SimDuration,
+    /// How long the plant is held in its start.
+    pub hold: Hold,
+    /// Falling behind the clock by more than this is counted.
+    pub behind: SimDuration,
+    /// When to end; without end if there is none.
+    pub duration: Option<SimDuration>,
+    /// Whether to end when the host has closed a device that it had opened.
+    pub until_hang_up: bool,
+    /// Priority among the threads of `SCHED_FIFO`, 1 to 99; none leaves the twin an ordinary thread.
+    pub priority: Option<u8>,
+    /// Room for what the observer has not seen yet \[bytes\].
+    pub queue_bytes: usize,
+}
+
+/// Observed every 2 ms, held until the first byte, without end. An ordinary thread: a twin that cannot keep up
+/// would stop the machine.
+impl Default for ServeOptions {
+    fn default() -> Self {
+        Self {
+            observe: SimDuration::from_millis(2),
+            hold: Hold::UntilFirstByte,
+            behind: SimDuration::from_millis(1),
+            duration: None,
+            until_hang_up: false,
+            priority: None,
+            queue_bytes: 4 << 20,
+        }
+    }
+}
+
+/// How long the plant is held in its start: boards wake up and calibrate while the robot hangs on its stand. In
+/// lockstep it is let go at the first control step, of which nobody tells a twin that is served.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// It is not.
+    Never,
+    /// Until the host sends its first byte, on whatever wire.
+    UntilFirstByte,
+    /// Until so long after that byte: what the host takes to configure and calibrate.
+    AfterFirstByte(SimDuration),
+}
+
+/// How serving went.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ServeReport {
+    /// What was simulated.
+    pub served: SimDuration,
+    /// How much later than its instant anything happened, each time that the twin caught up with the clock.
+    pub lag: Histogram,
+    /// How often that was more than [`ServeOptions::behind`].
+    pub behind: u64,
+    /// Bytes that the host did not read in time, and will not.
+    pub unread: u64,
+    /// Records that the observer never saw, because its queue was full.
+    pub lost: u64,
+}
+
+impl fmt::Display for ServeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "served {}; later than its instant by:\n{}",
+            self.served, self.lag
+        )?;
+        if self.behind > 0 {
+            writeln!(
+                f,
+                "BEHIND the clock {} times: this machine is too slow for this twin, or busy",
+                self.behind
+            )?;
+        }
+        if self.unread > 0 {
+            writeln!(f, "{} bytes were not read by the host", self.unread)?;
+        }
+        if self.lost > 0 {
+            writeln!(f, "LOST: {} records did not reach the observer", self.lost)?;
+        }
+        Ok(())
+    }
+}
+
+/// Lanes of a port itself, before those of its wire: what the host writes, what it reads.
+const OUT: usize = 0;
+const IN: usize = 1;
+const OWN_LANES: usize = 2;
+/// How far the twin goes before it looks at its devices again, if it is behind.
+const SLICE: SimDuration = SimDuration::from_millis(1);
+/// A wire that wants to be woken at one instant more often than this does not let time pass.
+const WAKES_MAX: u32 = 100_000;
+
+impl Serve {
+    /// Connects the wires to the plant.
+    ///
+    /// # Errors
+    /// [`RigError::Wiring`] if the plant has not what the boards need, [`RigError::BadPeriod`] if the
+    /// observation period is zero.
+    pub fn new(
+        options: ServeOptions,
+        plant: Box<dyn Plant>,
+        wires: Vec<ServedWire>,
+    ) -> Result<Self, RigError> {
+        if options.observe.is_zero() {
+            return Err(RigError::BadPeriod {
+                what: "observation",
+            });
+        }
+        check_names(plant.name(), &plant.ports())?;
+        let far_end = FarEnd::new(plant);
+        let mut gauges: Vec<Port> = Vec::new();
+        let mut lanes = Vec::new();
+        let mut ports = Vec::new();
+        for ServedWire {
+            name,
+            mut wire,
+            device,
+        } in wires
+        {
+            wire.connect(&name, &far_end.signals)?;
+            let before = Layout::of(&gauges, Direction::Output).len();
+            gauges.extend(wire.gauges());
+            let after = Layout::of(&gauges, Direction::Output).len();
+            let own = ["out".to_string(), "in".to_string()].into_iter();
+            let first_lane = lanes.len();
+            lanes.extend(own.chain(wire.lanes()).map(|lane| format!("{name}/{lane}")));
+            let mut port = Served::new(name, wire, device);
+            (port.gauges, port.first_lane) = (before..after, first_lane);
+            ports.push(port);
+        }
+        check_names("the gauges", &gauges)?;
+        let gauges = Layout::of(&gauges, Direction::Output);
+        let mut serve = Self {
+            far_end,
+            ports,
+            values: vec![0.0; gauges.len()],
+            gauges,
+            lanes,
+            options,
+            next_look: SimTime::ZERO,
+            let_go_at: None,
+            bytes: Vec::with_capacity(4096),
+            report: ServeReport::default(),
+        };
+        if serve.options.hold == Hold::Never {
+            serve.far_end.release();
+        }
+        Ok(serve)
+    }
+
+    /// How the values of a group lie in what the observer sees: there is no process here.
+    pub fn layout(&self, group: Group) -> Option<&Layout> {
+        match group {
+            Group::Plant => Some(&self.far_end.signals.outputs),
+            Group::Gauges => Some(&self.gauges),
+            Group::ProcessInputs | Group::ProcessOutputs => None,
+        }
+    }
+
+    /// The names of the lanes: `NAME/out` is what the host writes, `NAME/in` what it reads.
+    pub fn lanes(&self) -> &[String] {
+        &self.lanes
+    }
+
+    /// Serves until its time is over, `stop` is set, or the host hangs up. `observer` stays on the calling
+    /// thread, and may take its time.
+    ///
+    /// # Panics
+    /// If the plant or a wire does.
+    pub fn run<O: Observer>(
+        self,
+        observer: &mut O,
+        stop: &AtomicBool,
+    ) -> (Result<Ended, RigError>, ServeReport) {
+        let (writer, mut reader) = journal(self.options.queue_bytes / size_of::<u64>());
+        let asked = Arc::new(AtomicBool::new(false));
+        let heard = asked.clone();
+        let thread = thread::Builder::new().name("serve".into());
+        let thread = thread.spawn(move || {
+            raise(self.options.priority);
+            let clock = MonotonicClock::start();
+            let mut writer = writer;
+            self.serve(&clock, &mut writer, &heard)
+        });
+        let thread = match thread {
+            Ok(thread) => thread,
+            Err(error) => {
+                let error = RigError::Thread {
+                    what: "serving".into(),
+                    why: error.to_string(),
+                };
+                return (Err(error), ServeReport::default());
+            }
+        };
+        look_on(&mut reader, observer, || {
+            asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+        });
+        let (ended, mut report) = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
+        report.lost += reader.lost();
+        (ended, report)
+    }
+
+    fn serve(
+        mut self,
+        clock: &dyn Clock,
+        journal: &mut JournalWriter,
+        stop: &AtomicBool,
+    ) -> (Result<Ended, RigError>, ServeReport) {
+        let start = clock.now();
+        let ended = loop {
+            match self.turn(clock, start, journal) {
+                Ok(None) if stop.load(Ordering::Relaxed) => break Ok(Ended::Stopped),
+                Ok(None) => {}
+                Ok(Some(ended)) => break Ok(ended),
+                Err(error) => break Err(error),
+            }
+        };
+        self.report.served = self.now() - SimTime::ZERO;
+        self.report.unread = self.ports.iter().map(|port| port.unread).sum();
+        (ended, self.report)
+    }
+
+    fn now(&self) -> SimTime {
+        self.far_end.state.now
+    }
+
+    /// Catches up with the clock, puts onto the wires what the host has written, and listens until something
+    /// is to happen.
+    fn turn<O: Observer>(
+        &mut self,
+        clock: &dyn Clock,
+        start: HostTime,
+        observer: &mut O,
+    ) -> Result<Option<Ended>, RigError> {
+        let end = self
+            .options
+            .duration
+            .map(|duration| SimTime::ZERO + duration);
+        let since = clock.now().since(start).as_nanos();
+        let wall = SimTime::from_nanos(u64::try_from(since).unwrap_or(u64::MAX));
+        let wall = end.map_or(wall, |end| wall.min(end)).max(self.now());
+        let now = wall.min(self.now() + SLICE);
+        if let Some(first) = self.next_event().filter(|first| *first <= now) {
+            let lag = wall - first;
+            self.report.lag.count(duration(lag));
+            self.report.behind += u64::from(lag > self.options.behind);
+        }
+        self.catch_up(now, observer)?;
+        self.send(observer)?;
+        if end.is_some_and(|end| self.now() >= end) {
+            return Ok(Some(Ended::Duration));
+        }
+        if self.options.until_hang_up && self.ports.iter().any(Served::is_over) {
+            return Ok(Some(Ended::HungUp));
+        }
+        // The stop flag is looked at every so often even if nothing happens.
+        let mut until = self.now() + SLICE * 20;
+        until = self.next_event().map_or(until, |at| at.min(until));
+        until = end.map_or(until, |end| end.min(until));
+        let until = later(start, duration(until - SimTime::ZERO));
+        listen(&mut self.ports, until, clock).map_err(|error| self.gone(error))?;
+        Ok(None)
+    }
+
+    fn gone(&self, error: DeviceError) -> RigError {
+        RigError::Task {
+            task: "serving".into(),
+            time: self.now(),
+            source: TaskError::Port(error),
+        }
+    }
+
+    /// When something happens next.
+    fn next_event(&self) -> Option<SimTime> {
+        let now = self.now();
+        let wakes = self.ports.iter().filter_map(|port| port.next_wake(now));
+        wakes.chain([self.next_look]).chain(self.let_go_at).min()
+    }
+
+    /// Lets everything happen up to and at `now`, each thing at its own instant.
+    fn catch_up<O: Observer>(&mut self, now: SimTime, observer: &mut O) -> Result<(), RigError> {
+        let mut wakes = 0;
+        while let Some(at) = self.next_event().filter(|at| *at <= now) {
+            wakes = if at > self.now() { 0 } else { wakes + 1 };
+            self.far_end.state.now = at;
+            if self.let_go_at.is_some_and(|due| due <= at) {
+                self.let_go_at = None;
+                self.let_go(observer);
+            }
+            for n in 0..self.ports.len() {
+                if self.ports[n].next_wake(at).is_some_and(|due| due <= at) {
+                    if wakes > WAKES_MAX {
+                        return Err(RigError::WakeInThePast {
+                            task: self.ports[n].name.clone(),
+                            time: at,
+                            wanted: at,
+                        });
+                    }
+                    self.go_on(n, observer)?;
+                }
+            }
+            if self.next_look <= at {
+                self.next_look = at + self.options.observe;
+                self.look(observer)?;
+            }
+        }
+        self.far_end.state.now = now;
+        Ok(())
+    }
+
+    fn let_go<O: Observer>(&mut self, observer: &mut O) {
+        if self.far_end.is_held() {
+            self.far_end.release();
+            observer.event(self.now(), RunEvent::Opened);
+        }
+    }
+
+    /// Puts onto the wires what has been read.
+    fn send<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        for n in 0..self.ports.len() {
+            if self.ports[n].heard.is_empty() {
+                continue;
+            }
+            match self.options.hold {
+                Hold::AfterFirstByte(after) if self.far_end.is_held() => {
+                    self.let_go_at = self.let_go_at.or(Some(now + after));
+                }
+                _ => self.let_go(observer),
+            }
+            let port = &mut self.ports[n];
+            port.wire
+                .advance(now, &mut self.far_end)
+                .map_err(failed(&port.name, now))?;
+            port.wire.send(now, &port.heard);
+            observer.bytes(now, port.first_lane + OUT, &port.heard);
+            port.heard.clear();
+            self.go_on(n, observer)?;
+        }
+        Ok(())
+    }
+
+    /// Lets a wire go on at now, and gives the host what there is for it.
+    fn go_on<O: Observer>(&mut self, n: usize, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        let port = &mut self.ports[n];
+        port.wire
+            .advance(now, &mut self.far_end)
+            .map_err(failed(&port.name, now))?;
+        self.bytes.clear();
+        port.wire.receive(&mut self.bytes);
+        let first_lane = port.first_lane;
+        let wire_lane = first_lane + OWN_LANES;
+        let written = if self.bytes.is_empty() {
+            Ok(())
+        } else {
+            // The host does not wait for the recording.
+            let written = port.write(&self.bytes);
+            observer.bytes(now, first_lane + IN, &self.bytes);
+            written
+        };
+        port.wire
+            .drain_traffic(&mut |lane, bytes| observer.bytes(now, wire_lane + lane, bytes));
+        written.map_err(|error| self.gone(error))
+    }
+
+    fn look<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        observer.samples(now, Group::Plant, self.far_end.look()?);
+        self.far_end.plant.begin_window();
+        if !self.values.is_empty() {
+            for port in &self.ports {
+                let values = &mut self.values[port.gauges.clone()];
+                port.wire.read_gauges(now, values);
+            }
+            observer.samples(now, Group::Gauges, &self.values);
+        }
+        Ok(())
+    }
+}
+
+/// A wire that failed. The plant's own error stays what it is.
+fn failed(name: &str, time: SimTime) -> impl FnOnce(TaskError) -> RigError + '_ {
+    move |source| match source {
+        TaskError::Plant(fault) => fault.into(),
+        source => RigError::Task {
+            task: name.into(),
+            time,
+            source,
+        },
+    }
+}
