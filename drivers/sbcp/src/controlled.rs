@@ -1,23 +1,45 @@
-use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 use twinrig_wire::{Arrivals, Line, Piece};
 
 use crate::controller::{Controller, ControllerConfig, ControllerCounters};
 use crate::error::SbcpError;
 
-/// A bus behind a bus controller: the near end is the link to the host, the far end the bus.
-pub struct Controlled<L: Line> {
+/// A bus behind a bus controller. The near end is the link to the host, the far end the near end of the bus.
+pub struct Controlled<L> {
+    name: String,
     controller: Controller,
     bus: L,
+    now: SimTime,
+    /// What has just come from the bus.
+    heard: Arrivals,
 }
 
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    controller: Controller,
+    bus: Snapshot,
+    now: SimTime,
+}
+
+/// How many gauges there are of the controller itself.
+const GAUGES: [&str; 5] = ["requests", "answers", "failures", "timeouts", "overflows"];
+
 impl<L: Line> Controlled<L> {
-    /// Puts a controller before `bus`.
+    /// Puts a controller before `bus`. `name` is that of the bus: gauges are `NAME/controller/requests`,
+    /// `answers`, `failures`, `timeouts` and `overflows`.
     ///
     /// # Errors
-    /// [`SbcpError`] as [`Controller::new`].
-    pub fn new(config: ControllerConfig, bus: L) -> Result<Self, SbcpError> {
-        Ok(Self { controller: Controller::new(config)?, bus })
+    /// [`SbcpError`] if there can be no such controller.
+    pub fn new(name: &str, config: ControllerConfig, bus: L) -> Result<Self, SbcpError> {
+        Ok(Self {
+            name: name.to_owned(),
+            controller: Controller::new(config)?,
+            bus,
+            now: SimTime::ZERO,
+            heard: Arrivals::default(),
+        })
     }
 
     /// What the controller counted so far.
@@ -37,27 +59,65 @@ impl<L: Line> Line for Controlled<L> {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
-        self.controller.handle_link(piece);
+        self.controller.handle_link(self.now, piece);
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        self.bus.next_wake()
+        let wakes = [
+            self.bus.next_wake(),
+            self.controller.poll_timeout(),
+            self.controller.bus_start(),
+            self.controller.link_end(),
+        ];
+        wakes.into_iter().flatten().min()
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.bus.advance(now, world)
+        self.now = now;
+        loop {
+            self.bus.advance(now, world)?;
+            self.heard.clear();
+            self.bus.receive(&mut self.heard);
+            for piece in self.heard.pieces() {
+                self.controller.handle_bus(now, piece);
+            }
+            // A byte that is complete at the deadline has come in time: so the bus goes first.
+            if self.controller.poll_timeout().is_some_and(|at| at <= now) {
+                self.controller.handle_timeout(now);
+            }
+            let bus = &mut self.bus;
+            let send = &mut |piece: Piece<'_>| bus.send(piece);
+            if !self.controller.poll_bus(now, send) {
+                return Ok(());
+            }
+        }
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        self.bus.receive(arrivals);
+        self.controller.poll_link(self.now, arrivals);
     }
 
     fn gauges(&self) -> Vec<Port> {
-        self.bus.gauges()
+        let own = GAUGES.iter().map(|gauge| {
+            Port::output(format!("{}/controller/{gauge}", self.name), Unit::One, 1)
+        });
+        own.chain(self.bus.gauges()).collect()
     }
 
     fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.bus.read_gauges(now, values);
+        let counters = self.controller.counters();
+        let own = [
+            counters.requests,
+            counters.answers,
+            counters.failures,
+            counters.timeouts,
+            counters.overflows,
+        ];
+        let (values, bus) = values.split_at_mut(GAUGES.len());
+        for (value, count) in values.iter_mut().zip(own) {
+            *value = count as f64;
+        }
+        self.bus.read_gauges(now, bus);
     }
 
     fn lanes(&self) -> Vec<String> {
@@ -69,10 +129,18 @@ impl<L: Line> Line for Controlled<L> {
     }
 
     fn save(&self) -> Snapshot {
-        self.bus.save()
+        Snapshot::of(&Saved {
+            controller: self.controller.clone(),
+            bus: self.bus.save(),
+            now: self.now,
+        })
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.bus.restore(snapshot)
+        let saved: Saved = snapshot.read()?;
+        self.bus.restore(&saved.bus)?;
+        self.controller = saved.controller;
+        self.now = saved.now;
+        Ok(())
     }
 }

@@ -79,6 +79,9 @@ pub enum SbcpError {
         /// How many packets.
         packets: usize,
     },
+    /// Bytes that take no time.
+    #[error("a byte must take some time")]
+    ByteTime,
     /// A transfer is begun while another one goes on.
     #[error("a transfer is going on")]
     Busy,

@@ -1,16 +1,20 @@
 //! The Simple Binary Communication Protocol (thesis, section 5.3), from the bytes of a packet to a master that
 //! exchanges frames with four boards, without input or output of its own.
 
+mod answer;
 pub mod codes;
 mod controlled;
 mod controller;
 mod error;
+mod intake;
 mod listener;
 mod master;
+mod outbox;
 mod packet;
 mod parser;
 mod registers;
 mod slave;
+mod standard;
 
 pub use codes::{BYTE_TIME, ErrorCode, FRAME_MAX, Instruction, OVERHEAD, PACKET_MAX, PAYLOAD_MAX};
 pub use controlled::Controlled;

@@ -3,9 +3,9 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::HostTime;
 
-use crate::codes::{ErrorCode, FRAME_MAX, PACKET_MAX};
+use crate::codes::{ErrorCode, FRAME_MAX};
 use crate::error::SbcpError;
-use crate::packet::{Address, Packet, Payload, Request, Response};
+use crate::packet::{Payload, Request, Response};
 use crate::parser::Parser;
 
 /// What stands between the master and the boards.
@@ -122,6 +122,8 @@ pub struct Master {
     requests: [Option<Request>; FRAME_MAX],
     outcomes: Vec<Outcome>,
     count: usize,
+    /// The first of the requests that is neither answered nor given up.
+    open: usize,
     parser: Parser,
     /// Something may still come that belongs to nothing.
     unsettled: bool,
@@ -146,6 +148,7 @@ impl Master {
             requests: [None; FRAME_MAX],
             outcomes: Vec::with_capacity(FRAME_MAX),
             count: 0,
+            open: 0,
             parser: Parser::default(),
             unsettled: false,
             last: HostTime::default(),
@@ -199,23 +202,82 @@ impl Master {
 
     /// Takes bytes that were read at `now`: any bytes at all, in pieces of any length.
     pub fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
-        let _ = (now, bytes);
+        if bytes.is_empty() {
+            return;
+        }
+        self.now = now;
+        self.last = now;
+        let mut rest = bytes;
+        while let State::Waiting(_) = self.state {
+            let Some(packet) = self.parser.next(&mut rest) else {
+                return;
+            };
+            let response = Response::parse(&packet);
+            self.take(response.ok());
+        }
+        // Nobody has asked for these.
+        self.counters.garbage += rest.len() as u64;
+        self.unsettled |= !rest.is_empty();
     }
 
     /// It is `now`, which is when [`Master::poll_timeout`] wanted to be told, or later.
     pub fn handle_timeout(&mut self, now: HostTime) {
-        let _ = now;
+        if self.poll_timeout().is_none_or(|due| now < due) {
+            return;
+        }
+        self.now = now;
+        if self.state == State::Draining {
+            self.settle();
+            return;
+        }
+        // What began like a packet may have hidden one behind it.
+        while let State::Waiting(_) = self.state {
+            let Some(packet) = self.parser.give_up() else {
+                break;
+            };
+            let response = Response::parse(&packet);
+            self.take(response.ok());
+        }
+        if let State::Waiting(_) = self.state {
+            self.unsettled = true;
+            self.last = now;
+            self.open = match self.config.topology {
+                Topology::Direct => self.open + 1,
+                Topology::Controller => self.count,
+            };
+            self.go_on();
+        }
     }
 
     /// When it wants to go on even if no byte comes.
     pub fn poll_timeout(&self) -> Option<HostTime> {
-        None
+        match self.state {
+            State::Idle | State::Writing => None,
+            State::Draining => Some(later(self.last, self.config.quiet)),
+            State::Waiting(until) => Some(until),
+        }
     }
 
     /// Appends what is to be written next, in one piece, to `bytes`; says whether there was anything.
     pub fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
-        let _ = bytes;
-        false
+        if self.state != State::Writing {
+            return false;
+        }
+        let packets = match self.config.topology {
+            Topology::Direct => self.open..self.open + 1,
+            Topology::Controller => self.open..self.count,
+        };
+        self.counters.requests += packets.len() as u64;
+        for request in self.requests[packets].iter().flatten() {
+            request.emit(bytes);
+        }
+        let timeout = match self.kind {
+            Kind::Probe | Kind::Lazy => self.config.lazy_timeout,
+            Kind::Cycle => self.config.cycle_timeout,
+        };
+        self.state = State::Waiting(later(self.now, timeout));
+        self.pass_broadcasts();
+        true
     }
 
     /// Whether a transfer goes on.
@@ -223,10 +285,14 @@ impl Master {
         self.state != State::Idle
     }
 
-    /// Gives up what goes on: its open requests fail. Answers may still come; the next transfer waits for
-    /// them to pass.
+    /// Gives up what goes on at `now`: its open requests fail, uncounted. Answers may still come; the next
+    /// transfer waits for them to pass.
     pub fn abort(&mut self, now: HostTime) {
-        let _ = now;
+        if let State::Waiting(_) = self.state {
+            self.unsettled = true;
+            self.last = now;
+        }
+        self.state = State::Idle;
     }
 
     /// What the requests of the last transfer brought, in their order; nothing while it goes on.
@@ -235,7 +301,105 @@ impl Master {
     }
 
     fn begin(&mut self, now: HostTime, kind: Kind, frame: &[Request]) -> Result<(), SbcpError> {
-        let _ = (now, kind, frame);
+        if self.is_busy() {
+            return Err(SbcpError::Busy);
+        }
+        let packets = frame.len();
+        if packets == 0 || packets > FRAME_MAX {
+            return Err(SbcpError::Frame { packets });
+        }
+        self.now = now;
+        self.kind = kind;
+        for (slot, request) in self.requests.iter_mut().zip(frame) {
+            *slot = Some(*request);
+        }
+        self.count = packets;
+        self.open = 0;
+        self.outcomes.clear();
+        self.outcomes.resize(packets, Err(Failure::NoAnswer));
+        if self.unsettled && now < later(self.last, self.config.quiet) {
+            self.state = State::Draining;
+        } else {
+            self.settle();
+        }
         Ok(())
+    }
+
+    /// The line is quiet: what comes from now on belongs to what is written from now on.
+    fn settle(&mut self) {
+        self.unsettled = false;
+        self.parser.reset();
+        self.state = State::Writing;
+    }
+
+    /// A packet has come while answers are awaited; None if it is no response.
+    fn take(&mut self, response: Option<Response>) {
+        let open = match self.config.topology {
+            Topology::Direct => self.open..self.open + 1,
+            Topology::Controller => self.open..self.count,
+        };
+        let asked = |response: &Response, index: usize| {
+            self.requests[index].is_some_and(|request| request.to == response.from())
+        };
+        let found = response.and_then(|response| {
+            let index = open.clone().find(|index| asked(&response, *index));
+            index.map(|index| (index, response))
+        });
+        let Some((index, response)) = found else {
+            self.counters.strays += 1;
+            self.unsettled = true;
+            return;
+        };
+        self.outcomes[index] = match response.error {
+            ErrorCode::OK => Ok(response.payload),
+            error => Err(Failure::Refused(error)),
+        };
+        self.open = index + 1;
+        self.go_on();
+    }
+
+    /// A request is answered or given up.
+    fn go_on(&mut self) {
+        if self.open < self.count && self.config.topology == Topology::Direct {
+            self.state = State::Writing;
+        } else {
+            self.pass_broadcasts();
+        }
+    }
+
+    /// Nobody answers a broadcast, so it is done when it is written.
+    fn pass_broadcasts(&mut self) {
+        let end = match self.config.topology {
+            Topology::Direct => self.count.min(self.open + 1),
+            Topology::Controller => self.count,
+        };
+        let before = self.open;
+        while self.open < end
+            && self.requests[self.open].is_some_and(|request| request.to.is_broadcast())
+        {
+            self.outcomes[self.open] = Ok(Payload::default());
+            self.open += 1;
+        }
+        if self.open == self.count {
+            self.finish();
+        } else if self.config.topology == Topology::Direct && self.open > before {
+            self.state = State::Writing;
+        }
+    }
+
+    fn finish(&mut self) {
+        self.state = State::Idle;
+        // Behind the answers there may be more, which belongs to nothing.
+        self.unsettled |= self.parser.is_amid();
+        let answers = self.outcomes.iter().filter(|outcome| outcome.is_ok());
+        let answers = answers.count() as u64;
+        self.counters.answers += answers;
+        match self.kind {
+            Kind::Cycle => self.counters.cycles += 1,
+            Kind::Lazy | Kind::Probe => self.counters.transfers += 1,
+        }
+        if self.kind != Kind::Probe {
+            self.counters.errors += self.outcomes.len() as u64 - answers;
+        }
     }
 }

@@ -116,6 +116,11 @@ impl Parser {
         self.taken = 0;
     }
 
+    /// Whether it has seen what may be the beginning of a packet.
+    pub fn is_amid(&self) -> bool {
+        self.len > self.taken
+    }
+
     /// How many bytes belonged to no packet, so far.
     pub fn skipped(&self) -> u64 {
         self.skipped

@@ -7,8 +7,9 @@ use twinrig_wire::Piece;
 use crate::codes::{BYTE_TIME, ErrorCode, Instruction, REGISTER_ID};
 use crate::error::SbcpError;
 use crate::listener::Listener;
-use crate::packet::{Address, Payload, Request, Response, emit};
-use crate::registers::{RegisterTable, Width};
+use crate::packet::{Address, Payload, Request, emit};
+use crate::registers::RegisterTable;
+use crate::standard::{Change, obey};
 
 /// When a slave deals with a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -277,38 +278,24 @@ impl Slave {
     }
 
     fn obey(&mut self, at: SimTime, request: &Request) -> Result<Payload, ErrorCode> {
-        let nothing = Payload::default();
-        match (request.instruction, &request.payload[..]) {
-            (Instruction::LOW_LATENCY, payload) => {
-                let wanted = self.config.low_latency_request;
-                if wanted.is_some_and(|len| len != payload.len()) {
-                    return Err(ErrorCode::BAD_LENGTH);
-                }
-                let payload = request.payload;
-                self.tell(SlaveEvent::LowLatency { at, payload });
-                self.reply.ok_or(ErrorCode::NOT_READY)
+        if request.instruction == Instruction::LOW_LATENCY {
+            let payload = request.payload;
+            let wanted = self.config.low_latency_request;
+            if wanted.is_some_and(|len| len != payload.len()) {
+                return Err(ErrorCode::BAD_LENGTH);
             }
-            (Instruction::PING, []) => Ok(nothing),
-            (Instruction::GET, &[address]) => {
-                let (width, value) = self.registers.read(address)?;
-                Ok(Payload::of_register(width, value))
-            }
-            (Instruction::SET, &[address, ref bytes @ ..]) if !bytes.is_empty() => {
-                let value = self.registers.write(address, bytes)?;
-                self.tell(SlaveEvent::Written { at, address, value });
-                Ok(nothing)
-            }
-            (Instruction::SAVE, []) => {
-                self.registers.save();
-                self.tell(SlaveEvent::Saved { at });
-                Ok(nothing)
-            }
-            (
-                Instruction::PING | Instruction::GET | Instruction::SET | Instruction::SAVE,
-                _,
-            ) => Err(ErrorCode::BAD_LENGTH),
-            _ => Err(ErrorCode::UNKNOWN_INSTRUCTION),
+            self.tell(SlaveEvent::LowLatency { at, payload });
+            return self.reply.ok_or(ErrorCode::NOT_READY);
         }
+        let (payload, change) = obey(&mut self.registers, request)?;
+        match change {
+            Change::Nothing => {}
+            Change::Written { address, value } => {
+                self.tell(SlaveEvent::Written { at, address, value });
+            }
+            Change::Saved => self.tell(SlaveEvent::Saved { at }),
+        }
+        Ok(payload)
     }
 
     fn tell(&mut self, event: SlaveEvent) {
