@@ -1,0 +1,170 @@
+//! Position servos on a bench.
+
+use serde::{Deserialize, Serialize};
+use twinrig_actuator::PositionServo;
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_legged::Ledger;
+use twinrig_robot::Servo;
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+
+use crate::error::{DrivesError, once};
+
+/// Longest step.
+const STEP: SimDuration = SimDuration::from_millis(1);
+
+/// The servos of the hip abduction, for plants whose legs do not abduct: they turn, and nothing hangs at them. A plant by the
+/// name of `servos`:
+///
+/// | port | |
+/// |---|---|
+/// | `leg/LF/abduction/command` | input \[rad\] |
+/// | `leg/LF/abduction/position` | \[rad\] |
+///
+/// All start at rest at zero.
+#[derive(Debug, Clone)]
+pub struct ServoBench {
+    servo: PositionServo,
+    shafts: Vec<Turning>,
+    now: SimTime,
+    ledger: Ledger,
+    steps: u64,
+    ports: Vec<Port>,
+    /// The shafts whose positions are wanted.
+    wanted: Vec<usize>,
+}
+
+/// A servo in motion.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+struct Turning {
+    position: f64,
+    rate: f64,
+}
+
+/// Everything the way ahead depends on.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    now: SimTime,
+    shafts: Vec<Turning>,
+    ledger: Ledger,
+    steps: u64,
+}
+
+impl ServoBench {
+    /// A servo for each of these legs, all alike. `wanted` says which of the output signals anybody needs.
+    ///
+    /// # Errors
+    /// [`DrivesError`] for a leg named twice, and for a servo that cannot be.
+    pub fn new(
+        legs: &[String],
+        servo: &Servo,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, DrivesError> {
+        once(legs)?;
+        let port =
+            |leg: &String| Port::input(format!("leg/{leg}/abduction/command"), Unit::Radian, 1);
+        let mut ports: Vec<Port> = legs.iter().map(port).collect();
+        let mut read = Vec::new();
+        for (i, leg) in legs.iter().enumerate() {
+            let name = format!("leg/{leg}/abduction/position");
+            if wanted(&name) {
+                ports.push(Port::output(name, Unit::Radian, 1));
+                read.push(i);
+            }
+        }
+        Ok(Self {
+            servo: PositionServo::new(servo)?,
+            shafts: vec![Turning::default(); legs.len()],
+            now: SimTime::ZERO,
+            ledger: Ledger::opened([0.0; 3]),
+            steps: 0,
+            ports,
+            wanted: read,
+        })
+    }
+
+    fn step(&mut self, seconds: f64, commands: &[f64]) {
+        let servo = &self.servo;
+        let most = servo.torque() * seconds / servo.inertia();
+        let mut kinetic = 0.0;
+        for (shaft, command) in self.shafts.iter_mut().zip(commands) {
+            let rate = shaft.rate;
+            let wanted = servo.rate_after(seconds, *command, shaft.position, rate);
+            let gained = (wanted - rate).clamp(-most, most);
+            let mean = rate + 0.5 * gained;
+            shaft.position += seconds * mean;
+            shaft.rate = rate + gained;
+            self.ledger.actuator += servo.inertia() * gained * mean;
+            kinetic += 0.5 * servo.inertia() * shaft.rate * shaft.rate;
+        }
+        self.ledger.balance([kinetic, 0.0, 0.0]);
+        self.steps += 1;
+    }
+}
+
+impl Plant for ServoBench {
+    fn name(&self) -> &'static str {
+        "servos"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.ports.clone()
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
+            let mut ports = self.ports.iter();
+            let port = ports.nth(i).map(|port| port.name.clone());
+            return Err(PlantFault {
+                time: self.now,
+                part: port.unwrap_or_default(),
+                energy: self.energy().stored(),
+                why: "the command is not a number".to_owned(),
+            });
+        }
+        while self.now < to {
+            let next = to.min(self.now + STEP);
+            self.step((next - self.now).as_secs_f64(), inputs);
+            self.now = next;
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        for (output, shaft) in outputs.iter_mut().zip(&self.wanted) {
+            *output = self.shafts[*shaft].position;
+        }
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        self.ledger.books()
+    }
+
+    fn work(&self) -> WorkCounts {
+        WorkCounts {
+            steps: self.steps,
+            ..WorkCounts::default()
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            now: self.now,
+            shafts: self.shafts.clone(),
+            ledger: self.ledger,
+            steps: self.steps,
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved = snapshot.read()?;
+        if saved.shafts.len() != self.shafts.len() {
+            return Err(SnapshotError::Mismatch {
+                expected: format!("{} servos", self.shafts.len()),
+                found: format!("{} servos", saved.shafts.len()),
+            });
+        }
+        (self.now, self.shafts) = (saved.now, saved.shafts);
+        (self.ledger, self.steps) = (saved.ledger, saved.steps);
+        Ok(())
+    }
+}

@@ -1,0 +1,252 @@
+//! Motors on a bench: exact whatever the steps, the same however they are cut, and cheap.
+
+use std::path::Path;
+
+use proptest::prelude::*;
+use twinrig_actuator::DcMotor;
+use twinrig_drives::{DrivesError, Load, MotorBench, Motored, Shaft};
+use twinrig_kernel::{Direction, Layout, SimTime};
+use twinrig_robot::{Motor, RobotFile};
+use twinrig_runtime::Plant;
+
+fn motor() -> Motor {
+    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let robot = RobotFile::find("oncilla", beside).unwrap().robot().unwrap();
+    robot.motors.unwrap().hip
+}
+
+fn loaded(legs: &[&str], load: Load) -> Motored {
+    let shaft = Shaft {
+        motor: motor(),
+        load,
+    };
+    Motored {
+        legs: legs.iter().map(|leg| (*leg).to_owned()).collect(),
+        hip: shaft,
+        knee: Shaft::bare(motor()),
+    }
+}
+
+fn bench(legs: &[&str], load: Load) -> MotorBench {
+    MotorBench::new(&loaded(legs, load), &|_| true).unwrap()
+}
+
+fn at(nanos: u64) -> SimTime {
+    SimTime::from_nanos(nanos)
+}
+
+fn read(bench: &mut MotorBench, signal: &str) -> Vec<f64> {
+    let layout = Layout::of(&bench.ports(), Direction::Output);
+    let mut outputs = vec![f64::NAN; layout.len()];
+    bench.observe(&mut outputs);
+    outputs[layout.find(signal).unwrap()].to_vec()
+}
+
+#[test]
+fn a_step_response_is_the_exponential_of_the_data_sheet() {
+    let (sheet, mut bench) = (
+        DcMotor::new(&motor()).unwrap(),
+        bench(&["LF"], Load::default()),
+    );
+    let tau = sheet.time_constant();
+    let mut then = 0.0;
+    for ms in 1..=10 {
+        bench
+            .advance(at(1_000_000 * ms), &[12.0, 1.0, 0.0, 0.0])
+            .unwrap();
+        let time = ms as f64 * 1e-3;
+        let risen = -libm::expm1(-time / tau);
+        let (last, rate) = (
+            0.5 * sheet.no_load_rate(),
+            read(&mut bench, "leg/LF/hip/rate")[0],
+        );
+        assert!((rate - last * risen).abs() < 1e-12 * last);
+        let position = read(&mut bench, "leg/LF/hip/position")[0];
+        assert!((position - last * (time - tau * risen)).abs() < 1e-14);
+        let torque = read(&mut bench, "leg/LF/hip/torque")[0];
+        let mean = sheet.torque(12.0, 1.0, (position - then) / 1e-3);
+        assert!((torque - mean).abs() < 1e-9, "{torque} {mean}");
+        then = position;
+        assert_eq!(read(&mut bench, "leg/LF/angles"), [position, 0.0, 0.0]);
+    }
+    assert_eq!(read(&mut bench, "leg/LF/knee/position"), [0.0]);
+}
+
+#[test]
+fn a_load_slows_the_rise_and_friction_the_last() {
+    let load = Load {
+        inertia: 1e-3,
+        friction: 0.02,
+    };
+    let (sheet, mut bench) = (DcMotor::new(&motor()).unwrap(), bench(&["LF"], load));
+    let damping = sheet.damping() + load.friction;
+    let tau = (sheet.inertia() + load.inertia) / damping;
+    bench
+        .advance(at(20_000_000), &[24.0, 1.0, 0.0, 0.0])
+        .unwrap();
+    let exact = sheet.stall_torque() / damping * -libm::expm1(-20e-3 / tau);
+    let rate = read(&mut bench, "leg/LF/hip/rate")[0];
+    assert!((rate - exact).abs() < 1e-12 * exact, "{rate} {exact}");
+}
+
+#[test]
+fn bare_shafts_coast_for_ever_and_brakes_stop_them_for_good() {
+    let mut bench = bench(&["LF"], Load::default());
+    bench
+        .advance(at(50_000_000), &[24.0, 1.0, 0.0, 0.0])
+        .unwrap();
+    let rate = read(&mut bench, "leg/LF/hip/rate");
+    bench
+        .advance(at(5_050_000_000), &[24.0, 0.0, 0.0, 0.0])
+        .unwrap();
+    assert_eq!(read(&mut bench, "leg/LF/hip/rate"), rate);
+    assert_eq!(read(&mut bench, "leg/LF/hip/torque"), [0.0]);
+    for ms in 0..1000 {
+        bench
+            .advance(at(5_051_000_000 + 1_000_000 * ms), &[0.0, 1.0, 0.0, 0.0])
+            .unwrap();
+    }
+    assert_eq!(read(&mut bench, "leg/LF/hip/rate"), [0.0]);
+}
+
+#[test]
+fn only_what_is_wanted_is_there() {
+    let motored = loaded(&["LF", "RH"], Load::default());
+    let bench = MotorBench::new(&motored, &|name| name == "leg/RH/knee/position").unwrap();
+    let names: Vec<String> = bench.ports().into_iter().map(|port| port.name).collect();
+    assert_eq!(names.len(), 9);
+    assert_eq!(names[1], "leg/LF/hip/bridge");
+    assert_eq!(names[6], "leg/RH/knee/voltage");
+    assert_eq!(names[8], "leg/RH/knee/position");
+}
+
+#[test]
+fn benches_that_cannot_be_are_refused() {
+    let refused = |motored: &Motored| MotorBench::new(motored, &|_| true).unwrap_err();
+    let twice = loaded(&["LF", "LF"], Load::default());
+    assert_eq!(refused(&twice), DrivesError::Twice("LF".to_owned()));
+    let negative = Load {
+        inertia: -1.0,
+        friction: 0.0,
+    };
+    assert!(matches!(
+        refused(&loaded(&["LF"], negative)),
+        DrivesError::Load {
+            drive: "hip",
+            what: "inertia",
+            ..
+        }
+    ));
+    let mut dead = loaded(&["LF"], Load::default());
+    dead.knee.motor.resistance = 0.0;
+    assert!(matches!(
+        refused(&dead),
+        DrivesError::Motor { drive: "knee", .. }
+    ));
+}
+
+#[test]
+fn an_input_that_is_no_number_is_named_and_nothing_moves() {
+    let mut bench = bench(&["LF"], Load::default());
+    bench
+        .advance(at(1_000_000), &[24.0, 1.0, 0.0, 0.0])
+        .unwrap();
+    let saved = bench.save();
+    let fault = bench
+        .advance(at(2_000_000), &[24.0, 1.0, 0.0, f64::NAN])
+        .unwrap_err();
+    assert_eq!(
+        (fault.part.as_str(), fault.time),
+        ("leg/LF/knee/bridge", at(1_000_000))
+    );
+    assert_eq!(bench.save(), saved);
+}
+
+/// Steps \[ns\] with the inputs of two motors, and how the steps are cut.
+fn motions() -> impl Strategy<Value = Vec<(u64, [f64; 4])>> {
+    let bridge = || prop_oneof![Just(0.0), Just(1.0), 0.0..1.0];
+    let inputs = (-30.0..30.0, bridge(), -30.0..30.0, bridge());
+    let inputs = inputs.prop_map(|(a, b, c, d)| [a, b, c, d]);
+    prop::collection::vec((1..3_000_000_u64, inputs), 1..60)
+}
+
+fn load() -> impl Strategy<Value = Load> {
+    (0.0..1e-3, prop_oneof![Just(0.0), 0.0..0.1])
+        .prop_map(|(inertia, friction)| Load { inertia, friction })
+}
+
+proptest! {
+    #[test]
+    fn books_close_to_rounding(motion in motions(), load in load()) {
+        let (mut bench, mut now) = (bench(&["LF"], load), 0);
+        for (step, inputs) in motion {
+            now += step;
+            bench.advance(at(now), &inputs).unwrap();
+        }
+        let books = bench.energy();
+        prop_assert!(books.residual.abs() <= 1e-11 * books.exchanged, "{:?}", books);
+        prop_assert!(books.dissipated >= -1e-12 * books.exchanged);
+    }
+
+    #[test]
+    fn steps_may_be_cut_anywhere(motion in motions(), load in load(), share in 0.0..1.0_f64) {
+        let (mut whole, mut cut, mut now) = (bench(&["LF"], load), bench(&["LF"], load), 0);
+        for (step, inputs) in motion {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a share of milliseconds
+            let part = (share * step as f64) as u64;
+            if part > 0 && part < step {
+                cut.advance(at(now + part), &inputs).unwrap();
+            }
+            now += step;
+            whole.advance(at(now), &inputs).unwrap();
+            cut.advance(at(now), &inputs).unwrap();
+        }
+        for signal in ["leg/LF/hip/position", "leg/LF/hip/rate", "leg/LF/knee/rate"] {
+            let [a, b] = [read(&mut whole, signal)[0], read(&mut cut, signal)[0]];
+            prop_assert!((a - b).abs() < 1e-10, "{}: {} {}", signal, a, b);
+        }
+    }
+
+    #[test]
+    fn a_restored_bench_goes_on_bit_for_bit_whatever_it_has_seen(
+        before in motions(), after in motions(), other in motions(), load in load(),
+    ) {
+        let run = |bench: &mut MotorBench, mut now: u64, motion: &[(u64, [f64; 4])]| {
+            for (step, inputs) in motion {
+                now += step;
+                bench.advance(at(now), inputs).unwrap();
+            }
+            now
+        };
+        let (mut one, mut two) = (bench(&["LF"], load), bench(&["LF"], load));
+        let now = run(&mut one, 0, &before);
+        run(&mut two, 0, &other);
+        two.restore(&one.save()).unwrap();
+        run(&mut one, now, &after);
+        run(&mut two, now, &after);
+        prop_assert_eq!(one.save(), two.save());
+    }
+}
+
+#[test]
+fn a_snapshot_of_another_bench_is_refused() {
+    let other = bench(&["LF", "RF"], Load::default()).save();
+    assert!(bench(&["LF"], Load::default()).restore(&other).is_err());
+}
+
+#[test]
+fn nothing_under_way_asks_for_memory() {
+    let mut bench = bench(&["LF", "RF", "LH", "RH"], Load::default());
+    let layout = Layout::of(&bench.ports(), Direction::Output);
+    let mut outputs = vec![0.0; layout.len()];
+    let mut inputs = [0.0; 16];
+    let counted = allocation_counter::measure(|| {
+        for step in 1..5000_u64 {
+            let n = usize::try_from(step % 16).unwrap();
+            inputs[n] = if n % 2 == 0 { 7.0 - n as f64 } else { 1.0 };
+            bench.advance(at(step * 123_457), &inputs).unwrap();
+            bench.observe(&mut outputs);
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+}

@@ -1,0 +1,99 @@
+//! Servos on a bench.
+
+use twinrig_drives::ServoBench;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_robot::Servo;
+use twinrig_runtime::Plant;
+
+/// Of a Kondo KRS2350's kind.
+const SERVO: Servo = Servo {
+    torque: 2.0,
+    speed: 6.545,
+    lag: 0.02,
+    dead_band: 0.005,
+    inertia: 1e-4,
+};
+
+fn bench(legs: &[&str]) -> ServoBench {
+    let legs: Vec<String> = legs.iter().map(|leg| (*leg).to_owned()).collect();
+    ServoBench::new(&legs, &SERVO, &|_| true).unwrap()
+}
+
+fn at(ms: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_millis(ms)
+}
+
+#[test]
+fn servos_go_where_they_are_told_no_faster_than_they_can() {
+    let mut bench = bench(&["LF", "RF"]);
+    let mut positions = [0.0; 2];
+    let mut before = positions;
+    for ms in 1..=500 {
+        bench.advance(at(ms), &[0.5, -0.2]).unwrap();
+        bench.observe(&mut positions);
+        for (now, then) in positions.iter().zip(before) {
+            assert!((now - then).abs() <= 6.545e-3 + 1e-9);
+        }
+        before = positions;
+    }
+    // Within the dead band.
+    assert!((positions[0] - 0.5).abs() <= 0.006 && (positions[1] + 0.2).abs() <= 0.006);
+    assert!(bench.energy().residual.abs() < 1e-12 * bench.energy().exchanged);
+}
+
+#[test]
+fn long_steps_are_cut_into_milliseconds() {
+    let (mut one, mut many) = (bench(&["LF"]), bench(&["LF"]));
+    one.advance(at(20), &[0.3]).unwrap();
+    for ms in 1..=20 {
+        many.advance(at(ms), &[0.3]).unwrap();
+    }
+    assert_eq!(one.save(), many.save());
+    assert_eq!(one.work().steps, 20);
+}
+
+#[test]
+fn a_torque_that_is_used_up_limits_how_fast_a_servo_gains_speed() {
+    let legs = ["LF".to_owned()];
+    let weak = Servo {
+        torque: 1e-3,
+        ..SERVO
+    };
+    let mut bench = ServoBench::new(&legs, &weak, &|_| true).unwrap();
+    bench.advance(at(10), &[1.0]).unwrap();
+    let mut position = [0.0];
+    bench.observe(&mut position);
+    // ½ · 10 rad/s² · (10 ms)²
+    assert!((position[0] - 5e-4).abs() < 1e-9, "{position:?}");
+}
+
+#[test]
+fn a_restored_bench_goes_on_bit_for_bit() {
+    let (mut one, mut two) = (bench(&["LF", "RH"]), bench(&["LF", "RH"]));
+    one.advance(at(33), &[0.3, 0.1]).unwrap();
+    two.restore(&one.save()).unwrap();
+    for bench in [&mut one, &mut two] {
+        bench.advance(at(70), &[-0.3, 0.2]).unwrap();
+    }
+    assert_eq!(one.save(), two.save());
+    assert!(bench(&["LF"]).restore(&one.save()).is_err());
+}
+
+#[test]
+fn a_command_that_is_no_number_is_named_and_nothing_moves() {
+    let mut bench = bench(&["LF", "RF"]);
+    let fault = bench.advance(at(1), &[0.0, f64::NAN]).unwrap_err();
+    assert_eq!(
+        (fault.part.as_str(), fault.time),
+        ("leg/RF/abduction/command", SimTime::ZERO)
+    );
+}
+
+#[test]
+fn only_what_is_wanted_is_there() {
+    let legs = ["LF", "RF"].map(str::to_owned);
+    let wanted = |name: &str| name == "leg/RF/abduction/position";
+    let bench = ServoBench::new(&legs, &SERVO, &wanted).unwrap();
+    assert_eq!(bench.ports().len(), 3);
+    assert!(ServoBench::new(&["LF", "LF"].map(str::to_owned), &SERVO, &wanted).is_err());
+}
