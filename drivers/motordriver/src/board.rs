@@ -218,7 +218,7 @@ impl State {
         while let Some(event) = self.slave.poll_event() {
             match event {
                 SlaveEvent::LowLatency { at, payload } => {
-                    self.requests.note(at);
+                    self.requests.note(at.as_nanos());
                     self.requests_taken += 1;
                     if let Some(goals) = command(&payload) {
                         self.firmware.command(goals);

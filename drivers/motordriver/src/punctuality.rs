@@ -1,14 +1,13 @@
 use libm::rint;
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::SimTime;
 
-/// How evenly something comes, in physical time: the standard deviation of its arrivals against the even grid that
+/// How evenly something comes: the standard deviation of its arrivals against the even grid that
 /// fits them best (least squares over all of them), and the shortest and longest interval.
 ///
 /// A gap of several periods takes as many places of the grid, so that what is lost does not count as late.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Punctuality {
-    last: Option<SimTime>,
+    last: Option<u64>,
     /// Intervals so far, and what they add up to \[ns\].
     intervals: u64,
     total_ns: u64,
@@ -22,20 +21,20 @@ pub(crate) struct Punctuality {
     sum_place_place: f64,
     sum_place_ns: f64,
     sum_ns_ns: f64,
-    first: SimTime,
+    first: u64,
     /// Interval that times are told against, to keep digits: the first one \[ns\].
     nominal_ns: u64,
 }
 
 impl Punctuality {
-    /// It has come, at an instant that is not before the last one.
-    pub(crate) fn note(&mut self, at: SimTime) {
+    /// It has come, so many nanoseconds after the start of whatever clock; not before the last one.
+    pub(crate) fn note(&mut self, at: u64) {
         let Some(last) = self.last.replace(at) else {
             self.first = at;
             self.moments(0.0);
             return;
         };
-        let interval = (at - last).as_nanos();
+        let interval = at.saturating_sub(last);
         let periods = if self.intervals == 0 {
             self.shortest_ns = interval;
             self.nominal_ns = interval;
@@ -53,7 +52,7 @@ impl Punctuality {
         self.place += periods;
         // Both are far below 2^53, so that the difference is exact.
         let nominal = self.place * self.nominal_ns as f64;
-        self.moments((at - self.first).as_nanos() as f64 - nominal);
+        self.moments(at.saturating_sub(self.first) as f64 - nominal);
     }
 
     fn moments(&mut self, ns: f64) {
@@ -101,7 +100,7 @@ mod tests {
     fn noted(times_ns: impl IntoIterator<Item = u64>) -> Punctuality {
         let mut punctuality = Punctuality::default();
         for at in times_ns {
-            punctuality.note(SimTime::from_nanos(at));
+            punctuality.note(at);
         }
         punctuality
     }

@@ -1,0 +1,141 @@
+use std::time::Duration;
+
+use twinrig_sbcp::{Controlled, ControllerConfig, FRAME_MAX, MasterConfig, Topology};
+use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, Traced, UsbSerial};
+
+use crate::board::MotorBoard;
+use crate::config::{BusConfig, BusTopology, Generation};
+use crate::driver::MotorDriver;
+use crate::error::BusError;
+use crate::stack::Stack;
+
+/// Everything between the host's driver and the plant: USB converter, bus controller, RS-485 and the boards.
+pub type BusWire = UsbSerial<Stack>;
+
+/// Puts a bus together: left of the wire a driver, right of it everything else. A driver of a bus is good for the real
+/// thing, too.
+#[derive(Clone, Copy, Debug)]
+pub struct Bus;
+
+impl Bus {
+    /// What runs on the host.
+    ///
+    /// # Errors
+    /// [`BusError`] if the bus cannot be.
+    pub fn driver(config: &BusConfig) -> Result<MotorDriver, BusError> {
+        MotorDriver::new(config)
+    }
+
+    /// What the driver talks to in virtual time.
+    ///
+    /// # Errors
+    /// [`BusError`] if the bus cannot be.
+    pub fn wire(config: &BusConfig) -> Result<BusWire, BusError> {
+        config.check()?;
+        let mut nodes: Vec<Box<dyn Node>> = Vec::new();
+        for board in config.boards.iter().filter(|board| board.present) {
+            let place = config.board_place(&board.name);
+            let node = MotorBoard::new(&config.name, board)?;
+            nodes.push(if has_faults(config, &place) {
+                let faults = &config.faults;
+                Box::new(FaultyNode::new(&place, config.byte_time, faults, node)?)
+            } else {
+                Box::new(node)
+            });
+        }
+        let (name, byte_time) = (&config.name, config.byte_time);
+        let mut line = Stack::of(Rs485::new(name, byte_time, config.turnaround, nodes)?);
+        if config.trace {
+            line = Stack::of(Traced::new("rs485", line));
+        }
+        line = with_faults(config, &config.place(), line)?;
+        if let BusTopology::Controller(controller) = config.topology {
+            let controller = ControllerConfig {
+                byte_time,
+                ..controller
+            };
+            line = Stack::of(Controlled::new(controller, line)?);
+        }
+        line = with_faults(config, &config.link_place(), line)?;
+        Ok(UsbSerial::new(
+            name,
+            config.usb.clone(),
+            byte_time,
+            config.seed,
+            line,
+        )?)
+    }
+}
+
+fn has_faults(config: &BusConfig, place: &str) -> bool {
+    config.faults.faults.iter().any(|fault| fault.on == place)
+}
+
+fn with_faults(config: &BusConfig, place: &str, line: Stack) -> Result<Stack, BusError> {
+    if !has_faults(config, place) {
+        return Ok(line);
+    }
+    let faulty = Faulty::new(place, config.byte_time, &config.faults, line)?;
+    Ok(Stack::of(faulty))
+}
+
+/// Microframe for which the time-outs of the protocol's master are made.
+const MICROFRAME: Duration = Duration::from_micros(125);
+/// ASSUMED: longest that a board with the first firmware takes to answer: its main loop, and a tenth for its clock.
+const FIRST_FIRMWARE: Duration = Duration::from_micros(1_100);
+
+/// The master of a bus: its time-outs leave room for USB as it is configured, and for boards that answer late.
+pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
+    let topology = match config.topology {
+        BusTopology::Direct => Topology::Direct,
+        BusTopology::Controller(_) => Topology::Controller,
+    };
+    let usual = MasterConfig::new(topology);
+    let nanos = |duration: twinrig_kernel::SimDuration| Duration::from_nanos(duration.as_nanos());
+    let frames = nanos(config.usb.microframe)
+        .as_nanos()
+        .div_ceil(MICROFRAME.as_nanos());
+    let frames = u32::try_from(frames).unwrap_or(u32::MAX).max(1);
+    let timer = nanos(config.usb.latency_timer) * 2;
+    let late = |board: &&crate::config::BoardConfig| board.firmware.generation == Generation::First;
+    let late = config.boards.iter().filter(late).count();
+    let late = u32::try_from(match topology {
+        Topology::Direct => late.min(1),
+        Topology::Controller => late,
+    });
+    let cycle = usual.cycle_timeout * frames + timer + FIRST_FIRMWARE * late.unwrap_or(u32::MAX);
+    MasterConfig {
+        lazy_timeout: usual.lazy_timeout + timer,
+        cycle_timeout: config.session.cycle_timeout.unwrap_or(cycle),
+        error_threshold: config.session.error_threshold,
+        ..usual
+    }
+}
+
+impl BusConfig {
+    /// Refuses what no bus can be.
+    pub(crate) fn check(&self) -> Result<(), BusError> {
+        let used = self.boards.iter().filter(|board| board.used).count();
+        if used > FRAME_MAX {
+            return Err(BusError::Boards { boards: used });
+        }
+        for (n, board) in self.boards.iter().enumerate() {
+            let same = |other: &&crate::config::BoardConfig| {
+                other.id == board.id || other.name == board.name
+            };
+            if let Some(other) = self.boards[..n].iter().find(same) {
+                return Err(BusError::Twice {
+                    first: other.name.clone(),
+                    second: board.name.clone(),
+                });
+            }
+        }
+        let millis = self.session.period.as_secs_f64() * 1e3;
+        let whole = (millis - libm::rint(millis)).abs() < 1e-6;
+        if whole && (1.0..=1_000.0).contains(&millis) {
+            Ok(())
+        } else {
+            Err(BusError::Period { millis })
+        }
+    }
+}

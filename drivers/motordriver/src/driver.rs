@@ -1,0 +1,338 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{Driver, DriverError, Transfer};
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{Address, Instruction, Master, Request};
+
+use crate::bus::master_config;
+use crate::config::{BusConfig, SessionConfig};
+use crate::error::BusError;
+use crate::leg::{Leg, MEASURED};
+use crate::punctuality::Punctuality;
+use crate::reply::{COMMAND_LEN, Reply, command_bytes};
+use crate::session::Session;
+
+/// The host's side of the motordriver boards: gets them ready, exchanges set-points for measurements once a cycle with
+/// all boards that are used (the *scheduled* workflow), and leaves them coasting.
+///
+/// For every leg it takes `leg/LF/hip/command` and `leg/LF/knee/command` \[rad\] and brings `leg/LF/hip/position`,
+/// `leg/LF/knee/position` \[rad\], `leg/LF/angles` \[rad\] (magnetic encoders) and `leg/LF/foot/force` \[N\]. Where a board
+/// did not answer, they stay what they were.
+pub struct MotorDriver {
+    name: String,
+    config: SessionConfig,
+    state: State,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    stage: Stage,
+    master: Master,
+    session: Session,
+    legs: Vec<Leg>,
+    /// One request for each leg that is used.
+    frame: Vec<Request>,
+    to_process: Vec<f64>,
+    /// Set-points have been given that no finished cycle has carried.
+    awaited: bool,
+    /// The cycle that is going on carries them.
+    carried: bool,
+    cycles: Punctuality,
+    begun: HostTime,
+    longest_ns: u64,
+    /// Replies that no board gives.
+    implausible: u64,
+    /// Replies that were missing: the data were held.
+    held: u64,
+    failed: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Stage {
+    Closed,
+    Opening,
+    Open,
+    Cycling,
+    Closing,
+}
+
+const GAUGES: [(&str, Unit); 18] = [
+    ("packets", Unit::One),
+    ("answers", Unit::One),
+    ("errors", Unit::One),
+    ("cycles", Unit::One),
+    ("transfers", Unit::One),
+    ("strays", Unit::One),
+    ("garbage", Unit::One),
+    ("implausible", Unit::One),
+    ("held", Unit::One),
+    ("saturated", Unit::One),
+    ("encoder_faults", Unit::One),
+    ("success", Unit::One),
+    ("cycle/mean", Unit::Second),
+    ("cycle/shortest", Unit::Second),
+    ("cycle/longest", Unit::Second),
+    ("cycle/half_range", Unit::Second),
+    ("cycle/deviation", Unit::Second),
+    ("cycle/duration", Unit::Second),
+];
+
+impl MotorDriver {
+    /// The driver of a bus.
+    ///
+    /// # Errors
+    /// [`BusError`] if the bus cannot be.
+    pub fn new(config: &BusConfig) -> Result<Self, BusError> {
+        config.check()?;
+        let legs: Vec<Leg> = config.boards.iter().map(Leg::new).collect();
+        let used = config.boards.iter().filter(|board| board.used);
+        let request = |id| {
+            let to = Address::new(CLASS_MOTORDRIVER, id)?;
+            Request::new(to, Instruction::LOW_LATENCY, &[0; COMMAND_LEN])
+        };
+        let frame: Vec<Request> = used
+            .map(|board| request(board.id))
+            .collect::<Result<_, _>>()?;
+        let mut driver = Self {
+            name: config.name.clone(),
+            config: config.session,
+            state: State {
+                stage: Stage::Closed,
+                master: Master::new(master_config(config)),
+                session: Session::new(&config.boards)?,
+                legs,
+                to_process: vec![0.0; MEASURED * frame.len()],
+                frame,
+                awaited: false,
+                carried: false,
+                cycles: Punctuality::default(),
+                begun: HostTime::default(),
+                longest_ns: 0,
+                implausible: 0,
+                held: 0,
+                failed: None,
+            },
+        };
+        driver.state.publish();
+        Ok(driver)
+    }
+
+    fn go_on(&mut self, now: HostTime) {
+        self.state.go_on(now, &self.config);
+    }
+}
+
+impl State {
+    fn go_on(&mut self, now: HostTime, config: &SessionConfig) {
+        match self.stage {
+            Stage::Closed | Stage::Open => {}
+            Stage::Opening | Stage::Closing => {
+                let (session, master) = (&mut self.session, &mut self.master);
+                let gone_on = session.go_on(now, config, master, &mut self.legs);
+                if let Err(why) = gone_on {
+                    self.failed = Some(why);
+                    self.stage = Stage::Closed;
+                } else if self.session.is_at_rest() {
+                    self.publish();
+                    self.stage = match self.stage {
+                        Stage::Opening => Stage::Open,
+                        _ => Stage::Closed,
+                    };
+                }
+            }
+            Stage::Cycling => {
+                if !self.master.is_busy() {
+                    self.end_cycle(now);
+                    if config.free_running && self.failed.is_none() {
+                        self.begin_cycle(now);
+                    }
+                }
+            }
+        }
+    }
+
+    fn begin_cycle(&mut self, now: HostTime) {
+        self.stage = Stage::Cycling;
+        self.carried = self.awaited;
+        self.begun = now;
+        self.cycles.note(now.as_nanos());
+        self.master
+            .cycle(now, &self.frame)
+            .expect("the master is at rest, and the frame was checked");
+    }
+
+    fn end_cycle(&mut self, now: HostTime) {
+        self.stage = Stage::Open;
+        if self.carried {
+            self.awaited = false;
+        }
+        let lasted = now.as_nanos().saturating_sub(self.begun.as_nanos());
+        self.longest_ns = self.longest_ns.max(lasted);
+        let mut last = None;
+        let legs = self.legs.iter_mut().filter(|leg| leg.is_used());
+        for (leg, outcome) in legs.zip(self.master.outcomes()) {
+            match outcome {
+                Ok(payload) => match Reply::parse(payload) {
+                    Some(reply) if leg.take(&reply) => {}
+                    _ => self.implausible += 1,
+                },
+                Err(failure) => {
+                    self.held += 1;
+                    last = Some((leg, failure));
+                }
+            }
+        }
+        if let Some((leg, failure)) = last
+            && self.master.is_out_of_errors()
+        {
+            let errors = self.master.counters().errors;
+            let threshold = self.master.config().error_threshold;
+            self.failed = Some(format!(
+                "{leg}: {failure}; that is error {errors}, and the bus is given up at {threshold}"
+            ));
+        }
+        self.publish();
+    }
+
+    fn publish(&mut self) {
+        let used = self.legs.iter().filter(|leg| leg.is_used());
+        for (leg, values) in used.zip(self.to_process.chunks_exact_mut(MEASURED)) {
+            leg.write(values);
+        }
+    }
+}
+
+impl Driver for MotorDriver {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        let used = self.state.legs.iter().filter(|leg| leg.is_used());
+        used.flat_map(Leg::ports).collect()
+    }
+
+    fn open(&mut self, now: HostTime) {
+        self.state.stage = Stage::Opening;
+        self.state.session.open();
+        self.go_on(now);
+    }
+
+    fn begin(&mut self, now: HostTime, from_process: &[f64]) {
+        let state = &mut self.state;
+        let used = state.legs.iter_mut().filter(|leg| leg.is_used());
+        let commands = from_process.chunks_exact(2);
+        for ((leg, angles), request) in used.zip(commands).zip(&mut state.frame) {
+            let goals = leg.goals([angles[0], angles[1]]);
+            *request = Request::new(request.to, request.instruction, &command_bytes(goals))
+                .expect("four bytes are fewer than a packet holds");
+        }
+        // A scene without legs has nothing to exchange.
+        state.awaited = !state.frame.is_empty();
+        if state.awaited && state.stage == Stage::Open && state.failed.is_none() {
+            state.begin_cycle(now);
+        }
+    }
+
+    fn close(&mut self, now: HostTime) {
+        let opened = self.state.stage != Stage::Closed || self.state.failed.is_some();
+        if opened {
+            self.state.master.abort(now);
+            self.state.awaited = false;
+            self.state.failed = None;
+            self.state.stage = Stage::Closing;
+            self.state.session.close();
+            self.go_on(now);
+        }
+    }
+
+    fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
+        self.state.master.handle_bytes(now, bytes);
+        self.go_on(now);
+    }
+
+    fn handle_timeout(&mut self, now: HostTime) {
+        let due = self.state.master.poll_timeout();
+        if due.is_some_and(|at| at <= now) {
+            self.state.master.handle_timeout(now);
+        }
+        self.go_on(now);
+    }
+
+    fn poll_timeout(&self) -> Option<HostTime> {
+        let (master, session) = (
+            self.state.master.poll_timeout(),
+            self.state.session.timeout(),
+        );
+        master.into_iter().chain(session).min()
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
+        self.state.master.poll_transmit(bytes)
+    }
+
+    fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
+        let state = &self.state;
+        if let Some(why) = &state.failed {
+            return Err(DriverError { why: why.clone() });
+        }
+        Ok(match state.stage {
+            Stage::Opening | Stage::Closing => Transfer::Busy,
+            Stage::Cycling if state.awaited => Transfer::Busy,
+            _ => Transfer::Done,
+        })
+    }
+
+    fn to_process(&self) -> &[f64] {
+        &self.state.to_process
+    }
+
+    fn gauges(&self) -> Vec<Port> {
+        let gauge = |(name, unit)| Port::output(format!("{}/{name}", self.name), unit, 1);
+        GAUGES.into_iter().map(gauge).collect()
+    }
+
+    fn read_gauges(&self, values: &mut [f64]) {
+        let state = &self.state;
+        let (bus, cycles) = (state.master.counters(), &state.cycles);
+        let sum = |of: fn(&Leg) -> u64| state.legs.iter().map(of).sum::<u64>() as f64;
+        let (longest, shortest) = (cycles.longest(), cycles.shortest());
+        let tried = (bus.answers + bus.errors).max(1);
+        values.copy_from_slice(&[
+            bus.requests as f64,
+            bus.answers as f64,
+            bus.errors as f64,
+            bus.cycles as f64,
+            bus.transfers as f64,
+            bus.strays as f64,
+            bus.garbage as f64,
+            state.implausible as f64,
+            state.held as f64,
+            sum(|leg| leg.saturated),
+            sum(|leg| leg.encoder_faults),
+            1.0 - bus.errors as f64 / tried as f64,
+            cycles.mean(),
+            shortest,
+            longest,
+            0.5 * (longest - shortest),
+            cycles.deviation(),
+            state.longest_ns as f64 * 1e-9,
+        ]);
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.name, &self.state))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (name, state): (String, State) = snapshot.read()?;
+        if name != self.name || state.legs.len() != self.state.legs.len() {
+            return Err(SnapshotError::Mismatch {
+                expected: self.name.clone(),
+                found: name,
+            });
+        }
+        self.state = state;
+        Ok(())
+    }
+}

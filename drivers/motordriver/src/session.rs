@@ -1,0 +1,386 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::HostTime;
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{Address, Failure, Instruction, Master, Outcome, Request};
+
+use crate::config::{BoardConfig, Following, SessionConfig};
+use crate::error::BusError;
+use crate::leg::Leg;
+use crate::registers::{
+    FORCE, MAGNETIC, Mode, MotorRegister, RUNTIME_CALIBRATED, SMOOTH_POSITION_UPDATE,
+};
+
+/// How often a request is tried before the board counts as gone, as long as the error threshold allows. ASSUMED.
+const TRIES: u8 = 10;
+/// The same where nothing is lost by giving up: asking whether a board is there, and letting it coast. ASSUMED.
+const FEW_TRIES: u8 = 3;
+
+/// Getting boards ready and leaving them in a safe state: one register after the other, each answered before the next
+/// is asked for (the *lazy* workflow).
+///
+/// 1. *Probe*: who is there.
+/// 2. *Configure*: write what is to stand in the registers, read ranges and modes.
+/// 3. *Calibrate* all boards together whose motors are not calibrated, and *poll* them now and then.
+/// 4. *Read* all sensors once, so that the first step of the controller sees them.
+/// 5. *Activate* the motors, where they are.
+///
+/// And at the end: *Coast*.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Session {
+    stage: Stage,
+    board: usize,
+    step: usize,
+    tries: u8,
+    /// A request is under way.
+    asked: bool,
+    /// When calibration has failed.
+    calibrated_by: HostTime,
+    boards: Vec<Board>,
+}
+
+/// What the session knows of a board.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Board {
+    address: Address,
+    used: bool,
+    present: bool,
+    calibrated: [bool; 2],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Stage {
+    /// Nothing to do: not open yet, open, or closed.
+    Rest,
+    Probe,
+    Configure,
+    Calibrate,
+    /// Until it is worth looking again.
+    Wait(HostTime),
+    Poll,
+    Read,
+    Activate,
+    Coast,
+}
+
+/// One request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Job {
+    Ping,
+    Get(u8),
+    Set(u8, u16),
+}
+
+/// Registers written for each motor.
+const SETTINGS: usize = 9;
+
+impl Session {
+    pub(crate) fn new(boards: &[BoardConfig]) -> Result<Self, BusError> {
+        let board = |config: &BoardConfig| {
+            Ok(Board {
+                address: Address::new(CLASS_MOTORDRIVER, config.id)?,
+                used: config.used,
+                present: false,
+                calibrated: [false; 2],
+            })
+        };
+        Ok(Self {
+            stage: Stage::Rest,
+            board: 0,
+            step: 0,
+            tries: 0,
+            asked: false,
+            calibrated_by: HostTime::default(),
+            boards: boards.iter().map(board).collect::<Result<_, BusError>>()?,
+        })
+    }
+
+    pub(crate) fn open(&mut self) {
+        self.enter(Stage::Probe);
+    }
+
+    pub(crate) fn close(&mut self) {
+        self.enter(Stage::Coast);
+    }
+
+    /// Whether it has nothing to do.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.stage == Stage::Rest
+    }
+
+    /// When it wants to go on without an answer.
+    pub(crate) fn timeout(&self) -> Option<HostTime> {
+        match self.stage {
+            Stage::Wait(until) => Some(until),
+            _ => None,
+        }
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.board = 0;
+        self.step = 0;
+        self.tries = 0;
+        self.asked = false;
+    }
+
+    /// Goes on as far as that goes without an answer. `names` and `legs` are those of the boards.
+    ///
+    /// # Errors
+    /// Why the boards cannot be used.
+    pub(crate) fn go_on(
+        &mut self,
+        now: HostTime,
+        config: &SessionConfig,
+        master: &mut Master,
+        legs: &mut [Leg],
+    ) -> Result<(), String> {
+        while !master.is_busy() && self.stage != Stage::Rest {
+            if let Stage::Wait(until) = self.stage {
+                if now < until {
+                    break;
+                }
+                self.enter(Stage::Poll);
+            }
+            if self.asked {
+                self.asked = false;
+                let outcome = master.outcomes().first().copied();
+                let outcome = outcome.unwrap_or(Err(Failure::NoAnswer));
+                self.take(outcome, config, master, legs)?;
+            }
+            if let Some(job) = self.next_job(config) {
+                self.ask(now, job, master);
+            } else {
+                self.next_stage(now, config, legs)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn ask(&mut self, now: HostTime, job: Job, master: &mut Master) {
+        self.asked = true;
+        let to = self.boards[self.board].address;
+        let (instruction, payload, len) = match job {
+            Job::Ping => (Instruction::PING, [0; 3], 0),
+            Job::Get(address) => (Instruction::GET, [address, 0, 0], 1),
+            Job::Set(address, value) => {
+                let [low, high] = value.to_le_bytes();
+                (Instruction::SET, [address, low, high], 3)
+            }
+        };
+        let request = Request::new(to, instruction, &payload[..len])
+            .expect("three bytes are fewer than a packet holds");
+        let begun = if self.stage == Stage::Probe {
+            master.probe(now, &request)
+        } else {
+            master.transfer(now, &request)
+        };
+        begun.expect("the master is at rest");
+    }
+
+    /// The next thing to ask, from where the session is on.
+    fn next_job(&mut self, config: &SessionConfig) -> Option<Job> {
+        while self.board < self.boards.len() {
+            if let Some(job) = self.job(config) {
+                return Some(job);
+            }
+            self.board += 1;
+            self.step = 0;
+            self.tries = 0;
+        }
+        None
+    }
+
+    fn job(&self, config: &SessionConfig) -> Option<Job> {
+        let board = &self.boards[self.board];
+        if self.stage == Stage::Probe {
+            return (self.step == 0).then_some(Job::Ping);
+        }
+        if !(board.used && board.present) {
+            return None;
+        }
+        let step = self.step;
+        let mode =
+            |mode: Mode| (step < 2).then(|| Job::Set(MotorRegister::Mode.of(step), mode as u16));
+        let uncalibrated = board.calibrated != [true; 2];
+        match self.stage {
+            Stage::Configure => configuration(config, step),
+            Stage::Calibrate if uncalibrated => mode(Mode::Calibrate),
+            Stage::Poll if uncalibrated && step < 2 => Some(Job::Get(MotorRegister::Mode.of(step))),
+            Stage::Read => sensor(step).map(Job::Get),
+            Stage::Activate => mode(match config.following {
+                Following::Smooth => Mode::SmoothPosition,
+                Following::Plain => Mode::Position,
+            }),
+            Stage::Coast => mode(Mode::Coast),
+            _ => None,
+        }
+    }
+
+    fn take(
+        &mut self,
+        outcome: Outcome,
+        config: &SessionConfig,
+        master: &Master,
+        legs: &mut [Leg],
+    ) -> Result<(), String> {
+        let Some(job) = self.job(config) else {
+            return Ok(());
+        };
+        let leg = &mut legs[self.board];
+        let why = match outcome.map(|payload| self.apply(job, &payload, leg)) {
+            Ok(true) => {
+                self.step += 1;
+                self.tries = 0;
+                return Ok(());
+            }
+            Ok(false) => "its answer has another length than it should".to_owned(),
+            Err(failure) => failure.to_string(),
+        };
+        self.tries += 1;
+        let few = matches!(self.stage, Stage::Probe | Stage::Coast);
+        if few {
+            if self.tries >= FEW_TRIES {
+                self.step += 1;
+                self.tries = 0;
+            }
+        } else if self.tries >= TRIES || master.is_out_of_errors() {
+            let errors = master.counters().errors;
+            return Err(format!(
+                "{leg} failed while it was made ready, after {errors} errors in all: {why}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Takes an answer; false if it is none to that.
+    fn apply(&mut self, job: Job, answer: &[u8], leg: &mut Leg) -> bool {
+        let board = &mut self.boards[self.board];
+        match job {
+            Job::Ping => board.present = true,
+            Job::Set(..) => {}
+            Job::Get(address) => {
+                let &[low, high] = answer else { return false };
+                let value = u16::from_le_bytes([low, high]);
+                for motor in 0..2 {
+                    if address == MotorRegister::Mode.of(motor) {
+                        board.calibrated[motor] = value & RUNTIME_CALIBRATED != 0;
+                    } else if address == MotorRegister::PositionLimit.of(motor) {
+                        leg.set_limit(motor, value);
+                    }
+                }
+                if self.stage == Stage::Read {
+                    leg.take_word(self.step, value);
+                }
+            }
+        }
+        true
+    }
+
+    fn next_stage(
+        &mut self,
+        now: HostTime,
+        config: &SessionConfig,
+        legs: &[Leg],
+    ) -> Result<(), String> {
+        let calibrated = self
+            .boards
+            .iter()
+            .filter(|board| board.used && board.present)
+            .all(|board| board.calibrated == [true; 2]);
+        let next = match self.stage {
+            Stage::Probe => {
+                let missing = |(board, _): &(&Board, &Leg)| board.used && !board.present;
+                if let Some((_, leg)) = self.boards.iter().zip(legs).find(missing) {
+                    return Err(format!(
+                        "{leg} is used but does not answer: is it on the bus, and powered?"
+                    ));
+                }
+                Stage::Configure
+            }
+            Stage::Configure if !calibrated => Stage::Calibrate,
+            Stage::Calibrate => {
+                self.calibrated_by = after(now, config.calibration_timeout);
+                Stage::Wait(after(now, config.calibration_poll))
+            }
+            Stage::Poll if !calibrated => {
+                if now >= self.calibrated_by {
+                    return Err(self.uncalibrated(config, legs));
+                }
+                Stage::Wait(after(now, config.calibration_poll))
+            }
+            Stage::Configure | Stage::Poll => Stage::Read,
+            Stage::Read => Stage::Activate,
+            Stage::Activate | Stage::Coast | Stage::Rest | Stage::Wait(_) => Stage::Rest,
+        };
+        self.enter(next);
+        Ok(())
+    }
+
+    fn uncalibrated(&self, config: &SessionConfig, legs: &[Leg]) -> String {
+        let boards = self.boards.iter().zip(legs);
+        let names: Vec<String> = boards
+            .filter(|(board, _)| board.used && board.present && board.calibrated != [true; 2])
+            .map(|(_, leg)| leg.to_string())
+            .collect();
+        let timeout = config.calibration_timeout;
+        format!(
+            "{} did not end its calibration within {timeout:?}",
+            names.join(" and ")
+        )
+    }
+}
+
+/// What is written into the registers, and read of them, before calibration.
+fn configuration(config: &SessionConfig, step: usize) -> Option<Job> {
+    let gains = &config.gains;
+    let (motor, setting) = (step / SETTINGS, step % SETTINGS);
+    let last = 2 * SETTINGS;
+    let (register, value) = match setting {
+        _ if step == last => return Some(Job::Set(SMOOTH_POSITION_UPDATE, ticks(config))),
+        _ if step > last => {
+            let register = match step - last {
+                1 | 2 => MotorRegister::PositionLimit,
+                3 | 4 => MotorRegister::Mode,
+                _ => return None,
+            };
+            return Some(Job::Get(register.of((step - last + 1) % 2)));
+        }
+        0 => (MotorRegister::PGain, gains.p),
+        1 => (MotorRegister::IGain, gains.i),
+        2 => (MotorRegister::DGain, gains.d),
+        3 => (MotorRegister::Stiffness, gains.stiffness),
+        4 => (MotorRegister::Damping, gains.damping),
+        5 => (MotorRegister::Preload, gains.preload),
+        6 => (MotorRegister::MaxTorque, gains.max_torque),
+        7 => (MotorRegister::MaxSpeed, gains.max_speed),
+        _ => (MotorRegister::MaxAcceleration, gains.max_acceleration),
+    };
+    Some(Job::Set(register.of(motor), value))
+}
+
+/// Interpolation period that boards are told \[ms\].
+fn ticks(config: &SessionConfig) -> u16 {
+    let millis = (config.period.as_nanos() + 500_000) / 1_000_000;
+    u16::try_from(millis.clamp(2, 1_000)).unwrap_or(1_000)
+}
+
+/// The registers of the sensors, in the order of a cycle's reply.
+fn sensor(step: usize) -> Option<u8> {
+    let register = match step {
+        0 | 1 => MotorRegister::PresentPosition.of(step),
+        2 => MAGNETIC,
+        3 => MAGNETIC + 1,
+        4 => MAGNETIC + 2,
+        5 => FORCE,
+        6 => FORCE + 1,
+        7 => FORCE + 2,
+        _ => return None,
+    };
+    Some(register)
+}
+
+/// The instant that much later.
+pub(crate) fn after(now: HostTime, by: std::time::Duration) -> HostTime {
+    let by = u64::try_from(by.as_nanos()).unwrap_or(u64::MAX);
+    HostTime::from_nanos(now.as_nanos().saturating_add(by))
+}
