@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, Snapshot};
-use twinrig_runtime::{Process, VariableError};
+use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use crate::{Plan, Script, ScriptError, Shape, example_robot};
 
@@ -15,7 +15,7 @@ fn script(plan: Plan) -> Script {
 }
 
 fn set(script: &mut Script, name: &str, value: f64) -> Result<(), VariableError> {
-    let mut names = script.variables().iter().map(|variable| variable.name());
+    let mut names = script.variables().iter().map(ProcessVariable::name);
     let index = names.position(|known| known == name).unwrap();
     script.set_variable(index, value)
 }
