@@ -1,0 +1,118 @@
+//! Frames: what is written is read, what is damaged is not, and pieces do not matter.
+
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use twinrig_rb110::protocol::{Answer, Frame, Request, TICKS_MAX, measure};
+use twinrig_wire::{Framer, Measure};
+
+fn requests() -> impl Strategy<Value = Request> {
+    let pulses = proptest::array::uniform16(option::of(0..=TICKS_MAX));
+    let inputs = proptest::array::uniform8(any::<bool>());
+    (any::<u8>(), any::<bool>(), pulses, inputs).prop_map(|(sequence, twice, pulses, inputs)| {
+        Request {
+            sequence,
+            twice,
+            pulses,
+            inputs,
+        }
+    })
+}
+
+fn answers() -> impl Strategy<Value = Answer> {
+    let counts = proptest::array::uniform8(option::of(0..1024_u16));
+    (any::<u8>(), any::<bool>(), counts).prop_map(|(sequence, replaced, counts)| Answer {
+        sequence,
+        replaced,
+        counts,
+    })
+}
+
+fn frames(pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
+    let mut framer = Framer::new(measure);
+    let mut frames = Vec::new();
+    for piece in pieces {
+        framer.push(piece);
+        while let Some(frame) = framer.next_frame() {
+            frames.push(frame.to_vec());
+        }
+    }
+    (frames, framer.skipped())
+}
+
+proptest! {
+    #[test]
+    fn frames_come_back(request in requests(), answer in answers()) {
+        let (mut asked, mut answered) = (Vec::new(), Vec::new());
+        request.encode(&mut asked);
+        answer.encode(&mut answered);
+        prop_assert_eq!(Request::try_from(Frame::new(&asked).unwrap()), Ok(request));
+        prop_assert_eq!(Answer::try_from(Frame::new(&answered).unwrap()), Ok(answer));
+        prop_assert!(Request::try_from(Frame::new(&answered).unwrap()).is_err());
+        prop_assert!(Answer::try_from(Frame::new(&asked).unwrap()).is_err());
+    }
+
+    #[test]
+    fn any_bytes_are_survived_in_any_pieces(bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20)) {
+        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.min(bytes.len())).collect();
+        cuts.extend([0, bytes.len()]);
+        cuts.sort_unstable();
+        let pieces: Vec<&[u8]> = cuts.windows(2).map(|cut| &bytes[cut[0]..cut[1]]).collect();
+        let found = frames(&pieces);
+        prop_assert_eq!(&found, &frames(&[&bytes]));
+        for frame in &found.0 {
+            let frame = Frame::new(frame).unwrap();
+            let _ = (Request::try_from(frame), Answer::try_from(frame));
+        }
+    }
+
+    #[test]
+    fn a_frame_with_a_wrong_bit_is_none(request in requests(), bit in any::<prop::sample::Index>()) {
+        let mut bytes = Vec::new();
+        request.encode(&mut bytes);
+        let bit = bit.index(8 * bytes.len());
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        prop_assert!(Frame::new(&bytes).is_err());
+    }
+
+    #[test]
+    fn the_frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), answer in answers()) {
+        // As many bytes as a frame that garbage seems to begin may want.
+        let mut bytes = garbage.clone();
+        let mut encoded = Vec::new();
+        answer.encode(&mut encoded);
+        for _ in 0..10 {
+            bytes.extend(&encoded);
+        }
+        prop_assert!(frames(&[&bytes]).0.contains(&encoded));
+    }
+
+    #[test]
+    fn what_is_sealed_may_still_make_no_sense(body in vec(any::<u8>(), 0..30), header in 0xb1..=0xb2_u8) {
+        let mut bytes = vec![header, u8::try_from(body.len() + 5).unwrap(), 7];
+        bytes.extend(&body);
+        let checksum = twinrig_wire::crc16(&bytes);
+        bytes.extend(checksum.to_le_bytes());
+        if let Ok(frame) = Frame::new(&bytes) {
+            let mut again = Vec::new();
+            match (Request::try_from(frame), Answer::try_from(frame)) {
+                (Ok(request), Err(_)) => request.encode(&mut again),
+                (Err(_), Ok(answer)) => answer.encode(&mut again),
+                (Err(_), Err(_)) => again.clone_from(&bytes),
+                (Ok(_), Ok(_)) => {}
+            }
+            prop_assert_eq!(again, bytes);
+        }
+    }
+
+    #[test]
+    fn what_is_said_to_be_missing_is(request in requests(), kept in any::<prop::sample::Index>()) {
+        let mut bytes = Vec::new();
+        request.encode(&mut bytes);
+        let kept = kept.index(bytes.len());
+        match measure(&bytes[..kept]) {
+            Measure::Missing(count) => prop_assert!(count >= 1 && kept + count <= bytes.len()),
+            other => prop_assert!(false, "{other:?}"),
+        }
+    }
+}
