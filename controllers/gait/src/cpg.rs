@@ -9,14 +9,14 @@ use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use crate::limb::Limb;
 use crate::variables::{self, COUPLING, CROUCH, FREQUENCY, PHASE_DIFFERENCES, RAMP, STEP_LENGTH};
-use crate::{DutyMap, FootLocus, Gait, GaitError, Oscillators};
+use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 
 /// The open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
 /// locus → inverse kinematics, for every leg.
 ///
 /// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the legs it is given. All
 /// legs of the robot have an oscillator whether commanded or not, so leaving one out changes nothing
-/// for the others.
+/// for the others. After those, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each.
 ///
 /// # Process variables
 ///
@@ -34,6 +34,7 @@ use crate::{DutyMap, FootLocus, Gait, GaitError, Oscillators};
 /// | `coupling` | rad/s | 0 to 1000 | w of eq. 3.2 |
 /// | `ramp` | s | ≥ 0 | – time over which the step length grows from 0 after the start |
 /// | `crouch` | m | ≥ 0 | – how much lower the hip starts; it rises over the ramp |
+/// | `splay` | rad | −π/2 to π/2 | – by how much the legs are abducted ([`Abduction`]) |
 ///
 /// A change takes effect at the next step, at once: the target jumps where the locus does, as in the
 /// thesis' experiment on step length. Only a phase difference sets in gradually, through the coupling.
@@ -65,6 +66,7 @@ pub struct Cpg {
     variables: Vec<ProcessVariable>,
     /// Locus and duty map of the fore and of the hind legs, derived from the variables.
     ends: [(FootLocus, DutyMap); 2],
+    abduction: Abduction,
     state: State,
 }
 
@@ -110,8 +112,16 @@ impl Cpg {
             ends: derive(&variables)?,
             limbs,
             variables,
+            abduction: Abduction::None,
             state,
         })
+    }
+
+    /// Commands the abduction of the hips, too.
+    #[must_use]
+    pub fn with_abduction(mut self, abduction: Abduction) -> Self {
+        self.abduction = abduction;
+        self
     }
 
     /// Starts every leg at a random phase instead of in step. Each draws from a stream of its own.
@@ -172,10 +182,11 @@ impl Process for Cpg {
     }
 
     fn ports(&self) -> Vec<Port> {
-        self.limbs
-            .iter()
-            .filter(|limb| limb.active)
+        let active = self.limbs.iter().filter(|limb| limb.active);
+        let abducted = self.abduction.of(&self.limbs);
+        active
             .flat_map(Limb::ports)
+            .chain(abducted.map(|limb| limb.port("abduction")))
             .collect()
     }
 
@@ -185,10 +196,15 @@ impl Process for Cpg {
 
     fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
         let count = self.variables.len();
+        let splay = variables::splay(&self.variables);
         let variable = self
             .variables
             .get_mut(index)
             .ok_or(VariableError::NoSuchIndex { index, count })?;
+        if index == splay {
+            self.abduction.check(variable, value)?;
+            return variable.set(value);
+        }
         let before = variable.value();
         variable.set(value)?;
         match derive(&self.variables) {
@@ -243,6 +259,12 @@ impl Process for Cpg {
             let target = locus.point(duty.phase(oscillators.turn(leg)));
             *out_of_reach += u64::from(limb.command(target, command));
             output.copy_from_slice(command);
+        }
+        if self.abduction != Abduction::None {
+            let active = self.limbs.iter().filter(|limb| limb.active).count();
+            let splay = self.variables[variables::splay(&self.variables)].value();
+            let abductions = &mut outputs[2 * active..];
+            self.abduction.command(&self.limbs, splay, abductions);
         }
     }
 

@@ -23,6 +23,7 @@
 //! It reads no sensor, knows no ground and no body, does not plan, does not smooth a change of its
 //! parameters, and draws no noise while it runs.
 
+mod abduction;
 mod cpg;
 mod duty;
 mod error;
@@ -35,6 +36,7 @@ mod stand;
 mod tests;
 mod variables;
 
+pub use abduction::Abduction;
 pub use cpg::Cpg;
 pub use duty::DutyMap;
 pub use error::GaitError;

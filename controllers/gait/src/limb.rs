@@ -59,13 +59,13 @@ impl Limb {
 
     /// The ports of its two commands.
     pub(crate) fn ports(&self) -> [Port; 2] {
-        ["hip", "knee"].map(|joint| {
-            Port::output(
-                format!("leg/{}/{joint}/command", self.name),
-                Unit::Radian,
-                1,
-            )
-        })
+        ["hip", "knee"].map(|joint| self.port(joint))
+    }
+
+    /// The port of the command of `joint`.
+    pub(crate) fn port(&self, joint: &str) -> Port {
+        let name = format!("leg/{}/{joint}/command", self.name);
+        Port::output(name, Unit::Radian, 1)
     }
 
     /// Writes the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the nearest

@@ -5,21 +5,25 @@ use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
 
-use crate::GaitError;
 use crate::cpg::lengths_max;
 use crate::limb::Limb;
+use crate::{Abduction, GaitError};
 
 /// Holds every foot at a place below its hip.
 ///
 /// Outputs as those of [`crate::Cpg`]; variables `hip_height/fore`, `hip_height/hind` and
-/// `mid_stance_offset/fore`, `mid_stance_offset/hind` \[m\], with the same ranges. A new value takes
-/// effect at the next step.
+/// `mid_stance_offset/fore`, `mid_stance_offset/hind` \[m\] and `splay` \[rad\], with the same ranges. A new
+/// value takes effect at the next step.
 #[derive(Debug, Clone)]
 pub struct Stand {
     limbs: Vec<Limb>,
     variables: Vec<ProcessVariable>,
+    abduction: Abduction,
     state: State,
 }
+
+/// The variable of that name.
+const SPLAY: usize = 4;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct State {
@@ -57,15 +61,24 @@ impl Stand {
                 0.0,
             ));
         }
+        variables.push(Abduction::variable());
         let mut stand = Self {
             state: State {
                 commands: vec![[0.0; 2]; limbs.len()],
             },
             limbs,
             variables,
+            abduction: Abduction::None,
         };
         stand.pose();
         Ok(stand)
+    }
+
+    /// Commands the abduction of the hips, too.
+    #[must_use]
+    pub fn with_abduction(mut self, abduction: Abduction) -> Self {
+        self.abduction = abduction;
+        self
     }
 
     fn pose(&mut self) {
@@ -86,7 +99,11 @@ impl Process for Stand {
     }
 
     fn ports(&self) -> Vec<Port> {
-        self.limbs.iter().flat_map(Limb::ports).collect()
+        let abducted = self.abduction.of(&self.limbs);
+        let drives = self.limbs.iter().flat_map(Limb::ports);
+        drives
+            .chain(abducted.map(|limb| limb.port("abduction")))
+            .collect()
     }
 
     fn variables(&self) -> &[ProcessVariable] {
@@ -95,18 +112,25 @@ impl Process for Stand {
 
     fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
         let count = self.variables.len();
-        self.variables
+        let variable = self
+            .variables
             .get_mut(index)
-            .ok_or(VariableError::NoSuchIndex { index, count })?
-            .set(value)?;
+            .ok_or(VariableError::NoSuchIndex { index, count })?;
+        if index == SPLAY {
+            self.abduction.check(variable, value)?;
+        }
+        variable.set(value)?;
         self.pose();
         Ok(())
     }
 
     fn step(&mut self, _elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
-        for (output, command) in outputs.chunks_exact_mut(2).zip(&self.state.commands) {
+        let (drives, abductions) = outputs.split_at_mut(2 * self.limbs.len());
+        for (output, command) in drives.chunks_exact_mut(2).zip(&self.state.commands) {
             output.copy_from_slice(command);
         }
+        let splay = self.variables[SPLAY].value();
+        self.abduction.command(&self.limbs, splay, abductions);
     }
 
     fn save(&self) -> Snapshot {

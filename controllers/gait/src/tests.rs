@@ -7,7 +7,7 @@ use twinrig_kernel::{SimDuration, Snapshot};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
-use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape, example_robot};
+use crate::{Abduction, Cpg, FootLocus, Gait, GaitError, LocusShape, Stand, example_robot};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 const PERIOD: SimDuration = SimDuration::from_millis(2);
@@ -60,6 +60,7 @@ fn variables_are_those_of_table_3_3_for_fore_and_hind() {
         expected.extend([format!("{name}/fore"), format!("{name}/hind")]);
     }
     expected.extend(LEGS.map(|leg| format!("phase_difference/{leg}")));
+    expected.push("splay".to_owned());
     assert_eq!(names, expected);
 }
 
@@ -190,10 +191,72 @@ fn values_out_of_range_are_refused_and_change_nothing() {
         cpg.set_variable(99, 0.0),
         Err(VariableError::NoSuchIndex {
             index: 99,
-            count: 23
+            count: 24
         })
     );
     assert_eq!(cpg.save(), before);
+}
+
+#[test]
+fn abductions_come_after_the_drives_and_change_no_bit_of_them() {
+    let mut plain = cpg(Gait::Trot);
+    let mut abducting = cpg(Gait::Trot).with_abduction(Abduction::Hold);
+    set(&mut abducting, "splay", 0.1);
+    let ports: Vec<_> = abducting
+        .ports()
+        .into_iter()
+        .map(|port| port.name)
+        .collect();
+    assert_eq!(ports.len(), 12);
+    assert_eq!(
+        ports[..8],
+        plain
+            .ports()
+            .into_iter()
+            .map(|port| port.name)
+            .collect::<Vec<_>>()
+    );
+    assert_eq!(
+        ports[8..],
+        LEGS.map(|leg| format!("leg/{leg}/abduction/command"))
+    );
+    let (without, with) = (run(&mut plain, 300, 8), run(&mut abducting, 300, 12));
+    for (without, with) in without.iter().zip(&with) {
+        assert_eq!(without[..], with[..8]);
+        assert_eq!(with[8..], [0.1, -0.1, 0.1, -0.1]);
+    }
+}
+
+#[test]
+fn a_stand_abducts_the_legs_that_it_has() {
+    let stand = Stand::new(&example_robot(), &["RF", "LH"]).unwrap();
+    let mut stand = stand.with_abduction(Abduction::Hold);
+    set(&mut stand, "splay", 0.2);
+    let names: Vec<_> = stand.ports().into_iter().map(|port| port.name).collect();
+    assert_eq!(
+        names[4..],
+        ["leg/RF/abduction/command", "leg/LH/abduction/command"]
+    );
+    assert_eq!(run(&mut stand, 1, 6)[0][4..], [-0.2, 0.2]);
+}
+
+#[test]
+fn without_abduction_there_is_nothing_to_splay() {
+    let mut cpg = cpg(Gait::Trot);
+    let mut stand = Stand::new(&example_robot(), &LEGS).unwrap();
+    set(&mut cpg, "splay", 0.0);
+    set(&mut stand, "splay", 0.0);
+    let (of_cpg, of_stand) = (index(&cpg, "splay"), index(&stand, "splay"));
+    let refused = [
+        cpg.set_variable(of_cpg, 0.1),
+        stand.set_variable(of_stand, 0.1),
+    ];
+    for refused in refused {
+        assert!(
+            matches!(refused, Err(VariableError::Refused { .. })),
+            "{refused:?}"
+        );
+    }
 }
 
 #[test]
@@ -285,7 +348,7 @@ proptest! {
 
     #[test]
     fn outputs_are_finite_whatever_the_variables(
-        values in prop::collection::vec((0..23_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
+        values in prop::collection::vec((0..24_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
         millis in 0..10_000_u64,
     ) {
         let mut cpg = cpg(Gait::Trot);

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use twinrig_kernel::Unit;
 use twinrig_runtime::{Bound, ProcessVariable};
 
-use crate::{FootLocus, LocusShape};
+use crate::{Abduction, FootLocus, LocusShape};
 
 /// Variables of all legs, in the order of [`declare`].
 pub(crate) const FREQUENCY: usize = 0;
@@ -86,7 +86,13 @@ pub(crate) fn declare(lengths_max: [f64; 2], phases: &[(&str, f64)]) -> Vec<Proc
             *phase,
         ));
     }
+    variables.push(Abduction::variable());
     variables
+}
+
+/// What [`declare`] puts last.
+pub(crate) fn splay(variables: &[ProcessVariable]) -> usize {
+    variables.len() - 1
 }
 
 /// The values that shape the foot locus of the fore (`end` 0) or hind (`end` 1) legs.
