@@ -1,1 +1,80 @@
-fn main() {}
+//! What a cycle costs over converter and bus, with boards that do nothing but answer: one frame of four requests of
+//! 10 bytes, four answers of 22, every 2 ms of simulated time, as through a bus controller and board by board.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use support::*;
+use twinrig_kernel::SimTime;
+use twinrig_runtime::Wire;
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, Faulty, Line, Rs485, UsbSerial, UsbTiming};
+
+fn main() {
+    divan::main();
+}
+
+/// Cycles in an iteration.
+const CYCLES: u64 = 1000;
+/// Requests and answers of a cycle.
+const PACKETS: u64 = 8;
+
+fn bus() -> Rs485 {
+    Rs485::new("sbcp", BYTE, us(2), boards()).unwrap()
+}
+
+/// One packet after the other, each when the answer to the one before is there.
+fn cycles(wire: &mut dyn Wire, start: &mut SimTime, wakes: &mut u64) {
+    let mut bytes = Vec::new();
+    for _ in 0..CYCLES {
+        let mut now = *start;
+        for board in 0..4 {
+            wire.advance(now, &mut Nowhere).unwrap();
+            wire.send(now, &request(board));
+            bytes.clear();
+            while bytes.len() < 22 {
+                now = wire.next_wake().unwrap();
+                *wakes += 1;
+                wire.advance(now, &mut Nowhere).unwrap();
+                wire.receive(&mut bytes);
+            }
+        }
+        *start += us(4000);
+    }
+}
+
+fn measure(bencher: Bencher, line: impl Line) {
+    let mut wire = UsbSerial::new("sbcp", UsbTiming::default(), BYTE, 1, line).unwrap();
+    let (mut start, mut wakes) = (SimTime::ZERO, 0);
+    bencher
+        .counter(ItemsCount::new(CYCLES * PACKETS))
+        .bench_local(|| cycles(&mut wire, &mut start, &mut wakes));
+    let cycles = start.since_start().as_nanos() / us(4000).as_nanos();
+    println!("{:.1} wake-ups a cycle", wakes as f64 / cycles as f64);
+}
+
+/// Packets per second; a packet's time is an iteration's through 8000.
+#[divan::bench]
+fn usb_and_rs485(bencher: Bencher) {
+    measure(bencher, bus());
+}
+
+/// The same with a fault somewhere that never comes.
+#[divan::bench]
+fn usb_faults_and_rs485(bencher: Bencher) {
+    let fault = Fault {
+        at: SimTime::MAX,
+        on: "wire/sbcp".to_owned(),
+        kind: FaultKind::Stuck,
+        lasts: us(1),
+    };
+    let schedule = FaultSchedule {
+        faults: vec![fault],
+        seed: 1,
+    };
+    measure(
+        bencher,
+        Faulty::new("wire/sbcp", BYTE, &schedule, bus()).unwrap(),
+    );
+}

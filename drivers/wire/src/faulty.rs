@@ -1,17 +1,23 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 
-use crate::{Arrivals, Line, Piece};
-
-use crate::{FaultSchedule, WireError};
+use crate::distortion::Distortion;
+use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
 
 /// A line with faults, in both directions.
 pub struct Faulty<L> {
+    on: String,
     line: L,
+    outward: Distortion,
+    inward: Distortion,
+    /// What has just come from the line.
+    arrived: Arrivals,
+    now: SimTime,
 }
 
 impl<L: Line> Faulty<L> {
-    /// `line` with those faults of the schedule that are `on` it. A byte takes `byte_time` on it.
+    /// `line` with those faults of the schedule that are `on` it. A byte takes `byte_time` on it. Its gauge, bytes that did not
+    /// pass as they were, is `ON/harmed`.
     ///
     /// # Errors
     /// [`WireError`] if a fault cannot be, or `byte_time` is zero.
@@ -21,8 +27,37 @@ impl<L: Line> Faulty<L> {
         schedule: &FaultSchedule,
         line: L,
     ) -> Result<Self, WireError> {
-        let _ = (on, byte_time, schedule);
-        Ok(Self { line })
+        Ok(Self {
+            on: on.to_owned(),
+            line,
+            outward: Distortion::new(on, "out", true, byte_time, schedule)?,
+            inward: Distortion::new(on, "in", true, byte_time, schedule)?,
+            arrived: Arrivals::default(),
+            now: SimTime::ZERO,
+        })
+    }
+
+    fn hand_on(&mut self) {
+        let line = &mut self.line;
+        self.outward.take_all(|piece| line.send(piece));
+    }
+
+    fn instant(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        if self.outward.failure().is_some_and(|at| at <= now) {
+            let why = format!("{} is unplugged", self.on);
+            return Err(TaskError::Device { why });
+        }
+        self.outward.settle(now);
+        self.hand_on();
+        self.line.advance(now, world)?;
+        self.line.receive(&mut self.arrived);
+        for piece in self.arrived.pieces() {
+            self.inward.pass(piece);
+        }
+        self.arrived.clear();
+        self.inward.settle(now);
+        self.now = now;
+        Ok(())
     }
 }
 
@@ -32,27 +67,43 @@ impl<L: Line> Line for Faulty<L> {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
-        self.line.send(piece);
+        self.outward.pass(piece);
+        self.hand_on();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        self.line.next_wake()
+        let own = [
+            self.outward.failure(),
+            self.outward.next_event(),
+            self.inward.next_event(),
+            self.inward.next_byte(),
+            self.line.next_wake(),
+        ];
+        own.into_iter().flatten().min()
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.line.advance(now, world)
+        while let Some(wake) = self.next_wake().filter(|wake| *wake < now) {
+            self.instant(wake, world)?;
+        }
+        self.instant(now, world)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        self.line.receive(arrivals);
+        let push = |piece: Piece<'_>| arrivals.push(piece.first, piece.spacing, piece.bytes);
+        self.inward.take(self.now, push);
     }
 
     fn gauges(&self) -> Vec<Port> {
-        self.line.gauges()
+        let own = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
+        std::iter::once(own).chain(self.line.gauges()).collect()
     }
 
     fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_gauges(now, values);
+        if let Some((own, line)) = values.split_first_mut() {
+            *own = (self.outward.harmed() + self.inward.harmed()) as f64;
+            self.line.read_gauges(now, line);
+        }
     }
 
     fn lanes(&self) -> Vec<String> {
@@ -64,10 +115,16 @@ impl<L: Line> Line for Faulty<L> {
     }
 
     fn save(&self) -> Snapshot {
-        self.line.save()
+        let (outward, inward) = (self.outward.save(), self.inward.save());
+        Snapshot::of(&(self.now, outward, inward, self.line.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.line.restore(snapshot)
+        let (now, outward, inward, line): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        self.outward.restore(&outward)?;
+        self.inward.restore(&inward)?;
+        self.line.restore(&line)?;
+        self.now = now;
+        Ok(())
     }
 }

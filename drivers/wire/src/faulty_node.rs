@@ -1,15 +1,23 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 
+use crate::distortion::Distortion;
 use crate::{FaultSchedule, Node, Piece, WireError};
 
-/// A node with faults on its stub, in both directions; the rest of the bus has none of them.
+/// A node with faults on its stub, in both directions; the rest of the bus has none of them, but hears what comes of it.
 pub struct FaultyNode<N> {
+    on: String,
+    byte_time: SimDuration,
     node: N,
+    heard: Distortion,
+    said: Distortion,
+    /// What the node just says.
+    bytes: Vec<u8>,
 }
 
 impl<N: Node> FaultyNode<N> {
-    /// `node` with those faults of the schedule that are `on` its stub. A byte takes `byte_time` on the bus.
+    /// `node` with those faults of the schedule that are `on` its stub. A byte takes `byte_time` on the bus. Its gauge, bytes
+    /// that did not pass as they were, is `ON/harmed`.
     ///
     /// # Errors
     /// [`WireError`] if a fault cannot be, or `byte_time` is zero.
@@ -19,8 +27,14 @@ impl<N: Node> FaultyNode<N> {
         schedule: &FaultSchedule,
         node: N,
     ) -> Result<Self, WireError> {
-        let _ = (on, byte_time, schedule);
-        Ok(Self { node })
+        Ok(Self {
+            on: on.to_owned(),
+            byte_time,
+            node,
+            heard: Distortion::new(on, "heard", false, byte_time, schedule)?,
+            said: Distortion::new(on, "said", true, byte_time, schedule)?,
+            bytes: Vec::new(),
+        })
     }
 }
 
@@ -34,34 +48,73 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn hear(&mut self, piece: Piece<'_>) {
-        self.node.hear(piece);
+        self.heard.pass(piece);
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        self.node.next_wake()
+        let own = [
+            self.heard.next_event(),
+            self.heard.next_byte(),
+            self.said.next_event(),
+            self.node.next_wake(),
+        ];
+        own.into_iter().flatten().min()
+    }
+
+    fn attention(&self) -> Option<usize> {
+        self.node.attention()
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.node.advance(now, world)
+        self.heard.settle(now);
+        let node = &mut self.node;
+        self.heard.take(now, |piece| node.hear(piece));
+        self.node.advance(now, world)?;
+        loop {
+            self.bytes.clear();
+            let Some(start) = self.node.poll_transmit(&mut self.bytes) else {
+                break;
+            };
+            self.said.pass(Piece {
+                first: start.max(now) + self.byte_time,
+                spacing: self.byte_time,
+                bytes: &self.bytes,
+            });
+        }
+        self.said.settle(now);
+        Ok(())
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        self.node.poll_transmit(bytes)
+        let mut start = None;
+        self.said.take_piece(|piece| {
+            bytes.extend_from_slice(piece.bytes);
+            start = Some(SimTime::ZERO + (piece.first.since_start() - self.byte_time));
+        });
+        start
     }
 
     fn gauges(&self) -> Vec<Port> {
-        self.node.gauges()
+        let own = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
+        std::iter::once(own).chain(self.node.gauges()).collect()
     }
 
     fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.node.read_gauges(now, values);
+        if let Some((own, node)) = values.split_first_mut() {
+            *own = (self.heard.harmed() + self.said.harmed()) as f64;
+            self.node.read_gauges(now, node);
+        }
     }
 
     fn save(&self) -> Snapshot {
-        self.node.save()
+        let (heard, said) = (self.heard.save(), self.said.save());
+        Snapshot::of(&(heard, said, self.node.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.node.restore(snapshot)
+        let (heard, said, node): (Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        self.heard.restore(&heard)?;
+        self.said.restore(&said)?;
+        self.node.restore(&node)
     }
 }

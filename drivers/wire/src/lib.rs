@@ -1,20 +1,25 @@
 //! Byte transports with their timing.
 
 mod arrivals;
+mod distortion;
 mod duplex;
 mod error;
 mod fault;
 mod faulty;
 mod faulty_node;
-mod frames;
 mod framer;
+mod frames;
 mod host_end;
 mod line;
 mod medium;
 mod node;
+mod noise;
+mod port;
+mod pty;
 mod rs485;
 mod tap;
 mod traced;
+mod tty;
 mod uart;
 mod usb_serial;
 mod usb_timing;
@@ -29,6 +34,8 @@ pub use framer::{Framer, FramerState, Measure, crc16};
 pub use host_end::HostEnd;
 pub use line::Line;
 pub use node::Node;
+pub use port::{PortInfo, SerialPort, UsbInfo, ports};
+pub use pty::Pty;
 pub use rs485::Rs485;
 pub use tap::Tap;
 pub use traced::Traced;

@@ -31,6 +31,8 @@ pub struct UsbSerial<L> {
     /// What has just come from the line.
     arrived: Arrivals,
     state: State,
+    /// When the host may have something to read next: follows from the rest.
+    next_read: Option<SimTime>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -103,6 +105,7 @@ impl<L: Line> UsbSerial<L> {
             byte_time,
             line,
             arrived: Arrivals::default(),
+            next_read: None,
         })
     }
 
@@ -187,13 +190,12 @@ impl<L: Line> UsbSerial<L> {
         Ok(())
     }
 
-    /// When the host may have something to read next.
-    fn next_read(&self) -> Option<SimTime> {
+    fn look_ahead(&mut self) {
         let next = match (self.next_return(), self.next_return_if_more()) {
             (Some(known), Some(perhaps)) => Some(known.min(perhaps)),
             (known, perhaps) => known.or(perhaps),
         };
-        next.map(|returned| self.read_at(returned))
+        self.next_read = next.map(|returned| self.read_at(returned));
     }
 }
 
@@ -221,23 +223,27 @@ impl<L: Line> Wire for UsbSerial<L> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        match (self.line.next_wake(), self.next_read()) {
+        match (self.line.next_wake(), self.next_read) {
             (Some(line), Some(read)) => Some(line.min(read)),
             (line, read) => line.or(read),
         }
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        // Bytes are pulled with their times, however late; but what lives on the line wants its own instants.
+        let mut late = false;
         while let Some(wake) = self.line.next_wake().filter(|wake| *wake < now) {
             self.ask(wake, world)?;
+            late = true;
         }
-        if self.next_wake().is_none_or(|wake| wake > now) {
+        if !late && self.next_wake().is_none_or(|wake| wake > now) {
             return Ok(());
         }
         self.ask(now, world)?;
         while let Some(returned) = self.next_return().filter(|next| self.read_at(*next) <= now) {
             self.pass(returned);
         }
+        self.look_ahead();
         Ok(())
     }
 
@@ -274,6 +280,7 @@ impl<L: Line> Wire for UsbSerial<L> {
         let (state, line): (State, Snapshot) = snapshot.read()?;
         self.line.restore(&line)?;
         self.state = state;
+        self.look_ahead();
         Ok(())
     }
 }

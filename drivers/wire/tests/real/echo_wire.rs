@@ -1,0 +1,137 @@
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{
+    EnergyBooks, Plant, PlantFault, PlantSignals, TaskError, Wire, WiringError, WorkCounts, World,
+};
+
+/// Answers 100 µs later, and puts each answer's first byte on the plant.
+#[derive(Default)]
+pub struct EchoWire {
+    heard: Vec<u8>,
+    answers: VecDeque<(SimTime, Vec<u8>)>,
+    ready: Vec<u8>,
+    answered: f64,
+    drive: Range<usize>,
+}
+
+const TAKES: SimDuration = SimDuration::from_micros(100);
+
+fn drive() -> Port {
+    Port::output("drive", Unit::Volt, 1)
+}
+
+impl Wire for EchoWire {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.drive = plant.find(owner, &drive())?;
+        Ok(())
+    }
+    fn send(&mut self, now: SimTime, bytes: &[u8]) {
+        self.heard.extend(bytes);
+        let answers = super::answer(&mut self.heard);
+        if !answers.is_empty() {
+            self.answers.push_back((now + TAKES, answers));
+        }
+    }
+    fn next_wake(&self) -> Option<SimTime> {
+        self.answers.front().map(|(at, _)| *at)
+    }
+    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        while let Some((_, bytes)) = self.answers.pop_front_if(|(at, _)| *at <= now) {
+            world.actuate(self.drive.clone())?[0] = 1.0;
+            self.ready.extend(bytes);
+            self.answered += 1.0;
+        }
+        Ok(())
+    }
+    fn receive(&mut self, bytes: &mut Vec<u8>) {
+        bytes.append(&mut self.ready);
+    }
+    fn gauges(&self) -> Vec<Port> {
+        vec![Port::output("echo/answered", Unit::One, 1)]
+    }
+    fn read_gauges(&self, _: SimTime, values: &mut [f64]) {
+        values[0] = self.answered;
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+/// A plant of one number, its own time in seconds.
+#[derive(Default)]
+pub struct Lag {
+    seconds: f64,
+    now: SimTime,
+    pub fails_at: Option<SimTime>,
+    /// How long it takes over each step.
+    pub takes: std::time::Duration,
+}
+
+impl Plant for Lag {
+    fn name(&self) -> &'static str {
+        "lag"
+    }
+    fn ports(&self) -> Vec<Port> {
+        vec![drive().mirrored(), Port::output("time", Unit::Second, 1)]
+    }
+    fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        assert!(to > self.now, "a plant is never moved back");
+        self.now = to;
+        if !self.takes.is_zero() {
+            std::thread::sleep(self.takes);
+        }
+        self.seconds = to.as_secs_f64();
+        match self.fails_at.filter(|at| to >= *at) {
+            None => Ok(()),
+            Some(time) => Err(PlantFault {
+                time,
+                part: "lag".into(),
+                energy: 0.0,
+                why: "it broke".into(),
+            }),
+        }
+    }
+    fn observe(&mut self, outputs: &mut [f64]) {
+        outputs[0] = self.seconds;
+    }
+    fn energy(&self) -> EnergyBooks {
+        EnergyBooks::default()
+    }
+    fn work(&self) -> WorkCounts {
+        WorkCounts::default()
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+/// Hears everything and says nothing.
+pub struct Quiet;
+
+impl Wire for Quiet {
+    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
+        Ok(())
+    }
+    fn send(&mut self, _: SimTime, _: &[u8]) {}
+    fn next_wake(&self) -> Option<SimTime> {
+        None
+    }
+    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+        Ok(())
+    }
+    fn receive(&mut self, _: &mut Vec<u8>) {}
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}

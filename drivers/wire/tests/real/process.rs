@@ -1,0 +1,64 @@
+use std::time::Duration;
+
+use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{Process, ProcessVariable, VariableError};
+
+use super::ports;
+
+/// Gives each driver the sum of the elapsed milliseconds and of the halves it was told.
+pub struct Summing {
+    names: Vec<String>,
+    offset: [ProcessVariable; 1],
+    milliseconds: f64,
+    iterations: u64,
+    /// How long an iteration takes.
+    pub takes: Duration,
+    /// Panics at that iteration.
+    pub panics_at: Option<u64>,
+}
+
+impl Summing {
+    pub fn new(names: &[&str]) -> Self {
+        Self {
+            names: names.iter().map(ToString::to_string).collect(),
+            offset: [ProcessVariable::new("offset", Unit::One, .., 0.0)],
+            milliseconds: 0.0,
+            iterations: 0,
+            takes: Duration::ZERO,
+            panics_at: None,
+        }
+    }
+}
+
+impl Process for Summing {
+    fn name(&self) -> &'static str {
+        "summing"
+    }
+    fn ports(&self) -> Vec<Port> {
+        let ports = self.names.iter().flat_map(|name| ports(name));
+        ports.map(|port| port.mirrored()).collect()
+    }
+    fn variables(&self) -> &[ProcessVariable] {
+        &self.offset
+    }
+    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
+        self.offset[index].set(value)
+    }
+    fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
+        self.iterations += 1;
+        assert_ne!(self.panics_at, Some(self.iterations), "as it was told to");
+        self.milliseconds += elapsed.as_secs_f64() * 1000.0;
+        for (output, half) in outputs.iter_mut().zip(inputs) {
+            *output = self.milliseconds + half + self.offset[0].value();
+        }
+        if !self.takes.is_zero() {
+            std::thread::sleep(self.takes);
+        }
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,354 @@
+//! Runs in real time over PTYs. What is asserted never depends on how fast the machine is.
+
+mod real;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use real::{Asker, CLOSE, EchoWire, Lag, Log, NUMBER, OPEN, Summing, answer};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::real_time::{Ended, Limits, Privileges, RealTimeReport, RealTimeRig};
+use twinrig_runtime::{
+    Change, Device, DeviceError, Driver, Group, Phase, Rig, RigError, RunEvent, Schedule,
+    TaskError, WiredTask,
+};
+use twinrig_wire::{Pty, SerialPort};
+
+const BAUD: u32 = 3_333_333;
+
+fn millis(n: u64) -> SimDuration {
+    SimDuration::from_millis(n)
+}
+
+/// Both ends of a PTY.
+fn pair() -> (Pty, Box<dyn Device>) {
+    let twin = Pty::open().unwrap();
+    let port = SerialPort::open(twin.path(), BAUD).unwrap();
+    (twin, Box::new(port))
+}
+
+/// Answers until the other end is closed, or until it has answered `unplug_after` times, if that is given: then
+/// its end is gone. Gives what it heard.
+fn answering(mut twin: Pty, delay: Duration, unplug_after: Option<usize>) -> JoinHandle<Vec<u8>> {
+    thread::Builder::new()
+        .spawn(move || {
+            let (mut all, mut heard, mut answered) = (Vec::new(), Vec::new(), 0);
+            loop {
+                let before = heard.len();
+                match twin.read(Duration::from_millis(100), &mut heard) {
+                    Ok(()) => {}
+                    Err(DeviceError::HungUp { .. }) => return all,
+                    Err(error) => panic!("{error}"),
+                }
+                all.extend_from_slice(&heard[before..]);
+                let answers = answer(&mut heard);
+                if answers.is_empty() {
+                    continue;
+                }
+                if unplug_after == Some(answered) {
+                    return all;
+                }
+                answered += 1;
+                thread::sleep(delay);
+                twin.write(&answers).unwrap();
+            }
+        })
+        .unwrap()
+}
+
+fn rig(process: Summing, drivers: Vec<(Asker, Box<dyn Device>)>) -> RealTimeRig {
+    let schedule = Schedule::with_period(millis(2));
+    let drivers = drivers.into_iter();
+    let drivers = drivers.map(|(driver, device)| (Box::new(driver) as Box<dyn Driver>, device));
+    let mut rig = RealTimeRig::new(&schedule, Box::new(process), drivers.collect()).unwrap();
+    rig.options.privileges = Privileges::none();
+    rig.options.limits = Limits {
+        open: millis(20_000),
+        transfer: millis(20_000),
+        close: millis(20_000),
+    };
+    rig
+}
+
+fn run(rig: RealTimeRig, for_ms: u64) -> (Result<Ended, RigError>, RealTimeReport, Log) {
+    let mut log = Log::default();
+    let (ended, report) = rig.run(Some(millis(for_ms)), &mut log, &AtomicBool::new(false));
+    assert!(log.is_in_order());
+    assert_eq!(report.lost, 0);
+    (ended, report, log)
+}
+
+#[test]
+fn a_driver_and_its_far_end_exchange_what_the_observer_is_told_and_nothing_else() {
+    let (twin, port) = pair();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+    assert_eq!(rig.lanes(), ["sbcp/out", "sbcp/in"]);
+    assert_eq!(rig.layout(Group::Gauges).find("sbcp/transfers"), Some(0..1));
+    assert!(rig.layout(Group::Plant).is_empty());
+    let (ended, report, log) = run(rig, 100);
+    assert_eq!(ended, Ok(Ended::Duration));
+
+    let out = log.lane(0);
+    assert_eq!(out, far_end.join().unwrap());
+    assert_eq!((out[0], out[out.len() - 1]), (OPEN, CLOSE));
+    let transfers = log.count(RunEvent::TaskBegin { task: 0 });
+    assert_eq!(log.count(RunEvent::TaskEnd { task: 0 }), transfers);
+    assert_eq!(out.len(), 2 + transfers * (1 + NUMBER));
+    assert_eq!(log.lane(1).len(), 1 + transfers * NUMBER);
+    assert_eq!(report.tasks[0].took.len(), transfers as u64);
+
+    // However the machine was: what the process was told adds up, and every step was kept or missed.
+    let steps = report.iterations + report.overruns + report.overslept;
+    assert_eq!(log.count(RunEvent::ProcessEnd) as u64, report.iterations);
+    let told = log.events().filter_map(|event| match event {
+        RunEvent::ProcessBegin { elapsed } => Some(elapsed.as_nanos()),
+        _ => None,
+    });
+    let told: u64 = told.sum();
+    assert!(
+        told % 2_000_000 == 0 && told <= (steps - 1) * 2_000_000,
+        "{told}"
+    );
+    assert!(log.samples(Group::Gauges).count() > 0);
+}
+
+/// Requests of a run without overruns. A machine may always be too busy for one; then it is tried again.
+fn undisturbed(mut attempt: impl FnMut() -> (RealTimeReport, Log)) -> Log {
+    for _ in 0..20 {
+        let (report, log) = attempt();
+        let skipped: u64 = report.tasks.iter().map(|task| task.skipped).sum();
+        if report.overruns + report.overslept + skipped == 0 {
+            return log;
+        }
+    }
+    panic!("this machine is too busy for 2 ms");
+}
+
+#[test]
+fn without_overruns_the_bytes_are_those_of_lockstep() {
+    let at = SimTime::ZERO + millis(20);
+    let task = WiredTask::new(Box::new(Asker::new("sbcp")), Box::new(EchoWire::default()));
+    let schedule = Schedule::with_period(millis(2));
+    let process = Box::new(Summing::new(&["sbcp"]));
+    let mut model = Rig::new(
+        &schedule,
+        process,
+        vec![Box::new(task)],
+        Box::new(Lag::default()),
+    );
+    let model = model.as_mut().unwrap();
+    // There, opening takes a control step.
+    model
+        .schedule(at + millis(2), "offset", Change::By(7.5))
+        .unwrap();
+    let mut in_lockstep = Log::default();
+    model
+        .run_until(SimTime::ZERO + millis(103), &mut in_lockstep)
+        .unwrap();
+
+    let real = undisturbed(|| {
+        let (twin, port) = pair();
+        let far_end = answering(twin, Duration::ZERO, None);
+        let mut rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+        rig.schedule(at, "offset", Change::By(7.5)).unwrap();
+        let (ended, report, log) = run(rig, 100);
+        assert_eq!(ended, Ok(Ended::Duration));
+        far_end.join().unwrap();
+        (report, log)
+    });
+    let (mut out, back) = (real.lane(0), real.lane(1));
+    assert_eq!(out.pop(), Some(CLOSE));
+    assert_eq!((out, back), (in_lockstep.lane(0), in_lockstep.lane(1)));
+    let events = |log: &Log| -> Vec<_> {
+        log.events()
+            .filter(|event| *event != RunEvent::Opened)
+            .collect()
+    };
+    assert_eq!(events(&real), events(&in_lockstep));
+}
+
+#[test]
+fn an_unplugged_device_ends_the_run_with_an_error_and_everything_before_is_told() {
+    let (twin, port) = pair();
+    let place = port.place().to_string();
+    let far_end = answering(twin, Duration::ZERO, Some(11));
+    let driver = Asker::new("sbcp");
+    let closed = driver.closed.clone();
+    let (ended, _, log) = run(rig(Summing::new(&["sbcp"]), vec![(driver, port)]), 60_000);
+    let Err(RigError::Task { task, source, .. }) = ended else {
+        panic!("{ended:?}");
+    };
+    assert_eq!(
+        (task.as_str(), source),
+        ("sbcp", TaskError::Port(DeviceError::Gone { place }))
+    );
+    assert!(closed.load(Ordering::SeqCst));
+    assert_eq!(log.count(RunEvent::TaskEnd { task: 0 }), 10);
+    assert_eq!(log.lane(1).len(), 1 + 10 * NUMBER);
+    let heard = far_end.join().unwrap();
+    assert!(log.lane(0).starts_with(&heard) || heard.starts_with(&log.lane(0)));
+}
+
+#[test]
+fn a_device_that_does_not_answer_ends_the_run_when_the_limit_is_over_and_all_are_closed() {
+    let ((_silent, port), (twin, other)) = (pair(), pair());
+    let place = port.place().to_string();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let drivers = vec![(Asker::new("mute"), port), (Asker::new("sbcp"), other)];
+    let mut rig = rig(Summing::new(&["mute", "sbcp"]), drivers);
+    rig.options.limits.open = millis(30);
+    let (ended, report, log) = run(rig, 1000);
+    let limit = millis(30);
+    let Err(RigError::Task { task, source, .. }) = ended else {
+        panic!("{ended:?}");
+    };
+    assert_eq!(task, "mute");
+    let what = Phase::Opening;
+    assert_eq!(source, TaskError::TimeLimit { what, place, limit });
+    assert_eq!(far_end.join().unwrap(), [OPEN, CLOSE]);
+    assert_eq!((report.iterations, log.lane(0)), (0, vec![OPEN, CLOSE]));
+}
+
+#[test]
+fn a_driver_that_gives_up_is_closed_and_says_why() {
+    let (twin, port) = pair();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let mut driver = Asker::new("sbcp");
+    driver.tires_after = Some(3.0);
+    let (ended, _, _) = run(rig(Summing::new(&["sbcp"]), vec![(driver, port)]), 60_000);
+    let why = ended.unwrap_err().to_string();
+    assert!(
+        why.ends_with(": too many errors; look after the cable"),
+        "{why}"
+    );
+    assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
+}
+
+#[test]
+fn a_driver_that_panics_ends_the_run_with_an_error_and_the_others_are_closed() {
+    let ((one, port), (two, other)) = (pair(), pair());
+    let ends = [
+        answering(one, Duration::ZERO, None),
+        answering(two, Duration::ZERO, None),
+    ];
+    let mut driver = Asker::new("bad");
+    driver.panics_after = Some(3.0);
+    let drivers = vec![(driver, port), (Asker::new("good"), other)];
+    let (ended, _, _) = run(rig(Summing::new(&["bad", "good"]), drivers), 60_000);
+    assert!(
+        matches!(
+            &ended,
+            Err(RigError::Task {
+                source: TaskError::Lost { .. },
+                ..
+            })
+        ),
+        "{ended:?}"
+    );
+    let [bad, good] = ends.map(|end| end.join().unwrap());
+    assert_ne!(bad.last(), Some(&CLOSE));
+    assert_eq!(good.last(), Some(&CLOSE));
+}
+
+#[test]
+fn a_process_that_panics_leaves_the_devices_closed() {
+    let (twin, port) = pair();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let mut process = Summing::new(&["sbcp"]);
+    process.panics_at = Some(5);
+    let rig = rig(process, vec![(Asker::new("sbcp"), port)]);
+    let ran = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(rig, 60_000)));
+    assert!(ran.is_err());
+    assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
+}
+
+#[test]
+fn a_run_that_is_stopped_ends_and_closes() {
+    let (twin, port) = pair();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let stop = Arc::new(AtomicBool::new(false));
+    let later = stop.clone();
+    let stopper = thread::Builder::new().spawn(move || {
+        thread::sleep(Duration::from_millis(30));
+        later.store(true, Ordering::SeqCst);
+    });
+    let mut log = Log::default();
+    let rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+    let (ended, _) = rig.run(None, &mut log, &stop);
+    stopper.unwrap().join().unwrap();
+    assert_eq!(ended, Ok(Ended::Stopped));
+    assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
+}
+
+#[test]
+fn an_observer_that_is_too_slow_loses_records_which_is_counted_and_delays_nobody() {
+    let (twin, port) = pair();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let mut rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+    rig.options.queue_bytes = 512;
+    let mut log = Log {
+        takes: Duration::from_millis(5),
+        ..Log::default()
+    };
+    let (ended, report) = rig.run(Some(millis(200)), &mut log, &AtomicBool::new(false));
+    assert_eq!(ended, Ok(Ended::Duration));
+    assert!(report.lost > 0);
+    // Everybody else got everything.
+    let heard = far_end.join().unwrap();
+    let transfers = report.tasks[0].took.len();
+    assert_eq!(heard.len() as u64, 2 + transfers * (1 + NUMBER as u64));
+    assert!(report.to_string().contains("LOST"), "{report}");
+}
+
+#[test]
+fn a_late_process_misses_steps_and_is_told_the_time_elapsed() {
+    let (twin, port) = pair();
+    let far_end = answering(twin, Duration::ZERO, None);
+    let mut process = Summing::new(&["sbcp"]);
+    process.takes = Duration::from_millis(5);
+    let (ended, report, log) = run(rig(process, vec![(Asker::new("sbcp"), port)]), 60);
+    far_end.join().unwrap();
+    assert_eq!(ended, Ok(Ended::Duration));
+    assert!(report.overruns >= 2 * (report.iterations - 1), "{report}");
+    let mut missed = 0;
+    for event in log.events() {
+        match event {
+            RunEvent::Overrun { .. } => missed += 1,
+            RunEvent::ProcessBegin { elapsed } if !elapsed.is_zero() => {
+                assert_eq!(elapsed, millis(2) * (1 + missed));
+                missed = 0;
+            }
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn a_slow_task_sits_out_and_does_not_delay_a_fast_one() {
+    let ((one, port), (two, other)) = (pair(), pair());
+    let ends = [
+        answering(one, Duration::ZERO, None),
+        answering(two, Duration::from_millis(15), None),
+    ];
+    let drivers = vec![(Asker::new("fast"), port), (Asker::new("slow"), other)];
+    let (ended, report, log) = run(rig(Summing::new(&["fast", "slow"]), drivers), 150);
+    ends.into_iter().for_each(|end| drop(end.join().unwrap()));
+    assert_eq!(ended, Ok(Ended::Duration));
+    let [fast, slow] = [0, 1].map(|task| log.count(RunEvent::TaskBegin { task }) as u64);
+    assert_eq!(
+        [fast, slow],
+        [0, 1].map(|n| report.iterations - report.tasks[n].skipped)
+    );
+    // It is busy for more than seven steps, whoever else is.
+    assert!(
+        slow < fast && report.tasks[1].skipped >= 3 * (slow - 1),
+        "{report}"
+    );
+    assert_eq!(
+        log.count(RunEvent::TaskSkipped { task: 1 }) as u64,
+        report.tasks[1].skipped
+    );
+}

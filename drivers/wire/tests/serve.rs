@@ -1,0 +1,210 @@
+//! A twin that is served in real time on PTYs. What is asserted never depends on how fast the machine is.
+
+mod real;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use real::{Asker, EchoWire, Lag, Log, OPEN, Summing};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::real_time::{
+    Ended, Hold, Privileges, RealTimeRig, Serve, ServeOptions, ServeReport, ServedWire,
+};
+use twinrig_runtime::{Device, DeviceError, Group, Plant, RigError, RunEvent, Schedule};
+use twinrig_wire::{Pty, SerialPort};
+
+const BAUD: u32 = 3_333_333;
+
+fn millis(n: u64) -> SimDuration {
+    SimDuration::from_millis(n)
+}
+
+fn wire(name: &str, device: impl Device + 'static) -> ServedWire {
+    ServedWire {
+        name: name.into(),
+        wire: Box::new(EchoWire::default()),
+        device: Box::new(device),
+    }
+}
+
+fn until_hang_up() -> ServeOptions {
+    ServeOptions {
+        until_hang_up: true,
+        ..ServeOptions::default()
+    }
+}
+
+type Served = (Result<Ended, RigError>, ServeReport, Log);
+
+/// Serves on a thread of its own.
+fn serve(options: ServeOptions, plant: Lag, wires: Vec<ServedWire>) -> impl FnOnce() -> Served {
+    let serve = Serve::new(options, Box::new(plant) as Box<dyn Plant>, wires).unwrap();
+    let thread = thread::Builder::new().spawn(move || {
+        let mut log = Log::default();
+        let (ended, report) = serve.run(&mut log, &AtomicBool::new(false));
+        assert!(log.is_in_order());
+        assert_eq!(report.lost, 0);
+        (ended, report, log)
+    });
+    move || thread.unwrap().join().unwrap()
+}
+
+fn read(port: &mut SerialPort, count: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while bytes.len() < count {
+        let before = bytes.len();
+        port.read(Duration::from_secs(10), &mut bytes).unwrap();
+        assert!(bytes.len() > before, "nothing came");
+    }
+    bytes
+}
+
+#[test]
+fn a_rig_in_real_time_and_a_twin_that_is_served_understand_each_other() {
+    let twin = Pty::open().unwrap();
+    let port = SerialPort::open(twin.path(), BAUD).unwrap();
+    let served = serve(until_hang_up(), Lag::default(), vec![wire("sbcp", twin)]);
+    let schedule = Schedule::with_period(millis(2));
+    let process = Box::new(Summing::new(&["sbcp"]));
+    let driver = Box::new(Asker::new("sbcp"));
+    let mut rig = RealTimeRig::new(&schedule, process, vec![(driver, Box::new(port))]).unwrap();
+    rig.options.privileges = Privileges::none();
+    let mut host = Log::default();
+    let (ended, report) = rig.run(Some(millis(200)), &mut host, &AtomicBool::new(false));
+    assert_eq!(ended, Ok(Ended::Duration), "{report}");
+    let (ended, report, twin) = served();
+    assert_eq!(ended, Ok(Ended::HungUp), "{report}");
+    assert_eq!((host.lane(0), host.lane(1)), (twin.lane(0), twin.lane(1)));
+    assert_eq!(report.unread, 0);
+}
+
+#[test]
+fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_first_byte() {
+    let twin = Pty::open().unwrap();
+    let mut port = SerialPort::open(twin.path(), BAUD).unwrap();
+    let served = serve(until_hang_up(), Lag::default(), vec![wire("sbcp", twin)]);
+    thread::sleep(Duration::from_millis(20));
+    port.write(&[OPEN]).unwrap();
+    assert_eq!(read(&mut port, 1), [OPEN]);
+    thread::sleep(Duration::from_millis(20));
+    drop(port);
+    let (ended, report, log) = served();
+    assert_eq!(ended, Ok(Ended::HungUp));
+    assert!(report.served > millis(40));
+
+    let let_go = log
+        .seen
+        .iter()
+        .find_map(|(at, entry)| (*entry == real::Entry::Event(RunEvent::Opened)).then_some(*at));
+    let let_go = let_go.unwrap();
+    assert!(let_go >= SimTime::ZERO + millis(20), "{let_go}");
+    let mut grid = SimTime::ZERO;
+    for (at, entry) in &log.seen {
+        if let real::Entry::Samples(Group::Plant, values) = entry {
+            assert_eq!(*at, grid);
+            let own = at.checked_since(let_go).unwrap_or_default();
+            assert_eq!(values, &[own.as_secs_f64()], "at {at}");
+            grid += millis(2);
+        }
+    }
+    assert!(grid > SimTime::ZERO + millis(40));
+    let answered: Vec<f64> = log.samples(Group::Gauges).map(|values| values[0]).collect();
+    assert_eq!((answered[0], answered.last()), (0.0, Some(&1.0)));
+}
+
+#[test]
+fn the_plant_may_be_held_longer_or_not_at_all() {
+    for (hold, events) in [(Hold::Never, 0), (Hold::AfterFirstByte(millis(15)), 1)] {
+        let twin = Pty::open().unwrap();
+        let mut port = SerialPort::open(twin.path(), BAUD).unwrap();
+        let options = ServeOptions {
+            hold,
+            duration: Some(millis(60)),
+            ..ServeOptions::default()
+        };
+        let served = serve(options, Lag::default(), vec![wire("sbcp", twin)]);
+        port.write(&[OPEN]).unwrap();
+        let (ended, report, log) = served();
+        assert_eq!((ended, report.served), (Ok(Ended::Duration), millis(60)));
+        assert_eq!(log.count(RunEvent::Opened), events);
+        let told = |entry: &real::Entry| matches!(entry, real::Entry::Bytes(0, _));
+        let first = log.seen.iter().find(|(_, entry)| told(entry)).unwrap().0;
+        let last = log.samples(Group::Plant).last().unwrap()[0];
+        let held = if events == 0 {
+            SimTime::ZERO
+        } else {
+            first + millis(15)
+        };
+        let whole = SimTime::ZERO + millis(60);
+        assert_eq!(last, (whole - held.min(whole)).as_secs_f64());
+    }
+}
+
+#[test]
+fn hosts_of_two_wires_come_and_go_as_they_like() {
+    let twins = [Pty::open().unwrap(), Pty::open().unwrap()];
+    let paths = [0, 1].map(|n: usize| twins[n].path().to_path_buf());
+    let [one, two] = twins;
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = stop.clone();
+    let mut other = wire("other", two);
+    other.wire = Box::new(real::Quiet);
+    let wires = vec![wire("sbcp", one), other];
+    let serve = Serve::new(ServeOptions::default(), Box::new(Lag::default()), wires).unwrap();
+    assert_eq!(
+        serve.lanes(),
+        ["sbcp/out", "sbcp/in", "other/out", "other/in"]
+    );
+    let thread = thread::Builder::new().spawn(move || serve.run(&mut (), &asked));
+    for _ in 0..3 {
+        let mut port = SerialPort::open(&paths[0], BAUD).unwrap();
+        let mut other = SerialPort::open(&paths[1], BAUD).unwrap();
+        other.write(b"whatever").unwrap();
+        port.write(&[OPEN]).unwrap();
+        assert_eq!(read(&mut port, 1), [OPEN]);
+    }
+    stop.store(true, Ordering::SeqCst);
+    let (ended, _) = thread.unwrap().join().unwrap();
+    assert_eq!(ended, Ok(Ended::Stopped));
+}
+
+#[test]
+fn a_plant_that_fails_ends_serving_with_its_fault_and_the_host_hears_that_the_port_is_gone() {
+    let twin = Pty::open().unwrap();
+    let mut port = SerialPort::open(twin.path(), BAUD).unwrap();
+    let plant = Lag {
+        fails_at: Some(SimTime::ZERO + millis(10)),
+        ..Lag::default()
+    };
+    let served = serve(ServeOptions::default(), plant, vec![wire("sbcp", twin)]);
+    port.write(&[OPEN]).unwrap();
+    let (ended, _, log) = served();
+    assert!(matches!(ended, Err(RigError::Plant(_))), "{ended:?}");
+    assert!(log.samples(Group::Plant).count() > 4);
+    let mut bytes = Vec::new();
+    let gone = (0..10).find_map(|_| port.read(Duration::from_secs(1), &mut bytes).err());
+    assert!(matches!(gone, Some(DeviceError::Gone { .. })), "{gone:?}");
+}
+
+#[test]
+fn a_twin_that_is_slower_than_the_clock_says_so_and_leaves_nothing_out() {
+    let plant = Lag {
+        takes: Duration::from_millis(4),
+        ..Lag::default()
+    };
+    let options = ServeOptions {
+        hold: Hold::Never,
+        duration: Some(millis(40)),
+        ..ServeOptions::default()
+    };
+    let served = serve(options, plant, vec![wire("sbcp", Pty::open().unwrap())]);
+    let (ended, report, log) = served();
+    assert_eq!((ended, report.served), (Ok(Ended::Duration), millis(40)));
+    assert_eq!(log.samples(Group::Plant).count(), 21);
+    assert!(
+        report.behind > 0 && report.to_string().contains("BEHIND"),
+        "{report}"
+    );
+}

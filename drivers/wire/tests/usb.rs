@@ -1,0 +1,258 @@
+//! The converter's arithmetic against the rates of a real bus.
+
+mod support;
+
+use support::*;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::{Timing, Wire};
+use twinrig_wire::{Node, Rs485, UsbPreset, UsbSerial, UsbTiming};
+
+fn wire(timing: UsbTiming, nodes: Vec<Box<dyn Node>>) -> UsbSerial<Rs485> {
+    let bus = Rs485::new("sbcp", BYTE, us(2), nodes).unwrap();
+    UsbSerial::new("sbcp", timing, BYTE, 1, bus).unwrap()
+}
+
+fn preset(preset: UsbPreset) -> UsbTiming {
+    UsbTiming::preset(preset)
+}
+
+/// A host that asks the next board as soon as it has the whole answer of the last. When it had each answer.
+fn rounds(
+    wire: &mut dyn Wire,
+    requests: &[Vec<u8>],
+    response: usize,
+    count: usize,
+    think: SimDuration,
+) -> Vec<SimTime> {
+    let (mut done, mut bytes, mut now) = (Vec::new(), Vec::new(), SimTime::ZERO);
+    wire.send(now, &requests[0]);
+    while done.len() < count {
+        now = wire.next_wake().unwrap();
+        wire.advance(now, &mut Nowhere).unwrap();
+        wire.receive(&mut bytes);
+        if bytes.len() >= response {
+            assert_eq!(bytes.len(), response);
+            bytes.clear();
+            done.push(now);
+            wire.advance(now + think, &mut Nowhere).unwrap();
+            wire.send(now + think, &requests[done.len() % requests.len()]);
+        }
+    }
+    done
+}
+
+fn four_requests() -> Vec<Vec<u8>> {
+    (0..4).map(|board| request(board).to_vec()).collect()
+}
+
+/// Time of a cycle over four boards, once things have settled.
+fn direct_cycle(timing: UsbTiming) -> SimDuration {
+    let done = rounds(&mut wire(timing, boards()), &four_requests(), 22, 44, us(0));
+    let cycles: Vec<_> = done.chunks(4).map(|cycle| cycle[3]).collect();
+    let lengths: Vec<_> = cycles[3..]
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .collect();
+    assert!(
+        lengths.iter().all(|length| *length == lengths[0]),
+        "{lengths:?}"
+    );
+    lengths[0]
+}
+
+#[test]
+fn the_presets_give_the_rates_of_their_hosts() {
+    let table = [
+        (UsbPreset::Thesis, 2_500),        // 400 Hz
+        (UsbPreset::Earliest, 1_000),      // 1 kHz
+        (UsbPreset::LowLatency, 4_000),    // 250 Hz
+        (UsbPreset::Default, 64_000),      // 15.6 Hz
+        (UsbPreset::FullSpeed, 4 * 5_000), // 50 Hz: five frames a board
+    ];
+    for (of, micros) in table {
+        assert_eq!(direct_cycle(preset(of)), us(micros), "{}", of.name());
+    }
+}
+
+#[test]
+fn a_board_costs_four_microframes_and_its_time_on_the_bus_rounded_up() {
+    for bus in (99..=1500).step_by(3) {
+        let mut board = Board::new(0);
+        board.reaction = us(bus - 96);
+        let done = rounds(
+            &mut wire(UsbTiming::default(), vec![Box::new(board)]),
+            &[request(0).to_vec()],
+            22,
+            5,
+            us(0),
+        );
+        for pair in done.windows(2) {
+            assert_eq!(
+                pair[1] - pair[0],
+                us((4 + bus.div_ceil(125)) * 125),
+                "{bus}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_the_host_does_within_a_microframe_costs_nothing() {
+    for think in 0..=100 {
+        let done = rounds(
+            &mut wire(UsbTiming::default(), boards()),
+            &four_requests(),
+            22,
+            9,
+            us(think),
+        );
+        for pair in done.windows(2) {
+            assert_eq!(pair[1] - pair[0], us(625), "{think}");
+        }
+    }
+    let done = rounds(
+        &mut wire(UsbTiming::default(), boards()),
+        &four_requests(),
+        22,
+        9,
+        us(106),
+    );
+    assert_eq!(done[2] - done[1], us(750));
+}
+
+/// A far end that cuts through: a frame of four requests, 88 bytes of answers, the last one `bus` after the first bit.
+fn controller(bus: u64) -> Board {
+    let mut board = Board::new(0);
+    (board.request, board.response) = (40, 88);
+    board.reaction = us(bus - 128 * 3);
+    board
+}
+
+#[test]
+fn a_frame_through_a_cutting_far_end_costs_eight_microframes() {
+    for bus in [388, 424, 450, 499, 500] {
+        let mut wire = wire(UsbTiming::default(), vec![Box::new(controller(bus))]);
+        let done = rounds(&mut wire, &[[0; 40].to_vec()], 88, 20, us(0));
+        for pair in done.windows(2) {
+            assert_eq!(pair[1] - pair[0], us(1000), "{bus}");
+        }
+    }
+    let mut wire = wire(UsbTiming::default(), vec![Box::new(controller(501))]);
+    let done = rounds(&mut wire, &[[0; 40].to_vec()], 88, 20, us(0));
+    assert_eq!(done[9] - done[8], us(1125));
+}
+
+#[test]
+fn frames_that_drift_cost_at_most_a_microframe_more() {
+    let timing = UsbTiming {
+        frame_offset: us(40),
+        frame_rate_ppb: -30_000,
+        ..UsbTiming::default()
+    };
+    // A free timer of 1 ms does not get 1 kHz; one of 2 ms always gets its 500 Hz.
+    let mut wire = wire(timing, vec![Box::new(controller(424))]);
+    let mut worst = us(0);
+    for cycle in 0..4000 {
+        let start = at(2000 * cycle);
+        wire.advance(start, &mut Nowhere).unwrap();
+        wire.send(start, &[0; 40]);
+        let mut read = Vec::new();
+        live(&mut wire, start + us(1999), &[], &mut read);
+        assert_eq!(read.iter().map(|(_, bytes)| bytes.len()).sum::<usize>(), 88);
+        worst = worst.max(read.last().unwrap().0 - start);
+    }
+    assert!(us(1000) < worst && worst <= us(1150), "{worst}");
+}
+
+/// A line on which bytes arrive at given times.
+fn node_that_says(length: usize) -> Board {
+    let mut board = Board::new(0);
+    board.response = length;
+    board
+}
+
+fn reads_of(timing: UsbTiming, length: usize) -> Vec<(SimTime, usize)> {
+    let mut wire = wire(timing, vec![Box::new(node_that_says(length))]);
+    wire.send(SimTime::ZERO, &request(0));
+    let mut read = Vec::new();
+    live(&mut wire, at(60_000), &[], &mut read);
+    read.into_iter()
+        .map(|(now, bytes)| (now, bytes.len()))
+        .collect()
+}
+
+#[test]
+fn a_full_packet_does_not_wait_for_the_timer() {
+    // Bus from 250 µs on, answer from 290 µs, 510 bytes complete at 1820 µs: ready by microframe 15, gone in 16, seen at 17.
+    let read = reads_of(preset(UsbPreset::Default), 600);
+    assert_eq!(read[0], (at(17 * 125 + 20), 510));
+    // The rest waits for the timer, which began anew in microframe 16.
+    assert_eq!(read[1], (at((16 + 128 + 1) * 125 + 20), 90));
+    // One byte less is not full.
+    assert_eq!(
+        reads_of(preset(UsbPreset::Default), 509),
+        [(at((128 + 1) * 125 + 20), 509)]
+    );
+    // At full speed they are of 62 bytes, several of them in a frame.
+    let read = reads_of(preset(UsbPreset::FullSpeed), 400);
+    assert!(read.iter().any(|(_, count)| *count >= 62 * 2), "{read:?}");
+    assert_eq!(read.iter().map(|(_, count)| count).sum::<usize>(), 400);
+}
+
+#[test]
+fn jitter_delays_completions_and_lets_none_overtake_another() {
+    let timing = UsbTiming {
+        jitter: Timing::Uniform {
+            min: us(0),
+            max: us(400),
+        },
+        ..UsbTiming::default()
+    };
+    let (calm, shaken) = (
+        reads_of(UsbTiming::default(), 900),
+        reads_of(timing.clone(), 900),
+    );
+    let total = |reads: &[(SimTime, usize)]| reads.iter().map(|(_, count)| count).sum::<usize>();
+    assert_eq!((total(&calm), total(&shaken)), (900, 900));
+    assert!(
+        shaken.len() < calm.len(),
+        "late completions are read together"
+    );
+    assert!(shaken.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    let again = reads_of(timing, 900);
+    assert_eq!(again, shaken);
+}
+
+#[test]
+fn impossible_timings_are_refused() {
+    let bus = || Rs485::new("sbcp", BYTE, us(2), boards()).unwrap();
+    let refused = |timing, byte| {
+        UsbSerial::new("sbcp", timing, byte, 1, bus())
+            .err()
+            .map(|e| e.to_string())
+    };
+    let zero = UsbTiming {
+        microframe: us(0),
+        ..UsbTiming::default()
+    };
+    assert_eq!(
+        refused(zero, BYTE).unwrap(),
+        "the microframe of sbcp must be longer than zero"
+    );
+    assert_eq!(
+        refused(UsbTiming::default(), us(0)).unwrap(),
+        "the byte time of sbcp must be longer than zero"
+    );
+    let empty = UsbTiming {
+        jitter: Timing::Trace(Vec::new()),
+        ..UsbTiming::default()
+    };
+    assert_eq!(
+        refused(empty, BYTE).unwrap(),
+        "jitter of sbcp: the recorded trace is empty"
+    );
+    assert_eq!(
+        "fastest".parse::<UsbPreset>().unwrap_err().to_string(),
+        "there is no USB timing \"fastest\", but thesis, earliest, low-latency, default, full-speed"
+    );
+}
