@@ -317,8 +317,10 @@ fn a_late_process_misses_steps_and_is_told_the_time_elapsed() {
     for event in log.events() {
         match event {
             RunEvent::Overrun { .. } => missed += 1,
-            RunEvent::ProcessBegin { elapsed } if !elapsed.is_zero() => {
-                assert_eq!(elapsed, millis(2) * (1 + missed));
+            RunEvent::ProcessBegin { elapsed } => {
+                if !elapsed.is_zero() {
+                    assert_eq!(elapsed, millis(2) * (1 + missed));
+                }
                 missed = 0;
             }
             _ => {}

@@ -92,14 +92,13 @@ fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_fir
     drop(port);
     let (ended, report, log) = served();
     assert_eq!(ended, Ok(Ended::HungUp));
-    assert!(report.served > millis(40));
 
     let let_go = log
         .seen
         .iter()
         .find_map(|(at, entry)| (*entry == real::Entry::Event(RunEvent::Opened)).then_some(*at));
     let let_go = let_go.unwrap();
-    assert!(let_go >= SimTime::ZERO + millis(20), "{let_go}");
+    assert!(let_go > SimTime::ZERO && let_go < SimTime::ZERO + report.served);
     let mut grid = SimTime::ZERO;
     for (at, entry) in &log.seen {
         if let real::Entry::Samples(Group::Plant, values) = entry {
@@ -109,7 +108,7 @@ fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_fir
             grid += millis(2);
         }
     }
-    assert!(grid > SimTime::ZERO + millis(40));
+    assert!(grid > let_go && grid + millis(2) > SimTime::ZERO + report.served);
     let answered: Vec<f64> = log.samples(Group::Gauges).map(|values| values[0]).collect();
     assert_eq!((answered[0], answered.last()), (0.0, Some(&1.0)));
 }

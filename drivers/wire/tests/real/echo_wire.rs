@@ -65,8 +65,8 @@ impl Wire for EchoWire {
 /// A plant of one number, its own time in seconds.
 #[derive(Default)]
 pub struct Lag {
-    seconds: f64,
-    now: SimTime,
+    pub seconds: f64,
+    pub now: SimTime,
     pub fails_at: Option<SimTime>,
     /// How long it takes over each step.
     pub takes: std::time::Duration,

@@ -123,3 +123,40 @@ impl fmt::Display for Histogram {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_says_where_the_many_are_and_does_not_hide_the_one() {
+        let mut histogram = Histogram::default();
+        for _ in 0..900 {
+            histogram.count(Duration::from_micros(4));
+        }
+        for _ in 0..100 {
+            histogram.count(Duration::from_micros(40));
+        }
+        histogram.count(Duration::from_secs(3));
+        let text = histogram.to_string();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(
+            lines[0],
+            format!("{:>8} {:>9} {}", "≤ 5µs", 900, "#".repeat(40))
+        );
+        assert_eq!(lines[3], format!("{:>8} {:>9} {}", "≤ 50µs", 100, "#####"));
+        assert_eq!(lines[lines.len() - 2], "  longer         1 #");
+        assert_eq!(histogram.at_most(0.9), Some(Duration::from_micros(50)));
+        assert_eq!(histogram.at_most(0.5), Some(Duration::from_micros(5)));
+        assert_eq!(histogram.at_most(1.0), Some(Duration::from_secs(3)));
+        let sum: u64 = histogram.buckets().map(|(_, count)| count).sum();
+        assert_eq!(sum, histogram.len());
+    }
+
+    #[test]
+    fn an_empty_histogram_has_nothing_to_say() {
+        let empty = Histogram::default();
+        assert_eq!((empty.at_most(0.5), empty.mean()), (None, Duration::ZERO));
+        assert_eq!(empty.to_string().lines().count(), 1);
+    }
+}

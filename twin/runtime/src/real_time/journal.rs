@@ -166,3 +166,82 @@ fn unpack_event(words: &[u64]) -> Option<RunEvent> {
         },
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Default, PartialEq)]
+    struct Log(Vec<String>);
+
+    impl Observer for Log {
+        fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+            let bits: Vec<u64> = values.iter().map(|value| value.to_bits()).collect();
+            self.0.push(format!("{now} {group:?} {bits:x?}"));
+        }
+        fn event(&mut self, now: SimTime, event: RunEvent) {
+            self.0.push(format!("{now} {event:?}"));
+        }
+        fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+            self.0.push(format!("{now} {lane} {bytes:?}"));
+        }
+    }
+
+    fn tell<O: Observer>(observer: &mut O) {
+        let elapsed = SimDuration::from_micros(3);
+        let events = [
+            RunEvent::Opened,
+            RunEvent::ProcessBegin { elapsed },
+            RunEvent::ProcessEnd,
+            RunEvent::TaskBegin { task: 1 },
+            RunEvent::TaskEnd { task: 2 },
+            RunEvent::TaskSkipped { task: 3 },
+            RunEvent::Overrun { missed: 4 },
+            RunEvent::Change {
+                variable: 5,
+                value: -0.0,
+            },
+        ];
+        for (n, event) in (0..).zip(events) {
+            observer.event(SimTime::from_nanos(n), event);
+        }
+        for group in [
+            Group::Plant,
+            Group::ProcessInputs,
+            Group::ProcessOutputs,
+            Group::Gauges,
+        ] {
+            observer.samples(SimTime::from_nanos(10), group, &[0.1, f64::NAN, -0.0]);
+        }
+        observer.samples(SimTime::from_nanos(11), Group::Plant, &[]);
+        observer.bytes(SimTime::from_nanos(12), 7, &[1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        observer.bytes(SimTime::from_nanos(13), 300, &[]);
+    }
+
+    #[test]
+    fn an_observer_behind_a_journal_sees_what_one_before_it_would() {
+        let (mut writer, mut reader) = journal(1024);
+        let (mut before, mut behind) = (Log::default(), Log::default());
+        tell(&mut before);
+        tell(&mut writer);
+        drop(writer);
+        assert!(reader.drain(&mut behind) && reader.is_abandoned());
+        assert_eq!((before, reader.lost()), (behind, 0));
+    }
+
+    #[test]
+    fn a_full_journal_loses_what_is_new_counts_it_and_goes_on() {
+        let (mut writer, mut reader) = journal(32);
+        let at = SimTime::from_nanos;
+        for n in 0..10 {
+            writer.samples(at(n), Group::Plant, &[1.0, 2.0, 3.0, 4.0]);
+        }
+        let mut log = Log::default();
+        reader.drain(&mut log);
+        assert_eq!((log.0.len(), reader.lost()), (4, 6));
+        writer.event(at(10), RunEvent::ProcessEnd);
+        reader.drain(&mut log);
+        assert_eq!(log.0.len(), 5);
+        assert!(log.0[4].ends_with("ProcessEnd"));
+    }
+}

@@ -24,3 +24,6 @@ pub use privileges::Privileges;
 pub use report::{RealTimeReport, TaskReport};
 pub use rig::{Ended, RealTimeOptions, RealTimeRig};
 pub use serve::{Hold, Serve, ServeOptions, ServeReport, ServedWire};
+
+#[cfg(test)]
+mod tests;

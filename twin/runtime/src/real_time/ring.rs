@@ -162,3 +162,57 @@ pub(super) fn unpack(head: Head, words: &[u64], bytes: &mut Vec<u8>) {
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     bytes.truncate(head.bytes as usize);
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn what_fits_comes_out_as_it_went_in_and_what_does_not_is_counted(
+            records in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..60), 1..60),
+            takes in prop::collection::vec(0_usize..4, 60),
+        ) {
+            let (mut writer, mut reader) = ring(24);
+            let (mut expected, mut got, mut bytes) = (Vec::new(), Vec::new(), Vec::new());
+            for (n, (record, takes)) in records.iter().zip(takes).enumerate() {
+                let lost = writer.lost();
+                let at = HostTime::from_nanos(n as u64);
+                writer.bytes(3, 0x1234, at, record);
+                if writer.lost() == lost {
+                    expected.push((at, record.clone()));
+                }
+                for _ in 0..takes {
+                    if let Some((head, words)) = reader.pop() {
+                        prop_assert_eq!((head.kind, head.of), (3, 0x1234));
+                        unpack(head, words, &mut bytes);
+                        got.push((head.at, bytes.clone()));
+                    }
+                }
+            }
+            while let Some((head, words)) = reader.pop() {
+                unpack(head, words, &mut bytes);
+                got.push((head.at, bytes.clone()));
+            }
+            prop_assert_eq!(writer.lost() as usize, records.len() - expected.len());
+            prop_assert_eq!(got, expected);
+        }
+    }
+
+    #[test]
+    fn two_marks_find_room_in_a_ring_that_is_full() {
+        let (mut writer, mut reader) = ring(16);
+        let at = HostTime::from_nanos(1);
+        while writer.lost() == 0 {
+            writer.bytes(0, 0, at, &[1]);
+        }
+        writer.mark(2, 0, at);
+        writer.mark(3, 0, at);
+        assert_eq!(writer.lost(), 1);
+        let kinds: Vec<u8> =
+            std::iter::from_fn(|| reader.pop().map(|(head, _)| head.kind)).collect();
+        assert_eq!(kinds, [0, 0, 0, 0, 2, 3]);
+    }
+}

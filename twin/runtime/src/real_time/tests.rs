@@ -1,0 +1,406 @@
+//! The conductor under a clock that the test winds, against the lockstep rig.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use proptest::prelude::*;
+use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+
+use super::clock::Clock;
+use super::conductor::{Conductor, Report, TaskFace, Tasks, What};
+use crate::{
+    Change, EnergyBooks, Group, IoTask, Observer, Plant, PlantFault, Process, ProcessVariable,
+    Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing, VariableError, WorkCounts,
+    World,
+};
+
+/// Shows what it is set to, and sleeps by setting it.
+#[derive(Clone, Default)]
+struct Wound(Arc<AtomicU64>);
+
+impl Clock for Wound {
+    fn now(&self) -> HostTime {
+        HostTime::from_nanos(self.0.load(Ordering::Relaxed))
+    }
+    fn sleep_until(&self, at: HostTime) {
+        self.0.fetch_max(at.as_nanos(), Ordering::Relaxed);
+    }
+}
+
+/// Takes its time by a clock, if it has one.
+struct Slow {
+    tasks: usize,
+    offset: [ProcessVariable; 1],
+    takes: Option<(TimeSource, Wound)>,
+}
+
+fn ports(task: usize) -> [Port; 2] {
+    [
+        Port::input(format!("{task}/command"), Unit::Volt, 1),
+        Port::output(format!("{task}/sample"), Unit::Radian, 2),
+    ]
+}
+
+impl Slow {
+    fn new(tasks: usize, takes: Option<(TimeSource, Wound)>) -> Box<Self> {
+        Box::new(Self {
+            tasks,
+            offset: [ProcessVariable::new("offset", Unit::Volt, .., 0.0)],
+            takes,
+        })
+    }
+}
+
+impl Process for Slow {
+    fn name(&self) -> &'static str {
+        "slow"
+    }
+    fn ports(&self) -> Vec<Port> {
+        let ports = (0..self.tasks).flat_map(ports);
+        ports.map(|port| port.mirrored()).collect()
+    }
+    fn variables(&self) -> &[ProcessVariable] {
+        &self.offset
+    }
+    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
+        self.offset[index].set(value)
+    }
+    fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
+        for (output, sample) in outputs.iter_mut().zip(inputs.chunks_exact(2)) {
+            *output += elapsed.as_secs_f64() + sample[0] - 0.1 * sample[1] + self.offset[0].value();
+        }
+        if let Some((takes, clock)) = &mut self.takes {
+            clock
+                .0
+                .fetch_add(takes.draw().as_nanos(), Ordering::Relaxed);
+        }
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+/// Transfers of fixed lengths, over and over: brings the number of the transfer and what it was given.
+struct Fixed {
+    name: String,
+    number: usize,
+    lengths: Vec<SimDuration>,
+    ends: Option<SimTime>,
+    brought: [f64; 2],
+}
+
+impl Fixed {
+    fn new(number: usize, lengths: &[SimDuration]) -> Self {
+        Self {
+            name: number.to_string(),
+            number,
+            lengths: lengths.to_vec(),
+            ends: None,
+            brought: [0.0; 2],
+        }
+    }
+
+    fn start(&mut self, now: SimTime, command: f64) -> SimTime {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let nth = self.brought[0] as usize;
+        self.brought = [self.brought[0] + 1.0, command];
+        let ends = now + self.lengths[nth % self.lengths.len()];
+        self.ends = Some(ends);
+        ends
+    }
+}
+
+impl IoTask for Fixed {
+    fn name(&self) -> &str {
+        &self.name
+    }
+    fn ports(&self) -> Vec<Port> {
+        ports(self.number).into()
+    }
+    fn begin(
+        &mut self,
+        now: SimTime,
+        from_process: &[f64],
+        _: &mut dyn World,
+    ) -> Result<Progress, TaskError> {
+        Ok(Progress::Again(self.start(now, from_process[0])))
+    }
+    fn wake(&mut self, _: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+        Ok(Progress::Done)
+    }
+    fn to_process(&self) -> &[f64] {
+        &self.brought
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+/// The same transfers, led by a conductor.
+struct Troupe(Vec<Fixed>);
+
+impl Tasks for Troupe {
+    fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {
+        let due = self
+            .0
+            .iter_mut()
+            .filter_map(|task| Some((task.ends?, task)));
+        let (ends, task) = due.min_by_key(|(ends, _)| *ends)?;
+        let at = HostTime::from_nanos(ends.as_nanos());
+        if at > limit {
+            return None;
+        }
+        task.ends = None;
+        Some(Report {
+            task: task.number,
+            at,
+            what: What::Ended,
+        })
+    }
+    fn brought(&mut self, task: usize) -> (&[f64], &[f64]) {
+        (&self.0[task].brought, &[])
+    }
+    fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]) {
+        self.0[task].start(SimTime::from_nanos(now.as_nanos()), from_process[0]);
+    }
+}
+
+/// A plant that is not there.
+struct Nothing;
+
+impl Plant for Nothing {
+    fn name(&self) -> &'static str {
+        "nothing"
+    }
+    fn ports(&self) -> Vec<Port> {
+        Vec::new()
+    }
+    fn advance(&mut self, _: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        Ok(())
+    }
+    fn observe(&mut self, _: &mut [f64]) {}
+    fn energy(&self) -> EnergyBooks {
+        EnergyBooks::default()
+    }
+    fn work(&self) -> WorkCounts {
+        WorkCounts::default()
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Seen {
+    Event(RunEvent),
+    Samples(Group, Vec<u64>),
+}
+
+/// What the process and its tasks do, with the times.
+#[derive(Default)]
+struct Log(VecDeque<(SimTime, Seen)>);
+
+impl Observer for Log {
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        if group != Group::Plant {
+            let bits = values.iter().map(|value| value.to_bits()).collect();
+            self.0.push_back((now, Seen::Samples(group, bits)));
+        }
+    }
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        self.0.push_back((now, Seen::Event(event)));
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Case {
+    schedule: Schedule,
+    lengths: Vec<Vec<SimDuration>>,
+    changes: Vec<(SimTime, Change)>,
+    end: SimTime,
+}
+
+fn in_lockstep(case: &Case) -> Log {
+    let tasks = case.lengths.iter().enumerate();
+    let tasks = tasks.map(|(n, lengths)| Box::new(Fixed::new(n, lengths)) as Box<dyn IoTask>);
+    let process = Slow::new(case.lengths.len(), None);
+    let mut rig = Rig::new(&case.schedule, process, tasks.collect(), Box::new(Nothing)).unwrap();
+    for (at, change) in &case.changes {
+        rig.schedule(*at, "offset", *change).unwrap();
+    }
+    let mut log = Log::default();
+    rig.run_until(case.end, &mut log).unwrap();
+    log
+}
+
+fn by_clock(case: &Case, clock: &Wound) -> (Conductor, Log) {
+    let compute = case.schedule.compute.clone();
+    let compute = compute
+        .source(case.schedule.seed, "process/compute")
+        .unwrap();
+    let process = Slow::new(case.lengths.len(), Some((compute, clock.clone())));
+    let faces = (0..case.lengths.len()).map(|n| TaskFace {
+        name: n.to_string(),
+        ports: ports(n).into(),
+        gauges: Vec::new(),
+    });
+    let mut conductor = Conductor::new(&case.schedule, process, faces.collect()).unwrap();
+    for (at, change) in &case.changes {
+        let slot = &mut conductor.slot;
+        slot.schedule(SimTime::ZERO, *at, "offset", *change)
+            .unwrap();
+    }
+    let fixed = case.lengths.iter().enumerate();
+    let mut troupe = Troupe(fixed.map(|(n, lengths)| Fixed::new(n, lengths)).collect());
+    let mut log = Log::default();
+    conductor.begin_at(HostTime::default());
+    let mut step = 0;
+    while conductor.due(step).0 <= case.end {
+        clock.sleep_until(conductor.due(step).1);
+        step = conductor
+            .control_step(step, clock, &mut troupe, &mut log)
+            .unwrap();
+    }
+    let end = HostTime::from_nanos(case.end.as_nanos());
+    conductor.hear(end, &mut troupe, &mut log).unwrap();
+    log.0.retain(|(at, _)| *at <= case.end);
+    (conductor, log)
+}
+
+fn micros(range: std::ops::RangeInclusive<u64>) -> impl Strategy<Value = SimDuration> {
+    range.prop_map(SimDuration::from_micros)
+}
+
+/// Processes that are in time and late, tasks that take part and sit out, events that fall on one instant.
+fn any_case() -> impl Strategy<Value = Case> {
+    let compute = prop::collection::vec(micros(0..=900), 1..6).prop_map(Timing::Trace);
+    let lengths = prop::collection::vec(prop::collection::vec(micros(1..=900), 1..5), 0..=4);
+    let change = (0_u64..20_000, -1.0..1.0_f64, any::<bool>()).prop_map(|(at, value, to)| {
+        let change = if to {
+            Change::To(value)
+        } else {
+            Change::By(value)
+        };
+        (SimTime::ZERO + SimDuration::from_micros(at), change)
+    });
+    let changes = prop::collection::vec(change, 0..4);
+    (micros(100..=300), compute, lengths, changes).prop_map(
+        |(period, compute, lengths, changes)| Case {
+            schedule: Schedule {
+                compute,
+                ..Schedule::with_period(period)
+            },
+            lengths,
+            changes,
+            end: SimTime::ZERO + SimDuration::from_millis(20),
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn a_conductor_does_what_the_lockstep_rig_does(case in any_case()) {
+        let (conductor, real) = by_clock(&case, &Wound::default());
+        let model = in_lockstep(&case);
+        for (n, (real, model)) in real.0.iter().zip(&model.0).enumerate() {
+            prop_assert_eq!(real, model, "number {}", n);
+        }
+        prop_assert_eq!(real.0.len(), model.0.len());
+        prop_assert_eq!(conductor.report.overslept, 0);
+    }
+}
+
+fn regular() -> Case {
+    Case {
+        schedule: Schedule::with_period(SimDuration::from_micros(100)),
+        lengths: vec![vec![SimDuration::from_micros(20)]],
+        changes: Vec::new(),
+        end: SimTime::ZERO + SimDuration::from_millis(1),
+    }
+}
+
+#[test]
+fn a_control_thread_that_oversleeps_misses_steps_and_tells_the_process_of_them() {
+    let case = regular();
+    let clock = Wound::default();
+    let process = Slow::new(0, None);
+    let mut conductor = Conductor::new(&case.schedule, process, Vec::new()).unwrap();
+    conductor.begin_at(HostTime::default());
+    let (mut troupe, mut log) = (Troupe(Vec::new()), Log::default());
+    let mut step = 0;
+    for woken_ns in [0, 100_000, 450_000, 500_000] {
+        clock.sleep_until(HostTime::from_nanos(woken_ns));
+        step = conductor
+            .control_step(step, &clock, &mut troupe, &mut log)
+            .unwrap();
+    }
+    let events = log.0.iter().filter_map(|(at, seen)| match seen {
+        Seen::Event(RunEvent::ProcessBegin { elapsed }) => {
+            Some((at.as_nanos() / 1000, elapsed.as_nanos() / 1000))
+        }
+        Seen::Event(RunEvent::Overrun { missed }) => {
+            Some((at.as_nanos() / 1000, 1_000_000 + missed))
+        }
+        _ => None,
+    });
+    let events: Vec<_> = events.collect();
+    let expected = [
+        (0, 0),
+        (100, 100),
+        (200, 1_000_001),
+        (300, 1_000_002),
+        (450, 300),
+        (500, 100),
+    ];
+    assert_eq!(events, expected);
+    let report = &conductor.report;
+    assert_eq!(
+        (report.iterations, report.overslept, report.overruns),
+        (4, 2, 0)
+    );
+    assert_eq!(report.jitter.longest().as_micros(), 50);
+    assert_eq!(report.lateness.longest().as_micros(), 250);
+}
+
+#[test]
+fn a_failed_transfer_names_task_and_time_and_ends_the_run() {
+    struct Failing;
+    impl Tasks for Failing {
+        fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {
+            let why = "no answer".to_string();
+            Some(Report {
+                task: 0,
+                at: limit,
+                what: What::Failed(TaskError::Device { why }),
+            })
+        }
+        fn brought(&mut self, _: usize) -> (&[f64], &[f64]) {
+            (&[0.0; 2], &[])
+        }
+        fn begin(&mut self, _: usize, _: HostTime, _: &[f64]) {}
+    }
+    let face = TaskFace {
+        name: "0".into(),
+        ports: ports(0).into(),
+        gauges: Vec::new(),
+    };
+    let mut conductor =
+        Conductor::new(&regular().schedule, Slow::new(1, None), vec![face]).unwrap();
+    conductor.begin_at(HostTime::from_nanos(7));
+    let clock = Wound::default();
+    clock.sleep_until(HostTime::from_nanos(7));
+    let error = conductor
+        .control_step(0, &clock, &mut Failing, &mut ())
+        .unwrap_err();
+    assert_eq!(error.to_string(), "0 failed at 0 ns: no answer");
+}
