@@ -31,6 +31,16 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twinrig-contact", &[]),
     ("twinrig-document", &["twinrig-kernel"]),
     (
+        "twinrig-drives",
+        &[
+            "twinrig-actuator",
+            "twinrig-kernel",
+            "twinrig-legged",
+            "twinrig-robot",
+            "twinrig-runtime",
+        ],
+    ),
+    (
         "twinrig-gait",
         &[
             "twinrig-kernel",
@@ -94,7 +104,12 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// Plants and controllers: what is exchanged for another, and what nobody but the program may know.
-const EXCHANGEABLE: &[&str] = &["twinrig-gait", "twinrig-lcp", "twinrig-massless"];
+const EXCHANGEABLE: &[&str] = &[
+    "twinrig-drives",
+    "twinrig-gait",
+    "twinrig-lcp",
+    "twinrig-massless",
+];
 
 /// A crate of the workspace.
 struct Package {
