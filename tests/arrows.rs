@@ -24,6 +24,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-robot",
             "twinrig-runtime",
             "twinrig-scenario",
+            "twinrig-script",
             "twinrig-study",
         ],
     ),
@@ -99,6 +100,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twinrig-robot", &["twinrig-document", "twinrig-kernel"]),
     ("twinrig-runtime", &["twinrig-kernel"]),
     ("twinrig-scenario", &["twinrig-document", "twinrig-kernel"]),
+    (
+        "twinrig-script",
+        &["twinrig-kernel", "twinrig-robot", "twinrig-runtime"],
+    ),
     ("twinrig-study", &["twinrig-kernel", "twinrig-runtime"]),
     ("twinrig-tests", &["twinrig", "twinrig-record"]),
 ];
@@ -109,6 +114,7 @@ const EXCHANGEABLE: &[&str] = &[
     "twinrig-gait",
     "twinrig-lcp",
     "twinrig-massless",
+    "twinrig-script",
 ];
 
 /// A crate of the workspace.
