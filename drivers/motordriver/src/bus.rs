@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use twinrig_sbcp::{Controlled, ControllerConfig, FRAME_MAX, MasterConfig, Topology};
-use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, Traced, UsbSerial};
+use twinrig_wire::{Faulty, FaultyNode, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
 use crate::config::{BusConfig, BusTopology, Generation};
@@ -54,7 +54,7 @@ impl Bus {
                 byte_time,
                 ..controller
             };
-            line = Stack::of(Controlled::new(controller, line)?);
+            line = Stack::of(Controlled::new(name, controller, line)?);
         }
         line = with_faults(config, &config.link_place(), line)?;
         Ok(UsbSerial::new(

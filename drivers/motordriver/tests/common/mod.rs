@@ -1,0 +1,260 @@
+//! A bench: driver, wire and boards, and motors that turn.
+#![allow(
+    dead_code,
+    clippy::allow_attributes,
+    reason = "each test uses a part of it"
+)]
+
+use core::f64::consts::TAU;
+use std::ops::Range;
+
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, Unit};
+use twinrig_motordriver::{Bus, BusConfig};
+use twinrig_runtime::{IoTask, PlantFault, PlantSignals, Progress, TaskError, WiredTask, World};
+
+pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+/// Radians of a count.
+pub const COUNT: f64 = TAU / 4_096.0;
+
+pub const fn millis(n: u64) -> SimDuration {
+    SimDuration::from_millis(n)
+}
+
+pub fn at_ms(n: u64) -> SimTime {
+    SimTime::ZERO + millis(n)
+}
+
+/// The motors of the robot behind their gears, without load.
+pub struct Motors {
+    pub now: SimTime,
+    moved_to: SimTime,
+    /// Hip and knee of each leg: voltage and bridge.
+    pub inputs: Vec<f64>,
+    /// Hip and knee of each leg \[rad\], then three angles and three forces each.
+    pub outputs: Vec<f64>,
+    rates: Vec<f64>,
+    /// What moves, and what stands still whatever is done to it.
+    pub turning: bool,
+    /// Greatest rate seen \[rad/s\], for each motor.
+    pub fastest: Vec<f64>,
+}
+
+const MOTORS: usize = 2 * LEGS.len();
+const TORQUE_PER_VOLT: f64 = 14.05e-3 * 14.0 / 0.593;
+const DAMPING: f64 = 14.05e-3 * 14.0 * 14.05e-3 * 14.0 / 0.593;
+const INERTIA: f64 = 5.54e-7 * 196.0;
+
+impl Motors {
+    pub fn new() -> Self {
+        Self {
+            now: SimTime::ZERO,
+            moved_to: SimTime::ZERO,
+            inputs: vec![0.0; 2 * MOTORS],
+            outputs: vec![0.0; MOTORS + 6 * LEGS.len()],
+            rates: vec![0.0; MOTORS],
+            turning: true,
+            fastest: vec![0.0; MOTORS],
+        }
+    }
+
+    pub fn signals() -> PlantSignals {
+        let mut ports = Vec::new();
+        for leg in LEGS {
+            for joint in ["hip", "knee"] {
+                let name = |what: &str| format!("leg/{leg}/{joint}/{what}");
+                ports.push(Port::input(name("voltage"), Unit::Volt, 1));
+                ports.push(Port::input(name("bridge"), Unit::One, 1));
+                ports.push(Port::output(name("position"), Unit::Radian, 1));
+            }
+        }
+        for leg in LEGS {
+            ports.push(Port::output(format!("leg/{leg}/angles"), Unit::Radian, 3));
+            ports.push(Port::output(
+                format!("leg/{leg}/foot/force"),
+                Unit::Newton,
+                3,
+            ));
+        }
+        PlantSignals::of(&ports)
+    }
+
+    fn catch_up(&mut self) {
+        if self.moved_to == self.now {
+            return;
+        }
+        let seconds = (self.now - self.moved_to).as_secs_f64();
+        self.moved_to = self.now;
+        if !self.turning {
+            return;
+        }
+        for n in 0..MOTORS {
+            let (volts, bridge) = (self.inputs[2 * n], self.inputs[2 * n + 1]);
+            let (rate, position) = (self.rates[n], &mut self.outputs[n]);
+            if bridge == 0.0 {
+                *position += rate * seconds;
+                continue;
+            }
+            let end = volts * TORQUE_PER_VOLT / DAMPING;
+            let tau = INERTIA / DAMPING;
+            let rest = libm::exp(-seconds / tau);
+            *position += end * seconds + (rate - end) * tau * (1.0 - rest);
+            self.rates[n] = end + (rate - end) * rest;
+            self.fastest[n] = self.fastest[n].max(self.rates[n].abs());
+        }
+    }
+}
+
+impl World for Motors {
+    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
+        self.catch_up();
+        Ok(&self.outputs[signals])
+    }
+
+    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
+        self.catch_up();
+        Ok(&mut self.inputs[signals])
+    }
+}
+
+/// A bus at work.
+pub struct Bench {
+    pub task: WiredTask,
+    pub world: Motors,
+    wake: Option<SimTime>,
+    pub busy: bool,
+}
+
+impl Bench {
+    pub fn new(config: &BusConfig) -> Self {
+        let driver = Box::new(Bus::driver(config).unwrap());
+        let wire = Box::new(Bus::wire(config).unwrap());
+        let mut task = WiredTask::new(driver, wire);
+        task.connect(&Motors::signals()).unwrap();
+        Self {
+            task,
+            world: Motors::new(),
+            wake: None,
+            busy: false,
+        }
+    }
+
+    pub fn now(&self) -> SimTime {
+        self.world.now
+    }
+
+    fn follow(&mut self, progress: Result<Progress, TaskError>) -> Result<(), String> {
+        match progress.map_err(|error| error.to_string())? {
+            Progress::Again(at) => {
+                self.busy = true;
+                self.wake = Some(at);
+            }
+            Progress::Done => {
+                self.busy = false;
+                self.wake = self.task.idle_wake();
+            }
+        }
+        self.task.drain_traffic(&mut |_, _| {});
+        Ok(())
+    }
+
+    /// The next thing that happens, if that is at `limit` or before.
+    pub fn step(&mut self, limit: SimTime) -> Result<bool, String> {
+        let Some(at) = self.wake.filter(|at| *at <= limit) else {
+            self.world.now = self.world.now.max(limit);
+            return Ok(false);
+        };
+        assert!(at >= self.world.now, "time runs back");
+        self.world.now = at;
+        let progress = self.task.wake(at, &mut self.world);
+        self.follow(progress)?;
+        Ok(true)
+    }
+
+    pub fn run_until(&mut self, limit: SimTime) -> Result<(), String> {
+        while self.step(limit)? {}
+        Ok(())
+    }
+
+    /// Runs until nothing goes on, but not beyond `limit`.
+    pub fn run_until_idle(&mut self, limit: SimTime) -> Result<(), String> {
+        while self.busy {
+            if !self.step(limit)? {
+                return Err(format!("still busy at {limit}"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Opens; gives the time it took.
+    pub fn open(&mut self) -> Result<SimDuration, String> {
+        let now = self.now();
+        let progress = self.task.open(now, &mut self.world);
+        self.follow(progress)?;
+        self.run_until_idle(now + SimDuration::from_secs(20))?;
+        Ok(self.now() - now)
+    }
+
+    /// Begins a transfer now.
+    pub fn begin(&mut self, commands: &[f64]) -> Result<(), String> {
+        let now = self.now();
+        let progress = self.task.begin(now, commands, &mut self.world);
+        self.follow(progress)
+    }
+
+    /// A transfer each period, from the next whole one on, until `to`; those that find the bus busy are left out.
+    /// Gives how many there were.
+    pub fn run_cycles(
+        &mut self,
+        period: SimDuration,
+        to: SimTime,
+        mut commands: impl FnMut(SimTime) -> [f64; 8],
+    ) -> Result<u64, String> {
+        let mut cycles = 0;
+        let period_ns = period.as_nanos();
+        let next = self.now().as_nanos() / period_ns + 1;
+        let mut at = SimTime::from_nanos(next * period_ns);
+        while at <= to {
+            self.run_until(at)?;
+            if !self.busy {
+                cycles += 1;
+                self.begin(&commands(at))?;
+            }
+            at += period;
+        }
+        self.run_until(to)?;
+        Ok(cycles)
+    }
+
+    pub fn gauges(&self) -> Vec<(String, f64)> {
+        let ports = self.task.gauges();
+        let mut values = vec![0.0; ports.len()];
+        self.task.read_gauges(self.now(), &mut values);
+        ports
+            .into_iter()
+            .map(|port| port.name)
+            .zip(values)
+            .collect()
+    }
+
+    pub fn gauge(&self, name: &str) -> f64 {
+        let gauges = self.gauges();
+        let found = gauges.iter().find(|(known, _)| known == name);
+        found.unwrap_or_else(|| panic!("no gauge {name}")).1
+    }
+
+    pub fn save(&self) -> (Snapshot, Option<SimTime>) {
+        (self.task.save(), self.wake)
+    }
+}
+
+/// Boards with clocks fast by so many parts in 10⁹, and phases of their ticks.
+pub fn with_clocks(
+    mut config: BusConfig,
+    rates_ppb: [i64; 4],
+    phases: [SimDuration; 4],
+) -> BusConfig {
+    for ((board, rate), phase) in config.boards.iter_mut().zip(rates_ppb).zip(phases) {
+        *board = board.clone().with_clock(rate, phase).unwrap();
+    }
+    config
+}

@@ -1,0 +1,92 @@
+//! How fast cycles can be (thesis, section 5.3.2), from the bytes up.
+
+mod common;
+
+use common::{Bench, millis, with_clocks};
+use twinrig_kernel::{SimDuration, stream};
+use twinrig_motordriver::{BusConfig, BusTopology, Generation};
+
+fn free_running(topology: BusTopology) -> BusConfig {
+    let mut config = BusConfig {
+        topology,
+        ..BusConfig::default()
+    };
+    config.session.free_running = true;
+    config
+}
+
+/// Mean, shortest and longest time from one cycle to the next \[s\], over `length`.
+fn cycles(config: &BusConfig, length: SimDuration) -> (f64, f64, f64) {
+    let mut bench = Bench::new(config);
+    bench.world.turning = false;
+    bench.open().unwrap();
+    bench.begin(&[0.0; 8]).unwrap();
+    bench.run_until(bench.now() + length).unwrap();
+    assert_eq!(bench.gauge("sbcp/errors"), 0.0);
+    (
+        bench.gauge("sbcp/cycle/mean"),
+        bench.gauge("sbcp/cycle/shortest"),
+        bench.gauge("sbcp/cycle/longest"),
+    )
+}
+
+fn is(found: f64, expected: f64) -> bool {
+    (found - expected).abs() < 1e-9
+}
+
+#[test]
+fn without_a_bus_controller_a_board_takes_625_us_and_a_cycle_400_hz() {
+    let (mean, shortest, longest) = cycles(&free_running(BusTopology::Direct), millis(500));
+    assert!(is(mean, 2.5e-3) && is(shortest, 2.5e-3) && is(longest, 2.5e-3));
+}
+
+#[test]
+fn through_the_bus_controller_a_cycle_takes_exactly_a_millisecond() {
+    let config = BusConfig::default();
+    let (mean, shortest, longest) = cycles(&free_running(config.topology), millis(500));
+    assert!(
+        is(mean, 1e-3) && is(shortest, 1e-3) && is(longest, 1e-3),
+        "{mean} {shortest} {longest}"
+    );
+}
+
+/// Boards with the first firmware, whose clocks differ by crystals and whose ticks come at random.
+fn first_firmware(seed: u64) -> BusConfig {
+    let mut random = stream(seed, "phases");
+    let phases = [(); 4].map(|()| SimDuration::from_nanos(random.between(0, 999_999)));
+    let rates = [(); 4].map(|()| i64::try_from(random.between(0, 80_000)).unwrap() - 40_000);
+    let mut config = with_clocks(free_running(BusTopology::Direct), rates, phases);
+    for board in &mut config.boards {
+        board.firmware.generation = Generation::First;
+    }
+    config
+}
+
+#[test]
+fn the_first_firmware_does_some_220_hz_and_guarantees_some_160() {
+    let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
+    for seed in 0..40 {
+        let (mean, _, longest) = cycles(&first_firmware(seed), millis(500));
+        sum += mean;
+        worst = worst.max(longest);
+        count += 1.0;
+    }
+    let mean_rate = count / sum;
+    println!("mean {mean_rate} Hz, longest {worst} s");
+    assert!((195.0..245.0).contains(&mean_rate), "{mean_rate} Hz");
+    assert!((5.9e-3..=6.6e-3).contains(&worst), "{worst} s");
+}
+
+#[test]
+fn a_500_hz_cycle_is_kept_to_the_nanosecond() {
+    let mut bench = Bench::new(&BusConfig::default());
+    bench.open().unwrap();
+    let end = bench.now() + millis(1_000);
+    bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
+    assert_eq!(bench.gauge("sbcp/cycle/shortest"), 2e-3);
+    assert_eq!(bench.gauge("sbcp/cycle/longest"), 2e-3);
+    // Requests come to the boards as evenly: the timer of the host runs with the frames.
+    for leg in common::LEGS {
+        assert!(bench.gauge(&format!("sbcp/{leg}/request/deviation")) < 1e-9);
+    }
+}
