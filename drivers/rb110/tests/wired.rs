@@ -105,12 +105,12 @@ fn the_plant_hears_of_a_pulse_when_it_ends() {
     let (map, heard) = (PulseMap::ONCILLA, heard.lock().unwrap());
     assert!(heard.len() > 15);
     for (n, (at, angles)) in heard.iter().enumerate().skip(1) {
-        // Opening has moved the first step, whose 0 rad are no news, to 10 ms; every second step is heard, by the pulse that
-        // begins 10 ms later.
+        // Opening has moved the first step, whose 0 rad are no news, to 10 ms, where the plant's time begins; every second
+        // step is heard, by the pulse that begins 10 ms later.
         let step = u64::try_from(2 * n).unwrap();
         let (ticks, _) = map.ticks(command(step)).unwrap();
         let width = SimDuration::from_nanos(20 * u64::from(ticks));
-        let start = SimTime::ZERO + SimDuration::from_millis(10 * (step + 2));
+        let start = SimTime::ZERO + SimDuration::from_millis(10 * (step + 1));
         assert_eq!(
             (*at, angles[0]),
             (start + width, map.angle(ticks).unwrap()),

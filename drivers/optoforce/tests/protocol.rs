@@ -1,0 +1,165 @@
+//! Frames: what is written is read, what is damaged is not, and pieces do not matter.
+
+use proptest::array::{uniform3, uniform4, uniform6};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use twinrig_optoforce::protocol::{
+    Counts, Cutoff, Frame, FrameError, Health, Message, Speed, Status, measure,
+};
+use twinrig_wire::Framer;
+
+fn messages() -> impl Strategy<Value = Message> {
+    let counts = prop_oneof![
+        uniform3(any::<i16>()).prop_map(Counts::Three),
+        uniform4(uniform3(any::<i16>())).prop_map(Counts::Four),
+        uniform6(any::<i16>()).prop_map(Counts::Six),
+    ];
+    let data =
+        (any::<u16>(), any::<u16>(), counts).prop_map(|(counter, status, counts)| Message::Data {
+            counter,
+            status: Status(status),
+            counts,
+        });
+    let configuration = (select(Speed::ALL), select(Cutoff::ALL), any::<bool>());
+    prop_oneof![
+        data,
+        configuration.prop_map(|(speed, cutoff, zero)| Message::Configuration {
+            speed,
+            cutoff,
+            zero
+        }),
+        any::<u8>().prop_map(|status| Message::Acknowledgement { status }),
+    ]
+}
+
+fn encoded(message: &Message) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    message.encode(&mut bytes);
+    bytes
+}
+
+fn frames(pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
+    let mut framer = Framer::new(measure);
+    let mut frames = Vec::new();
+    for piece in pieces {
+        framer.push(piece);
+        while let Some(frame) = framer.next_frame() {
+            frames.push(frame.to_vec());
+        }
+    }
+    (frames, framer.skipped())
+}
+
+#[test]
+fn frames_are_those_of_the_documents() {
+    let data = Message::Data {
+        counter: 0x0102,
+        status: Status(0),
+        counts: Counts::Three([1, -1, 0x0203]),
+    };
+    let expected = [
+        0xaa, 7, 8, 10, 1, 2, 0, 0, 0, 1, 0xff, 0xff, 2, 3, 0x02, 0xca,
+    ];
+    assert_eq!(encoded(&data), expected);
+    let configuration = Message::Configuration {
+        speed: Speed::Hz100,
+        cutoff: Cutoff::Hz15,
+        zero: true,
+    };
+    assert_eq!(
+        encoded(&configuration),
+        [0xaa, 0, 50, 3, 10, 4, 255, 1, 0xec]
+    );
+    let acknowledgement = encoded(&Message::Acknowledgement { status: 0 });
+    assert_eq!(acknowledgement, [0xaa, 0, 80, 1, 0, 0, 0xfb]);
+    let lengths = [Counts::Four([[0; 3]; 4]), Counts::Six([0; 6])].map(|counts| {
+        let status = Status(0);
+        let counter = 0;
+        encoded(&Message::Data {
+            counter,
+            status,
+            counts,
+        })
+        .len()
+    });
+    assert_eq!(lengths, [34, 22]);
+}
+
+#[test]
+fn status_bits_are_told_apart() {
+    // 010 of the electronics, 100 of the sensor, 100001 overloads, 1 of several, 101 of these.
+    let status = Status(0b0101_0010_0001_1101);
+    assert_eq!(
+        (status.electronics(), status.health()),
+        (2, Health::Temperature)
+    );
+    assert_eq!(status.overload(), [true, false, false, false, false, true]);
+    assert_eq!((status.several(), status.number()), (true, 5));
+    let status = Status(0xfc0f).with_overload([false, true, false]);
+    assert_eq!(status.overload(), [false, true, false, false, false, false]);
+    assert_eq!(status.0 & 0xfc0f, 0xfc0f);
+}
+
+#[test]
+fn undefined_codes_are_refused() {
+    let mut bytes = encoded(&Message::Configuration {
+        speed: Speed::Stop,
+        cutoff: Cutoff::None,
+        zero: false,
+    });
+    bytes[4] = 2;
+    bytes[8] += 2;
+    let refused = Message::try_from(Frame::new(&bytes).unwrap());
+    assert_eq!(
+        refused,
+        Err(FrameError::Code {
+            what: "speed",
+            code: 2
+        })
+    );
+}
+
+proptest! {
+    #[test]
+    fn frames_come_back(message in messages()) {
+        let bytes = encoded(&message);
+        prop_assert_eq!(Message::try_from(Frame::new(&bytes).unwrap()), Ok(message));
+    }
+
+    #[test]
+    fn any_bytes_are_survived_in_any_pieces(
+        bytes in vec(prop_oneof![3 => select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]), 1 => any::<u8>()], 0..400),
+        cuts in vec(0..400_usize, 0..20),
+    ) {
+        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.min(bytes.len())).collect();
+        cuts.extend([0, bytes.len()]);
+        cuts.sort_unstable();
+        let pieces: Vec<&[u8]> = cuts.windows(2).map(|cut| &bytes[cut[0]..cut[1]]).collect();
+        let found = frames(&pieces);
+        prop_assert_eq!(&found, &frames(&[&bytes]));
+        for frame in &found.0 {
+            if let Ok(message) = Message::try_from(Frame::new(frame).unwrap()) {
+                prop_assert_eq!(&encoded(&message), frame);
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_with_a_wrong_bit_is_none(message in messages(), bit in any::<Index>()) {
+        let mut bytes = encoded(&message);
+        let bit = bit.index(8 * bytes.len());
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        prop_assert!(Frame::new(&bytes).is_err());
+    }
+
+    #[test]
+    fn frames_after_garbage_are_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
+        let one = encoded(&message);
+        let mut bytes = garbage;
+        for _ in 0..10 {
+            bytes.extend(&one);
+        }
+        prop_assert!(frames(&[&bytes]).0.contains(&one));
+    }
+}
