@@ -64,6 +64,7 @@
 //! What it does not do: it knows no scenario, no file, no protocol and no physics; it reads no clock and
 //! starts no thread; it does not record (that is an observer's affair).
 
+mod beside;
 mod device;
 mod direct_io;
 mod driver;
@@ -86,6 +87,7 @@ mod wiring;
 
 pub use std::ops::Bound;
 
+pub use beside::{Beside, NameClash};
 pub use device::{Device, DeviceError};
 pub use direct_io::DirectIo;
 pub use driver::{Driver, DriverError, Transfer};
