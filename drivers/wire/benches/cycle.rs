@@ -21,7 +21,7 @@ const CYCLES: u64 = 1000;
 const PACKETS: u64 = 8;
 
 fn bus() -> Rs485 {
-    Rs485::new("sbcp", BYTE, us(2), boards()).unwrap()
+    Rs485::new("sbcp", BYTE, us(2), listeners()).unwrap()
 }
 
 /// One packet after the other, each when the answer to the one before is there.

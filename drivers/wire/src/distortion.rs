@@ -131,6 +131,8 @@ impl Distortion {
     }
 
     fn pass_byte(&mut self, at: SimTime, byte: u8) {
+        // A sender that does not wait for itself is none of the faults.
+        let at = self.state.last_in.map_or(at, |last| last.max(at));
         self.before(at);
         let gap = match self.state.last_in {
             Some(last) => self.byte_time.min(at - last),

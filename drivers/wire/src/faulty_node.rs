@@ -11,6 +11,8 @@ pub struct FaultyNode<N> {
     node: N,
     heard: Distortion,
     said: Distortion,
+    /// When what it said last is over.
+    free_at: SimTime,
     /// What the node just says.
     bytes: Vec<u8>,
 }
@@ -33,6 +35,7 @@ impl<N: Node> FaultyNode<N> {
             node,
             heard: Distortion::new(on, "heard", false, byte_time, schedule)?,
             said: Distortion::new(on, "said", true, byte_time, schedule)?,
+            free_at: SimTime::ZERO,
             bytes: Vec::new(),
         })
     }
@@ -75,11 +78,15 @@ impl<N: Node> Node for FaultyNode<N> {
             let Some(start) = self.node.poll_transmit(&mut self.bytes) else {
                 break;
             };
-            self.said.pass(Piece {
-                first: start.max(now) + self.byte_time,
+            let piece = Piece {
+                first: start.max(now).max(self.free_at) + self.byte_time,
                 spacing: self.byte_time,
                 bytes: &self.bytes,
-            });
+            };
+            if !piece.bytes.is_empty() {
+                self.free_at = piece.last();
+                self.said.pass(piece);
+            }
         }
         self.said.settle(now);
         Ok(())
@@ -108,13 +115,14 @@ impl<N: Node> Node for FaultyNode<N> {
 
     fn save(&self) -> Snapshot {
         let (heard, said) = (self.heard.save(), self.said.save());
-        Snapshot::of(&(heard, said, self.node.save()))
+        Snapshot::of(&(self.free_at, heard, said, self.node.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (heard, said, node): (Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        let (free_at, heard, said, node): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
         self.heard.restore(&heard)?;
         self.said.restore(&said)?;
+        self.free_at = free_at;
         self.node.restore(&node)
     }
 }

@@ -38,7 +38,8 @@ impl Wire for EchoWire {
         self.answers.front().map(|(at, _)| *at)
     }
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        while let Some((_, bytes)) = self.answers.pop_front_if(|(at, _)| *at <= now) {
+        while self.next_wake().is_some_and(|at| at <= now) {
+            let (_, bytes) = self.answers.pop_front().unwrap_or_default();
             world.actuate(self.drive.clone())?[0] = 1.0;
             self.ready.extend(bytes);
             self.answered += 1.0;

@@ -38,6 +38,8 @@ pub struct Board {
     pub response: usize,
     pub reaction: SimDuration,
     pub address: u8,
+    /// Whether it wants to hear the last byte of a request on time in the midst of others.
+    pub attentive: bool,
     pub state: BoardState,
 }
 
@@ -59,6 +61,7 @@ impl Board {
             response: 22,
             reaction: us(10),
             address,
+            attentive: true,
             state: BoardState::default(),
         }
     }
@@ -100,7 +103,8 @@ impl Node for Board {
     }
 
     fn attention(&self) -> Option<usize> {
-        Some(self.request - self.state.heard.len())
+        let missing = self.request - self.state.heard.len();
+        self.attentive.then_some(missing)
     }
 
     fn next_wake(&self) -> Option<SimTime> {
@@ -138,6 +142,13 @@ pub fn boards() -> Vec<Box<dyn Node>> {
     (0..4)
         .map(|address| Box::new(Board::new(address)) as Box<dyn Node>)
         .collect()
+}
+
+/// Four that hear each packet when it is over.
+pub fn listeners() -> Vec<Box<dyn Node>> {
+    let mut all: [Board; 4] = [0, 1, 2, 3].map(Board::new);
+    all.iter_mut().for_each(|board| board.attentive = false);
+    all.map(|board| Box::new(board) as Box<dyn Node>).into()
 }
 
 /// A request to that board.
@@ -198,4 +209,86 @@ pub fn live_line(line: &mut dyn Line, end: SimTime, also: &[SimTime], arrivals: 
             "asks for {now} again"
         );
     }
+}
+
+/// A line at whose near end given bytes arrive, and which hands out what is sent into it.
+pub struct Scripted {
+    pub arrives: Vec<(SimTime, u8)>,
+    pub arrived: usize,
+    pub taken: usize,
+    pub sent: std::sync::mpsc::Sender<(SimTime, u8)>,
+}
+
+impl Line for Scripted {
+    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
+        Ok(())
+    }
+
+    fn send(&mut self, piece: Piece<'_>) {
+        for (n, byte) in piece.bytes.iter().enumerate() {
+            self.sent.send((piece.at(n), *byte)).unwrap();
+        }
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        let next = self.arrives.get(self.arrived)?;
+        // Of those that follow without a pause, only the first and the last are named.
+        let pairs = self.arrives[self.arrived..].windows(2);
+        let follow = pairs
+            .take_while(|pair| pair[0].0 + BYTE == pair[1].0)
+            .count();
+        let goes_on = self.arrived > 0 && self.arrives[self.arrived - 1].0 + BYTE == next.0;
+        Some(if goes_on {
+            self.arrives[self.arrived + follow].0
+        } else {
+            next.0
+        })
+    }
+
+    fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+        self.arrived = self.arrives.partition_point(|(at, _)| *at <= now);
+        Ok(())
+    }
+
+    fn receive(&mut self, arrivals: &mut Arrivals) {
+        for (at, byte) in &self.arrives[self.taken..self.arrived] {
+            arrivals.push(*at, BYTE, &[*byte]);
+        }
+        self.taken = self.arrived;
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.arrived, self.taken))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.arrived, self.taken) = snapshot.read()?;
+        Ok(())
+    }
+}
+
+/// Bytes in bursts with pauses between them \[ns\].
+pub type Bursts = Vec<(u64, Vec<u8>)>;
+
+/// When each of them is complete.
+pub fn timed(bursts: &Bursts) -> Vec<(SimTime, u8)> {
+    let mut free = SimTime::ZERO;
+    let mut all = Vec::new();
+    for (gap, bytes) in bursts {
+        free += SimDuration::from_nanos(*gap);
+        for byte in bytes {
+            free += BYTE;
+            all.push((free, *byte));
+        }
+    }
+    all
+}
+
+/// Any bursts.
+pub fn bursts() -> impl proptest::strategy::Strategy<Value = Bursts> {
+    use proptest::prelude::*;
+    prop::collection::vec(
+        (0_u64..60_000, prop::collection::vec(any::<u8>(), 1..12)),
+        0..8,
+    )
 }

@@ -1,0 +1,439 @@
+//! What goes wrong, goes wrong as it was asked for, and alike however closely one looks.
+
+mod support;
+
+use proptest::prelude::*;
+use support::*;
+use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, Snapshot};
+use twinrig_runtime::TaskError;
+use twinrig_wire::{
+    Arrivals, Fault, FaultKind, FaultSchedule, Faulty, FaultyNode, Line, Node, Piece, Rs485,
+};
+
+type Timed = Vec<(SimTime, u8)>;
+
+const PLACE: &str = "wire/sbcp";
+
+fn fault(from: u64, lasts: u64, kind: FaultKind) -> Fault {
+    Fault {
+        at: at(from),
+        on: PLACE.to_owned(),
+        kind,
+        lasts: us(lasts),
+    }
+}
+
+fn schedule(faults: Vec<Fault>) -> FaultSchedule {
+    FaultSchedule { faults, seed: 1 }
+}
+
+/// A faulty line with what it hands on to its far end, and what has arrived at its near end.
+struct Bench {
+    line: Faulty<Scripted>,
+    far: std::sync::mpsc::Receiver<(SimTime, u8)>,
+    near: Arrivals,
+}
+
+impl Bench {
+    fn new(schedule: &FaultSchedule, arrives: &Bursts) -> Self {
+        let (sent, far) = std::sync::mpsc::channel();
+        let line = Scripted {
+            arrives: timed(arrives),
+            arrived: 0,
+            taken: 0,
+            sent,
+        };
+        let line = Faulty::new(PLACE, BYTE, schedule, line).unwrap();
+        Self {
+            line,
+            far,
+            near: Arrivals::default(),
+        }
+    }
+
+    /// Sends bursts, each when its first byte begins.
+    fn live(&mut self, sends: &Bursts, from: SimTime, end: SimTime, also: &[SimTime]) {
+        let mut also = also.to_vec();
+        also.retain(|at| *at > from && *at < end);
+        let mut free = SimTime::ZERO;
+        for (gap, bytes) in sends {
+            free += SimDuration::from_nanos(*gap);
+            let start = free;
+            free += BYTE * bytes.len() as u64;
+            if start <= from && from > SimTime::ZERO {
+                continue;
+            }
+            if start > end {
+                break;
+            }
+            let later = also.split_off(also.partition_point(|at| *at <= start));
+            live_line(&mut self.line, start, &also, &mut self.near);
+            also = later;
+            let first = start + BYTE;
+            let spacing = BYTE;
+            self.line.send(Piece {
+                first,
+                spacing,
+                bytes,
+            });
+        }
+        also.push(end);
+        live_line(&mut self.line, end, &also, &mut self.near);
+    }
+
+    fn far(&self) -> Timed {
+        self.far.try_iter().collect()
+    }
+
+    fn near(&self) -> Timed {
+        self.near.iter().collect()
+    }
+}
+
+const END: u64 = 3_000;
+
+/// What comes out at the far end, at the near end.
+fn through(faults: Vec<Fault>, bursts: &Bursts) -> (Timed, Timed) {
+    let mut bench = Bench::new(&schedule(faults), bursts);
+    bench.live(bursts, SimTime::ZERO, at(END), &[]);
+    (bench.far(), bench.near())
+}
+
+fn three() -> Bursts {
+    vec![
+        (0, b"one".to_vec()),
+        (50_000, b"two".to_vec()),
+        (50_000, b"three".to_vec()),
+    ]
+}
+
+fn text(timed: &Timed) -> String {
+    timed.iter().map(|(_, byte)| char::from(*byte)).collect()
+}
+
+/// Both directions say that.
+fn expect(faults: Vec<Fault>, expected: &str) -> (Timed, Timed) {
+    let (far, near) = through(faults, &three());
+    assert_eq!(
+        (text(&far).as_str(), text(&near).as_str()),
+        (expected, expected)
+    );
+    (far, near)
+}
+
+#[test]
+fn a_burst_is_dropped_whole_if_it_begins_within_the_fault() {
+    let drop = |from, lasts| vec![fault(from, lasts, FaultKind::Drop { probability: 1.0 })];
+    // The second burst's bytes are complete at 62, 65 and 68 µs.
+    expect(drop(62, 1), "onethree");
+    expect(drop(61, 1), "onetwothree");
+    expect(drop(63, 30), "onetwothree");
+    expect(drop(0, 1000), "");
+    let never = FaultKind::Drop { probability: 0.0 };
+    expect(vec![fault(0, 1000, never)], "onetwothree");
+}
+
+#[test]
+fn single_bytes_are_lost_while_a_line_is_unplugged() {
+    let (far, _) = expect(
+        vec![fault(63, 3, FaultKind::Unplug { fails: false })],
+        "onetothree",
+    );
+    assert_eq!(far[4], (at(68), b'o'));
+}
+
+#[test]
+fn a_line_that_is_pulled_out_ends_the_run_if_asked_to() {
+    let schedule = schedule(vec![fault(60, 1, FaultKind::Unplug { fails: true })]);
+    let mut line = Bench::new(&schedule, &vec![]).line;
+    assert_eq!(line.next_wake(), Some(at(60)));
+    line.advance(at(59), &mut Nowhere).unwrap();
+    let error = line.advance(at(60), &mut Nowhere).unwrap_err();
+    assert_eq!(
+        error,
+        TaskError::Device {
+            why: "wire/sbcp is unplugged".to_owned()
+        }
+    );
+}
+
+#[test]
+fn a_delayed_burst_keeps_its_place() {
+    let (far, near) = expect(
+        vec![fault(62, 1, FaultKind::Delay { by: us(10) })],
+        "onetwothree",
+    );
+    assert_eq!(
+        far[3..7],
+        [
+            (at(72), b't'),
+            (at(75), b'w'),
+            (at(78), b'o'),
+            (at(121), b't')
+        ]
+    );
+    assert_eq!(near, far);
+    let (far, _) = expect(
+        vec![fault(62, 1, FaultKind::Delay { by: us(100) })],
+        "onetwothree",
+    );
+    assert_eq!(
+        far[5..8],
+        [(at(168), b'o'), (at(171), b't'), (at(174), b'h')]
+    );
+}
+
+#[test]
+fn a_duplicate_follows_the_burst() {
+    let (far, _) = expect(
+        vec![fault(62, 1, FaultKind::Duplicate { probability: 1.0 })],
+        "onetwotwothree",
+    );
+    assert_eq!(far[6..9], [(at(77), b't'), (at(80), b'w'), (at(83), b'o')]);
+}
+
+#[test]
+fn reordered_bursts_change_places() {
+    let reorder = |from, lasts| vec![fault(from, lasts, FaultKind::Reorder { probability: 1.0 })];
+    expect(reorder(0, 1000), "twoonethree");
+    expect(reorder(62, 1), "onetwothree");
+    let (far, _) = expect(reorder(62, 100), "onethreetwo");
+    assert_eq!(far[8].0, at(121 + 4 * 3 + 6 + 3));
+    // Nobody comes to change places with: the burst waits until the fault is over.
+    let (far, _) = expect(reorder(121, 500), "onetwothree");
+    assert_eq!(far[6].0, at(621 + 3));
+}
+
+#[test]
+fn a_stuck_line_is_heard_as_zeros_and_nothing_else() {
+    let (far, near) = through(vec![fault(30, 400, FaultKind::Stuck)], &three());
+    assert_eq!(far, near);
+    assert_eq!(text(&far)[..3], *"one");
+    let zeros: Timed = (1..=133).map(|n| (at(30 + 3 * n), 0)).collect();
+    assert_eq!(far[3..], zeros);
+}
+
+#[test]
+fn who_babbles_pauses_and_is_talked_over_by_nobody() {
+    let babble = vec![fault(0, 2_900, FaultKind::Babble { pause: us(100) })];
+    let (far, near) = through(babble, &three());
+    assert!(far != near && far.len() > 200, "{}", far.len());
+    let pauses = far
+        .windows(2)
+        .filter(|pair| pair[1].0 - pair[0].0 > BYTE)
+        .count();
+    assert!(pauses > 5, "{pauses}");
+    let (continuous, _) = through(
+        vec![fault(0, 2_900, FaultKind::Babble { pause: us(0) })],
+        &three(),
+    );
+    assert_eq!(continuous.len(), 966);
+}
+
+#[test]
+fn bits_flip_as_often_as_they_were_asked_to() {
+    let long: Bursts = vec![(0, vec![0x5A; 900])];
+    let (far, near) = through(vec![fault(0, END, FaultKind::Flip { rate: 0.1 })], &long);
+    for heard in [&far, &near] {
+        let flipped: u32 = heard
+            .iter()
+            .map(|(_, byte)| (byte ^ 0x5A).count_ones())
+            .sum();
+        assert!((600..850).contains(&flipped), "{flipped}");
+        assert!(
+            heard
+                .iter()
+                .map(|(at, _)| *at)
+                .eq(timed(&long).iter().map(|(at, _)| *at))
+        );
+    }
+    assert_ne!(far, near);
+}
+
+#[test]
+fn what_did_not_pass_as_it_was_is_counted() {
+    let mut bench = Bench::new(
+        &schedule(vec![fault(62, 1, FaultKind::Drop { probability: 1.0 })]),
+        &three(),
+    );
+    bench.live(&three(), SimTime::ZERO, at(END), &[]);
+    assert_eq!(
+        Layout::of(&bench.line.gauges(), Direction::Output).find("wire/sbcp/harmed"),
+        Some(0..1)
+    );
+    let mut harmed = [0.0];
+    bench.line.read_gauges(at(END), &mut harmed);
+    assert_eq!(harmed, [6.0]);
+}
+
+#[test]
+fn a_fault_on_one_stub_is_none_on_another() {
+    let stub = |from, lasts, kind| {
+        let mut fault = fault(from, lasts, kind);
+        fault.on = "wire/sbcp/1".to_owned();
+        schedule(vec![fault])
+    };
+    let answers = |schedule: &FaultSchedule| {
+        let nodes = (0..4).map(|n| {
+            let place = format!("wire/sbcp/{n}");
+            Box::new(FaultyNode::new(&place, BYTE, schedule, Board::new(n)).unwrap())
+                as Box<dyn Node>
+        });
+        let mut bus = Rs485::new("sbcp", BYTE, us(2), nodes.collect()).unwrap();
+        for (n, board) in [0, 1, 2, 3].into_iter().enumerate() {
+            bus.send(Piece {
+                first: at(3 + 200 * n as u64),
+                spacing: BYTE,
+                bytes: &request(board),
+            });
+        }
+        let mut near = Arrivals::default();
+        live_line(&mut bus, at(1000), &[], &mut near);
+        let mut counts = [0; 4];
+        for (at, _) in near.iter() {
+            counts[usize::try_from(at.as_nanos() / 200_000).unwrap().min(3)] += 1;
+        }
+        counts
+    };
+    assert_eq!(answers(&schedule(vec![])), [22; 4]);
+    let always = 1000;
+    assert_eq!(
+        answers(&stub(0, always, FaultKind::Drop { probability: 1.0 })),
+        [22, 0, 22, 22]
+    );
+    assert_eq!(
+        answers(&stub(0, always, FaultKind::Unplug { fails: true })),
+        [22, 0, 22, 22]
+    );
+    // What it says comes twice; so does what it hears, which it answers twice.
+    assert!(answers(&stub(200, 200, FaultKind::Duplicate { probability: 1.0 }))[1] > 22);
+    // A transceiver that holds the wires low shuts everybody up.
+    assert!(
+        answers(&stub(0, always, FaultKind::Stuck))
+            .iter()
+            .all(|count| *count > 40)
+    );
+    assert_ne!(
+        answers(&stub(0, always, FaultKind::Babble { pause: us(50) })),
+        [22; 4]
+    );
+}
+
+#[test]
+fn impossible_faults_are_refused() {
+    let schedule = schedule(vec![fault(0, 1, FaultKind::Drop { probability: 1.5 })]);
+    let error = FaultyNode::new(PLACE, BYTE, &schedule, Board::new(0))
+        .err()
+        .unwrap();
+    assert_eq!(
+        error.to_string(),
+        "probability of a fault on wire/sbcp is 1.5, not between 0 and 1"
+    );
+    // One elsewhere is not this place's business.
+    assert!(FaultyNode::new("wire/other", BYTE, &schedule, Board::new(0)).is_ok());
+}
+
+#[test]
+fn a_schedule_prints_itself_as_a_scenario_has_it() {
+    let schedule = schedule(vec![
+        fault(
+            1_500,
+            20_000,
+            FaultKind::Babble {
+                pause: SimDuration::from_nanos(1_500),
+            },
+        ),
+        fault(0, 3_000_000, FaultKind::Unplug { fails: true }),
+        fault(0, 1, FaultKind::Flip { rate: 1e-3 }),
+    ]);
+    let printed = "[[fault]]\nat = \"1500 us\"\non = \"wire/sbcp\"\nkind = \"babble\"\npause = \"1500 ns\"\nfor = \"20 ms\"\n\n\
+        [[fault]]\nat = \"0 s\"\non = \"wire/sbcp\"\nkind = \"unplug\"\nfails = true\nfor = \"3 s\"\n\n\
+        [[fault]]\nat = \"0 s\"\non = \"wire/sbcp\"\nkind = \"flip\"\nrate = 0.001\nfor = \"1 us\"\n";
+    assert_eq!(schedule.to_string(), printed);
+    assert_eq!(
+        Snapshot::of(&schedule).read::<FaultSchedule>().unwrap(),
+        schedule
+    );
+}
+
+fn kind() -> impl Strategy<Value = FaultKind> {
+    let probability = prop_oneof![Just(1.0), 0.0..1.0];
+    prop_oneof![
+        probability
+            .clone()
+            .prop_map(|probability| FaultKind::Drop { probability }),
+        (0.0..0.2).prop_map(|rate| FaultKind::Flip { rate }),
+        (0_u64..100_000).prop_map(|ns| FaultKind::Delay {
+            by: SimDuration::from_nanos(ns)
+        }),
+        probability
+            .clone()
+            .prop_map(|probability| FaultKind::Duplicate { probability }),
+        probability.prop_map(|probability| FaultKind::Reorder { probability }),
+        Just(FaultKind::Unplug { fails: false }),
+        Just(FaultKind::Stuck),
+        (0_u64..100_000).prop_map(|ns| FaultKind::Babble {
+            pause: SimDuration::from_nanos(ns)
+        }),
+    ]
+}
+
+fn any_schedule() -> impl Strategy<Value = FaultSchedule> {
+    let fault = (0_u64..400_000, 0_u64..300_000, kind()).prop_map(|(from, lasts, kind)| Fault {
+        at: SimTime::from_nanos(from),
+        on: PLACE.to_owned(),
+        kind,
+        lasts: SimDuration::from_nanos(lasts),
+    });
+    (prop::collection::vec(fault, 0..4), any::<u64>())
+        .prop_map(|(faults, seed)| FaultSchedule { faults, seed })
+}
+
+fn instants() -> impl Strategy<Value = Vec<SimTime>> {
+    prop::collection::btree_set(0_u64..600_000, 0..60)
+        .prop_map(|set| set.into_iter().map(SimTime::from_nanos).collect())
+}
+
+proptest! {
+    #[test]
+    fn when_a_faulty_line_is_looked_at_changes_nothing(
+        schedule in any_schedule(), outward in bursts(), inward in bursts(), also in instants(),
+    ) {
+        let live = |also: &[SimTime]| {
+            let mut bench = Bench::new(&schedule, &inward);
+            bench.live(&outward, SimTime::ZERO, at(END), also);
+            (bench.far(), bench.near())
+        };
+        let (far, near) = live(&[]);
+        for way in [&far, &near] {
+            prop_assert!(way.windows(2).all(|pair| pair[0].0 < pair[1].0), "{way:?}\n{schedule}");
+        }
+        prop_assert_eq!(live(&also), (far, near), "{}", schedule);
+    }
+
+    #[test]
+    fn a_faulty_line_saved_at_any_time_goes_on_alike(
+        schedule in any_schedule(), outward in bursts(), inward in bursts(), cut in 1_u64..500_000,
+    ) {
+        let cut = SimTime::from_nanos(cut);
+        let mut whole = Bench::new(&schedule, &inward);
+        whole.live(&outward, SimTime::ZERO, at(END), &[]);
+        let mut first = Bench::new(&schedule, &inward);
+        first.live(&outward, SimTime::ZERO, cut, &[]);
+        let mut second = Bench::new(&schedule, &inward);
+        second.line.restore(&first.line.save()).unwrap();
+        prop_assert_eq!(second.line.save(), first.line.save());
+        second.live(&outward, cut, at(END), &[]);
+        prop_assert_eq!([first.far(), second.far()].concat(), whole.far(), "{}", schedule);
+        prop_assert_eq!([first.near(), second.near()].concat(), whole.near(), "{}", schedule);
+    }
+
+    #[test]
+    fn what_passes_outside_of_a_fault_s_time_is_whole(inward in bursts(), outward in bursts(), kind in kind()) {
+        let all = schedule(vec![fault(2_000, 500, kind)]);
+        let mut bench = Bench::new(&all, &inward);
+        bench.live(&outward, SimTime::ZERO, at(1_999), &[]);
+        prop_assert_eq!(bench.far(), timed(&outward));
+        prop_assert_eq!(bench.near(), timed(&inward));
+    }
+}
