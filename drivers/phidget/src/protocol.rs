@@ -1,0 +1,299 @@
+//! The frames between computer and board. What the real ones look like is documented nowhere: everything here is ASSUMED.
+//! Numbers have their lowest byte first; the checksum is [`crc16`] of everything before it.
+//!
+//! | frame | bytes | |
+//! |---|---|---|
+//! | set-up, bridge | 7 | `F0 01`, data interval in ms (2), gain (1), checksum |
+//! | set-up, interface kit | 7 | `F0 02`, change trigger (2), `00`, checksum |
+//! | accepted | 4 | `F1`, status (0: done, 1: this is another board), checksum |
+//! | report of a bridge | 17 | `F2`, sequence (1), overloads (1, a bit for each channel), 4 × counts (3, signed), checksum |
+//! | report of an interface kit | 20 | `F3`, sequence (1), 8 × reading (2, 0 to 1000), checksum |
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use twinrig_wire::{Measure, crc16};
+
+/// Channels of a bridge.
+pub const BRIDGES: usize = 4;
+/// Analog inputs of an interface kit.
+pub const ANALOG: usize = 8;
+/// What an analog input reads at 5 V.
+pub const SCALE: u16 = 1000;
+/// Counts of a bridge end before that, either way: 24 bits.
+pub const COUNTS: i32 = 1 << 23;
+/// The longest data interval \[ms\].
+pub const INTERVAL_MS_MAX: u16 = 1000;
+
+const SETUP: u8 = 0xf0;
+const ACCEPTED: u8 = 0xf1;
+const BRIDGE: u8 = 0xf2;
+const INTERFACE_KIT: u8 = 0xf3;
+const SHORTEST: usize = 4;
+
+const SETUP_BRIDGE: u8 = 1;
+const SETUP_INTERFACE_KIT: u8 = 2;
+
+/// How much a bridge amplifies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Gain {
+    /// Not at all.
+    #[default]
+    X1,
+    /// 8 times.
+    X8,
+    /// 16 times.
+    X16,
+    /// 32 times.
+    X32,
+    /// 64 times.
+    X64,
+    /// 128 times.
+    X128,
+}
+
+impl Gain {
+    /// All of them, in the order of their codes, which begin at 1.
+    pub const ALL: [Self; 6] = [
+        Self::X1,
+        Self::X8,
+        Self::X16,
+        Self::X32,
+        Self::X64,
+        Self::X128,
+    ];
+
+    /// How many times.
+    pub const fn times(self) -> u8 {
+        match self {
+            Self::X1 => 1,
+            Self::X8 => 8,
+            Self::X16 => 16,
+            Self::X32 => 32,
+            Self::X64 => 64,
+            Self::X128 => 128,
+        }
+    }
+
+    /// The one that amplifies so many times.
+    pub fn of_times(times: u64) -> Option<Self> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|gain| u64::from(gain.times()) == times)
+    }
+
+    fn code(self) -> u8 {
+        self as u8 + 1
+    }
+
+    fn of_code(code: u8) -> Option<Self> {
+        let index = usize::from(code).checked_sub(1)?;
+        Self::ALL.get(index).copied()
+    }
+}
+
+/// How a board is to work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Setup {
+    /// A bridge.
+    Bridge {
+        /// Between two reports \[ms\].
+        interval_ms: u16,
+        /// How much it amplifies.
+        gain: Gain,
+    },
+    /// An interface kit.
+    InterfaceKit {
+        /// By how much an input changes before it is reported.
+        trigger: u16,
+    },
+}
+
+/// The bytes of a frame whose header, length and checksum are right. What is in it may still make no sense.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a>(&'a [u8]);
+
+/// A frame that makes sense.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Message {
+    /// Computer to board.
+    Setup(Setup),
+    /// What a board says to that.
+    Accepted {
+        /// Whether it does as it was told; else it is another board.
+        done: bool,
+    },
+    /// What a bridge measures.
+    Bridge {
+        /// One more than that of the report before.
+        sequence: u8,
+        /// Channels that are out of range.
+        overload: [bool; BRIDGES],
+        /// Ratio times gain, from −1 to 1 in 24 bits.
+        counts: [i32; BRIDGES],
+    },
+    /// What an interface kit measures.
+    InterfaceKit {
+        /// One more than that of the report before.
+        sequence: u8,
+        /// The readings, from 0 to [`SCALE`].
+        readings: [u16; ANALOG],
+    },
+}
+
+/// A frame that says what cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum FrameError {
+    /// Header, length or checksum are wrong.
+    #[error("these bytes are no frame")]
+    NoFrame,
+    /// A number in it is out of range.
+    #[error("a number in the frame is out of range")]
+    Range,
+}
+
+const fn length(header: u8) -> Option<usize> {
+    match header {
+        SETUP => Some(7),
+        ACCEPTED => Some(4),
+        BRIDGE => Some(5 + 3 * BRIDGES),
+        INTERFACE_KIT => Some(4 + 2 * ANALOG),
+        _ => None,
+    }
+}
+
+/// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
+pub fn measure(front: &[u8]) -> Measure {
+    let Some(&header) = front.first() else {
+        return Measure::Missing(SHORTEST);
+    };
+    let Some(length) = length(header) else {
+        return Measure::Garbage;
+    };
+    let Some(frame) = front.get(..length) else {
+        return Measure::Missing(length - front.len());
+    };
+    let (said, checksum) = frame.split_at(length - 2);
+    if crc16(said).to_le_bytes() == checksum {
+        Measure::Frame(length)
+    } else {
+        Measure::Garbage
+    }
+}
+
+impl<'a> Frame<'a> {
+    /// The frame that `bytes` are.
+    ///
+    /// # Errors
+    /// [`FrameError::NoFrame`] if they are none.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
+        match measure(bytes) {
+            Measure::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
+            _ => Err(FrameError::NoFrame),
+        }
+    }
+
+    /// Its first byte, which says what it is.
+    pub fn header(&self) -> u8 {
+        self.0[0]
+    }
+
+    /// Everything between header and checksum.
+    pub fn body(&self) -> &'a [u8] {
+        &self.0[1..self.0.len() - 2]
+    }
+}
+
+impl TryFrom<Frame<'_>> for Message {
+    type Error = FrameError;
+
+    fn try_from(frame: Frame<'_>) -> Result<Self, FrameError> {
+        match (frame.header(), frame.body()) {
+            (SETUP, &[board, low, high, gain]) => {
+                let number = u16::from_le_bytes([low, high]);
+                setup(board, number, gain).map(Self::Setup)
+            }
+            (ACCEPTED, &[status @ 0..=1]) => Ok(Self::Accepted { done: status == 0 }),
+            (BRIDGE, &[sequence, overload, ref counts @ ..]) if overload >> BRIDGES == 0 => {
+                let mut counts = counts.chunks_exact(3);
+                let mut next = || match counts.next() {
+                    // The sign is in the highest byte.
+                    Some(&[low, middle, high]) => i32::from_le_bytes([0, low, middle, high]) >> 8,
+                    _ => 0,
+                };
+                Ok(Self::Bridge {
+                    sequence,
+                    overload: std::array::from_fn(|n| overload >> n & 1 == 1),
+                    counts: std::array::from_fn(|_| next()),
+                })
+            }
+            (INTERFACE_KIT, &[sequence, ref readings @ ..]) => {
+                let mut words = readings.chunks_exact(2);
+                let mut next = || match words.next() {
+                    Some(&[low, high]) => u16::from_le_bytes([low, high]),
+                    _ => 0,
+                };
+                let readings: [u16; ANALOG] = std::array::from_fn(|_| next());
+                if readings.iter().any(|&reading| reading > SCALE) {
+                    return Err(FrameError::Range);
+                }
+                Ok(Self::InterfaceKit { sequence, readings })
+            }
+            _ => Err(FrameError::Range),
+        }
+    }
+}
+
+fn setup(board: u8, number: u16, gain: u8) -> Result<Setup, FrameError> {
+    match (board, Gain::of_code(gain)) {
+        (SETUP_BRIDGE, Some(gain)) if (1..=INTERVAL_MS_MAX).contains(&number) => {
+            Ok(Setup::Bridge {
+                interval_ms: number,
+                gain,
+            })
+        }
+        (SETUP_INTERFACE_KIT, None) if gain == 0 && number <= SCALE => {
+            Ok(Setup::InterfaceKit { trigger: number })
+        }
+        _ => Err(FrameError::Range),
+    }
+}
+
+impl Message {
+    /// Appends the frame to `bytes`. Counts of a bridge beyond 24 bits lose what is above.
+    pub fn encode(&self, bytes: &mut Vec<u8>) {
+        let start = bytes.len();
+        match self {
+            Self::Setup(Setup::Bridge { interval_ms, gain }) => {
+                let [low, high] = interval_ms.to_le_bytes();
+                bytes.extend([SETUP, SETUP_BRIDGE, low, high, gain.code()]);
+            }
+            Self::Setup(Setup::InterfaceKit { trigger }) => {
+                let [low, high] = trigger.to_le_bytes();
+                bytes.extend([SETUP, SETUP_INTERFACE_KIT, low, high, 0]);
+            }
+            Self::Accepted { done } => bytes.extend([ACCEPTED, u8::from(!done)]),
+            Self::Bridge {
+                sequence,
+                overload,
+                counts,
+            } => {
+                let over = overload.iter().enumerate().filter(|(_, over)| **over);
+                bytes.extend([
+                    BRIDGE,
+                    *sequence,
+                    over.fold(0, |bits, (n, _)| bits | 1 << n),
+                ]);
+                for count in counts {
+                    bytes.extend(&count.to_le_bytes()[..3]);
+                }
+            }
+            Self::InterfaceKit { sequence, readings } => {
+                bytes.extend([INTERFACE_KIT, *sequence]);
+                for reading in readings {
+                    bytes.extend(reading.to_le_bytes());
+                }
+            }
+        }
+        let checksum = crc16(&bytes[start..]);
+        bytes.extend(checksum.to_le_bytes());
+    }
+}

@@ -1,0 +1,102 @@
+//! Frames: what is written is read, what is damaged is not, and pieces do not matter.
+
+use proptest::array::{uniform4, uniform8};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use twinrig_phidget::protocol::{Frame, Gain, Message, Setup, measure};
+use twinrig_wire::{Framer, crc16};
+
+fn messages() -> impl Strategy<Value = Message> {
+    let bridge = (1..=1000_u16, select(&Gain::ALL[..]));
+    let bridge = bridge.prop_map(|(interval_ms, gain)| Setup::Bridge { interval_ms, gain });
+    let kit = (0..=1000_u16).prop_map(|trigger| Setup::InterfaceKit { trigger });
+    let ratios = (
+        any::<u8>(),
+        uniform4(any::<bool>()),
+        uniform4(-0x80_0000..0x80_0000_i32),
+    );
+    let readings = (any::<u8>(), uniform8(0..=1000_u16));
+    prop_oneof![
+        prop_oneof![bridge, kit].prop_map(Message::Setup),
+        any::<bool>().prop_map(|done| Message::Accepted { done }),
+        ratios.prop_map(|(sequence, overload, counts)| Message::Bridge {
+            sequence,
+            overload,
+            counts
+        }),
+        readings.prop_map(|(sequence, readings)| Message::InterfaceKit { sequence, readings }),
+    ]
+}
+
+fn encoded(message: &Message) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    message.encode(&mut bytes);
+    bytes
+}
+
+fn frames(pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
+    let mut framer = Framer::new(measure);
+    let mut frames = Vec::new();
+    for piece in pieces {
+        framer.push(piece);
+        while let Some(frame) = framer.next_frame() {
+            frames.push(frame.to_vec());
+        }
+    }
+    (frames, framer.skipped())
+}
+
+proptest! {
+    #[test]
+    fn frames_come_back(message in messages()) {
+        let bytes = encoded(&message);
+        prop_assert_eq!(Message::try_from(Frame::new(&bytes).unwrap()), Ok(message));
+    }
+
+    #[test]
+    fn any_bytes_are_survived_in_any_pieces(
+        bytes in vec(prop_oneof![0xf0..=0xf3_u8, any::<u8>()], 0..400),
+        cuts in vec(0..400_usize, 0..20),
+    ) {
+        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.min(bytes.len())).collect();
+        cuts.extend([0, bytes.len()]);
+        cuts.sort_unstable();
+        let pieces: Vec<&[u8]> = cuts.windows(2).map(|cut| &bytes[cut[0]..cut[1]]).collect();
+        let found = frames(&pieces);
+        prop_assert_eq!(&found, &frames(&[&bytes]));
+        for frame in &found.0 {
+            let _ = Message::try_from(Frame::new(frame).unwrap());
+        }
+    }
+
+    #[test]
+    fn a_frame_with_a_wrong_bit_is_none(message in messages(), bit in any::<Index>()) {
+        let mut bytes = encoded(&message);
+        let bit = bit.index(8 * bytes.len());
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        prop_assert!(Frame::new(&bytes).is_err());
+    }
+
+    #[test]
+    fn frames_after_garbage_are_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
+        let one = encoded(&message);
+        let mut bytes = garbage;
+        for _ in 0..10 {
+            bytes.extend(&one);
+        }
+        prop_assert!(frames(&[&bytes]).0.contains(&one));
+    }
+
+    #[test]
+    fn what_is_sealed_may_still_make_no_sense(message in messages(), body in vec(any::<u8>(), 20)) {
+        let mut bytes = encoded(&message);
+        let length = bytes.len();
+        bytes[1..length - 2].copy_from_slice(&body[..length - 3]);
+        let checksum = crc16(&bytes[..length - 2]).to_le_bytes();
+        bytes[length - 2..].copy_from_slice(&checksum);
+        if let Ok(message) = Message::try_from(Frame::new(&bytes).unwrap()) {
+            prop_assert_eq!(encoded(&message), bytes);
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! Driver and board with a wire between them, in a rig.
+
+#[path = "../../toys.rs"]
+mod toys;
+
+use toys::{World, gauge, rig, run};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
+use twinrig_phidget::{Board, Gain, Input, Phidget};
+use twinrig_runtime::{Rig, RunEvent};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, Tap};
+
+fn input(channel: usize, component: usize, scale: f64) -> Input {
+    let tap = Tap {
+        signal: "leg/LF/foot/force".into(),
+        component,
+        scale,
+        offset: 0.0,
+    };
+    Input { channel, tap }
+}
+
+fn bridge(interval_ms: u64) -> Phidget {
+    let interval = SimDuration::from_millis(interval_ms);
+    let gain = Gain::X64;
+    let mut board = Phidget::new("phidget", Board::Bridge { interval, gain });
+    board.inputs = vec![input(0, 0, 1e-4), input(3, 1, 1e-4)];
+    board
+}
+
+fn kit() -> Phidget {
+    let mut board = Phidget::new("phidget", Board::INTERFACE_KIT);
+    board.inputs = vec![input(2, 0, 0.1), input(7, 1, 0.1)];
+    board
+}
+
+/// 40 N/s, and 300 N.
+fn force(seconds: f64, axis: usize) -> f64 {
+    [40.0 * seconds, 300.0, 0.0][axis]
+}
+
+fn wired(board: &Phidget, faults: &FaultSchedule) -> Rig {
+    let port = Port::output("leg/LF/foot/force", Unit::Newton, 3);
+    let wire = board.wire(faults).unwrap();
+    rig(
+        board.driver().unwrap(),
+        wire,
+        (2, |_| 0.0),
+        World::new(vec![port], force),
+    )
+}
+
+fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
+    FaultSchedule {
+        faults: vec![Fault {
+            at: SimTime::ZERO + SimDuration::from_millis(from_ms),
+            on: "wire/phidget".into(),
+            kind,
+            lasts: SimDuration::from_millis(for_ms),
+        }],
+        seed: 1,
+    }
+}
+
+#[test]
+fn a_bridge_reports_once_an_interval_and_transfers_never_wait() {
+    for (interval_ms, expected) in [(8, 123.0), (16, 61.0), (80, 12.0), (1000, 1.0)] {
+        let mut rig = wired(&bridge(interval_ms), &FaultSchedule::default());
+        let (log, ended) = run(&mut rig, 1000);
+        ended.unwrap();
+        let reports = gauge(&rig, &log, "phidget/reports");
+        assert!(
+            (expected..=expected + 2.0).contains(&reports),
+            "{interval_ms} ms: {reports}"
+        );
+        assert_eq!(
+            log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })),
+            0
+        );
+        for nothing in ["lost", "stale", "foreign", "garbage", "unheard"] {
+            assert_eq!(
+                gauge(&rig, &log, &format!("phidget/{nothing}")),
+                0.0,
+                "{nothing}"
+            );
+        }
+    }
+}
+
+#[test]
+fn ratios_have_24_bits_and_end_at_one_over_the_gain() {
+    let mut rig = wired(&bridge(8), &FaultSchedule::default());
+    let (log, ended) = run(&mut rig, 500);
+    ended.unwrap();
+    let (at, last) = log.inputs.last().unwrap();
+    let expected = 1e-4 * 40.0 * at.as_secs_f64();
+    // The plant was held until the board was set up.
+    assert!(
+        (expected - last[0]).abs() < 1e-4 * 40.0 * 0.045,
+        "{at} {last:?}"
+    );
+    let count = last[0] * 64.0 * f64::from(1 << 23);
+    assert!((count - count.round()).abs() < 1e-6);
+    assert_eq!(last[1..3], [0.0, 0.0]);
+    assert!(
+        (last[3] - 1.0 / 64.0).abs() < 1e-8,
+        "0.03 is out of range: {last:?}"
+    );
+    assert!(gauge(&rig, &log, "phidget/overloaded") > 50.0);
+}
+
+#[test]
+fn an_interface_kit_reports_what_has_changed() {
+    let mut rig = wired(&kit(), &FaultSchedule::default());
+    let (log, ended) = run(&mut rig, 1000);
+    ended.unwrap();
+    // 4 V/s are 6.4 thousandths of 5 V in 8 ms: every second time USB asks, 10 have come together.
+    let reports = gauge(&rig, &log, "phidget/reports");
+    assert!((60.0..=63.0).contains(&reports), "{reports}");
+    let (at, last) = log.inputs.last().unwrap();
+    assert!(
+        (4.0 * at.as_secs_f64() - last[2]).abs() < 4.0 * 0.06,
+        "{at} {last:?}"
+    );
+    assert_eq!(last[7], 5.0, "30 V are out of range");
+    assert_eq!(last[0], 0.0);
+}
+
+#[test]
+fn damage_is_counted_and_survived() {
+    for kind in [
+        FaultKind::Flip { rate: 0.002 },
+        FaultKind::Drop { probability: 0.3 },
+    ] {
+        let mut rig = wired(&bridge(8), &fault(kind.clone(), 100, 500));
+        let (log, ended) = run(&mut rig, 1000);
+        ended.unwrap();
+        let [reports, lost, sent] =
+            ["reports", "lost", "sent"].map(|name| gauge(&rig, &log, &format!("phidget/{name}")));
+        assert!(lost > 5.0, "{kind:?}");
+        assert!(
+            (0.0..=1.0).contains(&(sent - reports - lost)),
+            "{kind:?}: {sent} {reports} {lost}"
+        );
+    }
+}
+
+#[test]
+fn repeated_reports_are_not_taken() {
+    let mut rig = wired(
+        &bridge(8),
+        &fault(FaultKind::Duplicate { probability: 0.5 }, 100, 500),
+    );
+    let (log, ended) = run(&mut rig, 1000);
+    ended.unwrap();
+    assert!(gauge(&rig, &log, "phidget/stale") > 10.0);
+    assert_eq!(gauge(&rig, &log, "phidget/lost"), 0.0);
+}
+
+#[test]
+fn a_board_that_is_not_there_or_another_one_is_an_error_in_the_end() {
+    let mut rig = wired(
+        &bridge(8),
+        &fault(FaultKind::Unplug { fails: false }, 0, 10_000),
+    );
+    let why = run(&mut rig, 1000).1.unwrap_err().to_string();
+    assert!(
+        why.contains("phidget") && why.contains("is it there"),
+        "{why}"
+    );
+
+    let port = Port::output("leg/LF/foot/force", Unit::Newton, 3);
+    let wire = kit().wire(&FaultSchedule::default()).unwrap();
+    let mut rig = toys::rig(
+        bridge(8).driver().unwrap(),
+        wire,
+        (2, |_| 0.0),
+        World::new(vec![port], force),
+    );
+    let why = run(&mut rig, 1000).1.unwrap_err().to_string();
+    assert!(why.contains("another board"), "{why}");
+}
+
+#[test]
+fn a_signal_that_is_not_there_is_an_error_that_says_what_is() {
+    let mut board = bridge(8);
+    board.inputs = vec![input(0, 3, 1.0)];
+    let wire = board.wire(&FaultSchedule::default()).unwrap();
+    let script = toys::Script {
+        ports: Vec::new(),
+        command: |_| 0.0,
+        steps: 0,
+    };
+    let task = twinrig_runtime::WiredTask::new(Box::new(board.driver().unwrap()), Box::new(wire));
+    let schedule = twinrig_runtime::Schedule::with_period(SimDuration::from_millis(2));
+    let world = World::new(
+        vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
+        force,
+    );
+    let refused = Rig::new(
+        &schedule,
+        Box::new(script),
+        vec![Box::new(task)],
+        Box::new(world),
+    );
+    let why = refused.err().unwrap().to_string();
+    assert!(why.contains("leg/LF/foot/force [N] × 3"), "{why}");
+}
+
+#[test]
+fn a_restored_rig_goes_on_bit_for_bit() {
+    let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
+    for board in [bridge(16), kit()] {
+        for saved_at in [0, 9, 33, 140] {
+            let mut rig = wired(&board, &faults);
+            run(&mut rig, saved_at).1.unwrap();
+            let saved = rig.save();
+            let rest = run(&mut rig, 600);
+            let mut again = wired(&board, &faults);
+            again.restore(&saved).unwrap();
+            assert_eq!(run(&mut again, 600), rest, "{saved_at} ms");
+        }
+    }
+}
+
+#[test]
+fn boards_that_cannot_be_are_refused() {
+    let refused = |board: &Phidget| board.driver().unwrap_err().to_string();
+    assert!(refused(&bridge(9)).contains("multiple of 8"));
+    assert!(refused(&bridge(1008)).contains("up to 1 s"));
+    assert!(
+        refused(&Phidget::new(
+            "phidget",
+            Board::InterfaceKit { trigger: 1001 }
+        ))
+        .contains("1001")
+    );
+    let mut twice = bridge(8);
+    twice.inputs = vec![input(1, 0, 1.0), input(1, 1, 1.0)];
+    assert!(refused(&twice).contains("taken twice"));
+    twice.inputs = vec![input(4, 0, 1.0)];
+    assert!(refused(&twice).contains("input 4 of 4"));
+}
