@@ -1,0 +1,236 @@
+//! What a slave answers, and what it does not.
+
+mod support;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use support::{board, micros, slave, slave_with};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_sbcp::codes::{CLASS_MOTORDRIVER, HEADER, REGISTER_FIRST_OWN, REGISTER_ID};
+use twinrig_sbcp::{
+    BYTE_TIME, ErrorCode, Instruction, Packet, Register, RegisterTable, Request, Response, Slave,
+    SlaveConfig, SlaveEvent,
+};
+use twinrig_wire::Piece;
+
+const GAIN: u8 = REGISTER_FIRST_OWN;
+const STATUS: u8 = REGISTER_FIRST_OWN + 1;
+const MODE: u8 = REGISTER_FIRST_OWN + 2;
+
+fn with_registers() -> Slave {
+    let own = [
+        Register::u16(GAIN, 400).non_volatile(),
+        Register::u16(STATUS, 7).read_only(),
+        Register::u8(MODE, 0).within(0, 3),
+    ];
+    let registers = RegisterTable::new(3, 5, &own).unwrap();
+    Slave::new(SlaveConfig::new(CLASS_MOTORDRIVER), registers).unwrap()
+}
+
+fn piece(first: SimTime, bytes: &[u8]) -> Piece<'_> {
+    Piece {
+        first,
+        spacing: BYTE_TIME,
+        bytes,
+    }
+}
+
+fn emitted(request: &Request) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    request.emit(&mut bytes);
+    bytes
+}
+
+fn ask(slave: &mut Slave, now: &mut SimTime, request: &Request) -> Option<Response> {
+    *now += micros(100);
+    slave.hear(piece(*now, &emitted(request)));
+    let mut bytes = Vec::new();
+    slave.poll_transmit(&mut bytes)?;
+    Some(Response::parse(&Packet::new(&bytes).unwrap()).unwrap())
+}
+
+#[test]
+fn registers_are_read_and_written_with_their_errors() {
+    let (mut slave, mut now) = (with_registers(), SimTime::ZERO);
+    let mut talk = |instruction, payload: &[u8]| {
+        let request = Request::new(board(3), instruction, payload).unwrap();
+        let response = ask(&mut slave, &mut now, &request).unwrap();
+        assert_eq!(response.from(), board(3));
+        (response.error, response.payload.to_vec())
+    };
+    let (get, set) = (Instruction::GET, Instruction::SET);
+    let ok = |bytes: &[u8]| (ErrorCode::OK, bytes.to_vec());
+    let no = |error| (error, Vec::new());
+    assert_eq!(talk(Instruction::PING, &[]), ok(&[]));
+    assert_eq!(talk(Instruction::PING, &[1]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(talk(get, &[REGISTER_ID]), ok(&[3]));
+    assert_eq!(talk(get, &[GAIN]), ok(&[0x90, 0x01]));
+    assert_eq!(talk(get, &[]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(talk(get, &[0x77]), no(ErrorCode::UNKNOWN_REGISTER));
+    assert_eq!(talk(set, &[GAIN, 0x2C, 0x01]), ok(&[]));
+    assert_eq!(talk(get, &[GAIN]), ok(&[0x2C, 0x01]));
+    assert_eq!(talk(set, &[GAIN, 1]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(talk(set, &[]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(talk(set, &[STATUS, 1, 0]), no(ErrorCode::READ_ONLY));
+    assert_eq!(talk(set, &[MODE, 4]), no(ErrorCode::BAD_VALUE));
+    assert_eq!(talk(set, &[MODE, 3]), ok(&[]));
+    assert_eq!(talk(Instruction(0x66), &[]), no(ErrorCode::UNKNOWN_INSTRUCTION));
+    assert_eq!(talk(Instruction::LOW_LATENCY, &[]), no(ErrorCode::NOT_READY));
+    let written: Vec<_> = std::iter::from_fn(|| slave.poll_event()).collect();
+    assert!(matches!(written[0], SlaveEvent::Written { address: GAIN, value: 300, .. }));
+    assert!(matches!(written[1], SlaveEvent::Written { address: MODE, value: 3, .. }));
+    assert!(matches!(written[2], SlaveEvent::LowLatency { .. }));
+    assert_eq!(slave.counters().answers, 15);
+}
+
+#[test]
+fn only_what_was_saved_outlives_a_power_cycle() {
+    let (mut slave, mut now) = (with_registers(), SimTime::ZERO);
+    let mut set = |slave: &mut Slave, address, bytes: &[u8]| {
+        let payload = [&[address], bytes].concat();
+        let request = Request::new(slave.address(), Instruction::SET, &payload).unwrap();
+        assert_eq!(ask(slave, &mut now, &request).unwrap().error, ErrorCode::OK);
+    };
+    set(&mut slave, GAIN, &[1, 0]);
+    slave.power_cycle();
+    assert_eq!(slave.registers().get(GAIN), Some(400));
+    set(&mut slave, GAIN, &[2, 0]);
+    set(&mut slave, REGISTER_ID, &[9]);
+    set(&mut slave, MODE, &[1]);
+    let save = Request::new(board(3), Instruction::SAVE, &[]).unwrap();
+    let mut later = SimTime::from_nanos(1_000_000_000);
+    assert!(ask(&mut slave, &mut later, &save).is_some());
+    slave.registers_mut().put(GAIN, 3).unwrap();
+    assert_eq!(slave.address(), board(3));
+    slave.power_cycle();
+    assert_eq!(slave.registers().get(GAIN), Some(2));
+    assert_eq!(slave.registers().get(MODE), Some(0));
+    assert_eq!(slave.address(), board(9));
+}
+
+#[test]
+fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_reply_of_that_instant() {
+    let mut slave = slave(2);
+    slave.set_reply(b"before").unwrap();
+    let request = Request::new(board(2), Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap();
+    let begin = SimTime::from_nanos(1_000_000);
+    slave.hear(piece(begin, &emitted(&request)));
+    slave.set_reply(b"after").unwrap();
+    let end = begin + BYTE_TIME * 9;
+    let event = slave.poll_event();
+    assert_eq!(event, Some(SlaveEvent::LowLatency { at: end, payload: request.payload }));
+    let mut bytes = Vec::new();
+    assert_eq!(slave.poll_transmit(&mut bytes), Some(end + micros(10)));
+    assert_eq!(Packet::new(&bytes).unwrap().payload(), b"before");
+}
+
+#[test]
+fn a_device_may_insist_on_the_length_of_low_latency_requests() {
+    let config = SlaveConfig {
+        low_latency_request: Some(4),
+        ..SlaveConfig::new(CLASS_MOTORDRIVER)
+    };
+    let mut slave = slave_with(1, config);
+    let request = Request::new(board(1), Instruction::LOW_LATENCY, &[1, 2, 3]).unwrap();
+    let response = ask(&mut slave, &mut SimTime::ZERO.clone(), &request).unwrap();
+    assert_eq!(response.error, ErrorCode::BAD_LENGTH);
+    assert_eq!(slave.poll_event(), None);
+}
+
+#[test]
+fn an_idle_gap_makes_it_listen_afresh_whatever_it_was_at() {
+    let request = emitted(&Request::new(board(2), Instruction::PING, &[]).unwrap());
+    for garbage in [
+        &[HEADER][..],
+        &[HEADER, CLASS_MOTORDRIVER, 2, 28, 1, 1],
+        &[HEADER, CLASS_MOTORDRIVER, 1, 28, 1],
+    ] {
+        for (silence, heard) in [(14, false), (16, true)] {
+            let mut slave = slave(2);
+            let now = SimTime::from_nanos(1_000_000);
+            slave.hear(piece(now, garbage));
+            let next = piece(now, garbage).last() + micros(silence) + BYTE_TIME;
+            slave.hear(piece(next, &request));
+            let answered = slave.poll_transmit(&mut Vec::new()).is_some();
+            // A lone header does not matter: the next one takes its place.
+            assert_eq!(answered, heard || garbage.len() == 1, "{garbage:?} {silence}");
+        }
+    }
+}
+
+/// A stream of packets for anybody and of noise.
+fn stream() -> impl Strategy<Value = Vec<Vec<u8>>> {
+    let packet = (1..4_u8, 1..6_u8, prop_oneof![1..5_u8, Just(0x10)], vec(any::<u8>(), 0..20));
+    let packet = packet.prop_map(|(class, id, code, payload)| {
+        let to = twinrig_sbcp::Address::new(class, id).unwrap();
+        emitted(&Request::new(to, Instruction(code), &payload).unwrap())
+    });
+    let noise = vec(prop_oneof![any::<u8>(), Just(HEADER), 0..6_u8], 1..40);
+    let damaged = (packet.clone(), any::<prop::sample::Index>(), 1..=255_u8);
+    let damaged = damaged.prop_map(|(mut bytes, at, change)| {
+        let at = at.index(bytes.len());
+        bytes[at] ^= change;
+        bytes
+    });
+    vec(prop_oneof![4 => packet, 1 => noise, 1 => damaged], 1..20)
+}
+
+/// How many bytes had been heard at each answer, and the answer.
+fn answers(bytes: &[u8], pieces: &[usize]) -> Vec<(SimTime, Vec<u8>)> {
+    let mut slave = slave(2);
+    let mut given = Vec::new();
+    let mut at = 0;
+    let mut lengths = pieces.iter().cycle();
+    while at < bytes.len() {
+        let count = (*lengths.next().unwrap()).clamp(1, bytes.len() - at);
+        let first = SimTime::ZERO + BYTE_TIME * (at as u64 + 1);
+        slave.hear(piece(first, &bytes[at..at + count]));
+        at += count;
+        let mut said = Vec::new();
+        if let Some(start) = slave.poll_transmit(&mut said) {
+            given.push((start, said));
+        }
+    }
+    given
+}
+
+proptest! {
+    #[test]
+    fn it_answers_nothing_but_whole_requests_for_itself(stream in stream()) {
+        let bytes = stream.concat();
+        for (start, said) in answers(&bytes, &[1]) {
+            let end = start - SimTime::ZERO - micros(10);
+            let heard = usize::try_from(end.as_nanos() / BYTE_TIME.as_nanos()).unwrap();
+            let asked = (6..=32.min(heard)).find_map(|len| {
+                let packet = Packet::new(&bytes[heard - len..heard]).ok()?;
+                Request::parse(&packet).ok().filter(|request| request.to == board(2))
+            });
+            prop_assert!(asked.is_some());
+            let response = Response::parse(&Packet::new(&said).unwrap()).unwrap();
+            prop_assert_eq!(response.from(), board(2));
+        }
+    }
+
+    #[test]
+    fn it_hears_the_same_in_whatever_pieces(
+        stream in stream(),
+        pieces in vec(1..7_usize, 1..8),
+    ) {
+        // In pieces that hold no two requests, so that no answer replaces another.
+        let bytes = stream.concat();
+        prop_assert_eq!(answers(&bytes, &pieces).len(), answers(&bytes, &[1]).len());
+        prop_assert_eq!(answers(&bytes, &pieces), answers(&bytes, &[1]));
+    }
+
+    #[test]
+    fn after_any_garbage_and_an_idle_gap_it_answers(garbage in vec(any::<u8>(), 0..100)) {
+        let mut slave = slave(2);
+        let mut now = SimTime::from_nanos(1_000_000);
+        slave.hear(piece(now, &garbage));
+        while slave.poll_transmit(&mut Vec::new()).is_some() {}
+        now = piece(now, &garbage).last() + BYTE_TIME + SimDuration::from_micros(16);
+        let request = Request::new(board(2), Instruction::PING, &[]).unwrap();
+        slave.hear(piece(now, &emitted(&request)));
+        prop_assert!(slave.poll_transmit(&mut Vec::new()).is_some());
+    }
+}

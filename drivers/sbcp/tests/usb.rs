@@ -1,0 +1,171 @@
+//! Free-running cycles behind a USB serial converter: what of the thesis' rates comes out (section 5.3.2).
+
+mod support;
+
+use std::ops::Range;
+
+use support::{frame, micros, slave_with};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{PlantFault, PlantSignals, TaskError, Wire, WiringError, World};
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{
+    BYTE_TIME, Controlled, ControllerConfig, Master, MasterConfig, Passing, Slave, SlaveConfig,
+    Topology,
+};
+use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
+
+struct Nowhere;
+
+impl World for Nowhere {
+    fn sample(&mut self, _: Range<usize>) -> Result<&[f64], PlantFault> {
+        Ok(&[])
+    }
+
+    fn actuate(&mut self, _: Range<usize>) -> Result<&mut [f64], PlantFault> {
+        Ok(&mut [])
+    }
+}
+
+struct Board(Slave);
+
+impl Node for Board {
+    fn name(&self) -> &str {
+        "board"
+    }
+
+    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
+        Ok(())
+    }
+
+    fn hear(&mut self, piece: Piece<'_>) {
+        self.0.hear(piece);
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        None
+    }
+
+    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+        while self.0.poll_event().is_some() {}
+        Ok(())
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        self.0.poll_transmit(bytes)
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.0)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.0 = snapshot.read()?;
+        Ok(())
+    }
+}
+
+fn bus(reaction: SimDuration) -> Rs485 {
+    let nodes = (1..=4).map(|id| {
+        let config = SlaveConfig {
+            low_latency_reaction: reaction,
+            ..SlaveConfig::new(CLASS_MOTORDRIVER)
+        };
+        Box::new(Board(slave_with(id, config))) as Box<dyn Node>
+    });
+    Rs485::new("bus", BYTE_TIME, micros(1), nodes.collect()).unwrap()
+}
+
+/// Length of each of some cycles, one begun as soon as the last is over \[µs\].
+fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
+    let mut master = Master::new(MasterConfig::new(topology));
+    let mut now = SimTime::ZERO;
+    let mut begun = now;
+    let mut lengths = Vec::new();
+    let mut bytes = Vec::new();
+    while lengths.len() < 20 {
+        if !master.is_busy() {
+            begun = now;
+            master.cycle(support::host(now), &frame()).unwrap();
+        }
+        bytes.clear();
+        if master.poll_transmit(&mut bytes) {
+            wire.advance(now, &mut Nowhere).unwrap();
+            wire.send(now, &bytes);
+            continue;
+        }
+        let due = master.poll_timeout().map(|at| SimTime::from_nanos(at.as_nanos()));
+        now = now.max(wire.next_wake().into_iter().chain(due).min().unwrap());
+        wire.advance(now, &mut Nowhere).unwrap();
+        wire.receive(&mut bytes);
+        master.handle_bytes(support::host(now), &bytes);
+        if due.is_some_and(|at| at <= now) {
+            master.handle_timeout(support::host(now));
+        }
+        if !master.is_busy() {
+            assert!(master.outcomes().iter().all(Result::is_ok), "{:?}", master.outcomes());
+            lengths.push((now - begun).as_nanos() / 1_000);
+        }
+    }
+    // The first one begins at no particular place within a microframe.
+    lengths.split_off(1)
+}
+
+fn controlled(config: ControllerConfig, reaction: u64) -> Vec<u64> {
+    let line = Controlled::new("bus", config, bus(micros(reaction))).unwrap();
+    let mut wire = UsbSerial::new("bus", UsbTiming::default(), BYTE_TIME, 1, line).unwrap();
+    cycles(&mut wire, Topology::Controller)
+}
+
+#[test]
+fn through_the_controller_a_cycle_is_exactly_eight_microframes() {
+    let lengths = controlled(ControllerConfig::default(), 10);
+    assert!(lengths.iter().all(|length| *length == 1000), "{lengths:?}");
+}
+
+#[test]
+fn directly_a_cycle_is_twenty_microframes() {
+    let mut wire = UsbSerial::new("bus", UsbTiming::default(), BYTE_TIME, 1, bus(micros(10))).unwrap();
+    let lengths = cycles(&mut wire, Topology::Direct);
+    assert!(lengths.iter().all(|length| *length == 2500), "{lengths:?}");
+}
+
+/// Whether the millisecond is held.
+fn holds(config: ControllerConfig, reaction: u64) -> bool {
+    let lengths = controlled(config, reaction);
+    assert!(lengths.iter().all(|length| *length == lengths[0]), "{lengths:?}");
+    assert!([1000, 1125].contains(&lengths[0]), "{lengths:?}");
+    lengths[0] == 1000
+}
+
+#[test]
+fn the_millisecond_is_lost_by_storing_and_forwarding() {
+    let config = ControllerConfig {
+        passing: Passing::StoreAndForward,
+        ..ControllerConfig::default()
+    };
+    assert!(!holds(config, 10));
+}
+
+#[test]
+fn the_millisecond_is_lost_by_boards_that_react_late() {
+    // A patient controller, so that nothing but time is lost.
+    let config = ControllerConfig {
+        timeout: micros(60),
+        gap: SimDuration::ZERO,
+        ..ControllerConfig::default()
+    };
+    let last = (10..40).take_while(|reaction| holds(config, *reaction)).last();
+    assert_eq!(last, Some(25));
+}
+
+#[test]
+fn the_millisecond_is_lost_by_long_gaps() {
+    let last = (0..40).take_while(|gap| {
+        let config = ControllerConfig {
+            gap: micros(*gap),
+            ..ControllerConfig::default()
+        };
+        holds(config, 10)
+    });
+    assert_eq!(last.last(), Some(20));
+}
