@@ -225,6 +225,9 @@ impl Distortion {
 
     /// Lets everything happen that does by `now`; every byte complete by then has come in.
     pub(crate) fn settle(&mut self, now: SimTime) {
+        if self.next_event().is_none_or(|event| event > now) {
+            return;
+        }
         self.happen(|event| event <= now);
     }
 

@@ -13,6 +13,8 @@ pub struct Faulty<L> {
     /// What has just come from the line.
     arrived: Arrivals,
     now: SimTime,
+    /// When anything happens next: follows from the rest.
+    wake: Option<SimTime>,
 }
 
 impl<L: Line> Faulty<L> {
@@ -27,14 +29,28 @@ impl<L: Line> Faulty<L> {
         schedule: &FaultSchedule,
         line: L,
     ) -> Result<Self, WireError> {
-        Ok(Self {
+        let mut faulty = Self {
             on: on.to_owned(),
             line,
             outward: Distortion::new(on, "out", true, byte_time, schedule)?,
             inward: Distortion::new(on, "in", true, byte_time, schedule)?,
             arrived: Arrivals::default(),
             now: SimTime::ZERO,
-        })
+            wake: None,
+        };
+        faulty.look_ahead();
+        Ok(faulty)
+    }
+
+    fn look_ahead(&mut self) {
+        let own = [
+            self.outward.failure(),
+            self.outward.next_event(),
+            self.inward.next_event(),
+            self.inward.next_byte(),
+            self.line.next_wake(),
+        ];
+        self.wake = own.into_iter().flatten().min();
     }
 
     fn hand_on(&mut self) {
@@ -57,33 +73,30 @@ impl<L: Line> Faulty<L> {
         self.arrived.clear();
         self.inward.settle(now);
         self.now = now;
+        self.look_ahead();
         Ok(())
     }
 }
 
 impl<L: Line> Line for Faulty<L> {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.line.connect(owner, plant)
+        self.line.connect(owner, plant)?;
+        self.look_ahead();
+        Ok(())
     }
 
     fn send(&mut self, piece: Piece<'_>) {
         self.outward.pass(piece);
         self.hand_on();
+        self.look_ahead();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        let own = [
-            self.outward.failure(),
-            self.outward.next_event(),
-            self.inward.next_event(),
-            self.inward.next_byte(),
-            self.line.next_wake(),
-        ];
-        own.into_iter().flatten().min()
+        self.wake
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        while let Some(wake) = self.next_wake().filter(|wake| *wake < now) {
+        while let Some(wake) = self.wake.filter(|wake| *wake < now) {
             self.instant(wake, world)?;
         }
         self.instant(now, world)
@@ -92,6 +105,7 @@ impl<L: Line> Line for Faulty<L> {
     fn receive(&mut self, arrivals: &mut Arrivals) {
         let push = |piece: Piece<'_>| arrivals.push(piece.first, piece.spacing, piece.bytes);
         self.inward.take(self.now, push);
+        self.look_ahead();
     }
 
     fn gauges(&self) -> Vec<Port> {
@@ -125,6 +139,7 @@ impl<L: Line> Line for Faulty<L> {
         self.inward.restore(&inward)?;
         self.line.restore(&line)?;
         self.now = now;
+        self.look_ahead();
         Ok(())
     }
 }

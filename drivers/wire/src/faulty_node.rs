@@ -15,6 +15,8 @@ pub struct FaultyNode<N> {
     free_at: SimTime,
     /// What the node just says.
     bytes: Vec<u8>,
+    /// When the faults do something next: follows from the rest.
+    wake: Option<SimTime>,
 }
 
 impl<N: Node> FaultyNode<N> {
@@ -29,7 +31,7 @@ impl<N: Node> FaultyNode<N> {
         schedule: &FaultSchedule,
         node: N,
     ) -> Result<Self, WireError> {
-        Ok(Self {
+        let mut faulty = Self {
             on: on.to_owned(),
             byte_time,
             node,
@@ -37,7 +39,19 @@ impl<N: Node> FaultyNode<N> {
             said: Distortion::new(on, "said", true, byte_time, schedule)?,
             free_at: SimTime::ZERO,
             bytes: Vec::new(),
-        })
+            wake: None,
+        };
+        faulty.look_ahead();
+        Ok(faulty)
+    }
+
+    fn look_ahead(&mut self) {
+        let own = [
+            self.heard.next_event(),
+            self.heard.next_byte(),
+            self.said.next_event(),
+        ];
+        self.wake = own.into_iter().flatten().min();
     }
 }
 
@@ -52,16 +66,14 @@ impl<N: Node> Node for FaultyNode<N> {
 
     fn hear(&mut self, piece: Piece<'_>) {
         self.heard.pass(piece);
+        self.look_ahead();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        let own = [
-            self.heard.next_event(),
-            self.heard.next_byte(),
-            self.said.next_event(),
-            self.node.next_wake(),
-        ];
-        own.into_iter().flatten().min()
+        match (self.wake, self.node.next_wake()) {
+            (Some(own), Some(node)) => Some(own.min(node)),
+            (own, node) => own.or(node),
+        }
     }
 
     fn attention(&self) -> Option<usize> {
@@ -89,6 +101,7 @@ impl<N: Node> Node for FaultyNode<N> {
             }
         }
         self.said.settle(now);
+        self.look_ahead();
         Ok(())
     }
 
@@ -123,6 +136,8 @@ impl<N: Node> Node for FaultyNode<N> {
         self.heard.restore(&heard)?;
         self.said.restore(&said)?;
         self.free_at = free_at;
-        self.node.restore(&node)
+        self.node.restore(&node)?;
+        self.look_ahead();
+        Ok(())
     }
 }
