@@ -106,6 +106,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("twinrig-study", &["twinrig-kernel", "twinrig-runtime"]),
     ("twinrig-tests", &["twinrig", "twinrig-record"]),
+    ("twinrig-wire", &["twinrig-kernel", "twinrig-runtime"]),
 ];
 
 /// Plants and controllers: what is exchanged for another, and what nobody but the program may know.

@@ -1,4 +1,67 @@
-//! Byte transports with their timing.
+//! Byte transports with their timing: what stands between a driver and the boards that it talks to, in
+//! virtual time and, with the same driver, on a real port. In virtual time the same bytes at the same times, seed and faults give
+//! the same bytes at the same times, bit for bit, however closely one looks; nothing is woken byte by
+//! byte; a transport can be saved amid a byte; and what runs allocates nothing.
+//!
+//! Transports nest. From the host outwards: [`UsbSerial`] or [`HostEnd`] is the `Wire` that a driver talks over; [`Uart`],
+//! [`Faulty`] and [`Traced`] are each a [`Line`] around a line; [`Rs485`] (several [`Node`]s, half duplex) and [`Duplex`] (one)
+//! are the far end; [`FaultyNode`] is a node around a node.
+//!
+//! ```
+//! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+//! use twinrig_runtime::{PlantFault, PlantSignals, TaskError, Wire, WiringError, World};
+//! use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
+//!
+//! /// Says back what it hears, 10 µs later.
+//! #[derive(Default)]
+//! struct Echo(Vec<u8>, Option<SimTime>);
+//! impl Node for Echo {
+//!     fn name(&self) -> &str { "echo" }
+//!     fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> { Ok(()) }
+//!     fn hear(&mut self, piece: Piece<'_>) {
+//!         self.0.extend_from_slice(piece.bytes);
+//!         self.1 = Some(piece.last() + SimDuration::from_micros(10));
+//!     }
+//!     fn next_wake(&self) -> Option<SimTime> { None }
+//!     fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> { Ok(()) }
+//!     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+//!         bytes.append(&mut self.0);
+//!         self.1.take()
+//!     }
+//!     fn save(&self) -> Snapshot { Snapshot::of(&(&self.0, self.1)) }
+//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+//!         (self.0, self.1) = snapshot.read()?;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! /// There is no plant.
+//! struct Nowhere;
+//! impl World for Nowhere {
+//!     fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> { Ok(&[]) }
+//!     fn actuate(&mut self, _: std::ops::Range<usize>) -> Result<&mut [f64], PlantFault> { Ok(&mut []) }
+//! }
+//!
+//! let (byte_time, turnaround) = (SimDuration::from_micros(3), SimDuration::from_micros(2));
+//! let bus = Rs485::new("demo", byte_time, turnaround, vec![Box::new(Echo::default())])?;
+//! let mut wire = UsbSerial::new("demo", UsbTiming::default(), byte_time, 1, bus)?;
+//!
+//! wire.send(SimTime::ZERO, b"anybody there?");
+//! let (mut now, mut read) = (SimTime::ZERO, Vec::new());
+//! while let Some(wake) = wire.next_wake() {
+//!     now = wake;
+//!     wire.advance(now, &mut Nowhere)?;
+//!     wire.receive(&mut read);
+//! }
+//! assert_eq!(read, b"anybody there?");
+//! // 94 µs on the bus cost five microframes, and 20 µs until the host's program runs.
+//! assert_eq!(now, SimTime::ZERO + SimDuration::from_micros(645));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do: it knows no protocol, and no packets but those of USB; no baud rates that differ between the ends of a wire,
+//! no parity, no flow control and no modem lines; no limit of the converter's buffers; no levels on the
+//! wires but high and low; and it reads no scenario.
 
 mod arrivals;
 mod distortion;
