@@ -7,9 +7,11 @@ mod support;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use support::*;
-use twinrig_kernel::SimTime;
-use twinrig_runtime::Wire;
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, Faulty, Line, Rs485, UsbSerial, UsbTiming};
+use twinrig_kernel::{SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
+use twinrig_wire::{
+    Fault, FaultKind, FaultSchedule, Faulty, Line, Node, Piece, Rs485, UsbSerial, UsbTiming,
+};
 
 fn main() {
     divan::main();
