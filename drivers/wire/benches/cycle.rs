@@ -6,7 +6,7 @@ mod support;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use support::*;
+use support::{BYTE, Nowhere, request, us};
 use twinrig_kernel::{SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
 use twinrig_wire::{

@@ -316,6 +316,11 @@ impl Distortion {
         Some(if goes_on { piece.last() } else { piece.first })
     }
 
+    /// When so many bytes more that have come out are complete.
+    pub(crate) fn byte(&self, count: usize) -> Option<SimTime> {
+        self.state.out.at(count.saturating_sub(1))
+    }
+
     /// Takes what has come out by `now`.
     pub(crate) fn take(&mut self, now: SimTime, taken: impl FnMut(Piece<'_>)) {
         let count = self.state.out.complete(now);

@@ -46,9 +46,14 @@ impl<N: Node> FaultyNode<N> {
     }
 
     fn look_ahead(&mut self) {
+        let attention = self
+            .node
+            .attention()
+            .and_then(|count| self.heard.byte(count));
         let own = [
             self.heard.next_event(),
             self.heard.next_byte(),
+            attention,
             self.said.next_event(),
         ];
         self.wake = own.into_iter().flatten().min();

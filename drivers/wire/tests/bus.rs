@@ -16,7 +16,7 @@ struct Actor {
 }
 
 impl Node for Actor {
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         "actor"
     }
 

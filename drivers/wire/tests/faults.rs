@@ -437,3 +437,40 @@ proptest! {
         prop_assert_eq!(bench.near(), timed(&inward));
     }
 }
+
+/// A bus of boards on one of whose stubs something is wrong.
+fn bus(schedule: &FaultSchedule) -> Rs485 {
+    let nodes = (0..3).map(|n| {
+        let place = if n == 1 { PLACE } else { "wire/other" };
+        Box::new(FaultyNode::new(place, BYTE, schedule, Board::new(n)).unwrap()) as Box<dyn Node>
+    });
+    Rs485::new("sbcp", BYTE, us(2), nodes.collect()).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn when_a_bus_with_a_faulty_stub_is_looked_at_changes_nothing(
+        schedule in any_schedule(), asked in prop::collection::vec((0_u8..3, 0_u64..200), 1..7), also in instants(), cut in 0_u64..600,
+    ) {
+        let start = || {
+            let (mut bus, mut first) = (bus(&schedule), at(3));
+            for (board, gap) in &asked {
+                bus.send(Piece { first, spacing: BYTE, bytes: &request(*board) });
+                first += us(30 + gap);
+            }
+            bus
+        };
+        let live = |mut bus: Rs485, also: &[SimTime], mut near: Arrivals| {
+            live_line(&mut bus, at(END), also, &mut near);
+            (near.iter().collect::<Timed>(), bus.save())
+        };
+        let (expected, end) = live(start(), &[], Arrivals::default());
+        prop_assert_eq!(live(start(), &also, Arrivals::default()).0, expected.clone(), "{}", schedule);
+        let mut first = start();
+        let mut near = Arrivals::default();
+        live_line(&mut first, at(cut), &[], &mut near);
+        let mut second = bus(&schedule);
+        second.restore(&first.save()).unwrap();
+        prop_assert_eq!(live(second, &[], near), (expected, end), "{}", schedule);
+    }
+}

@@ -116,7 +116,10 @@ impl Node for Board {
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let start = self.state.answers.pop()?;
+        if self.state.answers.is_empty() {
+            return None;
+        }
+        let start = self.state.answers.remove(0);
         self.state.count = self.state.count.wrapping_add(1);
         bytes.extend((0..self.response).map(|n| match n {
             // Not an address.
@@ -147,7 +150,9 @@ pub fn boards() -> Vec<Box<dyn Node>> {
 /// Four that hear each packet when it is over.
 pub fn listeners() -> Vec<Box<dyn Node>> {
     let mut all: [Board; 4] = [0, 1, 2, 3].map(Board::new);
-    all.iter_mut().for_each(|board| board.attentive = false);
+    for board in &mut all {
+        board.attentive = false;
+    }
     all.map(|board| Box::new(board) as Box<dyn Node>).into()
 }
 
