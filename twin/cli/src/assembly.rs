@@ -10,6 +10,7 @@ use twinrig_scenario::{
     ActuatorSpec, ChangeAmount, Facts, LegFact, PlantSpec, Scenario, Scene, Setting, TimeModel,
 };
 
+use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
 use crate::registry::{Given, Physics, Registry};
@@ -267,6 +268,7 @@ impl<'r> Assembly<'r> {
         let built = self.registry.plant(&physics);
         built
             .unwrap_or_else(|| Err("there is none of that name".into()))
+            .and_then(|plant| with_abduction(plant, &physics))
             .map_err(|source| self.not_built("plant", name, source))
     }
 

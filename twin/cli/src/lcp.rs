@@ -5,9 +5,9 @@ use twinrig_kernel::{SimDuration, Unit};
 use twinrig_lcp::{Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
+use crate::option::choice;
 use crate::registry::{BuildError, Physics, PlantKind};
 use crate::setup::setup;
-use crate::standard::choice;
 
 /// The plant's own step where a scenario gives none.
 const STEP: SimDuration = SimDuration::from_millis(2);

@@ -6,9 +6,9 @@ use twinrig_kernel::SimDuration;
 use twinrig_massless::{Force, Massless, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
+use crate::option::choice;
 use crate::registry::{BuildError, Physics, PlantKind};
 use crate::setup::setup;
-use crate::standard::choice;
 
 /// The plant's own step where a scenario gives none.
 const STEP: SimDuration = SimDuration::from_millis(1);

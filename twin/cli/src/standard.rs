@@ -1,20 +1,33 @@
 //! The parts that come with the program, a line each.
 
-use twinrig_gait::{Cpg, Gait, Stand};
+use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
-use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+use twinrig_scenario::OptionSpec;
 
+use crate::drives;
 use crate::lcp;
 use crate::massless;
 use crate::method::Method;
-use crate::registry::{ControllerKind, PlantKind, Registry};
+use crate::option::choice;
+use crate::optoforce;
+use crate::phidget;
+use crate::rb110;
+use crate::registry::{ControllerKind, Given, PlantKind, Registry};
+use crate::sbcp;
+use crate::script;
 
 pub(crate) fn registry() -> Registry {
     Registry::empty()
         .with_plant(massless_with_its_method())
         .with_plant(lcp_with_its_methods())
+        .with_plant(drives::kind())
+        .with_bus(sbcp::kind())
+        .with_bus(rb110::kind())
+        .with_bus(optoforce::kind())
+        .with_bus(phidget::kind())
         .with_controller(cpg())
         .with_controller(stand())
+        .with_controller(script::kind())
 }
 
 fn massless_with_its_method() -> PlantKind {
@@ -67,7 +80,7 @@ fn cpg() -> ControllerKind {
     let gaits = Gait::ALL.map(|gait| gait.name().to_owned());
     ControllerKind::new(Cpg::NAME, about, |given| {
         let gait = given.options.text("gait").unwrap_or_default().parse()?;
-        let cpg = Cpg::new(given.robot, given.legs, gait)?;
+        let cpg = Cpg::new(given.robot, given.legs, gait)?.with_abduction(abduction(given));
         Ok(match given.options.text("start") {
             Some("random") => cpg.with_random_phases(given.seed),
             _ => cpg,
@@ -77,24 +90,27 @@ fn cpg() -> ControllerKind {
     .with_option(choice(
         "start",
         "in step with the gait, or at random phases",
-        &START.map(str::to_owned),
+        &START,
     ))
+    .with_option(abducting())
 }
 
 const START: [&str; 2] = ["in-step", "random"];
 
 fn stand() -> ControllerKind {
     ControllerKind::new(Stand::NAME, "holds the feet below the hips", |given| {
-        Ok(Stand::new(given.robot, given.legs)?)
+        Ok(Stand::new(given.robot, given.legs)?.with_abduction(abduction(given)))
     })
+    .with_option(abducting())
 }
 
-/// An option that is one of `words`, by default the first.
-pub(crate) fn choice(name: &str, about: &str, words: &[String]) -> OptionSpec {
-    OptionSpec {
-        name: name.to_owned(),
-        about: about.to_owned(),
-        accepts: Accepts::Choice(words.to_vec()),
-        default: words.first().cloned().map(OptionValue::Text),
-    }
+fn abducting() -> OptionSpec {
+    let about = "command the servos of hip abduction, too: `splay`";
+    choice("abduction", about, &Abduction::ALL.map(Abduction::name))
+}
+
+fn abduction(given: &Given<'_>) -> Abduction {
+    let name = given.options.text("abduction");
+    let mut all = Abduction::ALL.into_iter();
+    all.find(|way| Some(way.name()) == name).unwrap_or_default()
 }

@@ -255,37 +255,43 @@ pub struct FaultSpec {
 /// What goes wrong on a wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaultKind {
-    /// This share of the bursts is lost.
+    /// Bursts are lost.
     Drop {
-        /// Between 0 and 1.
-        share: f64,
+        /// How probable that is.
+        probability: f64,
     },
-    /// This share of the bits is wrong.
+    /// Bits are turned round.
     Flip {
-        /// Between 0 and 1.
+        /// How probable that is for each bit.
         rate: f64,
     },
-    /// Bytes come later.
+    /// Bursts come later.
     Delay {
         /// By so much.
         by: SimDuration,
     },
-    /// This share of the bursts comes twice.
+    /// Bursts come twice.
     Duplicate {
-        /// Between 0 and 1.
-        share: f64,
+        /// How probable that is.
+        probability: f64,
     },
-    /// This share of the bursts changes places with the next.
+    /// A burst changes places with the next.
     Reorder {
-        /// Between 0 and 1.
-        share: f64,
+        /// How probable that is.
+        probability: f64,
     },
     /// Nothing passes.
-    Unplug,
+    Unplug {
+        /// Whether the host notices, so that the run ends.
+        fails: bool,
+    },
     /// The line is held low.
     Stuck,
-    /// A board talks without being asked.
-    Babble,
+    /// Somebody talks without being asked.
+    Babble {
+        /// Mean pause between two bursts.
+        pause: SimDuration,
+    },
 }
 
 /// How long something takes.

@@ -49,9 +49,11 @@ pub fn schema(catalogue: &Catalogue) -> Value {
             "on": described("wire/NAME of a bus, or a place on it: wire/NAME/PLACE.", json!({ "type": "string" })),
             "kind": { "enum": ["drop", "flip", "delay", "duplicate", "reorder", "unplug", "stuck", "babble"] },
             "for": duration(),
-            "share": number(),
+            "probability": number(),
             "rate": number(),
             "by": duration(),
+            "fails": { "type": "boolean" },
+            "pause": duration(),
         }), &["at", "on", "kind"])),
         "expect": list(&expect()),
     });

@@ -64,7 +64,7 @@ fn a_fault_lasts_as_long_as_it_says_or_to_the_end() {
     };
     assert_eq!(drop.at, SimTime::ZERO + SimDuration::from_secs(9));
     assert_eq!(drop.lasts, Some(SimDuration::from_millis(20)));
-    assert_eq!(drop.kind, FaultKind::Drop { share: 1.0 });
+    assert_eq!(drop.kind, FaultKind::Drop { probability: 1.0 });
     assert_eq!(
         (flip.lasts, flip.kind),
         (None, FaultKind::Flip { rate: 1e-4 })

@@ -125,6 +125,8 @@ fn schema_and_reader_know_the_same_keys() {
         fault("kind = 'drop'"),
         fault("kind = 'flip'\nrate = 0.1"),
         fault("kind = 'delay'\nby = '1 ms'"),
+        fault("kind = 'unplug'"),
+        fault("kind = 'babble'"),
     ]
     .concat();
     keys.sort();

@@ -64,7 +64,9 @@ pub(super) fn fault(item: &Item<'_>) -> Result<FaultSpec, Reported> {
         Delay,
         Duplicate,
         Reorder,
-        Plain(FaultKind),
+        Unplug,
+        Stuck,
+        Babble,
     }
     const WORDS: [(&str, Word); 8] = [
         ("drop", Word::Drop),
@@ -72,9 +74,9 @@ pub(super) fn fault(item: &Item<'_>) -> Result<FaultSpec, Reported> {
         ("delay", Word::Delay),
         ("duplicate", Word::Duplicate),
         ("reorder", Word::Reorder),
-        ("unplug", Word::Plain(FaultKind::Unplug)),
-        ("stuck", Word::Plain(FaultKind::Stuck)),
-        ("babble", Word::Plain(FaultKind::Babble)),
+        ("unplug", Word::Unplug),
+        ("stuck", Word::Stuck),
+        ("babble", Word::Babble),
     ];
     let table = item.table()?;
     let at = table.required("at", Item::duration);
@@ -83,21 +85,32 @@ pub(super) fn fault(item: &Item<'_>) -> Result<FaultSpec, Reported> {
     let word = table
         .required("kind", |item| item.choice(&WORDS))
         .inspect_err(|_| table.give_up())?;
-    let share = |table: &Table<'_>| {
-        let share = table.optional("share", |item| item.number(&Range::between(0.0, 1.0)))?;
-        Ok(share.unwrap_or(1.0))
+    let probability = || {
+        let range = Range::between(0.0, 1.0);
+        let given = table.optional("probability", |item| item.number(&range))?;
+        Ok(given.unwrap_or(1.0))
     };
     let kind = match word {
-        Word::Drop => share(&table).map(|share| FaultKind::Drop { share }),
-        Word::Duplicate => share(&table).map(|share| FaultKind::Duplicate { share }),
-        Word::Reorder => share(&table).map(|share| FaultKind::Reorder { share }),
+        Word::Drop => probability().map(|probability| FaultKind::Drop { probability }),
+        Word::Duplicate => probability().map(|probability| FaultKind::Duplicate { probability }),
+        Word::Reorder => probability().map(|probability| FaultKind::Reorder { probability }),
         Word::Flip => table
             .required("rate", |item| item.number(&Range::between(0.0, 1.0)))
             .map(|rate| FaultKind::Flip { rate }),
         Word::Delay => table
             .required("by", Item::duration)
             .map(|by: SimDuration| FaultKind::Delay { by }),
-        Word::Plain(kind) => Ok(kind),
+        Word::Unplug => table
+            .optional("fails", Item::boolean)
+            .map(|fails| FaultKind::Unplug {
+                fails: fails.unwrap_or(false),
+            }),
+        Word::Stuck => Ok(FaultKind::Stuck),
+        Word::Babble => table
+            .optional("pause", Item::duration)
+            .map(|pause| FaultKind::Babble {
+                pause: pause.unwrap_or(SimDuration::ZERO),
+            }),
     };
     Ok(FaultSpec {
         at: SimTime::ZERO + at?,

@@ -1,0 +1,32 @@
+//! Options that kinds declare, in few words.
+
+use twinrig_document::Range;
+use twinrig_kernel::Unit;
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+
+/// An option that may be absent.
+pub(crate) fn option(name: &str, about: &str, accepts: Accepts) -> OptionSpec {
+    OptionSpec {
+        name: name.to_owned(),
+        about: about.to_owned(),
+        accepts,
+        default: None,
+    }
+}
+
+/// An option that is one of `words`, by default the first.
+pub(crate) fn choice<W: AsRef<str>>(name: &str, about: &str, words: &[W]) -> OptionSpec {
+    let words: Vec<String> = words.iter().map(|word| word.as_ref().to_owned()).collect();
+    OptionSpec {
+        default: words.first().cloned().map(OptionValue::Text),
+        ..option(name, about, Accepts::Choice(words))
+    }
+}
+
+/// A number, or a share of one.
+pub(crate) fn number(range: Range) -> Accepts {
+    Accepts::Quantity {
+        unit: Unit::One,
+        range,
+    }
+}

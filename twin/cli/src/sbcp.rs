@@ -1,0 +1,363 @@
+//! The SBCP bus of Oncilla with its motordriver boards, out of a scenario's words.
+
+use std::time::Duration;
+
+use twinrig_document::Range;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_motordriver::{
+    BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following, Generation,
+    Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
+};
+use twinrig_runtime::Timing;
+use twinrig_sbcp::{ControllerConfig, Passing};
+use twinrig_scenario::{Accepts, FaultKind as SceneFault, OptionSpec, OptionValue, Options};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+
+use crate::assembly::timing;
+use crate::option::{choice, number, option};
+use crate::registry::{BuildError, BusKind, Hookup};
+
+/// Bits a second of the bus: what the processor of the boards can make that is next to 3.3 Mbit/s.
+const BAUD: u32 = 3_333_333;
+/// The ids of the boards of Oncilla (public liboncilla-hw sources, 2014).
+const IDS: [(&str, u8, Side); 4] = [
+    ("LF", 1, Side::Left),
+    ("RF", 2, Side::Right),
+    ("LH", 3, Side::Left),
+    ("RH", 4, Side::Right),
+];
+
+const CONTROLLER: &str = "controller";
+const DIRECT: &str = "direct";
+const CUT_THROUGH: &str = "cut-through";
+const STORE: &str = "store-and-forward";
+const LOW_LATENCY: &str = "low-latency";
+const FIRST: &str = "first";
+const SMOOTH: &str = "smooth";
+const PLAIN: &str = "plain";
+const WITHOUT: &str = "without-heuristics";
+
+pub(crate) fn kind() -> BusKind {
+    let about = "Oncilla's bus: a motordriver board a leg, on RS-485 behind USB; for [actuator] kind = \"motor\"";
+    let kind = BusKind::new("sbcp", about, driver, wire)
+        .at_baud(BAUD)
+        .with_place("link")
+        .with_place("*");
+    let measured = ["hip/position", "knee/position", "angles", "foot/force"];
+    let kind = measured.into_iter().fold(kind, |kind, signal| {
+        kind.measuring(format!("leg/*/{signal}"))
+    });
+    options().into_iter().fold(kind, BusKind::with_option)
+}
+
+fn options() -> Vec<OptionSpec> {
+    let whole = || Accepts::Natural(0..=u64::from(u16::MAX));
+    let each = |accepts| Accepts::Each(Box::new(accepts));
+    vec![
+        choice(
+            "topology",
+            "what is between USB and the boards",
+            &[CONTROLLER, DIRECT],
+        ),
+        choice(
+            "passing",
+            "how a bus controller passes bytes on",
+            &[CUT_THROUGH, STORE],
+        ),
+        option(
+            "gap",
+            "pause of a bus controller between an answer and the next request (2 us)",
+            Accepts::Duration,
+        ),
+        option(
+            "silence",
+            "after which a bus controller gives a board up (20 us)",
+            Accepts::Duration,
+        ),
+        choice(
+            "firmware",
+            "whether boards answer at once or from their main loop",
+            &[LOW_LATENCY, FIRST],
+        ),
+        choice(
+            "following",
+            "how motors follow their set-points",
+            &[SMOOTH, PLAIN, WITHOUT],
+        ),
+        option(
+            "clock",
+            "by how much the clocks of the boards are fast",
+            each(number(Range::between(-0.1, 0.1))),
+        ),
+        option(
+            "phase",
+            "how long after the start the main loops of the boards begin",
+            each(Accepts::Duration),
+        ),
+        option("usb", "how long USB takes", Accepts::Group(usb_options())),
+        option(
+            "gains",
+            "position controllers: p, i, d (400, 20, 200)",
+            Accepts::Group(vec![
+                option("p", "proportional", whole()),
+                option("i", "integral", whole()),
+                option("d", "derivative", whole()),
+            ]),
+        ),
+        option(
+            "max_torque",
+            "greatest current of a motor in units of 20 mA (1100)",
+            whole(),
+        ),
+        option(
+            "max_speed",
+            "greatest speed of the interpolation in counts/s (32000)",
+            whole(),
+        ),
+        option(
+            "error_threshold",
+            "errors at which the run ends; negative: never (1)",
+            number(Range::ANY),
+        ),
+        option(
+            "calibration_timeout",
+            "after which calibration has failed (5 s)",
+            Accepts::Duration,
+        ),
+        option(
+            "free_running",
+            "begin the next cycle as soon as one is over",
+            Accepts::Boolean,
+        ),
+        option("trace", "trace the bytes on RS-485, too", Accepts::Boolean),
+    ]
+}
+
+fn usb_options() -> Vec<OptionSpec> {
+    vec![
+        choice(
+            "preset",
+            "what the host is like",
+            &UsbPreset::ALL.map(UsbPreset::name),
+        ),
+        option("latency_timer", "of the converter", Accepts::Duration),
+        option(
+            "turnaround",
+            "from a completion to the program that waits for it",
+            Accepts::Duration,
+        ),
+        option("jitter", "added to that", Accepts::Time),
+        option(
+            "frame_offset",
+            "what the clock of the USB frames shows at the start",
+            Accepts::Duration,
+        ),
+        option(
+            "frame_clock",
+            "by how much it is fast",
+            number(Range::between(-0.1, 0.1)),
+        ),
+    ]
+}
+
+fn driver(hookup: &Hookup<'_>) -> Result<MotorDriver, BuildError> {
+    Ok(Bus::driver(&config(hookup)?)?)
+}
+
+fn wire(hookup: &Hookup<'_>) -> Result<BusWire, BuildError> {
+    Ok(Bus::wire(&config(hookup)?)?)
+}
+
+fn config(hookup: &Hookup<'_>) -> Result<BusConfig, BuildError> {
+    let options = hookup.options;
+    let topology = if options.text("topology") == Some(DIRECT) {
+        BusTopology::Direct
+    } else {
+        BusTopology::Controller(controller(options))
+    };
+    Ok(BusConfig {
+        name: hookup.name.to_owned(),
+        boards: boards(hookup)?,
+        topology,
+        usb: usb(options.group("usb"))?,
+        session: session(hookup),
+        faults: faults(hookup),
+        seed: hookup.seed,
+        trace: options.boolean("trace").unwrap_or(false),
+        ..BusConfig::default()
+    })
+}
+
+fn controller(options: &Options) -> ControllerConfig {
+    let default = ControllerConfig::default();
+    ControllerConfig {
+        passing: match options.text("passing") {
+            Some(STORE) => Passing::StoreAndForward,
+            _ => Passing::CutThrough,
+        },
+        gap: options.duration("gap").unwrap_or(default.gap),
+        timeout: options.duration("silence").unwrap_or(default.timeout),
+        ..default
+    }
+}
+
+/// A board for each leg of the robot, of which those of the scene are used.
+fn boards(hookup: &Hookup<'_>) -> Result<Vec<BoardConfig>, BuildError> {
+    let options = hookup.options;
+    let firmware = FirmwareConfig {
+        generation: match options.text("firmware") {
+            Some(FIRST) => Generation::First,
+            _ => Generation::LowLatency,
+        },
+        interpolation: match options.text("following") {
+            Some(WITHOUT) => Interpolation::WithoutHeuristics,
+            _ => Interpolation::Smooth,
+        },
+    };
+    for member in options.members() {
+        if !hookup.legs.contains(&member.value.as_str()) {
+            let why = format!(
+                "there is no board `{}` in this scene: boards are called as legs are",
+                member.value
+            );
+            return Err(why.into());
+        }
+    }
+    let board = |&leg: &&str| {
+        let (_, id, side) = IDS
+            .into_iter()
+            .find(|(name, ..)| *name == leg)
+            .ok_or_else(|| {
+                format!("the leg `{leg}` has no board: there are some for LF, RF, LH and RH")
+            })?;
+        let rate_ppb = match options.of_member("clock", leg) {
+            Some(OptionValue::Number(rate)) => libm::rint(rate * 1e9),
+            _ => 0.0,
+        };
+        let phase = match options.of_member("phase", leg) {
+            Some(OptionValue::Duration(phase)) => *phase,
+            _ => SimDuration::ZERO,
+        };
+        let board = BoardConfig {
+            name: leg.to_owned(),
+            id,
+            side,
+            firmware,
+            ..BoardConfig::default()
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the option is a tenth at most"
+        )]
+        Ok(board.with_clock(rate_ppb as i64, phase)?)
+    };
+    hookup.legs.iter().map(board).collect()
+}
+
+fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
+    let Some(options) = options else {
+        return Ok(UsbTiming::default());
+    };
+    let preset = options
+        .text("preset")
+        .map_or(Ok(UsbPreset::default()), str::parse)?;
+    let default = UsbTiming::preset(preset);
+    let duration = |name, default| options.duration(name).unwrap_or(default);
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the option is a tenth at most"
+    )]
+    let frame_rate_ppb = libm::rint(options.number("frame_clock").unwrap_or(0.0) * 1e9) as i64;
+    Ok(UsbTiming {
+        latency_timer: duration("latency_timer", default.latency_timer),
+        turnaround: duration("turnaround", default.turnaround),
+        jitter: options.time("jitter").map_or(Timing::ZERO, timing),
+        frame_offset: duration("frame_offset", default.frame_offset),
+        frame_rate_ppb,
+        ..default
+    })
+}
+
+fn session(hookup: &Hookup<'_>) -> SessionConfig {
+    let (options, default) = (hookup.options, SessionConfig::default());
+    let gains = options.group("gains");
+    let default_gains = SessionGains::default();
+    let register = |options: Option<&Options>, name: &str, default: u16| {
+        let given = options.and_then(|options| options.natural(name));
+        given
+            .and_then(|given| u16::try_from(given).ok())
+            .unwrap_or(default)
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "saturates, and nobody makes so many errors"
+    )]
+    let threshold = |count: f64| libm::rint(count) as i64;
+    SessionConfig {
+        period: host(nominal(hookup.period)),
+        following: match options.text("following") {
+            Some(PLAIN) => Following::Plain,
+            _ => Following::Smooth,
+        },
+        gains: SessionGains {
+            p: register(gains, "p", default_gains.p),
+            i: register(gains, "i", default_gains.i),
+            d: register(gains, "d", default_gains.d),
+            max_torque: register(Some(options), "max_torque", default_gains.max_torque),
+            max_speed: register(Some(options), "max_speed", default_gains.max_speed),
+            ..default_gains
+        },
+        error_threshold: options
+            .number("error_threshold")
+            .map_or(default.error_threshold, threshold),
+        calibration_timeout: options
+            .duration("calibration_timeout")
+            .map_or(default.calibration_timeout, host),
+        free_running: options
+            .boolean("free_running")
+            .unwrap_or(default.free_running),
+        ..default
+    }
+}
+
+/// What the host takes a period for whose clock is off by less than a thousandth: whole milliseconds.
+fn nominal(period: SimDuration) -> SimDuration {
+    const MILLISECOND: u64 = 1_000_000;
+    let nanos = period.as_nanos();
+    let whole = (nanos + MILLISECOND / 2) / MILLISECOND * MILLISECOND;
+    if nanos.abs_diff(whole) < whole / 1_000 {
+        SimDuration::from_nanos(whole)
+    } else {
+        period
+    }
+}
+
+fn host(duration: SimDuration) -> Duration {
+    Duration::from_nanos(duration.as_nanos())
+}
+
+/// What goes wrong, in the words of the wires.
+pub(crate) fn faults(hookup: &Hookup<'_>) -> FaultSchedule {
+    let fault = |(place, fault): &(&str, &twinrig_scenario::FaultSpec)| Fault {
+        at: fault.at,
+        on: match *place {
+            "" => format!("wire/{}", hookup.name),
+            place => format!("wire/{}/{place}", hookup.name),
+        },
+        kind: match fault.kind {
+            SceneFault::Drop { probability } => FaultKind::Drop { probability },
+            SceneFault::Flip { rate } => FaultKind::Flip { rate },
+            SceneFault::Delay { by } => FaultKind::Delay { by },
+            SceneFault::Duplicate { probability } => FaultKind::Duplicate { probability },
+            SceneFault::Reorder { probability } => FaultKind::Reorder { probability },
+            SceneFault::Unplug { fails } => FaultKind::Unplug { fails },
+            SceneFault::Stuck => FaultKind::Stuck,
+            SceneFault::Babble { pause } => FaultKind::Babble { pause },
+        },
+        lasts: fault.lasts.unwrap_or(SimTime::MAX - fault.at),
+    };
+    FaultSchedule {
+        faults: hookup.faults.iter().map(fault).collect(),
+        seed: hookup.seed,
+    }
+}

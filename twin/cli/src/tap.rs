@@ -1,0 +1,87 @@
+//! What is connected to the analog inputs of boards, out of a scenario's words: `inputs.3 = { signal = "…", scale = 0.1 }`.
+
+use twinrig_document::Range;
+use twinrig_scenario::{Accepts, OptionSpec, Options};
+use twinrig_wire::Tap;
+
+use crate::option::{number, option};
+use crate::registry::BuildError;
+
+/// Signals of the plant that may be connected to inputs of boards.
+pub(crate) const SIGNALS: [&str; 5] = [
+    "body/*",
+    "leg/*/angles",
+    "leg/*/foot/*",
+    "leg/*/hip/*",
+    "leg/*/knee/*",
+];
+
+/// The option `name`, for a board with so many inputs.
+pub(crate) fn inputs(name: &str, about: &str, count: usize) -> OptionSpec {
+    let tap = || {
+        Accepts::Group(vec![
+            option("signal", "of the plant", Accepts::Text),
+            option(
+                "component",
+                "of the signal (0)",
+                Accepts::Natural(0..=u64::from(u8::MAX)),
+            ),
+            option(
+                "scale",
+                "what the input reads for one unit of the signal (1)",
+                number(Range::ANY),
+            ),
+            option(
+                "offset",
+                "what the input reads for zero (0)",
+                number(Range::ANY),
+            ),
+        ])
+    };
+    let channels = (0..count).map(|channel| option(&channel.to_string(), "an input", tap()));
+    option(name, about, Accepts::Group(channels.collect()))
+}
+
+/// The inputs that the option `name` connects, by number.
+pub(crate) fn taps(options: &Options, name: &str) -> Result<Vec<(usize, Tap)>, BuildError> {
+    let Some(channels) = options.group(name) else {
+        return Ok(Vec::new());
+    };
+    let tap = |channel: &str| {
+        let tap = channels.group(channel)?;
+        Some((channel.parse(), tap))
+    };
+    let mut taps = Vec::new();
+    for (number, tap) in channels.iter().filter_map(|(channel, _)| tap(channel)) {
+        let number = number?;
+        let signal = tap.text("signal");
+        let signal = signal.ok_or_else(|| format!("`{name}.{number}` names no `signal`"))?;
+        let component = tap.natural("component").unwrap_or_default();
+        let tap = Tap {
+            signal: signal.to_owned(),
+            component: usize::try_from(component)?,
+            scale: tap.number("scale").unwrap_or(1.0),
+            offset: tap.number("offset").unwrap_or_default(),
+        };
+        taps.push((number, tap));
+    }
+    Ok(taps)
+}
+
+/// The option for a board's clock.
+pub(crate) fn clock_option() -> OptionSpec {
+    let about = "by how much the clock of the board is fast";
+    option("clock", about, number(Range::between(-0.1, 0.1)))
+}
+
+/// That clock.
+pub(crate) fn clock(options: &Options) -> Result<twinrig_kernel::BoardClock, BuildError> {
+    let rate_ppb = libm::rint(options.number("clock").unwrap_or_default() * 1e9);
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the option is a tenth at most"
+    )]
+    let rate_ppb = rate_ppb as i64;
+    let offset = twinrig_kernel::LocalDuration::ZERO;
+    Ok(twinrig_kernel::BoardClock::new(offset, rate_ppb)?)
+}
