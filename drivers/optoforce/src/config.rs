@@ -58,6 +58,9 @@ pub enum OptoForceError {
 const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
 
 impl OptoForce {
+    /// Counts at which an axis is at its end. ASSUMED.
+    pub const COUNTS: f64 = assumed::NOMINAL_COUNTS;
+
     /// An OMD-30-FF-1600N as it comes: 100 Hz, 15 Hz, nothing zeroed.
     pub fn new(name: impl Into<String>, signal: impl Into<String>) -> Self {
         Self {
