@@ -1,5 +1,111 @@
-//! Cost of a cycle.
+//! Cost of a cycle for master, bus controller and four boards that hear everything; of finding packets, alone.
+
+#[path = "../tests/support/parties.rs"]
+mod parties;
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use parties::Parties;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{
+    Address, BYTE_TIME, ErrorCode, Instruction, Parser, RegisterTable, Request, Response, Slave,
+    SlaveConfig,
+};
+use twinrig_wire::Piece;
 
 fn main() {
     divan::main();
+}
+
+/// Items are packets: four requests, four responses.
+#[divan::bench]
+fn whole_cycle(bencher: Bencher) {
+    let mut parties = Parties::new();
+    bencher
+        .counter(ItemsCount::new(8_u32))
+        .bench_local(|| parties.cycle());
+}
+
+fn responses() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for id in 1..=4 {
+        let from = Address::new(CLASS_MOTORDRIVER, id).unwrap();
+        let response = Response::new(from, ErrorCode::OK, &[id; 16]).unwrap();
+        response.emit(&mut bytes);
+    }
+    bytes
+}
+
+/// Four responses in one piece.
+#[divan::bench]
+fn parse_whole(bencher: Bencher) {
+    let bytes = responses();
+    let mut parser = Parser::default();
+    bencher.counter(ItemsCount::new(4_u32)).bench_local(|| {
+        let mut rest = black_box(&bytes[..]);
+        while let Some(packet) = parser.next(&mut rest) {
+            let _ = black_box(Response::parse(&packet));
+        }
+    });
+}
+
+/// The same, byte by byte.
+#[divan::bench]
+fn parse_bytewise(bencher: Bencher) {
+    let bytes = responses();
+    let mut parser = Parser::default();
+    bencher.counter(ItemsCount::new(4_u32)).bench_local(|| {
+        for byte in black_box(&bytes) {
+            let mut rest = std::slice::from_ref(byte);
+            while let Some(packet) = parser.next(&mut rest) {
+                let _ = black_box(Response::parse(&packet));
+            }
+        }
+    });
+}
+
+fn slave() -> Slave {
+    let registers = RegisterTable::new(1, 1, &[]).unwrap();
+    let mut slave = Slave::new(SlaveConfig::new(CLASS_MOTORDRIVER), registers).unwrap();
+    slave.set_reply(&[7; 16]).unwrap();
+    slave
+}
+
+/// A slave lets four packets of others pass.
+#[divan::bench]
+fn hear_others(bencher: Bencher) {
+    let mut slave = slave();
+    let bytes = responses().split_off(22).repeat(2)[..88].to_vec();
+    let mut now = SimTime::ZERO;
+    bencher.counter(ItemsCount::new(4_u32)).bench_local(|| {
+        now += SimDuration::from_millis(1);
+        slave.hear(Piece {
+            first: now,
+            spacing: BYTE_TIME,
+            bytes: black_box(&bytes),
+        });
+    });
+}
+
+/// A slave answers a low-latency request.
+#[divan::bench]
+fn hear_and_answer(bencher: Bencher) {
+    let mut slave = slave();
+    let to = slave.address();
+    let request = Request::new(to, Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap();
+    let (mut bytes, mut said) = (Vec::new(), Vec::new());
+    request.emit(&mut bytes);
+    let mut now = SimTime::ZERO;
+    bencher.counter(ItemsCount::new(1_u32)).bench_local(|| {
+        now += SimDuration::from_millis(1);
+        slave.hear(Piece {
+            first: now,
+            spacing: BYTE_TIME,
+            bytes: black_box(&bytes),
+        });
+        while slave.poll_event().is_some() {}
+        said.clear();
+        black_box(slave.poll_transmit(&mut said));
+    });
 }

@@ -1,10 +1,11 @@
+//! Bytes, lengths and codes: the one table of everything that is printed nowhere. The thesis (section 5.3.1.3,
+//! figure 5.5) gives the order of the bytes and the rule of the checksum; what the bytes are is ASSUMED, and is replaced
+//! here.
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimDuration;
-
-// The one table of everything that is printed nowhere. The thesis (section 5.3.1.3, figure 5.5) gives the
-// order of the bytes and the rule of the checksum; what the bytes are is ASSUMED, and is replaced here.
 
 /// First byte of every packet. ASSUMED.
 pub const HEADER: u8 = 0xFF;

@@ -1,5 +1,46 @@
-//! The Simple Binary Communication Protocol (thesis, section 5.3), from the bytes of a packet to a master that
-//! exchanges frames with four boards, without input or output of its own.
+//! The Simple Binary Communication Protocol of the Oncilla robot (thesis, section 5.3), from the bytes of a packet to
+//! a master that exchanges frames with four boards through a bus controller. Sans-IO: bytes and times in, bytes and
+//! times out; the same bytes at the same times give the same answers, and no bytes at all make it panic.
+//!
+//! ```
+//! use twinrig_kernel::{SimDuration, SimTime};
+//! use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+//! use twinrig_sbcp::{
+//!     Address, Instruction, Packet, RegisterTable, Request, Response, Slave, SlaveConfig,
+//! };
+//! use twinrig_wire::Piece;
+//!
+//! // A board with id 3, and its reply to the low-latency instruction.
+//! let registers = RegisterTable::new(3, 1, &[])?;
+//! let mut board = Slave::new(SlaveConfig::new(CLASS_MOTORDRIVER), registers)?;
+//! board.set_reply(b"all is well")?;
+//!
+//! // It hears a request of 10 bytes, which is over at 30 µs …
+//! let to = Address::new(CLASS_MOTORDRIVER, 3)?;
+//! let mut request = Vec::new();
+//! Request::new(to, Instruction::LOW_LATENCY, &[0, 1, 0, 2])?.emit(&mut request);
+//! let micros = |n| SimTime::ZERO + SimDuration::from_micros(n);
+//! let (first, spacing) = (micros(3), SimDuration::from_micros(3));
+//! board.hear(Piece { first, spacing, bytes: &request });
+//!
+//! // … and begins to answer 10 µs later.
+//! let mut answer = Vec::new();
+//! assert_eq!(board.poll_transmit(&mut answer), Some(micros(40)));
+//! let response = Response::parse(&Packet::new(&answer)?)?;
+//! assert_eq!((response.from(), &response.payload[..]), (to, &b"all is well"[..]));
+//! # Ok::<(), twinrig_sbcp::SbcpError>(())
+//! ```
+//!
+//! | side | what | meets |
+//! |---|---|---|
+//! | host | [`Master`]: requests out, outcomes in | a `twinrig_runtime::Driver` |
+//! | between | [`Controller`], and [`Controlled`] as a `twinrig_wire::Line` | link and bus |
+//! | board | [`Slave`] with its [`RegisterTable`] | a `twinrig_wire::Node` |
+//!
+//! What it does not do: it knows no motor, leg or unit, and no register beside the standard head. It opens no port and
+//! models no collision; it does not retry. What is printed nowhere (codes, addresses, some times) is ASSUMED, and
+//! stands in [`codes`] and in the defaults of the configurations. The checksum is a sum: at a bit error rate of 1e-3 one
+//! response in 1700 is wrong and accepted, and nothing here can tell.
 
 mod answer;
 pub mod codes;

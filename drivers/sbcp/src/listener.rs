@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::Piece;
 
-use crate::codes::{HEADER, PACKET_MAX};
+use crate::codes::{HEADER, OVERHEAD, PACKET_MAX};
 use crate::packet::{Address, Packet, Request, packet_len};
 
 /// A slave's ear: of everything on the bus, it picks the requests for one device.
@@ -60,6 +60,16 @@ impl Listener {
     pub(crate) fn reset(&mut self) {
         self.len = 0;
         self.skip = 0;
+    }
+
+    /// How many bytes are missing of the next request, at least.
+    pub(crate) fn missing(&self) -> usize {
+        let length = self.held[3];
+        match self.len {
+            0 => self.skip + OVERHEAD,
+            1..4 => OVERHEAD - self.len,
+            len => packet_len(length).map_or(1, |whole| whole.saturating_sub(len).max(1)),
+        }
     }
 
     /// Begins to hear a piece: says how many of its bytes are done with. [`Listener::next`] takes it from there.

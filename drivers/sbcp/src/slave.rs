@@ -211,6 +211,12 @@ impl Slave {
         }
     }
 
+    /// How many bytes it must hear from now on before it can react to them, at least: for
+    /// `twinrig_wire::Node::attention`.
+    pub fn attention(&self) -> usize {
+        self.listener.missing()
+    }
+
     /// The main loop comes round at `now`: with [`AnswerPolicy::MainLoop`], deals with the request that came
     /// last.
     pub fn main_loop(&mut self, now: SimTime) {
