@@ -21,9 +21,9 @@ fn run(config: &BusConfig, seconds: u64) -> (Bench, u64) {
     let mut bench = Bench::new(config);
     bench.world.turning = false;
     bench.open().unwrap();
-    assert!(bench.now() < at_ms(1_000));
-    bench.run_until(at_ms(998)).unwrap();
-    let end = at_ms(1_000 + 1_000 * seconds - 2);
+    // From the next whole period on.
+    let begin = bench.now().as_nanos() / 2_000_000 * 2;
+    let end = at_ms(begin + 1_000 * seconds);
     let cycles = bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
     bench.run_until_idle(end + millis(2)).unwrap();
     (bench, cycles)

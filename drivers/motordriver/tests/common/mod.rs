@@ -8,7 +8,7 @@
 use core::f64::consts::TAU;
 use std::ops::Range;
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_motordriver::{Bus, BusConfig};
 use twinrig_runtime::{IoTask, PlantFault, PlantSignals, Progress, TaskError, WiredTask, World};
 
@@ -25,6 +25,7 @@ pub fn at_ms(n: u64) -> SimTime {
 }
 
 /// The motors of the robot behind their gears, without load.
+#[derive(Clone, PartialEq)]
 pub struct Motors {
     pub now: SimTime,
     moved_to: SimTime,
@@ -116,12 +117,23 @@ impl World for Motors {
     }
 }
 
+/// A bench as it once was.
+#[derive(PartialEq)]
+pub struct Saved {
+    task: Snapshot,
+    world: Motors,
+    wake: Option<SimTime>,
+    busy: bool,
+}
+
 /// A bus at work.
 pub struct Bench {
     pub task: WiredTask,
     pub world: Motors,
     wake: Option<SimTime>,
     pub busy: bool,
+    /// Bytes that passed, with lane and time; not kept unless it is there.
+    pub passed: Option<Vec<(SimTime, usize, Vec<u8>)>>,
 }
 
 impl Bench {
@@ -135,6 +147,7 @@ impl Bench {
             world: Motors::new(),
             wake: None,
             busy: false,
+            passed: None,
         }
     }
 
@@ -153,7 +166,12 @@ impl Bench {
                 self.wake = self.task.idle_wake();
             }
         }
-        self.task.drain_traffic(&mut |_, _| {});
+        let (now, passed) = (self.world.now, &mut self.passed);
+        self.task.drain_traffic(&mut |lane, bytes| {
+            if let Some(passed) = passed {
+                passed.push((now, lane, bytes.to_vec()));
+            }
+        });
         Ok(())
     }
 
@@ -188,10 +206,16 @@ impl Bench {
     /// Opens; gives the time it took.
     pub fn open(&mut self) -> Result<SimDuration, String> {
         let now = self.now();
-        let progress = self.task.open(now, &mut self.world);
-        self.follow(progress)?;
+        self.open_until(now)?;
         self.run_until_idle(now + SimDuration::from_secs(20))?;
         Ok(self.now() - now)
+    }
+
+    /// Begins to open.
+    pub fn open_until(&mut self, limit: SimTime) -> Result<(), String> {
+        let progress = self.task.open(self.world.now, &mut self.world);
+        self.follow(progress)?;
+        self.run_until(limit)
     }
 
     /// Begins a transfer now.
@@ -242,8 +266,25 @@ impl Bench {
         found.unwrap_or_else(|| panic!("no gauge {name}")).1
     }
 
-    pub fn save(&self) -> (Snapshot, Option<SimTime>) {
-        (self.task.save(), self.wake)
+    /// Everything there is, now.
+    pub fn save(&self) -> Saved {
+        Saved {
+            task: self.task.save(),
+            world: self.world.clone(),
+            wake: self.wake,
+            busy: self.busy,
+        }
+    }
+
+    pub fn try_restore(&mut self, saved: &Saved) -> Result<(), SnapshotError> {
+        self.task.restore(&saved.task)
+    }
+
+    pub fn restore(&mut self, saved: &Saved) {
+        self.try_restore(saved).unwrap();
+        self.world = saved.world.clone();
+        self.wake = saved.wake;
+        self.busy = saved.busy;
     }
 }
 
