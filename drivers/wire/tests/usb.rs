@@ -200,6 +200,19 @@ fn a_full_packet_does_not_wait_for_the_timer() {
 }
 
 #[test]
+fn no_more_packets_pass_than_a_microframe_has_room_for() {
+    let timing = UsbTiming {
+        payload: 10,
+        packets_per_microframe: 2,
+        ..UsbTiming::default()
+    };
+    let read = reads_of(timing, 600);
+    assert!(read.iter().all(|(_, count)| *count <= 20), "{read:?}");
+    assert!(read.windows(2).all(|pair| pair[1].0 - pair[0].0 == us(125)));
+    assert_eq!(read.iter().map(|(_, count)| count).sum::<usize>(), 600);
+}
+
+#[test]
 fn jitter_delays_completions_and_lets_none_overtake_another() {
     let timing = UsbTiming {
         jitter: Timing::Uniform {
