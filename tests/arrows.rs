@@ -8,6 +8,7 @@ use serde_json::Value;
 
 /// Every crate with the crates of the project it stands on. What only its tests use does not count.
 const ARROWS: &[(&str, &[&str])] = &[
+    ("rangefinder", &["twinrig", "twinrig-wire"]),
     ("squat", &["twinrig", "twinrig-leg"]),
     (
         "twinrig",
@@ -95,6 +96,18 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-sbcp",
             "twinrig-wire",
         ],
+    ),
+    (
+        "twinrig-optoforce",
+        &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
+    ),
+    (
+        "twinrig-phidget",
+        &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
+    ),
+    (
+        "twinrig-rb110",
+        &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
     ),
     ("twinrig-record", &["twinrig-kernel", "twinrig-runtime"]),
     ("twinrig-robot", &["twinrig-document", "twinrig-kernel"]),
