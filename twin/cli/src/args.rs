@@ -32,6 +32,10 @@ pub enum Command {
     Diff(DiffArgs),
     /// Run a recording again and say whether everything happens as it did
     Replay(ReplayArgs),
+    /// Emulate the boards and the plant of a scenario in real time, each bus at a PTY that a program opens like a serial port
+    Serve(ServeArgs),
+    /// List the serial ports of this machine
+    Devices(DevicesArgs),
     /// Find out how precise, how fast and how stable plants are
     Study(StudyArgs),
 }
@@ -55,7 +59,7 @@ pub struct RunArgs {
     pub scenarios: Vec<PathBuf>,
     #[command(flatten)]
     pub settings: Settings,
-    /// Talk to hardware at DEVICE instead of the emulated boards of a bus
+    /// Talk in real time to hardware at DEVICE instead of the emulated boards of a bus and the plant; once for each bus
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value)]
     pub port: Vec<(String, String)>,
     /// Folder for recordings
@@ -70,6 +74,32 @@ pub struct RunArgs {
     /// Write the verdicts to FILE, too, in the XML of JUnit
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
+}
+
+/// `twin serve`
+#[derive(Clone, Debug, Args)]
+pub struct ServeArgs {
+    /// Scenario file
+    pub scenario: PathBuf,
+    #[command(flatten)]
+    pub settings: Settings,
+    /// Make the port of a bus known as PATH, too
+    #[arg(long, value_name = "BUS=PATH", value_parser = key_value)]
+    pub pty: Vec<(String, String)>,
+    /// Hold the robot in its start so long after the first byte, for boards to be configured and calibrated
+    #[arg(long, value_name = "DURATION", value_parser = any_duration, default_value = "400 ms")]
+    pub hold: SimDuration,
+    /// Go on when the program at the port hangs up, and wait for the next one
+    #[arg(long)]
+    pub keep: bool,
+}
+
+/// `twin devices`
+#[derive(Clone, Debug, Args)]
+pub struct DevicesArgs {
+    /// Print a JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `twin plan`
@@ -178,8 +208,12 @@ pub struct StudyOptions {
     pub json: bool,
 }
 
+fn any_duration(text: &str) -> Result<SimDuration, String> {
+    parse_duration(text).map_err(|error| error.to_string())
+}
+
 fn duration(text: &str) -> Result<SimDuration, String> {
-    let duration = parse_duration(text).map_err(|error| error.to_string())?;
+    let duration = any_duration(text)?;
     if duration.is_zero() {
         return Err("nothing happens in no time".to_owned());
     }

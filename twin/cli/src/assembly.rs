@@ -183,23 +183,28 @@ impl<'r> Assembly<'r> {
         &self,
         around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
     ) -> Result<Rig, TwinError> {
-        let scenario = self.scenario();
-        let wanted = |name: &str| self.scene.wanted.iter().any(|other| other == name);
-        let plant = around(self.plant(&wanted)?);
+        let plant = around(self.wanted_plant()?);
         let process = self.process()?;
         let tasks = self.tasks(&process.ports())?;
         let schedule = self.schedule();
         let mut rig =
             Rig::new(&schedule, process, tasks, plant).map_err(|error| self.rig_error(error))?;
-        for change in &scenario.changes {
+        for (at, variable, change) in self.changes() {
+            rig.schedule(at, variable, change)
+                .map_err(|error| self.rig_error(error))?;
+        }
+        Ok(rig)
+    }
+
+    /// What is to become of process variables, and when.
+    pub(crate) fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
+        self.scenario().changes.iter().map(|change| {
             let amount = match change.amount {
                 ChangeAmount::To(value) => Change::To(value),
                 ChangeAmount::By(step) => Change::By(step),
             };
-            rig.schedule(change.at, &change.variable, amount)
-                .map_err(|error| self.rig_error(error))?;
-        }
-        Ok(rig)
+            (change.at, change.variable.as_str(), amount)
+        })
     }
 
     /// When the rig does what.
@@ -237,6 +242,11 @@ impl<'r> Assembly<'r> {
             .iter()
             .map(|leg| leg.name.as_str())
             .collect()
+    }
+
+    /// The plant, which computes what somebody wants of it.
+    pub(crate) fn wanted_plant(&self) -> Result<Box<dyn Plant>, TwinError> {
+        self.plant(&|name| self.scene.wanted.iter().any(|other| other == name))
     }
 
     fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {

@@ -2,7 +2,7 @@
 
 use twinrig_document::{DocumentError, suggestion};
 use twinrig_kernel::Port;
-use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, WiredTask};
+use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, Wire, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
 use crate::assembly::{Assembly, timing};
@@ -37,6 +37,18 @@ impl Assembly<'_> {
             tasks.push(Box::new(io));
         }
         Ok(tasks)
+    }
+
+    /// The wires of all buses, by name, with the boards at their far ends.
+    pub(crate) fn wires(&self) -> Result<Vec<(String, Box<dyn Wire>)>, TwinError> {
+        let process_ports = self.process()?.ports();
+        let buses = self.scenario().buses.iter();
+        let wire = |bus: &BusSpec| {
+            let kind = self.bus_kind(bus)?;
+            let wire = self.hooked_up(bus, &process_ports, |hookup| kind.wire(hookup))?;
+            Ok((bus.name.value.clone(), wire))
+        };
+        buses.map(wire).collect()
     }
 
     /// The driver of a bus.

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use thiserror::Error;
-use twinrig_document::DocumentError;
+use twinrig_document::{DocumentError, suggestion};
 use twinrig_record::RecordError;
-use twinrig_runtime::RigError;
+use twinrig_runtime::{DeviceError, RigError};
 
 use crate::registry::BuildError;
 
@@ -36,15 +36,35 @@ pub enum TwinError {
         /// What happened.
         source: Box<RigError>,
     },
-    /// Hardware is asked for, and this build cannot speak to any.
-    #[error(
-        "error: `--port {bus}={device}`: this build has no drivers for hardware\n  = help: a driver that speaks the protocol of `{bus}` on a serial port is not part of it yet; run without --port to run on the twin"
-    )]
-    NoDriver {
+    /// A device is given to a bus that the scenario does not have.
+    #[error("error: there is no bus `{bus}` in this scenario\n  = help: {help}")]
+    NoSuchBus {
         /// The bus.
         bus: String,
-        /// The device.
-        device: String,
+        /// What may have been meant.
+        help: String,
+    },
+    /// There are no boards to be served.
+    #[error("error: there is no [bus] in this scenario, and so nothing to serve\n --> {file}")]
+    NothingToServe {
+        /// The scenario.
+        file: String,
+    },
+    /// A bus has no device, though others have.
+    #[error(
+        "error: the bus `{bus}` has no device\n  = help: at hardware every bus needs one: add `--port {bus}=DEVICE`, or run without --port to run on the twin; `twin devices` lists devices"
+    )]
+    NoPort {
+        /// The bus.
+        bus: String,
+    },
+    /// A device cannot be used.
+    #[error("error: bus `{bus}`: {source}")]
+    Device {
+        /// The bus.
+        bus: String,
+        /// Why not.
+        source: DeviceError,
     },
     /// A recording cannot be written or read.
     #[error("error: {}\n --> {}", chain(source), path.display())]
@@ -78,6 +98,16 @@ pub enum TwinError {
         /// Why not.
         source: std::io::Error,
     },
+}
+
+impl TwinError {
+    /// That there is no bus `name` among those of a scenario.
+    pub(crate) fn no_such_bus<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
+        Self::NoSuchBus {
+            bus: name.to_owned(),
+            help: suggestion(name, "buses of this scenario", known),
+        }
+    }
 }
 
 /// An error with all its causes in one line.

@@ -9,11 +9,13 @@ use std::time::Instant;
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
-use twinrig_runtime::{Group, Rig, WorkCounts};
+use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts};
 use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
+use crate::executor::Executor;
+use crate::hardware;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::report::{Line, Report, Status, seconds};
@@ -35,6 +37,8 @@ pub struct Execution {
     pub recording: Option<PathBuf>,
     /// Show how far the run is, if there is a terminal.
     pub progress: bool,
+    /// Devices of buses whose boards and plant are hardware, by the names of the buses; none: all is a twin.
+    pub ports: Vec<(String, PathBuf)>,
 }
 
 /// Runs `assembly`, and the run that its expectations compare with, if they do.
@@ -42,7 +46,11 @@ pub struct Execution {
 /// # Errors
 /// [`TwinError`] if the run cannot begin. A run that begins and does not end is a report, too.
 pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
-    execute_until(assembly, execution, assembly.end())
+    if execution.ports.is_empty() {
+        execute_until(assembly, execution, assembly.end())
+    } else {
+        hardware::execute(assembly, execution)
+    }
 }
 
 /// The same, not beyond `end`.
@@ -58,10 +66,7 @@ pub(crate) fn execute_until(
         None
     };
     let mut rig = assembly.rig()?;
-    let recorder = match &execution.recording {
-        Some(path) => Some(create(assembly, &rig, path)?),
-        None => None,
-    };
+    let recorder = recorder(assembly, &rig, execution)?;
     let mut watch = Watch::new(judge(assembly, &rig), recorder);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
@@ -73,18 +78,45 @@ pub(crate) fn execute_until(
     let ran = run(assembly, &mut rig, &mut watch, &mut progress, end);
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
-    let (reached, mut error) = match ran {
+    let (reached, error) = match ran {
         Ok(reached) => (reached, None),
         Err(error) => (rig.now(), Some(error)),
     };
-    let mut report = judged(
-        assembly,
-        &rig,
-        &mut watch,
+    let course = Course {
         reached,
         wall_s,
+        error,
+        plant: Some((rig.plant().energy(), rig.plant().work())),
+    };
+    Ok(report(
+        assembly,
+        execution,
+        watch,
+        course,
         reference.as_deref(),
-    );
+    ))
+}
+
+/// How a run went, beside what was looked at.
+pub(crate) struct Course {
+    pub reached: SimTime,
+    pub wall_s: f64,
+    /// Why it did not come to its end.
+    pub error: Option<String>,
+    /// The plant's books and work, if there is a plant.
+    pub plant: Option<(EnergyBooks, WorkCounts)>,
+}
+
+/// Judges a run that is over, closes its recording and reports.
+pub(crate) fn report<W: Write>(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    mut watch: Watch<W>,
+    course: Course,
+    reference: Option<&[Footstep]>,
+) -> Report {
+    let mut report = judged(assembly, &mut watch, &course, reference);
+    let (reached, mut error) = (course.reached, course.error);
     let verdict = Closing {
         verdict: if error.is_some() {
             Status::Error
@@ -107,7 +139,7 @@ pub(crate) fn execute_until(
         report.verdict = Status::Error;
         report.error = error;
     }
-    Ok(report)
+    report
 }
 
 /// The last message of a recording. No wall clock in it: the same run makes the same file.
@@ -168,35 +200,34 @@ fn reference(
     Ok(watch.footsteps().to_vec())
 }
 
-fn judge(assembly: &Assembly<'_>, rig: &Rig) -> Judge {
-    let tasks: Vec<String> = rig.task_names().map(str::to_owned).collect();
+/// The judge of what an executor runs.
+pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
     let layouts = Layouts {
-        plant: rig.layout(Group::Plant),
-        process_inputs: rig.layout(Group::ProcessInputs),
-        process_outputs: rig.layout(Group::ProcessOutputs),
-        gauges: rig.layout(Group::Gauges),
-        tasks: &tasks,
+        plant: executor.layout(Group::Plant),
+        process_inputs: executor.layout(Group::ProcessInputs),
+        process_outputs: executor.layout(Group::ProcessOutputs),
+        gauges: executor.layout(Group::Gauges),
+        tasks: &executor.tasks(),
     };
     Judge::new(assembly.scene(), layouts)
 }
 
-/// The report of a run that came to `reached`.
 fn judged<W: Write>(
     assembly: &Assembly<'_>,
-    rig: &Rig,
     watch: &mut Watch<W>,
-    reached: SimTime,
-    wall_s: f64,
+    course: &Course,
     reference: Option<&[Footstep]>,
 ) -> Report {
     let scenario = assembly.scenario();
-    let (energy, work) = (rig.plant().energy(), rig.plant().work());
-    let simulated_s = seconds(reached.as_nanos());
+    let (energy, work) = course.plant.unzip();
+    let simulated_s = seconds(course.reached.as_nanos());
+    let wall_s = course.wall_s;
     let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
+    let counted = work.as_ref().map(counts);
     let outcomes = watch.judge(&RunEnd {
-        at: reached,
-        energy: Some((energy.residual, energy.exchanged)),
-        work: &counts(&work),
+        at: course.reached,
+        energy: energy.map(|books| (books.residual, books.exchanged)),
+        work: counted.as_ref().map_or(&[], |counted| &counted[..]),
         real_time_factor,
         reference,
     });
@@ -205,7 +236,7 @@ fn judged<W: Write>(
         scenario: scenario.name.clone(),
         verdict: if pass { Status::Pass } else { Status::Fail },
         seed: Some(scenario.seed),
-        plant: Some(scenario.plant.model.clone()),
+        plant: work.is_some().then(|| scenario.plant.model.clone()),
         fingerprint: Some(watch.digest().to_string()),
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),
@@ -215,8 +246,9 @@ fn judged<W: Write>(
         recording: None,
         file: scenario.file.clone(),
         error: None,
-        energy: Some(energy.into()),
-        work: Some(work),
+        energy: energy.map(Into::into),
+        work,
+        real_time: None,
     }
 }
 
@@ -231,10 +263,20 @@ fn counts(work: &WorkCounts) -> [(&'static str, u64); 6] {
     ]
 }
 
-/// Begins the recording of a run.
+/// Begins the recording of a run, if there is to be one.
+pub(crate) fn recorder(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    execution: &Execution,
+) -> Result<Option<Recorder<BufWriter<File>>>, TwinError> {
+    let path = execution.recording.as_deref();
+    path.map(|path| create(assembly, executor, path))
+        .transpose()
+}
+
 fn create(
     assembly: &Assembly<'_>,
-    rig: &Rig,
+    executor: &dyn Executor,
     path: &Path,
 ) -> Result<Recorder<BufWriter<File>>, TwinError> {
     if let Some(folder) = path.parent() {
@@ -247,7 +289,7 @@ fn create(
     let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
     let group = |group| RecordedGroup {
         group,
-        layout: rig.layout(group),
+        layout: executor.layout(group),
         keep: &keep,
     };
     let groups = [
@@ -270,7 +312,7 @@ fn create(
     };
     Recorder::create(
         path,
-        &info(assembly, rig),
+        &info(assembly, executor),
         &groups,
         &skeleton(assembly),
         cadence,
@@ -281,7 +323,7 @@ fn create(
     })
 }
 
-fn info(assembly: &Assembly<'_>, rig: &Rig) -> RunInfo {
+fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
     let scenario = assembly.scenario();
     let (robot_file, robot_text) = assembly.robot_file();
     let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
@@ -296,7 +338,6 @@ fn info(assembly: &Assembly<'_>, rig: &Rig) -> RunInfo {
             serde_json::to_string(&settings).unwrap_or_default(),
         ),
     ];
-    let variables = rig.process().variables().iter();
     RunInfo {
         files: vec![
             (SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes()),
@@ -305,12 +346,10 @@ fn info(assembly: &Assembly<'_>, rig: &Rig) -> RunInfo {
         seed: scenario.seed,
         build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
         notes: BTreeMap::from(notes.map(|(key, value)| (key.to_owned(), value))),
-        tasks: rig.task_names().map(str::to_owned).collect(),
-        variables: variables
-            .map(|variable| variable.name().to_owned())
-            .collect(),
+        tasks: executor.tasks(),
+        variables: executor.variables(),
         lanes: if scenario.record.bytes {
-            rig.lanes().to_vec()
+            executor.lanes().to_vec()
         } else {
             Vec::new()
         },

@@ -26,3 +26,8 @@ const EXIT_INTERRUPTED: i32 = 130;
 pub fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }
+
+/// The same as a flag, for whoever looks at it from another thread.
+pub fn flag() -> &'static AtomicBool {
+    &ASKED
+}

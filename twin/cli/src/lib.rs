@@ -33,7 +33,9 @@ mod commands;
 mod drives;
 mod error;
 mod execute;
+mod executor;
 mod grid;
+mod hardware;
 mod idle;
 mod interrupt;
 mod junit;
@@ -74,4 +76,4 @@ pub use method::Method;
 pub use registry::{
     BuildError, BusKind, ControllerKind, Given, Hookup, Physics, PlantKind, Registry,
 };
-pub use report::{Energy, Line, Report, Status};
+pub use report::{Energy, Line, RealTime, Report, Status};

@@ -1,6 +1,7 @@
 //! What became of a scenario: what `--json` prints, what the table and the `JUnit` file are made from.
 
 use serde::{Serialize, Serializer};
+use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
 
@@ -69,6 +70,80 @@ pub struct Report {
     pub energy: Option<Energy>,
     /// What the plant did.
     pub work: Option<WorkCounts>,
+    /// How punctual it was, at hardware.
+    pub real_time: Option<RealTime>,
+}
+
+/// How a run at hardware went, as far as time is concerned.
+#[derive(Clone, Debug)]
+pub struct RealTime(pub RealTimeReport);
+
+#[derive(Serialize)]
+struct WrittenRealTime<'a> {
+    opening_s: f64,
+    iterations: u64,
+    overruns: u64,
+    overslept: u64,
+    lost: u64,
+    lateness: Spread,
+    jitter: Spread,
+    computing: Spread,
+    tasks: Vec<WrittenTask<'a>>,
+}
+
+#[derive(Serialize)]
+struct WrittenTask<'a> {
+    name: &'a str,
+    skipped: u64,
+    took: Spread,
+}
+
+impl<'a> From<&'a TaskReport> for WrittenTask<'a> {
+    fn from(task: &'a TaskReport) -> Self {
+        Self {
+            name: &task.name,
+            skipped: task.skipped,
+            took: (&task.took).into(),
+        }
+    }
+}
+
+/// A histogram in four numbers \[s\].
+#[derive(Serialize)]
+struct Spread {
+    count: u64,
+    mean_s: f64,
+    p99_s: Option<f64>,
+    longest_s: f64,
+}
+
+impl From<&Histogram> for Spread {
+    fn from(histogram: &Histogram) -> Self {
+        Self {
+            count: histogram.len(),
+            mean_s: histogram.mean().as_secs_f64(),
+            p99_s: histogram.at_most(0.99).map(|at_most| at_most.as_secs_f64()),
+            longest_s: histogram.longest().as_secs_f64(),
+        }
+    }
+}
+
+impl Serialize for RealTime {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let times = &self.0;
+        WrittenRealTime {
+            opening_s: times.opening.as_secs_f64(),
+            iterations: times.iterations,
+            overruns: times.overruns,
+            overslept: times.overslept,
+            lost: times.lost,
+            lateness: (&times.lateness).into(),
+            jitter: (&times.jitter).into(),
+            computing: (&times.computing).into(),
+            tasks: times.tasks.iter().map(WrittenTask::from).collect(),
+        }
+        .serialize(serializer)
+    }
 }
 
 /// The outcome of an expectation, as it is written down.
@@ -159,6 +234,7 @@ impl Report {
             error: Some(error),
             energy: None,
             work: None,
+            real_time: None,
         }
     }
 

@@ -1,11 +1,13 @@
 //! The commands.
 
 mod check;
+mod devices;
 mod diff;
 mod list;
 mod plan;
 mod replay;
 mod run;
+mod serve;
 mod study;
 
 use std::ffi::OsString;
@@ -134,6 +136,8 @@ fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
         Command::List(args) => list::list(registry, &args, terminal),
         Command::Diff(args) => diff::diff(&args, terminal),
         Command::Replay(args) => replay::replay(registry, &args, terminal),
+        Command::Serve(args) => serve::serve(registry, &args, terminal),
+        Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),
     }
 }

@@ -62,6 +62,7 @@ fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repla
     let execution = Execution {
         recording: Some(beside.0.clone()),
         progress,
+        ports: Vec::new(),
     };
     let cut_off = cut_off(&recorded);
     let end = cut_off.unwrap_or_else(|| assembly.end());

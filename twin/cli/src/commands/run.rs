@@ -71,12 +71,6 @@ fn one(
     terminal: &Terminal<'_>,
 ) -> Result<Report, TwinError> {
     let assembly = Assembly::of_file(registry, path, settings)?;
-    if let Some((bus, device)) = args.port.first() {
-        return Err(TwinError::NoDriver {
-            bus: bus.clone(),
-            device: device.clone(),
-        });
-    }
     let recording = (!args.no_record).then(|| {
         let path = recording(&args.out, assembly.scenario(), recordings);
         recordings.push(path.clone());
@@ -88,8 +82,15 @@ fn one(
         &Execution {
             recording,
             progress,
+            ports: ports(&args.port),
         },
     )
+}
+
+/// Devices by the names of their buses.
+pub(super) fn ports(given: &[(String, String)]) -> Vec<(String, PathBuf)> {
+    let port = |(bus, device): &(String, String)| (bus.clone(), PathBuf::from(device));
+    given.iter().map(port).collect()
 }
 
 /// Where the recording of a scenario goes: named after its file, its seed and what is set on top of it, never after the

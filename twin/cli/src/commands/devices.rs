@@ -1,0 +1,84 @@
+//! `twin devices`
+
+use serde::Serialize;
+use twinrig_wire::{PortInfo, ports};
+
+use super::{FINE, Terminal, WRONG};
+use crate::args::DevicesArgs;
+use crate::grid::{Cell, Grid, Side, Tint};
+
+#[derive(Serialize)]
+struct Port {
+    path: String,
+    usb: Option<Usb>,
+    latency_timer_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Usb {
+    vendor: u16,
+    product: u16,
+    name: String,
+    serial: Option<String>,
+}
+
+impl From<PortInfo> for Port {
+    fn from(port: PortInfo) -> Self {
+        let usb = port.usb.map(|usb| Usb {
+            vendor: usb.vendor,
+            product: usb.product,
+            name: usb.name,
+            serial: usb.serial,
+        });
+        Self {
+            path: port.path.display().to_string(),
+            usb,
+            latency_timer_s: port.latency_timer.map(|timer| timer.as_secs_f64()),
+        }
+    }
+}
+
+pub(super) fn devices(args: &DevicesArgs, terminal: &mut Terminal<'_>) -> u8 {
+    #[derive(Serialize)]
+    struct Listing {
+        ports: Vec<Port>,
+    }
+    let ports = match ports() {
+        Ok(ports) => ports.into_iter().map(Port::from).collect(),
+        Err(error) => {
+            let _ = writeln!(terminal.err, "error: {error}");
+            return WRONG;
+        }
+    };
+    if args.json {
+        terminal.print_json(&Listing { ports });
+    } else if ports.is_empty() {
+        terminal.print("no serial ports; `twin serve SCENARIO` makes some that a twin is at");
+    } else {
+        let text = grid(&ports).lines(0, terminal.paint).join("\n");
+        terminal.print(&text);
+    }
+    FINE
+}
+
+fn grid(ports: &[Port]) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left, Side::Left]);
+    for port in ports {
+        let usb = port.usb.as_ref();
+        let ids = usb.map(|usb| format!("{:04x}:{:04x}", usb.vendor, usb.product));
+        let name = usb.map(|usb| {
+            let serial = usb.serial.as_ref();
+            let serial = serial.map(|serial| format!(" ({serial})"));
+            format!("{}{}", usb.name, serial.unwrap_or_default())
+        });
+        let timer = port.latency_timer_s;
+        let timer = timer.map(|timer| format!("latency timer {} ms", timer * 1e3));
+        grid.row([
+            port.path.as_str().into(),
+            Cell::new(ids.unwrap_or_default(), Tint::Dim),
+            name.unwrap_or_default().into(),
+            Cell::new(timer.unwrap_or_default(), Tint::Dim),
+        ]);
+    }
+    grid
+}

@@ -1,0 +1,54 @@
+//! What runs a scene, as those see it who look on: in virtual time or at hardware.
+
+use twinrig_kernel::Layout;
+use twinrig_runtime::real_time::RealTimeRig;
+use twinrig_runtime::{Group, Process, Rig};
+
+/// What an observer is told by numbers, by name.
+pub(crate) trait Executor {
+    /// How the values of a group lie.
+    fn layout(&self, group: Group) -> &Layout;
+    /// The names of the lanes of bytes.
+    fn lanes(&self) -> &[String];
+    /// The names of the tasks.
+    fn tasks(&self) -> Vec<String>;
+    /// The names of the process variables.
+    fn variables(&self) -> Vec<String>;
+}
+
+fn variables(process: &dyn Process) -> Vec<String> {
+    let variables = process.variables().iter();
+    variables
+        .map(|variable| variable.name().to_owned())
+        .collect()
+}
+
+impl Executor for Rig {
+    fn layout(&self, group: Group) -> &Layout {
+        self.layout(group)
+    }
+    fn lanes(&self) -> &[String] {
+        self.lanes()
+    }
+    fn tasks(&self) -> Vec<String> {
+        self.task_names().map(str::to_owned).collect()
+    }
+    fn variables(&self) -> Vec<String> {
+        variables(self.process())
+    }
+}
+
+impl Executor for RealTimeRig {
+    fn layout(&self, group: Group) -> &Layout {
+        self.layout(group)
+    }
+    fn lanes(&self) -> &[String] {
+        self.lanes()
+    }
+    fn tasks(&self) -> Vec<String> {
+        self.task_names().map(str::to_owned).collect()
+    }
+    fn variables(&self) -> Vec<String> {
+        variables(self.process())
+    }
+}
