@@ -44,8 +44,6 @@ struct State {
     uart_free: SimTime,
     /// Microframe of the last return, perhaps of an empty packet; later ones are whole timers later.
     returned: u64,
-    /// When the host read last.
-    read: SimTime,
     /// Up to when the line was asked.
     asked: SimTime,
     /// When the last byte came from the line.
@@ -93,7 +91,6 @@ impl<L: Line> UsbSerial<L> {
                 jitter,
                 uart_free: SimTime::ZERO,
                 returned: frames.of(SimTime::ZERO),
-                read: SimTime::ZERO,
                 asked: SimTime::ZERO,
                 last_byte: None,
                 pending: Arrivals::default(),
@@ -147,16 +144,15 @@ impl<L: Line> UsbSerial<L> {
         }
     }
 
-    /// When the host's program has what that microframe's packets carry.
+    /// When the host's program has what that microframe's packets carry, if those before have been read.
     fn read_at(&self, returned: u64) -> SimTime {
         let reported = self.frames.start(returned + self.reporting);
-        (reported + self.turnaround + self.state.next_jitter).max(self.state.read)
+        reported + self.turnaround + self.state.next_jitter
     }
 
     /// The packets of that microframe pass.
     fn pass(&mut self, returned: u64) {
         let carried_by = self.frames.start(returned.saturating_sub(self.readying));
-        let read = self.read_at(returned);
         let state = &mut self.state;
         let complete = state.pending.complete(carried_by);
         let timed = (returned - state.returned).is_multiple_of(self.timer);
@@ -174,7 +170,6 @@ impl<L: Line> UsbSerial<L> {
         state.packets += packets as u64;
         state.bytes += count as u64;
         state.returned = returned;
-        state.read = read;
         state.next_jitter = state.jitter.draw();
     }
 

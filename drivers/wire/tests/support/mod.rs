@@ -289,11 +289,11 @@ pub fn timed(bursts: &Bursts) -> Vec<(SimTime, u8)> {
     all
 }
 
-/// Any bursts.
-pub fn bursts() -> impl proptest::strategy::Strategy<Value = Bursts> {
+/// Any bursts, of up to so many bytes.
+pub fn bursts(bytes: usize) -> impl proptest::strategy::Strategy<Value = Bursts> {
     use proptest::prelude::*;
     prop::collection::vec(
-        (0_u64..60_000, prop::collection::vec(any::<u8>(), 1..12)),
+        (0_u64..60_000, prop::collection::vec(any::<u8>(), 1..=bytes)),
         0..8,
     )
 }
