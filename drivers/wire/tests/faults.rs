@@ -41,6 +41,7 @@ impl Bench {
             arrives: timed(arrives),
             arrived: 0,
             taken: 0,
+            now: SimTime::ZERO,
             sent,
         };
         let line = Faulty::new(PLACE, BYTE, schedule, line).unwrap();
@@ -181,6 +182,17 @@ fn a_delayed_burst_keeps_its_place() {
         far[5..8],
         [(at(168), b'o'), (at(171), b't'), (at(174), b'h')]
     );
+}
+
+#[test]
+fn of_a_delayed_burst_the_first_and_the_last_byte_are_named() {
+    let delay = fault(62, 1, FaultKind::Delay { by: us(40) });
+    let mut bench = Bench::new(&schedule(vec![delay]), &three());
+    live_line(&mut bench.line, at(68), &[], &mut bench.near);
+    for named in [102, 108, 121] {
+        assert_eq!(bench.line.next_wake(), Some(at(named)));
+        live_line(&mut bench.line, at(named), &[], &mut bench.near);
+    }
 }
 
 #[test]
@@ -409,6 +421,25 @@ proptest! {
             prop_assert!(way.windows(2).all(|pair| pair[0].0 < pair[1].0), "{way:?}\n{schedule}");
         }
         prop_assert_eq!(live(&also), (far, near), "{}", schedule);
+    }
+
+    #[test]
+    fn how_early_a_burst_is_announced_changes_nothing(
+        schedule in any_schedule(), outward in bursts(11), early in prop::collection::vec(0_u64..200_000, 8),
+    ) {
+        let mut punctual = Bench::new(&schedule, &vec![]);
+        punctual.live(&outward, SimTime::ZERO, at(END), &[]);
+        let mut announced = Bench::new(&schedule, &vec![]);
+        let (mut now, mut free) = (SimTime::ZERO, SimTime::ZERO);
+        for ((gap, bytes), early) in outward.iter().zip(early) {
+            let start = free + SimDuration::from_nanos(*gap);
+            now = now.max(SimTime::from_nanos(start.as_nanos().saturating_sub(early)));
+            live_line(&mut announced.line, now, &[], &mut announced.near);
+            announced.line.send(Piece { first: start + BYTE, spacing: BYTE, bytes });
+            free = start + BYTE * bytes.len() as u64;
+        }
+        live_line(&mut announced.line, at(END), &[], &mut announced.near);
+        prop_assert_eq!(announced.far(), punctual.far(), "{}", schedule);
     }
 
     #[test]

@@ -21,6 +21,7 @@ fn scripted(arrives: &Bursts) -> (Scripted, Sent) {
             arrives: timed(arrives),
             arrived: 0,
             taken: 0,
+            now: SimTime::ZERO,
             sent,
         },
         far,

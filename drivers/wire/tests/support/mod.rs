@@ -197,6 +197,7 @@ pub fn live(
 /// The same for a line; with the times at which its bytes were complete.
 pub fn live_line(line: &mut dyn Line, end: SimTime, also: &[SimTime], arrivals: &mut Arrivals) {
     let mut also = also.iter().copied().peekable();
+    let mut last: Option<SimTime> = None;
     loop {
         let wake = line.next_wake().filter(|wake| *wake <= end);
         let extra = also.peek().copied().filter(|extra| *extra <= end);
@@ -206,8 +207,15 @@ pub fn live_line(line: &mut dyn Line, end: SimTime, also: &[SimTime], arrivals: 
         if extra == Some(now) {
             also.next();
         }
+        let mut new = Arrivals::default();
         line.advance(now, &mut Nowhere).unwrap();
-        line.receive(arrivals);
+        line.receive(&mut new);
+        assert!(
+            new.iter().all(|(at, _)| last.is_none_or(|last| at > last)),
+            "late at {now}: {new:?}"
+        );
+        last = Some(now);
+        arrivals.append(&mut new);
         assert!(arrivals.iter().all(|(at, _)| at <= now));
         assert!(
             line.next_wake().is_none_or(|next| next > now),
@@ -221,6 +229,7 @@ pub struct Scripted {
     pub arrives: Vec<(SimTime, u8)>,
     pub arrived: usize,
     pub taken: usize,
+    pub now: SimTime,
     pub sent: std::sync::mpsc::Sender<(SimTime, u8)>,
 }
 
@@ -230,6 +239,7 @@ impl Line for Scripted {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
+        assert!(piece.first >= self.now, "sent at {}: {piece:?}", self.now);
         for (n, byte) in piece.bytes.iter().enumerate() {
             self.sent.send((piece.at(n), *byte)).unwrap();
         }
@@ -251,6 +261,7 @@ impl Line for Scripted {
     }
 
     fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+        self.now = now;
         self.arrived = self.arrives.partition_point(|(at, _)| *at <= now);
         Ok(())
     }
