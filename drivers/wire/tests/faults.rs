@@ -196,6 +196,25 @@ fn of_a_delayed_burst_the_first_and_the_last_byte_are_named() {
 }
 
 #[test]
+fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
+    let delay = fault(0, 1000, FaultKind::Delay { by: us(100) });
+    let mut node = FaultyNode::new(PLACE, BYTE, &schedule(vec![delay]), Board::new(1)).unwrap();
+    let bytes = &[request(1), request(2)].concat();
+    node.hear(Piece {
+        first: at(3),
+        spacing: BYTE,
+        bytes,
+    });
+    // The first byte, the end of the first packet, the last byte.
+    for wake in [103, 130, 160] {
+        node.advance(at(wake - 1), &mut Nowhere).unwrap();
+        assert_eq!(node.next_wake(), Some(at(wake)));
+        node.advance(at(wake), &mut Nowhere).unwrap();
+    }
+    assert_eq!(node.poll_transmit(&mut Vec::new()), Some(at(140)));
+}
+
+#[test]
 fn a_duplicate_follows_the_burst() {
     let (far, _) = expect(
         vec![fault(62, 1, FaultKind::Duplicate { probability: 1.0 })],
@@ -218,10 +237,11 @@ fn reordered_bursts_change_places() {
 
 #[test]
 fn a_stuck_line_is_heard_as_zeros_and_nothing_else() {
-    let (far, near) = through(vec![fault(30, 400, FaultKind::Stuck)], &three());
+    let (far, near) = through(vec![fault(30, 399, FaultKind::Stuck)], &three());
     assert_eq!(far, near);
     assert_eq!(text(&far)[..3], *"one");
-    let zeros: Timed = (1..=133).map(|n| (at(30 + 3 * n), 0)).collect();
+    // One more would be complete when the fault is over.
+    let zeros: Timed = (1..=132).map(|n| (at(30 + 3 * n), 0)).collect();
     assert_eq!(far[3..], zeros);
 }
 
