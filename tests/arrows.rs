@@ -112,6 +112,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twinrig-record", &["twinrig-kernel", "twinrig-runtime"]),
     ("twinrig-robot", &["twinrig-document", "twinrig-kernel"]),
     ("twinrig-runtime", &["twinrig-kernel"]),
+    (
+        "twinrig-sbcp",
+        &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
+    ),
     ("twinrig-scenario", &["twinrig-document", "twinrig-kernel"]),
     (
         "twinrig-script",

@@ -3,7 +3,8 @@ use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 use twinrig_wire::{Arrivals, Line, Piece};
 
-use crate::controller::{Controller, ControllerConfig, ControllerCounters};
+use crate::controller::Controller;
+use crate::controller_config::{ControllerConfig, ControllerCounters};
 use crate::error::SbcpError;
 
 /// A bus behind a bus controller. The near end is the link to the host, the far end the near end of the bus.
@@ -98,9 +99,9 @@ impl<L: Line> Line for Controlled<L> {
     }
 
     fn gauges(&self) -> Vec<Port> {
-        let own = GAUGES.iter().map(|gauge| {
-            Port::output(format!("{}/controller/{gauge}", self.name), Unit::One, 1)
-        });
+        let own = GAUGES
+            .iter()
+            .map(|gauge| Port::output(format!("{}/controller/{gauge}", self.name), Unit::One, 1));
         own.chain(self.bus.gauges()).collect()
     }
 

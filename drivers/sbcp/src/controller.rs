@@ -1,11 +1,10 @@
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_kernel::SimTime;
 use twinrig_wire::{Arrivals, Piece};
 
 use crate::answer::{Answer, Hearing};
-use crate::codes::{
-    BYTE_TIME, CLASS_CONTROLLER, ErrorCode, FRAME_MAX, HEADER, LENGTH_BESIDE, PACKET_MAX,
-};
+use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_BESIDE, PACKET_MAX};
+use crate::controller_config::{ControllerConfig, ControllerCounters, Passing};
 use crate::error::SbcpError;
 use crate::intake::{Entry, Intake, split_off};
 use crate::outbox::Outbox;
@@ -13,74 +12,8 @@ use crate::packet::{Address, Payload, Request, checksum, emit};
 use crate::registers::RegisterTable;
 use crate::standard::obey;
 
-/// How the bus controller passes bytes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Passing {
-    /// As they come, as soon as it is known whom they are for.
-    CutThrough,
-    /// When the packet is complete, both ways.
-    StoreAndForward,
-}
-
-/// How the bus controller behaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ControllerConfig {
-    /// Its own id.
-    pub id: u8,
-    /// How it passes bytes on: cut-through.
-    pub passing: Passing,
-    /// From a request's last bit to the end of the answer's first byte, and how much later than its length
-    /// byte promises an answer may end: 20 µs (thesis, section 5.3.2).
-    pub timeout: SimDuration,
-    /// From the end of an answer's first byte to the end of its last: 130 µs, ASSUMED.
-    pub response_limit: SimDuration,
-    /// From an answer's last bit to the next request's first: 2 µs, ASSUMED.
-    pub gap: SimDuration,
-    /// Silence on the link that ends a request: 15 µs, ASSUMED.
-    pub idle_gap: SimDuration,
-    /// Requests that it holds, the one on the bus included: 4.
-    pub packets_max: usize,
-    /// Ten bits, on the link and on the bus.
-    pub byte_time: SimDuration,
-}
-
-impl Default for ControllerConfig {
-    fn default() -> Self {
-        Self {
-            id: 1,
-            passing: Passing::CutThrough,
-            timeout: SimDuration::from_micros(20),
-            response_limit: SimDuration::from_micros(130),
-            gap: SimDuration::from_micros(2),
-            idle_gap: SimDuration::from_micros(15),
-            packets_max: FRAME_MAX,
-            byte_time: BYTE_TIME,
-        }
-    }
-}
-
-/// Longest reaction of a good board (thesis, section 5.3.2): no time-out may be shorter than this and a byte.
-const REACTION_MAX: SimDuration = SimDuration::from_micros(10);
-
 /// Version of the emulated controller. ASSUMED.
 const DEVICE_VERSION: u16 = 0x0100;
-
-/// What a bus controller has counted since it was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ControllerCounters {
-    /// Requests put on the bus.
-    pub requests: u64,
-    /// Good answers passed on.
-    pub answers: u64,
-    /// Error packets sent in a board's place, those for overflows and silent boards included.
-    pub failures: u64,
-    /// Boards that kept silent.
-    pub timeouts: u64,
-    /// Requests dropped because the buffer was full.
-    pub overflows: u64,
-    /// Bytes from the host that belonged to no packet \[B\].
-    pub garbage: u64,
-}
 
 /// What goes on on the bus.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -139,23 +72,8 @@ impl Controller {
     /// [`SbcpError::Timeout`] or [`SbcpError::Limit`] if no good answer would pass, [`SbcpError::Frame`] if it holds no
     /// request, [`SbcpError::ByteTime`] if bytes take no time, [`SbcpError::Address`] if nobody can have its id.
     pub fn new(config: ControllerConfig) -> Result<Self, SbcpError> {
+        config.check()?;
         let byte_time = config.byte_time;
-        if byte_time.is_zero() {
-            return Err(SbcpError::ByteTime);
-        }
-        let least = REACTION_MAX + byte_time;
-        if config.timeout < least {
-            let (nanos, least) = (config.timeout.as_nanos(), least.as_nanos());
-            return Err(SbcpError::Timeout { nanos, least });
-        }
-        let least = byte_time * (PACKET_MAX as u64 - 1);
-        if config.response_limit < least {
-            let (nanos, least) = (config.response_limit.as_nanos(), least.as_nanos());
-            return Err(SbcpError::Limit { nanos, least });
-        }
-        if config.packets_max == 0 {
-            return Err(SbcpError::Frame { packets: 0 });
-        }
         Ok(Self {
             config,
             address: Address::new(CLASS_CONTROLLER, config.id)?,
@@ -467,11 +385,12 @@ impl Controller {
         };
         let (part, hearing) = answer.hear(rest);
         let (from, at) = (answer.from(), part.last());
-        match (self.config.passing, hearing) {
-            (Passing::CutThrough, Hearing::Strange) | (Passing::StoreAndForward, Hearing::GoesOn) => {}
-            (Passing::StoreAndForward, Hearing::Good) => self.to_link.send(at, answer.bytes()),
-            (Passing::StoreAndForward, _) => {}
-            (Passing::CutThrough, _) => self.to_link.relay(part.first, part),
+        if self.config.passing == Passing::CutThrough {
+            if hearing != Hearing::Strange {
+                self.to_link.relay(part.first, part);
+            }
+        } else if hearing == Hearing::Good {
+            self.to_link.send(at, answer.bytes());
         }
         match hearing {
             Hearing::GoesOn => return,

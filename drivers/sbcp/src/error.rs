@@ -32,7 +32,10 @@ pub enum SbcpError {
         id: u8,
     },
     /// A payload that does not fit into a packet.
-    #[error("a payload of {len} bytes, where a packet holds {}", crate::PAYLOAD_MAX)]
+    #[error(
+        "a payload of {len} bytes, where a packet holds {}",
+        crate::PAYLOAD_MAX
+    )]
     Payload {
         /// Its length \[B\].
         len: usize,
@@ -58,7 +61,9 @@ pub enum SbcpError {
         address: u8,
     },
     /// A time-out in which no board could answer.
-    #[error("a time-out of {nanos} ns, where the first byte of a good answer takes up to {least} ns")]
+    #[error(
+        "a time-out of {nanos} ns, where the first byte of a good answer takes up to {least} ns"
+    )]
     Timeout {
         /// The time-out \[ns\].
         nanos: u64,
@@ -74,7 +79,10 @@ pub enum SbcpError {
         least: u64,
     },
     /// A frame without packets, or with more than the bus controller buffers.
-    #[error("a frame of {packets} packets, where it takes 1 to {}", crate::FRAME_MAX)]
+    #[error(
+        "a frame of {packets} packets, where it takes 1 to {}",
+        crate::FRAME_MAX
+    )]
     Frame {
         /// How many packets.
         packets: usize,

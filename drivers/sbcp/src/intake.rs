@@ -155,7 +155,11 @@ impl Intake {
     /// Up to `now`, lets requests into the buffer or refuses them, in order. `busy` says whether one is on
     /// the bus, which needs its place until it is over.
     pub(crate) fn admit(&mut self, now: SimTime, busy: bool) {
-        while let Some(entry) = self.queue.get(self.judged).filter(|entry| entry.last <= now) {
+        while let Some(entry) = self
+            .queue
+            .get(self.judged)
+            .filter(|entry| entry.last <= now)
+        {
             if entry.refused.is_none() {
                 let before = self.queue.iter().take(self.judged);
                 let before = before.filter(|entry| entry.refused.is_none()).count();

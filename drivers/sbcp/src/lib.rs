@@ -46,6 +46,7 @@ mod answer;
 pub mod codes;
 mod controlled;
 mod controller;
+mod controller_config;
 mod error;
 mod intake;
 mod listener;
@@ -59,7 +60,8 @@ mod standard;
 
 pub use codes::{BYTE_TIME, ErrorCode, FRAME_MAX, Instruction, OVERHEAD, PACKET_MAX, PAYLOAD_MAX};
 pub use controlled::Controlled;
-pub use controller::{Controller, ControllerConfig, ControllerCounters, Passing};
+pub use controller::Controller;
+pub use controller_config::{ControllerConfig, ControllerCounters, Passing};
 pub use error::SbcpError;
 pub use master::{Failure, Master, MasterConfig, MasterCounters, Outcome, Topology};
 pub use packet::{Address, Packet, Payload, Request, Response};

@@ -56,7 +56,10 @@ impl Outbox {
 
     /// Passes on what comes in, not before `start` and so that it never runs dry within the piece.
     pub(crate) fn relay(&mut self, start: SimTime, piece: Piece<'_>) {
-        self.send(start.max(unbroken_start(piece, self.byte_time)), piece.bytes);
+        self.send(
+            start.max(unbroken_start(piece, self.byte_time)),
+            piece.bytes,
+        );
     }
 
     /// When the first bit of what it sends next goes out, or went.

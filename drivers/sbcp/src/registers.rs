@@ -172,7 +172,9 @@ impl RegisterTable {
     /// # Errors
     /// [`SbcpError::NoRegister`], [`SbcpError::RegisterValue`] if it has not so many bits.
     pub fn put(&mut self, address: u8, value: u16) -> Result<(), SbcpError> {
-        let index = self.find(address).ok_or(SbcpError::NoRegister { address })?;
+        let index = self
+            .find(address)
+            .ok_or(SbcpError::NoRegister { address })?;
         if self.registers[index].width == Width::U8 && value > u16::from(u8::MAX) {
             return Err(SbcpError::RegisterValue { address, value });
         }

@@ -127,7 +127,10 @@ fn damage_is_told_by_the_controller_and_good_again_in_the_next_cycle() {
         });
         let (outcomes, _) = rig.cycle(&frame());
         assert_eq!(outcomes[2], Err(Failure::Refused(code)), "byte {byte_no}");
-        assert!([0, 1, 3].iter().all(|n| outcomes[*n].is_ok()), "{outcomes:?}");
+        assert!(
+            [0, 1, 3].iter().all(|n| outcomes[*n].is_ok()),
+            "{outcomes:?}"
+        );
         rig.fate = Box::new(|_, _, byte| Some(byte));
         assert!(all_good(&rig.cycle(&frame()).0));
     }

@@ -153,13 +153,22 @@ fn the_bytes_of_a_packet_are_in_the_order_of_the_thesis() {
     let request = Request::new(to, Instruction::SET, &[0x20, 0x90, 0xE0]).unwrap();
     let sum = (1 + 3 + 5 + 3 + 0x20 + 0x90 + 0xE0) % 256;
     let sum = u8::try_from(sum).unwrap();
-    assert_eq!(bytes_of(&request), [0xFF, 1, 3, 5, 3, 0x20, 0x90, 0xE0, sum]);
+    assert_eq!(
+        bytes_of(&request),
+        [0xFF, 1, 3, 5, 3, 0x20, 0x90, 0xE0, sum]
+    );
 }
 
 #[test]
 fn what_no_packet_can_be_is_refused() {
-    assert!(matches!(Address::new(HEADER, 1), Err(SbcpError::Address { .. })));
-    assert!(matches!(Address::new(1, HEADER), Err(SbcpError::Address { .. })));
+    assert!(matches!(
+        Address::new(HEADER, 1),
+        Err(SbcpError::Address { .. })
+    ));
+    assert!(matches!(
+        Address::new(1, HEADER),
+        Err(SbcpError::Address { .. })
+    ));
     let all = Address::new(1, BROADCAST).unwrap();
     assert!(Response::new(all, ErrorCode::OK, &[]).is_err());
     let to = Address::new(1, 1).unwrap();
@@ -193,10 +202,16 @@ fn at_a_bit_error_rate_of_a_thousandth_the_checksum_lets_one_response_in_1700_th
         carried[..8].copy_from_slice(&payload.bits().to_le_bytes());
         carried[8..].copy_from_slice(&payload.bits().to_le_bytes());
         clean.clear();
-        Response::new(from, ErrorCode::OK, &carried).unwrap().emit(&mut clean);
+        Response::new(from, ErrorCode::OK, &carried)
+            .unwrap()
+            .emit(&mut clean);
         let mut heard = clean.clone();
         while next < f64::from(bits) {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 175")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0 to 175"
+            )]
             let bit = next as usize;
             heard[bit / 8] ^= 1 << (bit % 8);
             next += 1.0 + gap();

@@ -74,11 +74,31 @@ fn registers_are_read_and_written_with_their_errors() {
     assert_eq!(talk(set, &[STATUS, 1, 0]), no(ErrorCode::READ_ONLY));
     assert_eq!(talk(set, &[MODE, 4]), no(ErrorCode::BAD_VALUE));
     assert_eq!(talk(set, &[MODE, 3]), ok(&[]));
-    assert_eq!(talk(Instruction(0x66), &[]), no(ErrorCode::UNKNOWN_INSTRUCTION));
-    assert_eq!(talk(Instruction::LOW_LATENCY, &[]), no(ErrorCode::NOT_READY));
+    assert_eq!(
+        talk(Instruction(0x66), &[]),
+        no(ErrorCode::UNKNOWN_INSTRUCTION)
+    );
+    assert_eq!(
+        talk(Instruction::LOW_LATENCY, &[]),
+        no(ErrorCode::NOT_READY)
+    );
     let written: Vec<_> = std::iter::from_fn(|| slave.poll_event()).collect();
-    assert!(matches!(written[0], SlaveEvent::Written { address: GAIN, value: 300, .. }));
-    assert!(matches!(written[1], SlaveEvent::Written { address: MODE, value: 3, .. }));
+    assert!(matches!(
+        written[0],
+        SlaveEvent::Written {
+            address: GAIN,
+            value: 300,
+            ..
+        }
+    ));
+    assert!(matches!(
+        written[1],
+        SlaveEvent::Written {
+            address: MODE,
+            value: 3,
+            ..
+        }
+    ));
     assert!(matches!(written[2], SlaveEvent::LowLatency { .. }));
     assert_eq!(slave.counters().answers, 15);
 }
@@ -109,7 +129,8 @@ fn only_what_was_saved_outlives_a_power_cycle() {
 }
 
 #[test]
-fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_reply_of_that_instant() {
+fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_reply_of_that_instant()
+ {
     let mut slave = slave(2);
     slave.set_reply(b"before").unwrap();
     let request = Request::new(board(2), Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap();
@@ -118,7 +139,13 @@ fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_re
     slave.set_reply(b"after").unwrap();
     let end = begin + BYTE_TIME * 9;
     let event = slave.poll_event();
-    assert_eq!(event, Some(SlaveEvent::LowLatency { at: end, payload: request.payload }));
+    assert_eq!(
+        event,
+        Some(SlaveEvent::LowLatency {
+            at: end,
+            payload: request.payload
+        })
+    );
     let mut bytes = Vec::new();
     assert_eq!(slave.poll_transmit(&mut bytes), Some(end + micros(10)));
     assert_eq!(Packet::new(&bytes).unwrap().payload(), b"before");
@@ -153,14 +180,23 @@ fn an_idle_gap_makes_it_listen_afresh_whatever_it_was_at() {
             slave.hear(piece(next, &request));
             let answered = slave.poll_transmit(&mut Vec::new()).is_some();
             // A lone header does not matter: the next one takes its place.
-            assert_eq!(answered, heard || garbage.len() == 1, "{garbage:?} {silence}");
+            assert_eq!(
+                answered,
+                heard || garbage.len() == 1,
+                "{garbage:?} {silence}"
+            );
         }
     }
 }
 
 /// A stream of packets for anybody and of noise.
 fn stream() -> impl Strategy<Value = Vec<Vec<u8>>> {
-    let packet = (1..4_u8, 1..6_u8, prop_oneof![1..5_u8, Just(0x10)], vec(any::<u8>(), 0..20));
+    let packet = (
+        1..4_u8,
+        1..6_u8,
+        prop_oneof![1..5_u8, Just(0x10)],
+        vec(any::<u8>(), 0..20),
+    );
     let packet = packet.prop_map(|(class, id, code, payload)| {
         let to = twinrig_sbcp::Address::new(class, id).unwrap();
         emitted(&Request::new(to, Instruction(code), &payload).unwrap())

@@ -93,7 +93,9 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
             wire.send(now, &bytes);
             continue;
         }
-        let due = master.poll_timeout().map(|at| SimTime::from_nanos(at.as_nanos()));
+        let due = master
+            .poll_timeout()
+            .map(|at| SimTime::from_nanos(at.as_nanos()));
         now = now.max(wire.next_wake().into_iter().chain(due).min().unwrap());
         wire.advance(now, &mut Nowhere).unwrap();
         wire.receive(&mut bytes);
@@ -102,7 +104,11 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
             master.handle_timeout(support::host(now));
         }
         if !master.is_busy() {
-            assert!(master.outcomes().iter().all(Result::is_ok), "{:?}", master.outcomes());
+            assert!(
+                master.outcomes().iter().all(Result::is_ok),
+                "{:?}",
+                master.outcomes()
+            );
             lengths.push((now - begun).as_nanos() / 1_000);
         }
     }
@@ -124,7 +130,8 @@ fn through_the_controller_a_cycle_is_exactly_eight_microframes() {
 
 #[test]
 fn directly_a_cycle_is_twenty_microframes() {
-    let mut wire = UsbSerial::new("bus", UsbTiming::default(), BYTE_TIME, 1, bus(micros(10))).unwrap();
+    let mut wire =
+        UsbSerial::new("bus", UsbTiming::default(), BYTE_TIME, 1, bus(micros(10))).unwrap();
     let lengths = cycles(&mut wire, Topology::Direct);
     assert!(lengths.iter().all(|length| *length == 2500), "{lengths:?}");
 }
@@ -132,7 +139,10 @@ fn directly_a_cycle_is_twenty_microframes() {
 /// Whether the millisecond is held.
 fn holds(config: ControllerConfig, reaction: u64) -> bool {
     let lengths = controlled(config, reaction);
-    assert!(lengths.iter().all(|length| *length == lengths[0]), "{lengths:?}");
+    assert!(
+        lengths.iter().all(|length| *length == lengths[0]),
+        "{lengths:?}"
+    );
     assert!([1000, 1125].contains(&lengths[0]), "{lengths:?}");
     lengths[0] == 1000
 }
@@ -154,7 +164,9 @@ fn the_millisecond_is_lost_by_boards_that_react_late() {
         gap: SimDuration::ZERO,
         ..ControllerConfig::default()
     };
-    let last = (10..40).take_while(|reaction| holds(config, *reaction)).last();
+    let last = (10..40)
+        .take_while(|reaction| holds(config, *reaction))
+        .last();
     assert_eq!(last, Some(25));
 }
 

@@ -177,7 +177,11 @@ impl Rig {
             self.inbound.remove(&key);
             self.master.handle_bytes(host(self.now), &[byte]);
         }
-        if self.master.poll_timeout().is_some_and(|at| at <= host(self.now)) {
+        if self
+            .master
+            .poll_timeout()
+            .is_some_and(|at| at <= host(self.now))
+        {
             self.master.handle_timeout(host(self.now));
         }
         self.write();
@@ -239,7 +243,10 @@ impl Rig {
         let begin = self.now;
         self.begin(frame);
         while self.master.is_busy() {
-            assert!(self.step(), "nothing happens any more, and the cycle is not over");
+            assert!(
+                self.step(),
+                "nothing happens any more, and the cycle is not over"
+            );
         }
         let outcomes = self.master.outcomes().to_vec();
         (outcomes, host(self.now).since(host(begin)))

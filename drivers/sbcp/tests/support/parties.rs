@@ -69,7 +69,9 @@ impl Parties {
     fn exchange(&mut self, start: SimTime) {
         let slaves = &mut self.slaves;
         self.controller.poll_bus(start, &mut |piece| {
-            slaves.iter_mut().for_each(|slave| slave.hear(piece));
+            for slave in slaves.iter_mut() {
+                slave.hear(piece);
+            }
         });
         for talker in 0..self.slaves.len() {
             self.said.clear();
