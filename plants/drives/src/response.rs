@@ -50,18 +50,22 @@ impl Course {
     /// ω(t) = ω∞ + (ω₀ − ω∞) e^(−λt)
     /// ```
     pub(crate) fn new(from: f64, last: f64, response: &Response, seconds: f64) -> Self {
-        /// Slower than this a shaft is at rest: it would need the age of the universe for a trillionth of a turn, and numbers
-        /// without an end towards zero are slow to compute with \[rad/s\].
-        const REST: f64 = 1e-30;
         let off = from - last;
         let Response { risen, once, twice } = *response;
-        let rate = from - off * risen;
         Self {
-            rate: if rate.abs() < REST { 0.0 } else { rate },
+            rate: settled(from - off * risen),
             turned: last * seconds + off * once,
             squares: last * last * seconds + 2.0 * last * off * once + off * off * twice,
         }
     }
+}
+
+/// A rate \[rad/s\], zero where it is next to nothing.
+pub(crate) fn settled(rate: f64) -> f64 {
+    /// Slower than this a shaft is at rest: it would turn by a trillionth in the age of the universe, and numbers that go on
+    /// and on towards zero are slow to compute with \[rad/s\].
+    const REST: f64 = 1e-30;
+    if rate.abs() < REST { 0.0 } else { rate }
 }
 
 #[cfg(test)]

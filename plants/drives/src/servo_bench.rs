@@ -8,6 +8,7 @@ use twinrig_robot::Servo;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
 use crate::error::{DrivesError, once};
+use crate::response::settled;
 
 /// Longest step.
 const STEP: SimDuration = SimDuration::from_millis(1);
@@ -92,7 +93,7 @@ impl ServoBench {
             let gained = (wanted - rate).clamp(-most, most);
             let mean = rate + 0.5 * gained;
             shaft.position += seconds * mean;
-            shaft.rate = rate + gained;
+            shaft.rate = settled(rate + gained);
             self.ledger.actuator += servo.inertia() * gained * mean;
             kinetic += 0.5 * servo.inertia() * shaft.rate * shaft.rate;
         }

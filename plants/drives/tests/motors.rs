@@ -222,6 +222,9 @@ proptest! {
         let now = run(&mut one, 0, &before);
         run(&mut two, 0, &other);
         two.restore(&one.save()).unwrap();
+        // On with the same inputs, and then with others.
+        let (_, held) = before[before.len() - 1];
+        let after = [vec![(777, held)], after].concat();
         run(&mut one, now, &after);
         run(&mut two, now, &after);
         prop_assert_eq!(one.save(), two.save());

@@ -39,6 +39,12 @@ fn servos_go_where_they_are_told_no_faster_than_they_can() {
     // Within the dead band.
     assert!((positions[0] - 0.5).abs() <= 0.006 && (positions[1] + 0.2).abs() <= 0.006);
     assert!(bench.energy().residual.abs() < 1e-12 * bench.energy().exchanged);
+    // At rest for good: nothing moves any more, not even by a bit.
+    bench.advance(at(10_000), &[0.5, -0.2]).unwrap();
+    bench.observe(&mut before);
+    bench.advance(at(11_000), &[0.5, -0.2]).unwrap();
+    bench.observe(&mut positions);
+    assert_eq!((positions, bench.energy().kinetic), (before, 0.0));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
-use crate::scene::{DEFAULT, Scene, Way, built, hanging, standing};
+use crate::scene::{DEFAULT, Scene, Way, built, hanging, pose, standing};
 
 /// Every method that has motors, at a step that takes their 1.66 ms in.
 const WAYS: [Way; 5] = [
@@ -160,6 +160,26 @@ fn the_torque_of_a_step_is_that_of_its_mean_rate() {
                 assert!(off < bound, "{way:?}: {torque} {line}");
             }
         }
+    }
+}
+
+#[test]
+fn motors_that_brake_within_a_millionth_of_a_step_hold_their_legs() {
+    let mut robot = oncilla();
+    let motors = robot.motors.as_mut().unwrap();
+    (motors.hip.resistance, motors.knee.resistance) = (1e-4, 1e-4);
+    let start = hanging(pose([30.0, -35.0, 35.0], [0.0; 3]));
+    let legs = vec!["LF".to_owned()];
+    let setup = motorised(&robot, Setup { legs, ..start });
+    for way in &WAYS[..3] {
+        let mut scene = Scene::new(&robot, &setup, *way);
+        let before = scene.value("leg/LF/hip/position");
+        scene.commands.copy_from_slice(&[0.0, 1.0, 0.0, 1.0]);
+        scene.to_ms(100);
+        // A leg weighs some hundredths of a newton metre at its hip, over (k N)²/R = 387 N·m·s/rad.
+        let turned = scene.value("leg/LF/hip/position") - before;
+        assert!(turned.abs() < 2e-4, "{way:?}: {turned}");
+        assert!(scene.value("leg/LF/hip/torque").abs() > 0.01, "{way:?}");
     }
 }
 
