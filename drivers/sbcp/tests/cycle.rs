@@ -231,7 +231,7 @@ fn first_firmware_answers_from_its_main_loop() {
 
 /// Bound on a cycle through the controller, whatever becomes of the bytes on the bus: each request up to
 /// 96 µs, time-out and limit after it, and a gap; then the time-out of the master has it anyhow.
-const BOUND: Duration = Duration::from_micros(2_000);
+const BOUND: Duration = Duration::from_millis(2);
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]

@@ -29,7 +29,7 @@ impl World for Nowhere {
 struct Board(Slave);
 
 impl Node for Board {
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         "board"
     }
 
