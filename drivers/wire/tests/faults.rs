@@ -197,7 +197,7 @@ fn of_a_delayed_burst_the_first_and_the_last_byte_are_named() {
 
 #[test]
 fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
-    let delay = fault(0, 1000, FaultKind::Delay { by: us(100) });
+    let delay = fault(0, 100, FaultKind::Delay { by: us(100) });
     let mut node = FaultyNode::new(PLACE, BYTE, &schedule(vec![delay]), Board::new(1)).unwrap();
     let bytes = &[request(1), request(2)].concat();
     node.hear(Piece {
