@@ -196,7 +196,7 @@ mod tests {
                 unpack(head, words, &mut bytes);
                 got.push((head.at, bytes.clone()));
             }
-            prop_assert_eq!(writer.lost() as usize, records.len() - expected.len());
+            prop_assert_eq!(writer.lost(), (records.len() - expected.len()) as u64);
             prop_assert_eq!(got, expected);
         }
     }

@@ -27,6 +27,7 @@ pub struct Serve {
     far_end: FarEnd,
     ports: Vec<Served>,
     gauges: Layout,
+    process: Layout,
     lanes: Vec<String>,
     values: Vec<f64>,
     options: ServeOptions,
@@ -187,6 +188,7 @@ impl Serve {
             ports,
             values: vec![0.0; gauges.len()],
             gauges,
+            process: Layout::default(),
             lanes,
             options,
             next_look: SimTime::ZERO,
@@ -200,12 +202,12 @@ impl Serve {
         Ok(serve)
     }
 
-    /// How the values of a group lie in what the observer sees: there is no process here.
-    pub fn layout(&self, group: Group) -> Option<&Layout> {
+    /// How the values of a group lie in what the observer sees. There is no process.
+    pub fn layout(&self, group: Group) -> &Layout {
         match group {
-            Group::Plant => Some(&self.far_end.signals.outputs),
-            Group::Gauges => Some(&self.gauges),
-            Group::ProcessInputs | Group::ProcessOutputs => None,
+            Group::Plant => &self.far_end.signals.outputs,
+            Group::Gauges => &self.gauges,
+            Group::ProcessInputs | Group::ProcessOutputs => &self.process,
         }
     }
 

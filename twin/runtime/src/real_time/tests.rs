@@ -210,6 +210,20 @@ enum Seen {
 #[derive(Default)]
 struct Log(VecDeque<(SimTime, Seen)>);
 
+impl Log {
+    /// Transfers that end at one instant have no order that means anything: the rig has that in which it armed them.
+    fn sort_ties(&mut self) {
+        let ended = |(_, seen): &(SimTime, Seen)| match seen {
+            Seen::Event(RunEvent::TaskEnd { task }) => Some(*task),
+            _ => None,
+        };
+        self.0
+            .make_contiguous()
+            .chunk_by_mut(|a, b| a.0 == b.0 && ended(a).is_some() && ended(b).is_some())
+            .for_each(|ties| ties.sort_by_key(ended));
+    }
+}
+
 impl Observer for Log {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         if group != Group::Plant {
@@ -310,8 +324,10 @@ fn any_case() -> impl Strategy<Value = Case> {
 proptest! {
     #[test]
     fn a_conductor_does_what_the_lockstep_rig_does(case in any_case()) {
-        let (conductor, real) = by_clock(&case, &Wound::default());
-        let model = in_lockstep(&case);
+        let (conductor, mut real) = by_clock(&case, &Wound::default());
+        let mut model = in_lockstep(&case);
+        real.sort_ties();
+        model.sort_ties();
         for (n, (real, model)) in real.0.iter().zip(&model.0).enumerate() {
             prop_assert_eq!(real, model, "number {}", n);
         }
