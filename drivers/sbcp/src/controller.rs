@@ -38,12 +38,12 @@ enum Bus {
 /// The bus controller without link, bus or clock: bytes and times in, bytes and times out.
 ///
 /// It takes requests from the host, puts them on the bus one by one, and passes the answers back. For each
-/// request but a broadcast the host gets exactly one packet with a right checksum, in order: the board's
-/// answer, or an error packet in its name, which may follow what was already passed on of a bad answer.
-/// Requests to itself (ping, get, set, save) it answers itself.
+/// request whose first four bytes make sense, broadcasts excepted, it sends one whole packet, in order: the
+/// board's answer, or an error packet in its name, which may follow what was already passed on of a bad
+/// answer. Requests to itself (ping, get, set, save) it answers itself.
 ///
-/// However the boards behave, it goes on to the next request not later than time-out and limit after the end
-/// of this one.
+/// However the boards behave, it goes on to the next request not later than time-out, limit and gap after the
+/// end of this one.
 ///
 /// Whoever holds it tells it what comes ([`Controller::handle_link`], which may be announced, and
 /// [`Controller::handle_bus`]) and when it is [`Controller::poll_timeout`] ([`Controller::handle_timeout`]);

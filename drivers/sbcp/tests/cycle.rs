@@ -229,8 +229,8 @@ fn first_firmware_answers_from_its_main_loop() {
     assert_eq!(slave.poll_transmit(&mut answer), None);
 }
 
-/// Bound on a cycle through the controller, whatever becomes of the bytes on the bus: each request up to
-/// 96 µs, time-out and limit after it, and a gap; then the time-out of the master has it anyhow.
+/// Bound on a cycle through the controller, whatever becomes of the bytes on the bus: the master's time-out.
+/// Without it the host would wait for ever for the last bytes of a bad answer that an error packet replaces.
 const BOUND: Duration = Duration::from_millis(2);
 
 proptest! {
