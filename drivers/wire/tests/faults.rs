@@ -215,6 +215,28 @@ fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
 }
 
 #[test]
+fn a_node_that_talks_into_its_own_words_says_them_one_after_the_other() {
+    let new = || FaultyNode::new(PLACE, BYTE, &schedule(vec![]), Board::new(1)).unwrap();
+    let hear = |node: &mut FaultyNode<Board>, first| {
+        let piece = Piece {
+            first: at(first),
+            spacing: BYTE,
+            bytes: &request(1),
+        };
+        node.hear(piece);
+        node.advance(piece.last(), &mut Nowhere).unwrap();
+    };
+    let (mut node, mut restored, mut said) = (new(), new(), Vec::new());
+    hear(&mut node, 3);
+    assert_eq!(node.poll_transmit(&mut said), Some(at(40)));
+    restored.restore(&node.save()).unwrap();
+    hear(&mut restored, 33);
+    // Not at 70 µs: the first answer takes 66 µs.
+    assert_eq!(restored.poll_transmit(&mut said), Some(at(106)));
+    assert_eq!((restored.poll_transmit(&mut said), said.len()), (None, 44));
+}
+
+#[test]
 fn a_duplicate_follows_the_burst() {
     let (far, _) = expect(
         vec![fault(62, 1, FaultKind::Duplicate { probability: 1.0 })],
