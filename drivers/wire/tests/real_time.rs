@@ -267,6 +267,60 @@ fn a_driver_that_panics_ends_the_run_with_an_error_and_the_others_are_closed() {
     assert_eq!(good.last(), Some(&CLOSE));
 }
 
+/// Runs with a driver that hangs, and one that does not; the far end of the former answers, or not.
+fn with_one_that_hangs(answers: bool) -> TaskError {
+    let ((one, port), (two, other)) = (pair(), pair());
+    let silent = if answers {
+        let _ = answering(one, Duration::ZERO, None);
+        None
+    } else {
+        Some(one)
+    };
+    let far_end = answering(two, Duration::ZERO, None);
+    let mut driver = Asker::new("bad");
+    driver.hangs_after = Some(0.0);
+    let drivers = vec![(driver, port), (Asker::new("good"), other)];
+    let mut rig = rig(Summing::new(&["bad", "good"]), drivers);
+    (rig.options.limits.open, rig.options.limits.close) = (millis(2_000), millis(2_000));
+    let (ended, _) = rig.run(None, &mut Log::default(), &AtomicBool::new(false));
+    assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
+    drop(silent);
+    match ended {
+        Err(RigError::Task { source, .. }) => source,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_driver_that_never_comes_back_keeps_neither_the_run_nor_the_others() {
+    let lost = with_one_that_hangs(true);
+    assert!(
+        matches!(
+            lost,
+            TaskError::Lost {
+                what: Phase::Opening,
+                ..
+            }
+        ),
+        "{lost:?}"
+    );
+}
+
+#[test]
+fn neither_does_one_that_never_comes_back_from_closing_after_it_has_failed() {
+    let late = with_one_that_hangs(false);
+    assert!(
+        matches!(
+            late,
+            TaskError::TimeLimit {
+                what: Phase::Opening,
+                ..
+            }
+        ),
+        "{late:?}"
+    );
+}
+
 #[test]
 fn a_process_that_panics_leaves_the_devices_closed() {
     let (twin, port) = pair();

@@ -19,6 +19,8 @@ pub struct Asker {
     pub tires_after: Option<f64>,
     /// Panics after so many transfers.
     pub panics_after: Option<f64>,
+    /// Never comes back after so many transfers, once its far end has answered or is to be left.
+    pub hangs_after: Option<f64>,
 }
 
 impl Asker {
@@ -33,6 +35,7 @@ impl Asker {
             closed: Arc::default(),
             tires_after: None,
             panics_after: None,
+            hangs_after: None,
         }
     }
 
@@ -84,6 +87,9 @@ impl Driver for Asker {
             self.wanted = 0;
         }
         assert_ne!(self.panics_after, Some(self.transfers));
+        while self.hangs_after == Some(self.transfers) {
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
         if self.tires_after == Some(self.transfers) {
             let why = "too many errors; look after the cable".into();
             return Err(DriverError { why });

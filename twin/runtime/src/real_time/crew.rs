@@ -198,11 +198,11 @@ impl Tasks for Crew {
             let limits = self.limits;
             let mut hands = self.hands.iter_mut().enumerate();
             return hands.find_map(|(task, hand)| {
-                if hand.failed {
+                // One that has failed already may yet be lost while it closes: it is given up, but not told twice.
+                let error = hand.lost(limit, limits)?;
+                if std::mem::replace(&mut hand.failed, true) {
                     return None;
                 }
-                let error = hand.lost(limit, limits)?;
-                hand.failed = true;
                 Some(Report {
                     task,
                     at: limit,
