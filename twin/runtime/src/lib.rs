@@ -1,6 +1,7 @@
-//! How a controller, its input and output, and a plant run together: one scheduling rule, and its executor
-//! in virtual time. The same parts, seed and schedule give the same run, bit for bit; the times that
-//! computing and transferring take are part of the model, so that an overrun can be had again.
+//! How a controller, its input and output, and a plant run together: one scheduling rule, and its executors
+//! in virtual time and in real time. In virtual time the same parts, seed and schedule give the same run, bit
+//! for bit; the times that computing and transferring take are part of the model, so that an overrun can be had
+//! again.
 //!
 //! A [`Process`] (a controller) meets [`IoTask`]s (transfers with a device) through named signals; the
 //! [`Manager`] decides who runs when; the [`Rig`] does it, with a [`Plant`] at the far end and an
@@ -61,8 +62,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What it does not do: it knows no scenario, no file, no protocol and no physics; it reads no clock and
-//! starts no thread; it does not record (that is an observer's affair).
+//! What it does not do: it knows no scenario, no file, no protocol and no physics; outside [`real_time`] it reads
+//! no clock and starts no thread; it does not record (that is an observer's affair).
 
 mod beside;
 mod device;
