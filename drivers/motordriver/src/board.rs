@@ -33,6 +33,7 @@ pub struct MotorBoard {
     name: String,
     /// What its gauges begin with: `sbcp/LF`.
     prefix: String,
+    attentive: bool,
     signals: Signals,
     state: State,
 }
@@ -109,13 +110,14 @@ impl MotorBoard {
         Ok(Self {
             name: config.name.clone(),
             prefix: format!("{bus}/{}", config.name),
+            attentive: false,
             signals: Signals::default(),
             state: State {
                 clock,
                 next_tick,
                 wake: clock.sim_at(next_tick),
                 slave: Slave::new(protocol, table(config)?)?,
-                firmware: Firmware::new(&config.firmware, limits),
+                firmware: Firmware::new(config.firmware, limits),
                 scales: [scale(0), scale(1)],
                 driven: [false; 2],
                 reply: Reply::default(),
@@ -124,6 +126,14 @@ impl MotorBoard {
                 saturated: 0,
             },
         })
+    }
+
+    /// The same board on a bus where several packets may follow one another without a break: it then hears every byte
+    /// that may complete one as it comes. That costs time, and makes no difference elsewhere: master and bus
+    /// controller say one packet at a time.
+    #[must_use]
+    pub fn attentive(self, attentive: bool) -> Self {
+        Self { attentive, ..self }
     }
 }
 
@@ -147,9 +157,9 @@ impl State {
         if calibrating {
             self.show_modes();
         }
-        for n in 0..2 {
-            let driven = duties[n].is_some();
-            if let Some(duty) = duties[n] {
+        for (n, duty) in duties.into_iter().enumerate() {
+            let driven = duty.is_some();
+            if let Some(duty) = duty {
                 let volts = self.scales[n].signed(f64::from(duty) * VOLTS_PER_DUTY);
                 world.actuate(signals.voltages[n].clone())?[0] = volts;
             }
@@ -168,10 +178,10 @@ impl State {
     fn measure(&mut self, signals: &Signals, world: &mut dyn World) -> Result<[i32; 2], TaskError> {
         let before = self.reply;
         let mut positions = [0; 2];
-        for n in 0..2 {
+        for (n, position) in positions.iter_mut().enumerate() {
             let angle = world.sample(signals.positions[n].clone())?[0];
-            positions[n] = self.scales[n].counts(angle);
-            self.reply.positions[n] = Scale::position_word(positions[n]);
+            *position = self.scales[n].counts(angle);
+            self.reply.positions[n] = Scale::position_word(*position);
         }
         if let Some(range) = &signals.angles {
             let angles = world.sample(range.clone())?;
@@ -270,6 +280,10 @@ impl Node for MotorBoard {
     fn hear(&mut self, piece: Piece<'_>) {
         self.state.slave.hear(piece);
         self.state.obey();
+    }
+
+    fn attention(&self) -> Option<usize> {
+        self.attentive.then(|| self.state.slave.attention())
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -35,7 +35,9 @@ impl Bus {
         let mut nodes: Vec<Box<dyn Node>> = Vec::new();
         for board in config.boards.iter().filter(|board| board.present) {
             let place = config.board_place(&board.name);
-            let node = MotorBoard::new(&config.name, board)?;
+            // Bytes that come twice or late may make one burst of two packets.
+            let faulty = !config.faults.faults.is_empty();
+            let node = MotorBoard::new(&config.name, board)?.attentive(faulty);
             nodes.push(if has_faults(config, &place) {
                 let faults = &config.faults;
                 Box::new(FaultyNode::new(&place, config.byte_time, faults, node)?)

@@ -84,7 +84,7 @@ impl Motor {
 }
 
 impl Firmware {
-    pub(crate) fn new(config: &FirmwareConfig, limits: [u16; 2]) -> Self {
+    pub(crate) fn new(config: FirmwareConfig, limits: [u16; 2]) -> Self {
         let heuristics = config.interpolation == Interpolation::Smooth;
         Self {
             motors: limits.map(Motor::new),
@@ -196,7 +196,7 @@ impl Firmware {
                 Mode::SmoothPosition => smooth[n],
                 Mode::Position => motor.goal.map_or(motor.hold, i32::from) << FRACTION_BITS,
             };
-            duties[n] = Some(motor.pid.tick(&motor.gains, set_point, positions[n]));
+            duties[n] = Some(motor.pid.tick(motor.gains, set_point, positions[n]));
         }
         duties
     }

@@ -41,7 +41,7 @@ impl Pid {
     }
 
     /// The duty for this tick, of the set-point \[counts × 2^`FRACTION_BITS`\] and the position \[counts\].
-    pub(crate) fn tick(&mut self, gains: &Gains, set_point: i32, position: i32) -> i32 {
+    pub(crate) fn tick(&mut self, gains: Gains, set_point: i32, position: i32) -> i32 {
         let error = set_point.saturating_sub(position << FRACTION_BITS);
         let change = i64::from(error) - i64::from(self.last);
         let way = position - self.position;
@@ -74,7 +74,7 @@ impl Pid {
 
 #[cfg(test)]
 mod tests {
-    use core::f64::consts::TAU;
+    use core::f64::consts::{FRAC_1_SQRT_2 as HALF_POWER, TAU};
 
     use super::*;
 
@@ -119,7 +119,7 @@ mod tests {
 
     /// Positions \[counts\] of a motor that is to follow.
     fn follow(
-        gains: &Gains,
+        gains: Gains,
         mut motor: Motor,
         ticks: u32,
         set_point: impl Fn(u32) -> f64,
@@ -138,7 +138,7 @@ mod tests {
 
     /// Amplitude of the answer to a sine of 40 counts.
     fn gain_at(hertz: f64) -> f64 {
-        let positions = follow(&DEFAULT, Motor::default(), 4_000, |n| {
+        let positions = follow(DEFAULT, Motor::default(), 4_000, |n| {
             40.0 * libm::sin(TAU * hertz * 1e-3 * f64::from(n))
         });
         let (mut re, mut im) = (0.0, 0.0);
@@ -152,7 +152,11 @@ mod tests {
 
     #[test]
     fn the_loop_is_some_tens_of_hertz_wide_and_has_no_peak() {
-        for (hertz, least, most) in [(5.0, 0.95, 1.05), (30.0, 0.7071, 1.05), (60.0, 0.3, 0.7071)] {
+        for (hertz, least, most) in [
+            (5.0, 0.95, 1.05),
+            (30.0, HALF_POWER, 1.05),
+            (60.0, 0.3, HALF_POWER),
+        ] {
             let gain = gain_at(hertz);
             assert!((least..most).contains(&gain), "{gain} at {hertz} Hz");
         }
@@ -160,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_step_is_damped() {
-        let positions = follow(&DEFAULT, Motor::default(), 500, |_| 50.0);
+        let positions = follow(DEFAULT, Motor::default(), 500, |_| 50.0);
         let top = positions.iter().copied().fold(0.0, f64::max);
         assert!(top < 53.0, "{top}");
         assert!(
@@ -173,7 +177,7 @@ mod tests {
             load_inertia: 2e-4,
             ..Motor::default()
         };
-        let positions = follow(&DEFAULT, heavy, 500, |_| 50.0);
+        let positions = follow(DEFAULT, heavy, 500, |_| 50.0);
         let top = positions.iter().copied().fold(0.0, f64::max);
         assert!(top < 55.0, "{top}");
     }
@@ -184,7 +188,7 @@ mod tests {
             load: 2.0,
             ..Motor::default()
         };
-        let positions = follow(&DEFAULT, loaded, 2_000, |_| 0.0);
+        let positions = follow(DEFAULT, loaded, 2_000, |_| 0.0);
         assert!(positions.iter().all(|position| *position > -80.0));
         assert!(
             positions[1_000..]
@@ -201,7 +205,7 @@ mod tests {
         };
         let (mut pid, mut motor) = (Pid::default(), Motor::default());
         for n in 0..300 {
-            let duty = pid.tick(&gains, 1_000 << FRACTION_BITS, motor.counts());
+            let duty = pid.tick(gains, 1_000 << FRACTION_BITS, motor.counts());
             let back = CONSTANT * motor.rate;
             let current = (24.0 / 32_768.0 * f64::from(duty) - back) / RESISTANCE;
             // 10 A; the rate is known to a count and of the tick before.
@@ -220,13 +224,13 @@ mod tests {
         };
         let mut pid = Pid::default();
         for _ in 0..2_000 {
-            pid.tick(&gains, 100 << FRACTION_BITS, 0);
+            pid.tick(gains, 100 << FRACTION_BITS, 0);
         }
         assert!(pid.sum.abs() <= 100 * 256 * 20);
         let mut motor = Motor::default();
         let mut top = 0.0_f64;
         for _ in 0..500 {
-            motor.tick(pid.tick(&gains, 100 << FRACTION_BITS, motor.counts()));
+            motor.tick(pid.tick(gains, 100 << FRACTION_BITS, motor.counts()));
             top = top.max(motor.angle / COUNT);
         }
         assert!(top < 115.0, "{top}");
@@ -244,7 +248,7 @@ mod tests {
             let mut pid = Pid::rest(extreme);
             for n in 0..100 {
                 let set_point = if n % 2 == 0 { i32::MAX } else { i32::MIN };
-                assert!(pid.tick(&gains, set_point, extreme).abs() <= DUTY_MAX);
+                assert!(pid.tick(gains, set_point, extreme).abs() <= DUTY_MAX);
             }
         }
     }

@@ -353,13 +353,13 @@ mod tests {
             seed in any::<u64>(),
         ) {
             let mut random = twinrig_kernel::stream(seed, "jitter");
-            let cycles = 20_000;
+            let cycles = 20_000_u32;
             let delays: Vec<u64> = (0..cycles).map(|_| random.between(0, jitter_ns)).collect();
             let tick_ns = u64::try_from(1_000_000 + mismatch_ppm).unwrap();
             let counts = run(true, tick_ns, phase_ns, &delays).counts();
             let found = i128::from(counts.filled) - i128::from(counts.missed);
-            let elapsed_ticks = 2e6 * cycles as f64 / tick_ns as f64;
-            let expected = 2.0 * cycles as f64 - elapsed_ticks;
+            let elapsed_ticks = 2e6 * f64::from(cycles) / tick_ns as f64;
+            let expected = 2.0 * f64::from(cycles) - elapsed_ticks;
             prop_assert!((found as f64 - expected).abs() <= 3.0, "{counts:?}, expected {expected}");
             prop_assert_eq!(counts.lost, 0);
         }
@@ -371,7 +371,7 @@ mod tests {
             phase_ns in 0_u64..2_000_000,
         ) {
             let tick_ns = u64::try_from(1_000_000 + mismatch_ppm).unwrap();
-            let counts = run(true, tick_ns, phase_ns, &[0; 5_000]).counts();
+            let counts = run(true, tick_ns, phase_ns, &vec![0; 5_000]).counts();
             prop_assert!(counts.missed == 0, "{counts:?}");
         }
     }

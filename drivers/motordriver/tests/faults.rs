@@ -106,6 +106,34 @@ fn catching_up_is_clipped_to_the_greatest_speed() {
     assert!(clipped < 3.2 && free > clipped + 1.0, "{clipped} {free}");
 }
 
+#[test]
+fn a_fault_that_never_comes_changes_nothing() {
+    let run = |faults| {
+        let mut bench = Bench::new(&BusConfig {
+            trace: true,
+            ..tolerant(faults)
+        });
+        bench.passed = Some(Vec::new());
+        bench.open().unwrap();
+        let end = bench.now() + millis(100);
+        bench.run_cycles(millis(2), end, |_| [0.2; 8]).unwrap();
+        let mut lanes = [(); 4].map(|()| Vec::new());
+        for (_, lane, bytes) in bench.passed.take().unwrap() {
+            lanes[lane].extend(bytes);
+        }
+        let gauges = bench.gauges().into_iter();
+        let of_boards = |(name, _): &(String, f64)| LEGS.iter().any(|leg| name.contains(leg));
+        (gauges.filter(of_boards).collect::<Vec<_>>(), lanes)
+    };
+    let later = AT + SimDuration::from_secs(1_000);
+    let far = unplugged("wire/sbcp", later, millis(1));
+    let (without, with) = (run(vec![]), run(vec![far]));
+    assert_eq!(without.0, with.0);
+    for (lane, (without, with)) in without.1.iter().zip(&with.1).enumerate() {
+        assert!(without == with, "lane {lane}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     /// Whatever bits turn round: no reply is believed that no board gave, nothing hangs, and cycles are good again
