@@ -109,6 +109,19 @@ fn a_response_that_breaks_off_is_replaced_by_an_error_packet() {
 }
 
 #[test]
+fn the_error_packet_behind_the_last_answer_that_breaks_off_is_found_at_the_time_out() {
+    let mut rig = Rig::new(Topology::Controller);
+    let mut said = 0;
+    rig.fate = Box::new(move |talker, _, byte| {
+        said += u32::from(talker == Talker::Board(3));
+        (talker != Talker::Board(3) || said <= 9).then_some(byte)
+    });
+    let (outcomes, took) = rig.cycle(&frame());
+    assert_eq!(outcomes[3], Err(Failure::Refused(ErrorCode::TRUNCATED)));
+    assert_eq!(took, BOUND);
+}
+
+#[test]
 fn damage_is_told_by_the_controller_and_good_again_in_the_next_cycle() {
     // Byte of the response, and what the controller says of it.
     for (byte_no, code) in [
