@@ -225,7 +225,7 @@ impl Slave {
         }
     }
 
-    /// What the requests did, in order. [`EVENTS_MAX`] of them wait at most.
+    /// What the requests did, in order. Eight of them wait at most; then the oldest is lost.
     pub fn poll_event(&mut self) -> Option<SlaveEvent> {
         self.events.pop_front()
     }
