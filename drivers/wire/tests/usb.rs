@@ -168,6 +168,8 @@ fn frames_that_drift_cost_at_most_a_microframe_more() {
 fn node_that_says(length: usize) -> Board {
     let mut board = Board::new(0);
     board.response = length;
+    // Nobody on the bus is woken in the midst of it.
+    board.attentive = false;
     board
 }
 
@@ -184,10 +186,10 @@ fn reads_of(timing: UsbTiming, length: usize) -> Vec<(SimTime, usize)> {
 #[test]
 fn a_full_packet_does_not_wait_for_the_timer() {
     // Bus from 250 µs on, answer from 290 µs, 510 bytes complete at 1820 µs: ready by microframe 15, gone in 16, seen at 17.
-    let read = reads_of(preset(UsbPreset::Default), 600);
+    let read = reads_of(preset(UsbPreset::Default), 900);
     assert_eq!(read[0], (at(17 * 125 + 20), 510));
     // The rest waits for the timer, which began anew in microframe 16.
-    assert_eq!(read[1], (at((16 + 128 + 1) * 125 + 20), 90));
+    assert_eq!(read[1], (at((16 + 128 + 1) * 125 + 20), 390));
     // One byte less is not full.
     assert_eq!(
         reads_of(preset(UsbPreset::Default), 509),
@@ -197,6 +199,17 @@ fn a_full_packet_does_not_wait_for_the_timer() {
     let read = reads_of(preset(UsbPreset::FullSpeed), 400);
     assert!(read.iter().any(|(_, count)| *count >= 62 * 2), "{read:?}");
     assert_eq!(read.iter().map(|(_, count)| count).sum::<usize>(), 400);
+}
+
+#[test]
+fn a_long_answer_is_read_while_it_comes() {
+    let timing = UsbTiming {
+        turnaround: us(0),
+        ..preset(UsbPreset::Earliest)
+    };
+    // The answer begins at 165 µs. At 250 µs everything that is complete is read, and more is coming.
+    let expected = [(at(250), 28), (at(375), 42), (at(500), 30)];
+    assert_eq!(reads_of(timing, 100), expected);
 }
 
 #[test]
