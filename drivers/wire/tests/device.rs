@@ -1,0 +1,186 @@
+//! What a line with one device does with bytes both ways, and a framer with any.
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{PlantFault, PlantSignals, TaskError, WiringError, World};
+use twinrig_wire::{Arrivals, Duplex, Framer, Line, Measure, Node, Piece};
+
+const BYTE: SimDuration = SimDuration::from_micros(10);
+
+/// Says every byte that it hears again, and one of its own every millisecond.
+#[derive(Default)]
+struct Echo {
+    heard: Vec<(SimTime, u8)>,
+    said: Vec<u8>,
+    ticks: u64,
+    now: SimTime,
+}
+
+impl Node for Echo {
+    fn name(&self) -> &'static str {
+        "echo"
+    }
+
+    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
+        Ok(())
+    }
+
+    fn hear(&mut self, piece: Piece<'_>) {
+        for (n, &byte) in piece.bytes.iter().enumerate() {
+            self.heard.push((piece.at(n), byte));
+            self.said.push(byte);
+        }
+    }
+
+    fn attention(&self) -> Option<usize> {
+        Some(1)
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        Some(SimTime::ZERO + SimDuration::from_millis(self.ticks))
+    }
+
+    fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+        self.now = now;
+        while self.next_wake().is_some_and(|at| at <= now) {
+            self.ticks += 1;
+            self.said.push(0xff);
+        }
+        Ok(())
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        let any = !self.said.is_empty();
+        bytes.append(&mut self.said);
+        any.then_some(self.now)
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.heard, &self.said, self.ticks, self.now))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.heard, self.said, self.ticks, self.now) = snapshot.read()?;
+        Ok(())
+    }
+}
+
+struct Nothing;
+
+impl World for Nothing {
+    fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> {
+        Ok(&[])
+    }
+
+    fn actuate(&mut self, _: std::ops::Range<usize>) -> Result<&mut [f64], PlantFault> {
+        Ok(&mut [])
+    }
+}
+
+/// Runs to `end`, at every wake-up and at `looks` besides; what arrived, with its times.
+fn run(line: &mut Duplex<Echo>, looks: &[SimTime], end: SimTime) -> Vec<(SimTime, u8)> {
+    let mut arrived = Vec::new();
+    let mut looks = looks.iter().copied().peekable();
+    loop {
+        let wake = line.next_wake().unwrap_or(SimTime::MAX);
+        let now = looks.peek().map_or(wake, |&look| look.min(wake));
+        if now > end {
+            return arrived;
+        }
+        while looks.peek().is_some_and(|&look| look <= now) {
+            looks.next();
+        }
+        line.advance(now, &mut Nothing).unwrap();
+        let mut arrivals = Arrivals::default();
+        line.receive(&mut arrivals);
+        arrived.extend(arrivals.iter());
+        assert!(
+            arrived.iter().all(|(at, _)| *at <= now),
+            "nobody sees what is yet to come"
+        );
+    }
+}
+
+fn at(micros: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_micros(micros)
+}
+
+proptest! {
+    #[test]
+    fn nothing_is_lost_and_nobody_talks_over_himself(
+        bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, looks in vec(0..5_000_u64, 0..20),
+    ) {
+        let mut line = Duplex::new(BYTE, Echo::default());
+        line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes });
+        let mut looks: Vec<SimTime> = looks.into_iter().map(at).collect();
+        looks.sort_unstable();
+        let arrived = run(&mut line, &looks, at(5_000));
+        let echoed: Vec<u8> = arrived.iter().map(|(_, byte)| *byte).filter(|byte| *byte != 0xff).collect();
+        prop_assert_eq!(echoed, bytes);
+        prop_assert!(arrived.windows(2).all(|pair| pair[1].0 - pair[0].0 >= BYTE));
+        prop_assert_eq!(arrived[0].0, at(10), "the first tick is at once");
+    }
+
+    #[test]
+    fn looking_more_often_changes_nothing(
+        bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, looks in vec(0..5_000_u64, 0..20),
+    ) {
+        let run_with = |looks: &[SimTime]| {
+            let mut line = Duplex::new(BYTE, Echo::default());
+            line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes });
+            run(&mut line, looks, at(5_000))
+        };
+        let mut looks: Vec<SimTime> = looks.into_iter().map(at).collect();
+        looks.sort_unstable();
+        prop_assert_eq!(run_with(&looks), run_with(&[]));
+    }
+
+    #[test]
+    fn a_restored_line_goes_on_as_it_was(bytes in vec(any::<u8>(), 1..40), saved_at in 0..2_000_u64) {
+        let mut line = Duplex::new(BYTE, Echo::default());
+        line.send(Piece { first: at(500), spacing: BYTE, bytes: &bytes });
+        run(&mut line, &[at(saved_at)], at(saved_at));
+        let saved = line.save();
+        let rest = run(&mut line, &[], at(4_000));
+        let mut again = Duplex::new(BYTE, Echo::default());
+        again.restore(&saved).unwrap();
+        prop_assert_eq!(run(&mut again, &[], at(4_000)), rest);
+    }
+
+    #[test]
+    fn every_byte_is_in_a_frame_or_skipped(pieces in vec(vec(0..6_u8, 0..10), 0..20)) {
+        /// A length from 1 to 4, then as many bytes, the first of which is no 0.
+        fn measure(front: &[u8]) -> Measure {
+            match front {
+                [length @ 1..=4, first, ..] if *first != 0 => {
+                    let length = usize::from(*length) + 1;
+                    if front.len() < length {
+                        Measure::Missing(length - front.len())
+                    } else {
+                        Measure::Frame(length)
+                    }
+                }
+                [] => Measure::Missing(2),
+                [1..=4] => Measure::Missing(1),
+                _ => Measure::Garbage,
+            }
+        }
+        let mut framer = Framer::new(measure);
+        let mut framed = 0;
+        for piece in &pieces {
+            framer.push(piece);
+            while let Some(frame) = framer.next_frame() {
+                prop_assert_eq!(measure(frame), Measure::Frame(frame.len()));
+                framed += frame.len();
+            }
+            let mut again = Framer::new(measure);
+            let state = Snapshot::of(framer.state());
+            again.set_state(state.read().unwrap());
+            prop_assert_eq!(again.missing(), framer.missing());
+        }
+        let pushed: usize = pieces.iter().map(Vec::len).sum();
+        let done = framed + usize::try_from(framer.skipped()).unwrap();
+        prop_assert!((0..=4).contains(&(pushed - done)), "at most what may become a frame is kept");
+    }
+}
