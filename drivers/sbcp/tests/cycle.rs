@@ -350,3 +350,17 @@ fn saved_and_restored_amid_a_cycle_it_goes_on_alike() {
     }
     assert!(all_good(rig.master.outcomes()));
 }
+
+#[test]
+fn after_bytes_that_nobody_asked_for_the_next_cycle_waits_for_quiet() {
+    let mut rig = Rig::new(Topology::Controller);
+    assert!(all_good(&rig.cycle(&frame()).0));
+    let now = rig.now;
+    rig.master.handle_bytes(support::host(now), &[0xFF, 1, 1]);
+    rig.master.cycle(support::host(now), &frame()).unwrap();
+    assert!(!rig.master.poll_transmit(&mut Vec::new()));
+    let quiet = now + micros(1_000);
+    assert_eq!(rig.master.poll_timeout(), Some(support::host(quiet)));
+    rig.master.handle_timeout(support::host(quiet));
+    assert!(rig.master.poll_transmit(&mut Vec::new()));
+}
