@@ -15,18 +15,25 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "twinrig-contact",
             "twinrig-document",
+            "twinrig-drives",
             "twinrig-gait",
             "twinrig-kernel",
             "twinrig-lcp",
             "twinrig-leg",
             "twinrig-legged",
             "twinrig-massless",
+            "twinrig-motordriver",
+            "twinrig-optoforce",
+            "twinrig-phidget",
+            "twinrig-rb110",
             "twinrig-record",
             "twinrig-robot",
             "twinrig-runtime",
+            "twinrig-sbcp",
             "twinrig-scenario",
             "twinrig-script",
             "twinrig-study",
+            "twinrig-wire",
         ],
     ),
     ("twinrig-actuator", &["twinrig-robot"]),
@@ -219,7 +226,7 @@ fn only_the_program_and_the_tests_of_the_whole_know_what_can_be_exchanged() {
 #[test]
 fn nothing_below_the_program_knows_the_program() {
     for (name, package) in packages() {
-        let below = ["twin", "plants", "controllers"]
+        let below = ["twin", "plants", "controllers", "drivers"]
             .iter()
             .any(|folder| package.folder.starts_with(folder));
         if below && name != "twinrig" {
