@@ -248,3 +248,90 @@ impl Firmware {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: [u16; 2] = [1_200, 1_350 + 0x8000];
+
+    fn firmware() -> Firmware {
+        let mut firmware = Firmware::new(FirmwareConfig::default(), LIMITS);
+        for motor in 0..2 {
+            firmware.written(MotorRegister::PGain.of(motor), 400);
+            firmware.written(MotorRegister::MaxTorque.of(motor), 1_100);
+            firmware.written(MotorRegister::MaxSpeed.of(motor), 32_000);
+        }
+        firmware
+    }
+
+    fn set_modes(firmware: &mut Firmware, mode: Mode) {
+        for motor in 0..2 {
+            firmware.written(MotorRegister::Mode.of(motor), mode as u16);
+        }
+    }
+
+    fn calibrated() -> Firmware {
+        let mut firmware = firmware();
+        set_modes(&mut firmware, Mode::Calibrate);
+        for _ in 0..CALIBRATION_TICKS {
+            assert_eq!(firmware.tick([600, 0]), [None; 2]);
+        }
+        firmware
+    }
+
+    #[test]
+    fn a_motor_that_was_not_calibrated_is_not_driven() {
+        let mut firmware = firmware();
+        for mode in [Mode::Position, Mode::SmoothPosition] {
+            set_modes(&mut firmware, mode);
+            firmware.command([700, 100]);
+            assert_eq!(firmware.tick([600, 0]), [None; 2]);
+            assert_eq!(firmware.mode_register(0), Mode::Coast as u16);
+        }
+    }
+
+    #[test]
+    fn calibration_takes_its_time_then_says_so_and_coasts() {
+        let mut firmware = firmware();
+        set_modes(&mut firmware, Mode::Calibrate);
+        for _ in 1..CALIBRATION_TICKS {
+            firmware.tick([600, 0]);
+        }
+        assert_eq!(firmware.mode_register(1), Mode::Calibrate as u16);
+        firmware.tick([600, 0]);
+        assert_eq!(firmware.mode_register(1), RUNTIME_CALIBRATED);
+    }
+
+    #[test]
+    fn what_is_switched_on_stays_where_it_is_until_a_set_point_comes() {
+        for mode in [Mode::Position, Mode::SmoothPosition] {
+            let mut firmware = calibrated();
+            set_modes(&mut firmware, mode);
+            assert_eq!(firmware.tick([-70, 1_400]), [Some(0); 2]);
+            firmware.command([600, 600]);
+            let [hip, knee] = firmware.tick([-70, 1_400]).map(Option::unwrap);
+            assert!(hip > 0 && knee < 0);
+        }
+    }
+
+    #[test]
+    fn set_points_out_of_range_become_its_end() {
+        let mut firmware = calibrated();
+        set_modes(&mut firmware, Mode::Position);
+        firmware.tick([1_200, 1_350]);
+        firmware.command([4_095, 4_095]);
+        assert_eq!(firmware.tick([1_200, 1_350]), [Some(0); 2]);
+        firmware.written(MotorRegister::GoalPosition.of(0), 4_000);
+        assert_eq!(firmware.tick([1_200, 1_350])[0], Some(0));
+    }
+
+    #[test]
+    fn a_motor_that_coasts_leaves_the_other_one_alone() {
+        let mut firmware = calibrated();
+        firmware.written(MotorRegister::Mode.of(1), Mode::SmoothPosition as u16);
+        firmware.command([0, 100]);
+        let duties = firmware.tick([600, 0]);
+        assert_eq!((duties[0], duties[1].is_some()), (None, true));
+    }
+}

@@ -129,3 +129,48 @@ impl fmt::Display for Leg {
         write!(f, "board {} (id {})", self.name, self.id)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(leg: &Leg) -> [f64; MEASURED] {
+        let mut values = [0.0; MEASURED];
+        leg.write(&mut values);
+        values
+    }
+
+    const GOOD: Reply = Reply {
+        positions: [700, 100],
+        magnetic: [10, 20, 30],
+        force: [2_048, 2_148, 1_948],
+    };
+
+    #[test]
+    fn words_that_no_board_says_are_not_believed() {
+        let mut leg = Leg::new(&BoardConfig::default());
+        assert!(leg.take(&GOOD));
+        let before = values(&leg);
+        for place in 0..2 {
+            let mut reply = GOOD;
+            reply.positions[place] = 4_096;
+            assert!(!leg.take(&reply));
+            let mut reply = GOOD;
+            reply.force[place] |= 0x8000;
+            assert!(!leg.take(&reply));
+        }
+        assert_eq!(values(&leg), before);
+        assert!((before[6] - 5.0).abs() < 1e-9 && (before[7] + 5.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_encoder_that_is_not_sure_keeps_its_last_good_angle() {
+        let mut leg = Leg::new(&BoardConfig::default());
+        assert!(leg.take(&GOOD));
+        let before = values(&leg);
+        let mut reply = GOOD;
+        reply.magnetic[1] = 0x4000 + 500;
+        assert!(leg.take(&reply));
+        assert_eq!((values(&leg), leg.encoder_faults), (before, 1));
+    }
+}
