@@ -28,6 +28,15 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 /// `leg/LF/knee/position` \[rad\], and where the plant has them `leg/LF/angles` \[rad\] and `leg/LF/foot/force` \[N\]; it writes
 /// `leg/LF/hip/voltage` \[V\] and `leg/LF/hip/bridge` (1 while the motor is driven, 0 while it coasts), and the same for
 /// the knee.
+///
+/// Its gauges, `sbcp/LF/…`, count since power-on:
+///
+/// - `missed_points`, `filled_steps`, `lost_points`, `watchdog_drops`: what happened to the set-points (thesis, section
+///   5.3.3 and table 5.4); `saturated`: forces out of the sensor's range;
+/// - `requests`, and how evenly those of the cycle came, in physical time at their last bit (with the first firmware: when
+///   the main loop took them): `request/deviation` \[s\], the standard deviation against the even grid that fits them
+///   best, `request/shortest`, `request/longest` and `request/mean` \[s\], of the intervals;
+/// - `answers`, `refused`, `damaged`, `garbage`, `superseded`, `events_lost`: see [`twinrig_sbcp::SlaveCounters`].
 pub struct MotorBoard {
     /// `LF`.
     name: String,

@@ -18,6 +18,16 @@ use crate::session::Session;
 /// For every leg it takes `leg/LF/hip/command` and `leg/LF/knee/command` \[rad\] and brings `leg/LF/hip/position`,
 /// `leg/LF/knee/position` \[rad\], `leg/LF/angles` \[rad\] (magnetic encoders) and `leg/LF/foot/force` \[N\]. Where a board
 /// did not answer, they stay what they were.
+///
+/// Its gauges, `sbcp/…`, count since it was made:
+///
+/// - `packets` (requests written), `answers`, `errors`, `cycles`, `transfers` (single registers), `strays`, `garbage`: see
+///   [`twinrig_sbcp::MasterCounters`]; `success`, the share of requests with a good answer;
+/// - `held`, replies that were missing; `implausible`, replies that no board gives although their checksum is right;
+///   `saturated`, set-points out of range; `encoder_faults`, words of magnetic encoders whose status is not good;
+/// - from the begin of one cycle to that of the next \[s\]: `cycle/mean`, `cycle/shortest`, `cycle/longest`,
+///   `cycle/half_range` (half of longest less shortest) and `cycle/deviation` (standard deviation against the even grid
+///   that fits best); `cycle/duration` \[s\], the longest from a cycle's begin to its end.
 pub struct MotorDriver {
     name: String,
     config: SessionConfig,
