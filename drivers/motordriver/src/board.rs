@@ -36,6 +36,8 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 /// - `requests`, and how evenly those of the cycle came, in physical time at their last bit (with the first firmware: when
 ///   the main loop took them): `request/deviation` \[s\], the standard deviation against the even grid that fits them
 ///   best, `request/shortest`, `request/longest` and `request/mean` \[s\], of the intervals;
+/// - `response/shortest`, `response/longest` and `response/half_range` \[s\]: from the last bit of a request of the cycle to
+///   the first of its answer;
 /// - `answers`, `refused`, `damaged`, `garbage`, `superseded`, `events_lost`: see [`twinrig_sbcp::SlaveCounters`].
 pub struct MotorBoard {
     /// `LF`.
@@ -75,7 +77,7 @@ struct Signals {
 }
 
 /// Names and units of a board's gauges.
-const GAUGES: [(&str, Unit); 16] = [
+const GAUGES: [(&str, Unit); 19] = [
     ("missed_points", Unit::One),
     ("filled_steps", Unit::One),
     ("lost_points", Unit::One),
@@ -86,6 +88,9 @@ const GAUGES: [(&str, Unit); 16] = [
     ("request/shortest", Unit::Second),
     ("request/longest", Unit::Second),
     ("request/mean", Unit::Second),
+    ("response/shortest", Unit::Second),
+    ("response/longest", Unit::Second),
+    ("response/half_range", Unit::Second),
     ("answers", Unit::One),
     ("refused", Unit::One),
     ("damaged", Unit::One),
@@ -325,6 +330,8 @@ impl Node for MotorBoard {
             ..
         } = &self.state;
         let (smooth, bus) = (firmware.smooth_counts(), slave.counters());
+        let shortest = bus.response_shortest.as_secs_f64();
+        let longest = bus.response_longest.as_secs_f64();
         values.copy_from_slice(&[
             smooth.missed as f64,
             smooth.filled as f64,
@@ -336,6 +343,9 @@ impl Node for MotorBoard {
             requests.shortest(),
             requests.longest(),
             requests.mean(),
+            shortest,
+            longest,
+            0.5 * (longest - shortest),
             bus.answers as f64,
             bus.refused as f64,
             bus.damaged as f64,

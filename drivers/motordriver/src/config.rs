@@ -58,6 +58,8 @@ pub struct BoardConfig {
     pub present: bool,
     /// Whether the driver uses it. It is no error that a board is missing which is not used.
     pub used: bool,
+    /// How its motors follow: smoothly.
+    pub following: Following,
     /// Its clock: perfect.
     pub clock: BoardClock,
     /// Ranges of hip and knee \[counts of 4096 a turn\]: 1200 and 1350 (public user of the SBCP library, 2013). Host
@@ -112,8 +114,6 @@ pub enum Following {
 pub struct SessionConfig {
     /// Time between two cycles: 2 ms. What the boards are told is this in whole milliseconds, and at least 2.
     pub period: Duration,
-    /// How motors follow: smoothly.
-    pub following: Following,
     /// What is written into the motors' registers.
     pub gains: SessionGains,
     /// Errors at which the run ends; negative: never. 1.
@@ -207,6 +207,7 @@ impl Default for BoardConfig {
             side: Side::Left,
             present: true,
             used: true,
+            following: Following::Smooth,
             clock: BoardClock::IDEAL,
             position_limits: [1_200, 1_350],
             firmware: FirmwareConfig::default(),
@@ -236,7 +237,6 @@ impl Default for SessionConfig {
     fn default() -> Self {
         Self {
             period: Duration::from_millis(2),
-            following: Following::Smooth,
             gains: SessionGains::default(),
             error_threshold: 1,
             calibration_timeout: Duration::from_secs(5),

@@ -309,7 +309,7 @@ impl Driver for MotorDriver {
         let (longest, shortest) = (cycles.longest(), cycles.shortest());
         let tried = (bus.answers + bus.errors).max(1);
         values.copy_from_slice(&[
-            bus.requests as f64,
+            (bus.requests - bus.transfers) as f64,
             bus.answers as f64,
             bus.errors as f64,
             bus.cycles as f64,

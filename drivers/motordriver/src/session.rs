@@ -43,6 +43,7 @@ pub(crate) struct Session {
 struct Board {
     address: Address,
     used: bool,
+    following: Following,
     present: bool,
     calibrated: [bool; 2],
 }
@@ -79,6 +80,7 @@ impl Session {
             Ok(Board {
                 address: Address::new(CLASS_MOTORDRIVER, config.id)?,
                 used: config.used,
+                following: config.following,
                 present: false,
                 calibrated: [false; 2],
             })
@@ -207,7 +209,7 @@ impl Session {
             Stage::Calibrate if uncalibrated => mode(Mode::Calibrate),
             Stage::Poll if uncalibrated && step < 2 => Some(Job::Get(MotorRegister::Mode.of(step))),
             Stage::Read => sensor(step).map(Job::Get),
-            Stage::Activate => mode(match config.following {
+            Stage::Activate => mode(match board.following {
                 Following::Smooth => Mode::SmoothPosition,
                 Following::Plain => Mode::Position,
             }),

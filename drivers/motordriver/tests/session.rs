@@ -78,7 +78,9 @@ fn joints_follow_a_smooth_command_at_500_hz() {
 fn the_position_controller_alone_stutters_at_100_hz() {
     let fastest = |following| {
         let mut config = config();
-        config.session.following = following;
+        for board in &mut config.boards {
+            board.following = following;
+        }
         config.session.period = std::time::Duration::from_millis(10);
         let mut bench = Bench::new(&config);
         bench.open().unwrap();

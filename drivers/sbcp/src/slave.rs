@@ -97,6 +97,10 @@ pub struct SlaveCounters {
     pub superseded: u64,
     /// Events that nobody took in time.
     pub events_lost: u64,
+    /// Shortest time from the last bit of a low-latency request to the first of its answer.
+    pub response_shortest: SimDuration,
+    /// Longest.
+    pub response_longest: SimDuration,
 }
 
 /// Most events that wait for the board.
@@ -104,6 +108,8 @@ const EVENTS_MAX: usize = 8;
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Answer {
+    /// When the request was complete, if it was one of low latency.
+    asked: Option<SimTime>,
     start: SimTime,
     from: Address,
     error: ErrorCode,
@@ -128,7 +134,7 @@ pub struct Slave {
     listener: Listener,
     reply: Option<Payload>,
     /// Heard, and waiting for the main loop.
-    waiting: Option<Request>,
+    waiting: Option<(SimTime, Request)>,
     answer: Option<Answer>,
     events: VecDeque<SlaveEvent>,
     counters: SlaveCounters,
@@ -202,9 +208,9 @@ impl Slave {
 
     fn handle(&mut self, at: SimTime, request: &Request) {
         match self.config.policy {
-            AnswerPolicy::AtOnce => self.execute(at, request),
+            AnswerPolicy::AtOnce => self.execute(at, at, request),
             AnswerPolicy::MainLoop => {
-                if self.waiting.replace(*request).is_some() {
+                if self.waiting.replace((at, *request)).is_some() {
                     self.counters.superseded += 1;
                 }
             }
@@ -220,8 +226,8 @@ impl Slave {
     /// The main loop comes round at `now`: with [`AnswerPolicy::MainLoop`], deals with the request that came
     /// last.
     pub fn main_loop(&mut self, now: SimTime) {
-        if let Some(request) = self.waiting.take() {
-            self.execute(now, &request);
+        if let Some((asked, request)) = self.waiting.take() {
+            self.execute(asked, now, &request);
         }
     }
 
@@ -236,7 +242,19 @@ impl Slave {
         emit(answer.from, answer.error.0, &answer.payload, bytes);
         self.counters.answers += 1;
         self.counters.refused += u64::from(answer.error != ErrorCode::OK);
+        if let Some(asked) = answer.asked {
+            self.note_response(answer.start - asked);
+        }
         Some(answer.start)
+    }
+
+    fn note_response(&mut self, response: SimDuration) {
+        let counters = &mut self.counters;
+        if counters.response_longest.is_zero() {
+            counters.response_shortest = response;
+        }
+        counters.response_shortest = counters.response_shortest.min(response);
+        counters.response_longest = counters.response_longest.max(response);
     }
 
     /// Power went and came: registers that were not saved are as delivered, nothing heard is remembered.
@@ -255,7 +273,7 @@ impl Slave {
         self.events.clear();
     }
 
-    fn execute(&mut self, at: SimTime, request: &Request) {
+    fn execute(&mut self, asked: SimTime, at: SimTime, request: &Request) {
         self.counters.requests += 1;
         let outcome = self.obey(at, request);
         if request.to.is_broadcast() {
@@ -265,14 +283,14 @@ impl Slave {
             Ok(payload) => (ErrorCode::OK, payload),
             Err(error) => (error, Payload::default()),
         };
-        let low_latency = request.instruction == Instruction::LOW_LATENCY
-            && self.config.policy == AnswerPolicy::AtOnce;
-        let reaction = if low_latency {
+        let low_latency = request.instruction == Instruction::LOW_LATENCY;
+        let reaction = if low_latency && self.config.policy == AnswerPolicy::AtOnce {
             self.config.low_latency_reaction
         } else {
             self.config.standard_reaction
         };
         let answer = Answer {
+            asked: low_latency.then_some(asked),
             start: at + reaction,
             from: self.address,
             error,

@@ -46,6 +46,13 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     let wall_s = started.elapsed().as_secs_f64();
     let Looker { watch, reached, .. } = looker;
     let (reached, error) = match ended {
+        Ok(Ended::Duration) if times.lost > 0 => {
+            let lost = format!(
+                "{} records were lost: this machine is too slow to look on",
+                times.lost
+            );
+            (end, Some(lost))
+        }
         Ok(Ended::Duration) => (end, None),
         Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(format!("interrupted at {reached}"))),
         Err(error) => (reached, Some(assembly.rig_error(error).to_string())),

@@ -79,10 +79,12 @@ fn options() -> Vec<OptionSpec> {
             "whether boards answer at once or from their main loop",
             &[LOW_LATENCY, FIRST],
         ),
-        choice(
+        option(
             "following",
-            "how motors follow their set-points",
-            &[SMOOTH, PLAIN, WITHOUT],
+            "how motors follow their set-points (smooth)",
+            each(Accepts::Choice(
+                [SMOOTH, PLAIN, WITHOUT].map(str::to_owned).into(),
+            )),
         ),
         option(
             "clock",
@@ -209,10 +211,7 @@ fn boards(hookup: &Hookup<'_>) -> Result<Vec<BoardConfig>, BuildError> {
             Some(FIRST) => Generation::First,
             _ => Generation::LowLatency,
         },
-        interpolation: match options.text("following") {
-            Some(WITHOUT) => Interpolation::WithoutHeuristics,
-            _ => Interpolation::Smooth,
-        },
+        interpolation: Interpolation::Smooth,
     };
     for member in options.members() {
         if !hookup.legs.contains(&member.value.as_str()) {
@@ -238,13 +237,20 @@ fn boards(hookup: &Hookup<'_>) -> Result<Vec<BoardConfig>, BuildError> {
             Some(OptionValue::Duration(phase)) => *phase,
             _ => SimDuration::ZERO,
         };
-        let board = BoardConfig {
+        let mut board = BoardConfig {
             name: leg.to_owned(),
             id,
             side,
             firmware,
             ..BoardConfig::default()
         };
+        match options.of_member("following", leg) {
+            Some(OptionValue::Text(word)) if word == PLAIN => board.following = Following::Plain,
+            Some(OptionValue::Text(word)) if word == WITHOUT => {
+                board.firmware.interpolation = Interpolation::WithoutHeuristics;
+            }
+            _ => {}
+        }
         #[expect(
             clippy::cast_possible_truncation,
             reason = "the option is a tenth at most"
@@ -295,10 +301,6 @@ fn session(hookup: &Hookup<'_>) -> SessionConfig {
     let threshold = |count: f64| libm::rint(count) as i64;
     SessionConfig {
         period: host(nominal(hookup.period)),
-        following: match options.text("following") {
-            Some(PLAIN) => Following::Plain,
-            _ => Following::Smooth,
-        },
         gains: SessionGains {
             p: register(gains, "p", default_gains.p),
             i: register(gains, "i", default_gains.i),
