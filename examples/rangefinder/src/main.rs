@@ -30,7 +30,7 @@ fn range_finder() -> BusKind {
     let about = "an example of a serial device: measures how high the trunk is";
     BusKind::new("rangefinder", about, driver, wire)
         .at_baud(BAUD)
-        .measuring(HEIGHT)
+        .measuring(|_| vec![HEIGHT.to_owned()])
 }
 
 fn driver(hookup: &Hookup<'_>) -> Result<RangeFinder, BuildError> {

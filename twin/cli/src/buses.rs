@@ -75,9 +75,9 @@ impl Assembly<'_> {
 
     /// Those of the plant's outputs that boards measure.
     pub(crate) fn measured(&self, plant_outputs: &[Port]) -> Vec<String> {
-        let kinds = self.scenario().buses.iter();
-        let kinds = kinds.filter_map(|bus| self.registry.bus(&bus.kind));
-        let patterns: Vec<&String> = kinds.flat_map(BusKind::measured).collect();
+        let of_bus = |bus: &BusSpec| Some(self.registry.bus(&bus.kind)?.measured(&bus.options));
+        let buses = self.scenario().buses.iter();
+        let patterns: Vec<String> = buses.filter_map(of_bus).flatten().collect();
         let measured = |name: &str| patterns.iter().any(|pattern| matches(pattern, name));
         let names = plant_outputs.iter().map(|port| port.name.clone());
         names.filter(|name| measured(name)).collect()

@@ -40,7 +40,13 @@ pub(crate) fn kind() -> BusKind {
     let about = "a force sensor on a serial port of its own; measures one force of the plant";
     let kind = BusKind::new("optoforce", about, driver, wire)
         .at_baud(BAUD)
-        .measuring("leg/*/foot/force");
+        .measuring(|options| {
+            options
+                .text("signal")
+                .map(str::to_owned)
+                .into_iter()
+                .collect()
+        });
     options().into_iter().fold(kind, BusKind::with_option)
 }
 

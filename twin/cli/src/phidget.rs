@@ -7,7 +7,7 @@ use twinrig_scenario::{Accepts, OptionSpec};
 use crate::option::{choice, option};
 use crate::registry::{BuildError, BusKind, Hookup};
 use crate::sbcp::faults;
-use crate::tap::{SIGNALS, clock, clock_option, inputs, taps};
+use crate::tap::{clock, clock_option, inputs, signals, taps};
 
 const BRIDGE: &str = "bridge";
 const INTERFACE_KIT: &str = "interface-kit";
@@ -16,7 +16,7 @@ const INTERFACE_KIT: &str = "interface-kit";
 pub(crate) fn kind() -> BusKind {
     let about = "a board that measures over USB: a bridge for load cells, or analog inputs";
     let kind = BusKind::new("phidget", about, driver, wire);
-    let kind = SIGNALS.into_iter().fold(kind, BusKind::measuring);
+    let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
 }
 

@@ -9,7 +9,7 @@ use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 use crate::option::{choice, option};
 use crate::registry::{BuildError, BusKind, Hookup};
 use crate::sbcp::faults;
-use crate::tap::{SIGNALS, clock, clock_option, inputs, taps};
+use crate::tap::{clock, clock_option, inputs, signals, taps};
 
 /// The lines of Oncilla's servos (public user of the original library, 2013).
 const LINES: [(&str, usize); 4] = [("LF", 15), ("RF", 13), ("LH", 9), ("RH", 11)];
@@ -24,7 +24,7 @@ const BAUD: u32 = 1_000_000;
 pub(crate) fn kind() -> BusKind {
     let about = "the servo board of Oncilla's computer: hip abduction, and analog inputs";
     let kind = BusKind::new("rb110", about, driver, wire).at_baud(BAUD);
-    let kind = SIGNALS.into_iter().fold(kind, BusKind::measuring);
+    let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
 }
 

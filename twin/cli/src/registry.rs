@@ -19,6 +19,7 @@ type BuildController =
     Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
 type BuildDriver = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
 type BuildWire = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
+type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
 
 /// What a controller is built from.
@@ -83,7 +84,7 @@ pub struct BusKind {
     about: String,
     options: Vec<OptionSpec>,
     places: Vec<String>,
-    measured: Vec<String>,
+    measured: Measured,
     baud: u32,
     driver: BuildDriver,
     wire: BuildWire,
@@ -138,7 +139,7 @@ impl BusKind {
             about: about.into(),
             options: Vec::new(),
             places: Vec::new(),
-            measured: Vec::new(),
+            measured: Box::new(|_| Vec::new()),
             baud: BAUD,
             driver: Box::new(move |hookup| Ok(Box::new(driver(hookup)?))),
             wire: Box::new(move |hookup| Ok(Box::new(wire(hookup)?))),
@@ -159,10 +160,14 @@ impl BusKind {
         self
     }
 
-    /// Its boards measure the plant's signals that match `pattern`, whether anybody reads what they report or not.
+    /// Its boards measure the plant's signals that match one of the patterns which `measured` makes of the options, whether
+    /// anybody reads what they report or not.
     #[must_use]
-    pub fn measuring(mut self, pattern: impl Into<String>) -> Self {
-        self.measured.push(pattern.into());
+    pub fn measuring(
+        mut self,
+        measured: impl Fn(&Options) -> Vec<String> + Send + Sync + 'static,
+    ) -> Self {
+        self.measured = Box::new(measured);
         self
     }
 
@@ -179,8 +184,8 @@ impl BusKind {
     }
 
     /// Patterns of the plant's signals that its boards measure.
-    pub(crate) fn measured(&self) -> &[String] {
-        &self.measured
+    pub(crate) fn measured(&self, options: &Options) -> Vec<String> {
+        (self.measured)(options)
     }
 
     /// The places of faults, of a scene with these legs.

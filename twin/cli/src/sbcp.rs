@@ -44,9 +44,8 @@ pub(crate) fn kind() -> BusKind {
         .with_place("link")
         .with_place("*");
     let measured = ["hip/position", "knee/position", "angles", "foot/force"];
-    let kind = measured.into_iter().fold(kind, |kind, signal| {
-        kind.measuring(format!("leg/*/{signal}"))
-    });
+    let measured = measured.map(|signal| format!("leg/*/{signal}"));
+    let kind = kind.measuring(move |_| measured.clone().into());
     options().into_iter().fold(kind, BusKind::with_option)
 }
 

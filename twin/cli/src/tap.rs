@@ -1,20 +1,11 @@
 //! What is connected to the analog inputs of boards, out of a scenario's words: `inputs.3 = { signal = "…", scale = 0.1 }`.
 
 use twinrig_document::Range;
-use twinrig_scenario::{Accepts, OptionSpec, Options};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_wire::Tap;
 
 use crate::option::{number, option};
 use crate::registry::BuildError;
-
-/// Signals of the plant that may be connected to inputs of boards.
-pub(crate) const SIGNALS: [&str; 5] = [
-    "body/*",
-    "leg/*/angles",
-    "leg/*/foot/*",
-    "leg/*/hip/*",
-    "leg/*/knee/*",
-];
 
 /// The option `name`, for a board with so many inputs.
 pub(crate) fn inputs(name: &str, about: &str, count: usize) -> OptionSpec {
@@ -66,6 +57,17 @@ pub(crate) fn taps(options: &Options, name: &str) -> Result<Vec<(usize, Tap)>, B
         taps.push((number, tap));
     }
     Ok(taps)
+}
+
+/// The signals of the plant that the option `name` connects.
+pub(crate) fn signals(options: &Options, name: &str) -> Vec<String> {
+    let channels = options.group(name);
+    let channels = channels.into_iter().flat_map(Options::iter);
+    let signal = |value: &OptionValue| match value {
+        OptionValue::Group(tap) => tap.text("signal").map(str::to_owned),
+        _ => None,
+    };
+    channels.filter_map(|(_, value)| signal(value)).collect()
 }
 
 /// The option for a board's clock.
