@@ -3,6 +3,8 @@
 mod commands;
 mod common;
 #[cfg(unix)]
+mod hardware;
+#[cfg(unix)]
 mod interrupt;
 mod recordings;
 mod schema;

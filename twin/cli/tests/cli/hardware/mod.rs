@@ -1,0 +1,159 @@
+//! Real time: a controller at a port, and a twin at the other end of it, each a process of its own. The machines that run
+//! this are slow and busy, so nothing is asserted of how long anything takes, but that it ends.
+
+mod commands;
+mod ending;
+mod exchange;
+mod judging;
+mod lane;
+mod unplugging;
+
+use std::fs::File;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::{Folder, json};
+
+/// A bus of four boards with a robot on its stand, for a controller that knows beforehand what it wants. Commands differ from
+/// step to step, and errors end nothing.
+pub const BENCH: &str = r#"
+name = "bench"
+robot = "oncilla"
+duration = "1 s"
+seed = 1
+plant = { model = "drives", base = "fixed" }
+actuator = { kind = "motor" }
+bus = { kind = "sbcp", error_threshold = -1 }
+record = { bytes = true, frames = "0 Hz" }
+
+[controller]
+kind = "script"
+period = "2 ms"
+shape = { hip = "triangle", knee = "sine" }
+amplitude = { hip = "0.5 rad", knee = "0.3 rad" }
+offset = { knee = "0.6 rad" }
+frequency = { hip = "0.11 Hz", knee = "1.3 Hz" }
+"#;
+
+/// So long nothing takes that is not hung.
+pub const HUNG: Duration = Duration::from_secs(60);
+
+/// A program that runs, and is killed with the test.
+pub struct Running {
+    child: Child,
+    out: String,
+    err: String,
+}
+
+/// How it ended.
+#[derive(Debug)]
+pub struct Ended {
+    pub code: Option<i32>,
+    pub out: String,
+    pub err: String,
+}
+
+impl Running {
+    /// Starts `twin` with `words`; what it prints goes to files in `folder` that begin with `name`.
+    pub fn twin(folder: &Folder, name: &str, words: &[&str]) -> Self {
+        let (out, err) = (
+            folder.join(&format!("{name}.out")),
+            folder.join(&format!("{name}.err")),
+        );
+        let child = Command::new(env!("CARGO_BIN_EXE_twin"))
+            .args(words)
+            .stdin(Stdio::null())
+            .stdout(File::create(&out).unwrap())
+            .stderr(File::create(&err).unwrap())
+            .spawn()
+            .unwrap();
+        Self { child, out, err }
+    }
+
+    /// Starts `twin serve` with the bus `sbcp` at `link`, and waits until it is there.
+    pub fn serve(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> Self {
+        let pty = format!("sbcp={link}");
+        let words = [&["serve", scenario, "--pty", &pty], words].concat();
+        let mut served = Self::twin(folder, "serve", &words);
+        eventually("the twin is served", || {
+            served.prints().contains("now, elsewhere: ") || served.has_ended()
+        });
+        assert!(!served.has_ended(), "{:?}", served.end());
+        served
+    }
+
+    /// Starts `twin run` at `port`, with recordings in `out` of `folder`.
+    pub fn run(folder: &Folder, scenario: &str, port: &str, words: &[&str]) -> Self {
+        let (port, out) = (format!("sbcp={port}"), folder.join("out"));
+        let words = [&["run", scenario, "--port", &port, "--out", &out], words].concat();
+        Self::twin(folder, "run", &words)
+    }
+
+    /// What it has printed by now.
+    pub fn prints(&self) -> String {
+        std::fs::read_to_string(&self.out).unwrap()
+    }
+
+    fn has_ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
+    }
+
+    /// Sends it a signal: `-INT`.
+    pub fn signal(&self, signal: &str) {
+        let id = self.child.id().to_string();
+        let status = Command::new("kill").args([signal, &id]).status();
+        assert!(status.unwrap().success());
+    }
+
+    /// Waits for its end.
+    pub fn end(&mut self) -> Ended {
+        eventually("the program ends", || self.has_ended());
+        Ended {
+            code: self.child.wait().unwrap().code(),
+            out: self.prints(),
+            err: std::fs::read_to_string(&self.err).unwrap(),
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Ended {
+    /// What `--json` printed.
+    pub fn report(&self) -> serde_json::Value {
+        assert!(!self.out.is_empty(), "{self:?}");
+        json(&self.out).remove(0)
+    }
+}
+
+/// Waits until `holds`, which it does before anything is called hung.
+pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
+    let started = now();
+    while !holds() {
+        assert!(started.elapsed() < HUNG, "hung before {what}");
+        sleep(Duration::from_millis(5));
+    }
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "tests of real time do not wait for ever"
+)]
+pub fn now() -> Instant {
+    Instant::now()
+}
+
+/// Waits until a run has recorded so many bytes: it is well past opening then.
+pub fn recorded(path: &str, bytes: u64) {
+    let path = Path::new(path);
+    eventually("it is recorded", || {
+        path.metadata().map_or(0, |file| file.len()) > bytes
+    });
+}
