@@ -20,6 +20,9 @@ pub(crate) struct Answer {
     pub(crate) last: SimTime,
 }
 
+/// So many bytes of a packet tell its length.
+const HEAD: usize = 4;
+
 /// How far an answer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Hearing {
@@ -74,6 +77,12 @@ impl Answer {
         } else {
             (self.first + limit, ErrorCode::BABBLE)
         }
+    }
+
+    /// When it is known how long it is, or it is over, if it goes on without a break.
+    pub(crate) fn expects(&self, byte_time: SimDuration) -> SimTime {
+        let wanted = if self.need == 0 { HEAD } else { self.need };
+        self.last + byte_time * (wanted - self.got) as u64
     }
 
     /// Hears the beginning of `rest`: gives what it took for a part of the answer.

@@ -68,7 +68,8 @@ impl<L: Line> Line for Controlled<L> {
             self.bus.next_wake(),
             self.controller.poll_timeout(),
             self.controller.bus_start(),
-            self.controller.link_end(),
+            self.controller.expects(self.now),
+            self.controller.link_edge(self.now),
         ];
         wakes.into_iter().flatten().min()
     }

@@ -173,9 +173,22 @@ impl Controller {
         self.to_bus.take_started(now, send)
     }
 
-    /// When a stretch of bytes to the host is complete next.
-    pub fn link_end(&self) -> Option<SimTime> {
-        self.to_link.next_end()
+    /// When the byte is complete with which it learns more about the answer that it is hearing, if that goes on without
+    /// a break; None if it has broken off. At `now` it has heard everything so far.
+    pub fn expects(&self, now: SimTime) -> Option<SimTime> {
+        match &self.bus {
+            Bus::Answering(answer) => {
+                Some(answer.expects(self.config.byte_time)).filter(|at| *at > now)
+            }
+            _ => None,
+        }
+    }
+
+    /// When a byte to the host is complete next that is the first one after a break or the last one before one. That
+    /// an answer breaks off which is being passed on is known only when the rest should have come.
+    pub fn link_edge(&self, now: SimTime) -> Option<SimTime> {
+        let goes_on = self.config.passing == Passing::CutThrough && self.expects(now).is_some();
+        self.to_link.next_edge(goes_on)
     }
 
     /// What it has sent to the host, complete by `now`, not yet taken.

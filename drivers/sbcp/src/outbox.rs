@@ -21,6 +21,8 @@ pub(crate) struct Outbox {
 struct Run {
     first: SimTime,
     count: usize,
+    /// Whether it follows bytes that were handed over, without a break.
+    follows: bool,
 }
 
 impl Outbox {
@@ -47,9 +49,14 @@ impl Outbox {
         self.bytes.extend_from_slice(bytes);
         let first = start.max(self.end) + self.byte_time;
         let count = bytes.len();
+        let follows = first == self.end + self.byte_time;
         match self.runs.back_mut() {
-            Some(run) if first == self.end + self.byte_time => run.count += count,
-            _ => self.runs.push_back(Run { first, count }),
+            Some(run) if follows => run.count += count,
+            _ => self.runs.push_back(Run {
+                first,
+                count,
+                follows,
+            }),
         }
         self.end = first + self.byte_time * (count as u64 - 1);
     }
@@ -68,10 +75,15 @@ impl Outbox {
         Some(SimTime::from_nanos(first - self.byte_time.as_nanos()))
     }
 
-    /// When the bytes that are sent next without a break are all complete.
-    pub(crate) fn next_end(&self) -> Option<SimTime> {
+    /// When a byte is complete next that is the first one after a break or the last one before one. `goes_on` says
+    /// that more will probably follow the last byte that it knows, without a break.
+    pub(crate) fn next_edge(&self, goes_on: bool) -> Option<SimTime> {
         let run = self.runs.front()?;
-        Some(run.first + self.byte_time * (run.count as u64 - 1))
+        if !run.follows {
+            return Some(run.first);
+        }
+        let over = self.runs.len() > 1 || !goes_on;
+        over.then(|| run.first + self.byte_time * (run.count as u64 - 1))
     }
 
     /// Hands over the next bytes that go out without a break, if their first bit does by `now`.
@@ -103,6 +115,7 @@ impl Outbox {
             arrivals.push(run.first, self.byte_time, bytes);
             run.first += self.byte_time * complete as u64;
             run.count -= complete;
+            run.follows = true;
             if run.count == 0 {
                 self.runs.pop_front();
             }

@@ -127,7 +127,7 @@ impl Rig {
                 .map(|at| SimTime::from_nanos(at.as_nanos())),
             controller.and_then(Controller::poll_timeout),
             controller.and_then(Controller::bus_start),
-            controller.and_then(Controller::link_end),
+            controller.and_then(|controller| controller.link_edge(self.now)),
         ];
         wakes.into_iter().flatten().min()
     }
