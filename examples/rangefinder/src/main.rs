@@ -33,10 +33,12 @@ fn range_finder() -> BusKind {
         .measuring(|_| vec![HEIGHT.to_owned()])
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
 fn driver(hookup: &Hookup<'_>) -> Result<RangeFinder, BuildError> {
     Ok(RangeFinder::new(hookup.name))
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
 fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
     let height = Tap {
         signal: HEIGHT.to_owned(),

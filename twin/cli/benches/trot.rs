@@ -34,6 +34,7 @@ fn whole(bencher: Bencher<'_, '_>, settings: &[(&str, &str)], recording: Option<
         let execution = Execution {
             recording,
             progress: false,
+            ports: Vec::new(),
         };
         bencher
             .counter(ItemsCount::new(simulated_s(assembly.scenario().duration)))

@@ -1,6 +1,6 @@
 //! The buses of a scene: what carries the signals between controller and plant.
 
-use twinrig_document::{DocumentError, suggestion};
+use twinrig_document::suggestion;
 use twinrig_kernel::Port;
 use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, Wire, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
@@ -11,6 +11,9 @@ use crate::registry::{BusKind, Hookup};
 
 /// What carries the signals that no bus does.
 const DIRECT: &str = "io";
+
+/// A wire and the name of its bus.
+pub(crate) type NamedWire = (String, Box<dyn Wire>);
 
 impl Assembly<'_> {
     /// The tasks that carry the signals of a process with these ports: one for each bus, and one for what no bus carries.
@@ -40,7 +43,7 @@ impl Assembly<'_> {
     }
 
     /// The wires of all buses, by name, with the boards at their far ends.
-    pub(crate) fn wires(&self) -> Result<Vec<(String, Box<dyn Wire>)>, TwinError> {
+    pub(crate) fn wires(&self) -> Result<Vec<NamedWire>, TwinError> {
         let process_ports = self.process()?.ports();
         let buses = self.scenario().buses.iter();
         let wire = |bus: &BusSpec| {
@@ -102,7 +105,7 @@ impl Assembly<'_> {
             let known = std::iter::once(wire.as_str()).chain(known.iter().map(String::as_str));
             let message = format!("there is no place `{}` in this scene", fault.on.value);
             let help = suggestion(&fault.on.value, "places", known);
-            return Err(DocumentError::from(fault.on.error(message, help)).into());
+            return Err(fault.on.error(message, help).into());
         }
         Ok(())
     }

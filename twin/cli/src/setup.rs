@@ -81,7 +81,7 @@ fn drives(physics: &Physics<'_>) -> Result<Drives, BuildError> {
 pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
     let why =
         "the robot file has no [motor.hip] and [motor.knee]: its drives are known as servos only";
-    robot.motors.clone().ok_or_else(|| why.into())
+    robot.motors.ok_or_else(|| why.into())
 }
 
 fn overridden(servo: Servo, by: &ServoOverride) -> Servo {

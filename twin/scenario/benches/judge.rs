@@ -58,8 +58,8 @@ fn scene() -> Scene {
         legs,
         weight: 10.8,
         plant_outputs,
-        process_ports: Vec::new(),
         frame_signals: Vec::new(),
+        ..Facts::default()
     };
     scenario
         .and_then(|scenario| scenario.scene(&facts))
@@ -77,6 +77,8 @@ fn five_hundred_observations(bencher: divan::Bencher) {
         plant: &layout,
         process_inputs: &none,
         process_outputs: &none,
+        gauges: &none,
+        tasks: &[],
     };
     let samples: Vec<Vec<f64>> = (0..500).map(|index| sample(&layout, index)).collect();
     bencher
