@@ -1,6 +1,5 @@
 //! From a rig to a report.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -29,6 +28,8 @@ const FLUSH: SimDuration = SimDuration::from_secs(1);
 
 /// Note of a recording under which the settings of its run stand.
 pub(crate) const SETTINGS_NOTE: &str = "settings";
+/// Note of a recording that was made at hardware.
+pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
 
 /// How a scenario is to be run.
 #[derive(Clone, Debug, Default)]
@@ -338,6 +339,9 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
             serde_json::to_string(&settings).unwrap_or_default(),
         ),
     ];
+    let at_hardware = executor
+        .at_hardware()
+        .then(|| (HARDWARE_NOTE, "true".to_owned()));
     RunInfo {
         files: vec![
             (SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes()),
@@ -345,7 +349,11 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
         ],
         seed: scenario.seed,
         build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        notes: BTreeMap::from(notes.map(|(key, value)| (key.to_owned(), value))),
+        notes: notes
+            .into_iter()
+            .chain(at_hardware)
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect(),
         tasks: executor.tasks(),
         variables: executor.variables(),
         lanes: if scenario.record.bytes {

@@ -14,6 +14,8 @@ pub(crate) trait Executor {
     fn tasks(&self) -> Vec<String>;
     /// The names of the process variables.
     fn variables(&self) -> Vec<String>;
+    /// Whether boards and plant are hardware, so that nobody can do the same again.
+    fn at_hardware(&self) -> bool;
 }
 
 fn variables(process: &dyn Process) -> Vec<String> {
@@ -36,6 +38,9 @@ impl Executor for Rig {
     fn variables(&self) -> Vec<String> {
         variables(self.process())
     }
+    fn at_hardware(&self) -> bool {
+        false
+    }
 }
 
 impl Executor for RealTimeRig {
@@ -50,5 +55,8 @@ impl Executor for RealTimeRig {
     }
     fn variables(&self) -> Vec<String> {
         variables(self.process())
+    }
+    fn at_hardware(&self) -> bool {
+        true
     }
 }

@@ -11,7 +11,7 @@ use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
 use crate::error::TwinError;
-use crate::execute::{Execution, SETTINGS_NOTE, execute_until};
+use crate::execute::{Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
 use crate::interrupt;
 use crate::registry::Registry;
 use crate::report::{Report, Status, seconds};
@@ -124,6 +124,11 @@ fn assembly<'r>(
         let text = bytes.and_then(|bytes| std::str::from_utf8(bytes).ok());
         text.ok_or_else(|| lacks(format!("it has no attachment `{name}`")))
     };
+    if recorded.note(HARDWARE_NOTE).is_some() {
+        return Err(lacks(
+            "boards and plant were hardware; the attached scenario runs on the twin".to_owned(),
+        ));
+    }
     let settings = recorded.note(SETTINGS_NOTE).unwrap_or("[]");
     let settings: Vec<[String; 2]> = serde_json::from_str(settings)
         .map_err(|error| lacks(format!("its settings do not read: {error}")))?;
