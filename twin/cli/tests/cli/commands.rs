@@ -152,25 +152,6 @@ fn a_plant_that_fails_ends_the_run_with_a_verdict_and_its_recording() {
 }
 
 #[test]
-fn what_cannot_run_on_hardware_yet_says_so() {
-    let folder = Folder::new("port");
-    let scenario = folder.file("bob.toml", SOUND);
-    let done = twin(&[
-        "run",
-        &scenario,
-        "--port",
-        "sbcp=/dev/ttyUSB0",
-        "--no-record",
-    ]);
-    assert_eq!(done.code, 2);
-    assert!(
-        done.err.contains("no drivers") && done.err.contains("sbcp=/dev/ttyUSB0"),
-        "{}",
-        done.err
-    );
-}
-
-#[test]
 fn settings_reach_the_scenario_and_name_the_recording() {
     let folder = Folder::new("settings");
     let scenario = folder.file("bob.toml", SOUND);

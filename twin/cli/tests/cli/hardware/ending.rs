@@ -1,1 +1,96 @@
-//! x
+//! Ctrl-C, or a plain kill, ends runs and twins as it should.
+
+use twinrig_record::Recording;
+
+use super::lane::{COAST, MODES, requests, story, written};
+use super::{BENCH, Ended, Pair, Running, endless, patiently};
+use crate::common::Folder;
+
+/// Motors of the four boards.
+const MOTORS: usize = 8;
+
+#[test]
+fn an_interrupted_run_lets_the_motors_coast() {
+    let folder = Folder::new("coast");
+    let scenario = endless(&folder);
+    let link = folder.join("bus");
+    for signal in ["-INT", "-TERM"] {
+        let mut pair = Pair::under_way(&folder, &scenario, &link);
+        pair.run.signal(signal);
+        is_interrupted(&pair.run.end(), &pair.recording);
+        let requests = requests(&story(&pair.recording));
+        // What had to be repeated stands there more than once.
+        let last = requests.iter().rev().map_while(|request| written(request));
+        let coasting =
+            last.take_while(|(register, mode)| MODES.contains(register) && *mode == COAST);
+        assert!(coasting.count() >= MOTORS);
+        // Whoever served it sees that the program is gone, and goes, too.
+        let served = pair.served.end();
+        assert_eq!(served.code, Some(0), "{served:?}");
+        assert!(!is_there(&link));
+        std::fs::remove_file(&pair.recording).unwrap();
+    }
+}
+
+fn is_interrupted(done: &Ended, recording: &str) {
+    let report = done.report();
+    assert_eq!(done.code, Some(2), "{done:?}");
+    assert_eq!(report["verdict"], "error");
+    let error = report["error"].as_str().unwrap();
+    assert!(error.contains("interrupted at"), "{error}");
+    assert!(report["real_time"]["iterations"].as_u64().unwrap() > 0);
+    let recording = Recording::open(recording.as_ref()).unwrap();
+    assert!(recording.is_complete());
+    assert_eq!(recording.fingerprint(), report["fingerprint"].as_str());
+}
+
+fn is_there(link: &str) -> bool {
+    std::fs::symlink_metadata(link).is_ok()
+}
+
+#[test]
+fn a_twin_that_is_told_to_end_leaves_no_link_behind() {
+    let folder = Folder::new("serve-ends");
+    let scenario = folder.file("bench.toml", BENCH);
+    let link = folder.join("bus");
+    for signal in ["-INT", "-TERM"] {
+        let mut served = Running::serve(&folder, &scenario, &link, &[]);
+        assert!(is_there(&link));
+        served.signal(signal);
+        let served = served.end();
+        assert_eq!(served.code, Some(0), "{served:?}");
+        assert!(served.out.contains("later than its instant"), "{served:?}");
+        assert!(!is_there(&link));
+    }
+}
+
+#[test]
+fn a_twin_that_is_to_stay_serves_one_run_after_the_other() {
+    let folder = Folder::new("keep");
+    let scenario = folder.file("bench.toml", BENCH);
+    let link = folder.join("bus");
+    let mut served = Running::serve(&folder, &scenario, &link, &["--keep"]);
+    for _ in 0..2 {
+        let done = patiently(|| {
+            let done = Running::run(&folder, &scenario, &link, &["--json"]).end();
+            if done.is_late() { Err(done) } else { Ok(done) }
+        });
+        assert_eq!(done.code, Some(0), "{done:?}");
+    }
+    served.signal("-INT");
+    assert_eq!(served.end().code, Some(0));
+}
+
+#[test]
+fn a_link_that_a_killed_twin_has_left_is_taken_over() {
+    let folder = Folder::new("left");
+    let scenario = folder.file("bench.toml", BENCH);
+    let link = folder.join("bus");
+    let mut killed = Running::serve(&folder, &scenario, &link, &[]);
+    killed.signal("-KILL");
+    killed.end();
+    assert!(is_there(&link));
+    let mut served = Running::serve(&folder, &scenario, &link, &[]);
+    served.signal("-TERM");
+    assert_eq!(served.end().code, Some(0));
+}

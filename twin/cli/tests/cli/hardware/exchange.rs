@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::lane::{CALIBRATE, Happened, MODES, is_cyclic, read, requests, story, written};
-use super::{BENCH, Running};
+use super::{BENCH, run_at_a_twin};
 use crate::common::{Folder, twin};
 
 /// Cycles that are compared at least.
@@ -18,9 +18,9 @@ fn a_twin_in_lockstep_and_one_at_a_port_are_asked_the_same_byte_for_byte() {
     let scenario = folder.file("bench.toml", BENCH);
     let link = folder.join("bus");
     for seconds in DURATIONS {
-        let lockstep = in_lockstep(&folder, &scenario, seconds);
+        let lockstep = story(&in_lockstep(&folder, &scenario, seconds));
         let real = at_a_port(&folder, &scenario, &link, seconds);
-        let compared = compare(&story(&lockstep), &story(&real));
+        let compared = compare(&lockstep, &real);
         println!("{compared} frames of {seconds} s are the same");
         if compared >= CYCLES {
             return;
@@ -40,14 +40,21 @@ fn in_lockstep(folder: &Folder, scenario: &str, seconds: u64) -> String {
     only_recording(&out)
 }
 
-fn at_a_port(folder: &Folder, scenario: &str, link: &str, seconds: u64) -> String {
-    let mut served = Running::serve(folder, scenario, link, &[]);
+/// The same at a port, without a request that had to be repeated because its answer was late: answers that come even later
+/// would be taken for those of others.
+fn at_a_port(folder: &Folder, scenario: &str, link: &str, seconds: u64) -> Vec<Happened> {
     let duration = format!("duration=\"{seconds} s\"");
-    let done = Running::run(folder, scenario, link, &["--set", &duration]).end();
-    println!("{}", done.out);
-    println!("{}", served.end().out);
-    assert_eq!(done.code, Some(0), "{done:?}");
-    only_recording(&folder.join("out"))
+    for _ in 0..10 {
+        let [run, served] = run_at_a_twin(folder, scenario, link, &["--set", &duration]);
+        assert_eq!(run.code, Some(0), "{run:?}");
+        println!("{}\n{}", run.out, served.out);
+        let story = story(&only_recording(&folder.join("out")));
+        let opening = opening(&story);
+        if opening.windows(2).all(|pair| pair[0] != pair[1]) {
+            return story;
+        }
+    }
+    panic!("this machine is too busy to get boards ready");
 }
 
 /// Takes the only recording out of a folder, which is empty then.
@@ -70,7 +77,11 @@ fn compare(lockstep: &[Happened], real: &[Happened]) -> usize {
     let steps: BTreeMap<&[u8], usize> = reference.commanded.iter().copied().zip(0..).collect();
     assert_eq!(steps.len(), reference.commanded.len());
     let step = |commands: &[u8]| *steps.get(commands).expect("lockstep knows the command");
-    let kept: Vec<usize> = real.commanded.iter().map(|commands| step(commands)).collect();
+    let kept: Vec<usize> = real
+        .commanded
+        .iter()
+        .map(|commands| step(commands))
+        .collect();
     assert!(kept.is_sorted_by(|a, b| a < b), "control steps in order");
     let last = *kept.last().unwrap();
     assert_eq!(
@@ -136,19 +147,16 @@ impl<'s> Cycles<'s> {
     }
 }
 
-/// The requests before the first cycle; those that ask whether calibration is over, and those that had to be repeated because
-/// no answer came in time, as if they had been made once.
+/// The requests before the first cycle, but for those that ask whether calibration is over: how often depends on the time.
 fn opening(story: &[Happened]) -> Vec<Vec<u8>> {
-    let mut opening = Vec::new();
     let mut calibrating = false;
-    let requests = requests(story);
-    for request in requests.iter().take_while(|request| !is_cyclic(request)) {
+    let mut opening = requests(story);
+    let cycles = opening.iter().position(|request| is_cyclic(request));
+    opening.truncate(cycles.expect("there are cycles"));
+    opening.retain(|request| {
         calibrating |= matches!(written(request), Some((_, CALIBRATE)));
-        let polls = calibrating && read(request).is_some_and(|register| MODES.contains(&register));
-        if !polls && opening.last() != Some(request) {
-            opening.push(request.clone());
-        }
-    }
+        !calibrating || read(request).is_none_or(|register| !MODES.contains(&register))
+    });
     assert!(calibrating && opening.len() > 100, "boards are made ready");
     opening
 }

@@ -1,1 +1,146 @@
-//! x
+//! What can be seen at hardware is judged as ever, and what cannot is not taken for granted.
+
+use serde_json::{Value, json};
+
+use super::{BENCH, Running, patiently, run_at_a_twin};
+use crate::common::{Folder, twin};
+
+/// Of the bus and the control cycle, of the plant; `optional` stands behind the latter.
+fn bench(optional: &str) -> String {
+    format!(
+        r#"{BENCH}
+[[expect]]
+name = "there are cycles"
+signal = {{ name = "sbcp/cycles", always = {{ min = 1 }} }}
+after = "0.9 s"
+
+[[expect]]
+name = "and control steps"
+timing = {{ of = "control", cycle_rate = {{ min = "1 Hz" }} }}
+
+[[expect]]
+name = "commands are moderate"
+signal = {{ name = "leg/*/hip/command", always = {{ min = "-0.6 rad", max = "0.6 rad" }} }}
+
+[[expect]]
+name = "hips turn"
+signal = {{ name = "leg/LF/hip/rate", eventually = {{ min = "0.01 rad/s" }} }}
+{optional}
+"#
+    )
+}
+
+#[test]
+fn what_hardware_does_not_tell_fails_unless_it_is_optional() {
+    let folder = Folder::new("judging");
+    let link = folder.join("bus");
+    for (optional, code, verdict) in [("", 1, "fail"), ("optional = true", 0, "pass")] {
+        let scenario = folder.file("bench.toml", &bench(optional));
+        let [run, _] = run_at_a_twin(&folder, &scenario, &link, &["--json"]);
+        assert_eq!(run.code, Some(code), "{run:?}");
+        let report = run.report();
+        assert_eq!(report["verdict"], verdict);
+        let verdicts: Vec<&Value> = lines(&report).map(|line| &line["verdict"]).collect();
+        assert_eq!(verdicts, ["pass", "pass", "pass", "unobserved"], "{report}");
+    }
+}
+
+fn lines(report: &Value) -> impl Iterator<Item = &Value> {
+    report["expectations"].as_array().unwrap().iter()
+}
+
+#[test]
+fn the_report_of_hardware_has_the_keys_of_any_other_and_its_times() {
+    let folder = Folder::new("keys");
+    let scenario = folder.file("bench.toml", BENCH);
+    let [run, _] = run_at_a_twin(&folder, &scenario, &folder.join("bus"), &["--json"]);
+    let report = run.report();
+    let lockstep = twin(&[
+        "run",
+        &scenario,
+        "--json",
+        "--out",
+        &folder.join("lockstep"),
+    ]);
+    let lockstep = &crate::common::json(&lockstep.out)[0];
+    let keys = |report: &Value| {
+        let keys = report.as_object().unwrap().keys();
+        keys.cloned().collect::<Vec<_>>()
+    };
+    assert_eq!(keys(&report), keys(lockstep));
+    assert!(lockstep["real_time"].is_null());
+    for key in ["plant", "energy", "work"] {
+        assert!(report[key].is_null() && !lockstep[key].is_null(), "{key}");
+    }
+    assert_eq!(report["simulated_s"], 1.0);
+
+    let times = &report["real_time"];
+    let count = |key: &str| times[key].as_u64().unwrap();
+    // 1 s in steps of 2 ms, and both ends.
+    assert_eq!(
+        count("iterations") + count("overruns") + count("overslept"),
+        501,
+        "{times}"
+    );
+    assert_eq!(count("lost"), 0);
+    assert!(times["opening_s"].as_f64().unwrap() > 0.25, "{times}");
+    for histogram in ["lateness", "jitter", "computing"] {
+        assert!(times[histogram]["count"].as_u64().unwrap() > 0, "{times}");
+        assert!(
+            times[histogram]["longest_s"].as_f64() >= times[histogram]["mean_s"].as_f64(),
+            "{times}"
+        );
+    }
+    let [task] = &times["tasks"].as_array().unwrap()[..] else {
+        panic!("{times}");
+    };
+    assert_eq!(task["name"], "sbcp");
+    let transfers = task["took"]["count"].as_u64().unwrap();
+    assert_eq!(
+        transfers + task["skipped"].as_u64().unwrap(),
+        count("iterations")
+    );
+}
+
+/// The facts of a scene with footsteps, trunk and energy books, none of which is seen.
+#[test]
+fn a_robot_that_walks_is_run_at_two_ports_without_a_plant() {
+    let folder = Folder::new("trot");
+    let trot = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../scenarios/oncilla-trot.toml"
+    );
+    let text = std::fs::read_to_string(trot).unwrap();
+    let text = text
+        .replace("gains = ", "error_threshold = -1\ngains = ")
+        .replace("duration = \"20 s\"", "duration = \"1 s\"")
+        .replace("after = \"5 s\"", "after = \"0.1 s\"");
+    let scenario = folder.file("trot.toml", &text);
+    let [sbcp, rb110] = ["sbcp", "rb110"].map(|bus| format!("{bus}={}", folder.join(bus)));
+    let out = folder.join("out");
+    let run = patiently(|| {
+        let link = folder.join("sbcp");
+        let mut served = Running::serve(&folder, &scenario, &link, &["--pty", &rb110]);
+        let words = [
+            "run", &scenario, "--port", &sbcp, "--port", &rb110, "--json", "--out", &out,
+        ];
+        let run = Running::twin(&folder, "run", &words).end();
+        if run.is_late() {
+            return Err(run);
+        }
+        assert_eq!(served.end().code, Some(0));
+        Ok(run)
+    });
+    assert_eq!(run.code, Some(1), "{run:?}");
+    let report = run.report();
+    assert_eq!(report["error"], json!(null));
+    let seen = ["no transfer fails", "no cycle is missed"];
+    for line in lines(&report) {
+        let seen = seen.contains(&line["name"].as_str().unwrap());
+        let observed = line["verdict"] != "unobserved";
+        assert_eq!(observed, seen, "{line}");
+    }
+    let tasks = report["real_time"]["tasks"].as_array().unwrap();
+    let tasks: Vec<&Value> = tasks.iter().map(|task| &task["name"]).collect();
+    assert_eq!(tasks, ["sbcp", "rb110"]);
+}

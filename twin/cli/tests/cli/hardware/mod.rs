@@ -37,6 +37,11 @@ offset = { knee = "0.6 rad" }
 frequency = { hip = "0.11 Hz", knee = "1.3 Hz" }
 "#;
 
+/// The same, longer than anybody waits.
+pub fn endless(folder: &Folder) -> String {
+    folder.file("endless.toml", &BENCH.replace("1 s", "1000000 s"))
+}
+
 /// So long nothing takes that is not hung.
 pub const HUNG: Duration = Duration::from_secs(60);
 
@@ -126,6 +131,16 @@ impl Drop for Running {
 }
 
 impl Ended {
+    /// Whether boards did not answer in time while they were made ready.
+    fn is_late(&self) -> bool {
+        let late = [
+            "does not answer",
+            "while it was made ready",
+            "did not end its calibration",
+        ];
+        self.code == Some(2) && late.iter().any(|late| self.out.contains(late))
+    }
+
     /// What `--json` printed.
     pub fn report(&self) -> serde_json::Value {
         assert!(!self.out.is_empty(), "{self:?}");
@@ -150,10 +165,65 @@ pub fn now() -> Instant {
     Instant::now()
 }
 
-/// Waits until a run has recorded so many bytes: it is well past opening then.
-pub fn recorded(path: &str, bytes: u64) {
-    let path = Path::new(path);
-    eventually("it is recorded", || {
-        path.metadata().map_or(0, |file| file.len()) > bytes
-    });
+/// A run that is well past opening, and the twin that it talks to.
+pub struct Pair {
+    pub served: Running,
+    pub run: Running,
+    /// Path of the recording.
+    pub recording: String,
+}
+
+/// A run is well past opening when it has recorded so many bytes.
+pub const WELL_RECORDED: u64 = 100_000;
+
+impl Pair {
+    /// Serves `scenario`, which is to be in a file `endless.toml`, at `link`, and begins a run of it.
+    pub fn under_way(folder: &Folder, scenario: &str, link: &str) -> Self {
+        let recording = folder.join("out/endless-seed1.mcap");
+        patiently(|| {
+            let served = Running::serve(folder, scenario, link, &[]);
+            let mut run = Running::run(folder, scenario, link, &["--json"]);
+            eventually("it is recorded", || {
+                is_longer(&recording, WELL_RECORDED) || run.has_ended()
+            });
+            if run.has_ended() {
+                return Err(run.end());
+            }
+            let recording = recording.clone();
+            Ok(Self {
+                served,
+                run,
+                recording,
+            })
+        })
+    }
+}
+
+/// Serves `scenario` at `link`, and runs it there to its end.
+pub fn run_at_a_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> [Ended; 2] {
+    patiently(|| {
+        let mut served = Running::serve(folder, scenario, link, &[]);
+        let run = Running::run(folder, scenario, link, words).end();
+        if run.is_late() {
+            return Err(run);
+        }
+        Ok([run, served.end()])
+    })
+}
+
+/// Tries again where a twin was kept from answering until a driver gave up to get its boards ready: other tests run meanwhile.
+pub fn patiently<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
+    for _ in 0..10 {
+        match attempt() {
+            Ok(done) => return done,
+            Err(ended) => assert!(ended.is_late(), "{ended:?}"),
+        }
+    }
+    panic!("this machine is too busy to get boards ready");
+}
+
+pub fn is_longer(path: &str, bytes: u64) -> bool {
+    Path::new(path)
+        .metadata()
+        .is_ok_and(|file| file.len() > bytes)
 }
