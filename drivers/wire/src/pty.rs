@@ -47,8 +47,9 @@ impl Pty {
     /// # Errors
     /// [`DeviceError::Other`] if the system has none to give.
     pub fn open() -> Result<Self, DeviceError> {
-        let master = posix_openpt(OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK);
-        let master = master.map_err(no_pty)?;
+        // Not for programs that are started from here: with a copy of it, they would keep it plugged in.
+        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK | OFlag::O_CLOEXEC;
+        let master = posix_openpt(flags).map_err(no_pty)?;
         grantpt(&master).map_err(no_pty)?;
         unlockpt(&master).map_err(no_pty)?;
         let slave = PathBuf::from(ptsname_r(&master).map_err(no_pty)?);
