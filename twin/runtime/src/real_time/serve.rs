@@ -59,7 +59,7 @@ pub struct ServeOptions {
     pub behind: SimDuration,
     /// When to end; without end if there is none.
     pub duration: Option<SimDuration>,
-    /// Whether to end when the host has closed a device that it had opened.
+    /// Whether to end when the host has closed the devices that it had opened.
     pub until_hang_up: bool,
     /// Priority among the threads of `SCHED_FIFO`, 1 to 99; none leaves the twin an ordinary thread.
     pub priority: Option<u8>,
@@ -304,7 +304,7 @@ impl Serve {
         if end.is_some_and(|end| self.now() >= end) {
             return Ok(Some(Ended::Duration));
         }
-        if self.options.until_hang_up && self.ports.iter().any(Served::is_over) {
+        if self.options.until_hang_up && self.is_over() {
             return Ok(Some(Ended::HungUp));
         }
         // The stop flag is looked at every so often even if nothing happens.
@@ -314,6 +314,12 @@ impl Serve {
         let until = later(start, duration(until - SimTime::ZERO));
         listen(&mut self.ports, until, clock).map_err(|error| self.gone(error))?;
         Ok(None)
+    }
+
+    /// Whether the host had devices open, and has none any more. It may close one of them long before another.
+    fn is_over(&self) -> bool {
+        let mut used = self.ports.iter().filter(|port| port.was_open).peekable();
+        used.peek().is_some() && used.all(Served::is_over)
     }
 
     fn gone(&self, error: DeviceError) -> RigError {
