@@ -103,10 +103,14 @@ pub enum TwinError {
 impl TwinError {
     /// That there is no bus `name` among those of a scenario.
     pub(crate) fn no_such_bus<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
-        Self::NoSuchBus {
-            bus: name.to_owned(),
-            help: suggestion(name, "buses of this scenario", known),
-        }
+        let mut known = known.into_iter().peekable();
+        let help = if known.peek().is_none() {
+            "it has no [bus] at all, and nothing to be joined to hardware".to_owned()
+        } else {
+            suggestion(name, "buses of this scenario", known)
+        };
+        let bus = name.to_owned();
+        Self::NoSuchBus { bus, help }
     }
 }
 

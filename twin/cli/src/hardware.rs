@@ -1,13 +1,13 @@
 //! From a scenario to a report with hardware in place of boards and plant.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::real_time::{Ended, RealTimeRig};
-use twinrig_runtime::{Device, Driver, Group, Observer, RunEvent};
-use twinrig_scenario::BusSpec;
+use twinrig_runtime::real_time::{Ended, RealTimeReport, RealTimeRig};
+use twinrig_runtime::{Device, DeviceError, Driver, Group, Observer, RigError, RunEvent};
+use twinrig_scenario::{BusSpec, Scenario};
 use twinrig_wire::SerialPort;
 
 use crate::assembly::Assembly;
@@ -24,16 +24,14 @@ use crate::watch::Watch;
 /// [`TwinError`] if the run cannot begin: a bus without a device, a device that cannot be opened, a signal that no bus
 /// carries. A run that begins and does not end is a report, too.
 pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
-    let rig = rig(assembly, &execution.ports)?;
-    for line in rig.options.privileges.prepare() {
-        eprintln!("note: {line}");
-    }
+    let Bench { rig, notes } = bench(assembly, &execution.ports)?;
     let recorder = recorder(assembly, &rig, execution)?;
-    let watch = Watch::new(judge(assembly, &rig), recorder);
-    let (scenario, end) = (assembly.scenario(), assembly.end());
-    let progress = Progress::new(&scenario.name, end.as_secs_f64(), execution.progress);
+    let scenario = assembly.scenario();
+    let end_s = assembly.end().as_secs_f64();
+    let progress = Progress::new(&scenario.name, end_s, execution.progress);
+    notes.iter().for_each(|note| progress.note(note));
     let mut looker = Looker {
-        watch,
+        watch: Watch::new(judge(assembly, &rig), recorder),
         progress,
         reached: SimTime::ZERO,
     };
@@ -46,16 +44,9 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     let wall_s = started.elapsed().as_secs_f64();
     let Looker { watch, reached, .. } = looker;
     let (reached, error) = match ended {
-        Ok(Ended::Duration) if times.lost > 0 => {
-            let lost = format!(
-                "{} records were lost: this machine is too slow to look on",
-                times.lost
-            );
-            (end, Some(lost))
-        }
-        Ok(Ended::Duration) => (end, None),
+        Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
         Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(format!("interrupted at {reached}"))),
-        Err(error) => (reached, Some(assembly.rig_error(error).to_string())),
+        Err(error) => (reached, Some(failure(assembly, &execution.ports, error))),
     };
     let course = Course {
         reached,
@@ -64,25 +55,53 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         plant: None,
     };
     let mut report = report(assembly, execution, watch, course, None);
-    report.real_time = Some(RealTime(times));
+    report.real_time = Some(RealTime { times, notes });
     Ok(report)
 }
 
-/// Process and drivers, each at its device.
-fn rig(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<RealTimeRig, TwinError> {
-    let buses = &assembly.scenario().buses;
-    for (name, _) in ports {
-        if assembly.scenario().bus(name).is_none() {
-            let known = buses.iter().map(|bus| bus.name.value.as_str());
-            return Err(TwinError::no_such_bus(name, known));
+/// Why a run that came to its end is worth nothing, if so.
+fn too_slow(times: &RealTimeReport) -> Option<String> {
+    let lost = times.lost;
+    (lost > 0).then(|| format!("{lost} records were lost: this machine is too slow to look on"))
+}
+
+/// What ended a run, and at which device.
+fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError) -> String {
+    let bus = match &error {
+        RigError::Task { task, .. } => Some(task.clone()),
+        _ => None,
+    };
+    let mut text = assembly.rig_error(error).to_string();
+    if let Some(bus) = bus
+        && let Some(device) = place(ports, &bus)
+    {
+        let device = device.display().to_string();
+        if !text.contains(&device) {
+            text = format!("{text}\n  = note: `{bus}` is at {device}");
         }
     }
+    text
+}
+
+/// A rig that is ready to run.
+struct Bench {
+    rig: RealTimeRig,
+    /// What keeps it from being as punctual as it could be, with the remedies.
+    notes: Vec<String>,
+}
+
+/// Process and drivers, each at its device.
+fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Bench, TwinError> {
+    check_places(assembly.scenario(), ports)?;
     let process = assembly.process()?;
     let process_ports = process.ports();
+    let mut notes = Vec::new();
     let mut parts: Vec<(Box<dyn Driver>, Box<dyn Device>)> = Vec::new();
-    for bus in buses {
+    for bus in &assembly.scenario().buses {
         let driver = assembly.driver(bus, &process_ports)?;
-        parts.push((driver, device(assembly, bus, ports)?));
+        let port = open(assembly, bus, ports)?;
+        notes.extend(port.advice());
+        parts.push((driver, Box::new(port)));
     }
     let rig = RealTimeRig::new(&assembly.schedule(), process, parts);
     let mut rig = rig.map_err(|error| assembly.rig_error(error))?;
@@ -90,28 +109,53 @@ fn rig(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<RealTimeR
         rig.schedule(at, variable, change)
             .map_err(|error| assembly.rig_error(error))?;
     }
-    Ok(rig)
+    notes.extend(rig.options.privileges.prepare());
+    Ok(Bench { rig, notes })
 }
 
-/// The device that a bus was given.
-fn device(
+/// Opens the device that a bus was given.
+fn open(
     assembly: &Assembly<'_>,
     bus: &BusSpec,
     ports: &[(String, PathBuf)],
-) -> Result<Box<dyn Device>, TwinError> {
+) -> Result<SerialPort, TwinError> {
     let name = &bus.name.value;
-    let Some((_, path)) = ports.iter().find(|(bus, _)| bus == name) else {
-        return Err(TwinError::NoPort { bus: name.clone() });
-    };
+    let path = place(ports, name).ok_or_else(|| TwinError::NoPort { bus: name.clone() })?;
     let opened = SerialPort::open(path, assembly.bus_kind(bus)?.baud());
-    let port = opened.map_err(|source| TwinError::Device {
+    opened.map_err(|source| TwinError::Device {
         bus: name.clone(),
         source,
-    })?;
-    if let Some(advice) = port.advice() {
-        eprintln!("note: {advice}");
+    })
+}
+
+/// The place that was given to a bus: of a device, or of a link to a PTY.
+pub(crate) fn place<'g>(given: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path> {
+    let mut given = given.iter();
+    given
+        .find(|(name, _)| name == bus)
+        .map(|(_, place)| place.as_path())
+}
+
+/// Places were given to buses that there are, and to none of them twice.
+pub(crate) fn check_places(
+    scenario: &Scenario,
+    given: &[(String, PathBuf)],
+) -> Result<(), TwinError> {
+    for (n, (bus, second)) in given.iter().enumerate() {
+        if scenario.bus(bus).is_none() {
+            let known = scenario.buses.iter().map(|bus| bus.name.value.as_str());
+            return Err(TwinError::no_such_bus(bus, known));
+        }
+        if let Some(first) = place(&given[..n], bus) {
+            let source = DeviceError::Other {
+                place: second.display().to_string(),
+                why: format!("the bus is at {} already", first.display()),
+            };
+            let bus = bus.clone();
+            return Err(TwinError::Device { bus, source });
+        }
     }
-    Ok(Box::new(port))
+    Ok(())
 }
 
 /// Hands everything on, and keeps the time.

@@ -55,6 +55,13 @@ impl Progress {
         });
     }
 
+    /// Tells something that one should know before the run.
+    pub fn note(&self, text: &str) {
+        if self.on {
+            let _ = writeln!(std::io::stderr(), "note: {text}");
+        }
+    }
+
     fn show(&mut self, line: impl FnOnce(f64) -> String) {
         if !self.on {
             return;

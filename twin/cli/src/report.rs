@@ -76,7 +76,12 @@ pub struct Report {
 
 /// How a run at hardware went, as far as time is concerned.
 #[derive(Clone, Debug)]
-pub struct RealTime(pub RealTimeReport);
+pub struct RealTime {
+    /// How punctual it was.
+    pub times: RealTimeReport,
+    /// What kept it from being more so, with the remedies.
+    pub notes: Vec<String>,
+}
 
 #[derive(Serialize)]
 struct WrittenRealTime<'a> {
@@ -89,6 +94,7 @@ struct WrittenRealTime<'a> {
     jitter: Spread,
     computing: Spread,
     tasks: Vec<WrittenTask<'a>>,
+    notes: &'a [String],
 }
 
 #[derive(Serialize)]
@@ -130,7 +136,7 @@ impl From<&Histogram> for Spread {
 
 impl Serialize for RealTime {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let times = &self.0;
+        let times = &self.times;
         WrittenRealTime {
             opening_s: times.opening.as_secs_f64(),
             iterations: times.iterations,
@@ -141,6 +147,7 @@ impl Serialize for RealTime {
             jitter: (&times.jitter).into(),
             computing: (&times.computing).into(),
             tasks: times.tasks.iter().map(WrittenTask::from).collect(),
+            notes: &self.notes,
         }
         .serialize(serializer)
     }

@@ -34,9 +34,12 @@ pub fn report(report: &Report, paint: Paint) -> String {
     for line in facts(report).lines(2, paint) {
         let _ = writeln!(out, "{line}");
     }
-    if let Some(times) = &report.real_time {
+    if let Some(real_time) = &report.real_time {
         let _ = writeln!(out);
-        for line in times.0.to_string().lines() {
+        for note in &real_time.notes {
+            let _ = writeln!(out, "  note: {note}");
+        }
+        for line in real_time.times.to_string().lines() {
             let _ = writeln!(out, "  {}", paint.dim(line));
         }
     }

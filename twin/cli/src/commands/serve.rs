@@ -1,8 +1,9 @@
 //! `twin serve`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use twinrig_runtime::real_time::{Ended, Hold, Serve, ServeOptions, ServedWire};
+use twinrig_runtime::{DeviceError, Wire};
 use twinrig_wire::Pty;
 
 use super::run::ports;
@@ -10,6 +11,7 @@ use super::{FINE, Terminal, WRONG, settings};
 use crate::args::ServeArgs;
 use crate::assembly::Assembly;
 use crate::error::TwinError;
+use crate::hardware::{check_places, place};
 use crate::interrupt;
 use crate::registry::Registry;
 
@@ -34,31 +36,16 @@ fn serve_twin(
     let settings = settings(&args.settings);
     let assembly = Assembly::of_file(registry, &args.scenario, &settings)?;
     let scenario = assembly.scenario();
-    let links = ports(&args.pty);
-    for (name, _) in &links {
-        if scenario.bus(name).is_none() {
-            let known = scenario.buses.iter().map(|bus| bus.name.value.as_str());
-            return Err(TwinError::no_such_bus(name, known));
-        }
-    }
     if scenario.buses.is_empty() {
         return Err(TwinError::NothingToServe {
             file: scenario.file.clone(),
         });
     }
-    let mut wires = Vec::new();
-    let mut command = format!("twin run {}", args.scenario.display());
-    for (bus, wire) in assembly.wires()? {
-        let pty = pty(&links, &bus)?;
-        command = format!("{command} --port {bus}={}", pty.path().display());
-        terminal.print(&format!("{bus} at {}", pty.path().display()));
-        wires.push(ServedWire {
-            name: bus,
-            wire,
-            device: Box::new(pty),
-        });
+    let wires = wires(&assembly, &ports(&args.pty))?;
+    for wire in &wires {
+        terminal.print(&format!("{} at {}", wire.name, wire.device.place()));
     }
-    terminal.print(&format!("now, elsewhere: {command}"));
+    terminal.print(&format!("now, elsewhere: {}", counterpart(args, &wires)));
     let _ = terminal.out.flush();
     let options = ServeOptions {
         observe: scenario.observe.period,
@@ -79,15 +66,69 @@ fn serve_twin(
     }
 }
 
-/// A PTY for a bus, at the place that was asked for.
-fn pty(links: &[(String, PathBuf)], bus: &str) -> Result<Pty, TwinError> {
-    let link = links.iter().find(|(name, _)| name == bus);
-    let opened = Pty::open().and_then(|pty| match link {
-        Some((_, path)) => pty.linked(path),
+/// The wires of all buses with the boards at their far ends, each at a PTY, which is linked to the place that was given to the
+/// bus.
+fn wires(
+    assembly: &Assembly<'_>,
+    links: &[(String, PathBuf)],
+) -> Result<Vec<ServedWire>, TwinError> {
+    check_places(assembly.scenario(), links)?;
+    let served = |(name, wire): (String, Box<dyn Wire>)| match pty(place(links, &name)) {
+        Ok(pty) => Ok(ServedWire {
+            name,
+            wire,
+            device: Box::new(pty),
+        }),
+        Err(source) => Err(TwinError::Device { bus: name, source }),
+    };
+    assembly.wires()?.into_iter().map(served).collect()
+}
+
+fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {
+    let pty = Pty::open()?;
+    match link {
+        Some(link) => pty.linked(link),
         None => Ok(pty),
-    });
-    opened.map_err(|source| TwinError::Device {
-        bus: bus.to_owned(),
-        source,
-    })
+    }
+}
+
+/// What runs the controller at a twin that is served, as one types it.
+fn counterpart(args: &ServeArgs, wires: &[ServedWire]) -> String {
+    let set = &args.settings.set;
+    let set = set
+        .iter()
+        .map(|(key, value)| ("--set", format!("{key}={value}")));
+    let plant = args.settings.plant.iter();
+    let plant = plant.map(|plant| ("--plant", plant.clone()));
+    let port = wires
+        .iter()
+        .map(|wire| ("--port", format!("{}={}", wire.name, wire.device.place())));
+    let mut command = format!("twin run {}", quoted(&args.scenario.display().to_string()));
+    for (option, value) in plant.chain(set).chain(port) {
+        command = format!("{command} {option} {}", quoted(&value));
+    }
+    command
+}
+
+/// A word for a shell.
+fn quoted(word: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || "/.,:=_-+@".contains(letter);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_shell_would_take_apart_is_quoted() {
+        assert_eq!(quoted("sbcp=/dev/pts/1"), "sbcp=/dev/pts/1");
+        assert_eq!(quoted(r#"duration="1 s""#), r#"'duration="1 s"'"#);
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted(""), "''");
+    }
 }
