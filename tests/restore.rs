@@ -1,9 +1,12 @@
 //! A rig that is saved at any instant and restored goes on bit for bit.
 
+use std::path::Path;
+
 use proptest::prelude::*;
-use twinrig::Registry;
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Group, Observer, RunEvent};
+use twinrig::scenario::Setting;
+use twinrig::{Assembly, Registry};
 use twinrig_tests::{Scene, run_from};
 
 const AHEAD: SimDuration = SimDuration::from_millis(100);
@@ -19,7 +22,10 @@ fn scene() -> Scene {
 /// Saves at `at`, goes on, and compares with a new rig and with the old one, restored.
 fn goes_on_alike(scene: &Scene, at: SimTime) -> Result<(), TestCaseError> {
     let registry = Registry::standard();
-    let assembly = scene.assembly(&registry);
+    goes_on_alike_as(&scene.assembly(&registry), at)
+}
+
+fn goes_on_alike_as(assembly: &Assembly<'_>, at: SimTime) -> Result<(), TestCaseError> {
     let mut rig = assembly.rig().unwrap();
     rig.run_until(at, &mut ()).unwrap();
     let saved = rig.save();
@@ -37,6 +43,13 @@ fn goes_on_alike(scene: &Scene, at: SimTime) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Those of the scenario, with a host that is not even.
+const BUSES: &str = r#"[
+    { kind = "sbcp", error_threshold = -1, gains = { p = 1900, i = 0, d = 700 },
+      clock = { LF = "40 ppm", RH = "-300 ppm" }, usb = { jitter = { min = "0 us", max = "400 us" } } },
+    { kind = "rb110" },
+]"#;
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 
@@ -48,6 +61,24 @@ proptest! {
     #[test]
     fn at_any_instant_with_full_legs(at in 0..600_000_000_u64) {
         goes_on_alike(&scene().of_full_legs(), SimTime::from_nanos(at))?;
+    }
+
+    /// Frames, packets and bytes under way, boards between two ticks, faults and jitter included.
+    #[test]
+    fn at_any_instant_over_a_bus(at in 0..700_000_000_u64) {
+        let registry = Registry::standard();
+        let trot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/oncilla-trot.toml");
+        let setting = |key: &str, value: &str| Setting {
+            origin: "the test".to_owned(),
+            key: key.to_owned(),
+            value: value.to_owned(),
+        };
+        let settings = [
+            setting("bus", BUSES),
+            setting("fault", "[{ at = \"300 ms\", on = \"wire/sbcp\", kind = \"flip\", rate = 1e-4 }]"),
+        ];
+        let assembly = Assembly::of_file(&registry, &trot, &settings).unwrap();
+        goes_on_alike_as(&assembly, SimTime::from_nanos(at))?;
     }
 
     #[test]

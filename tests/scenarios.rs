@@ -7,7 +7,10 @@ use twinrig::{Assembly, Execution, Registry, execute};
 
 fn scenarios() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
-    let entries = std::fs::read_dir(&folder).unwrap();
+    let folders = [folder.clone(), folder.join("thesis")];
+    let entries = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).unwrap());
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| {
         path.extension()
@@ -20,7 +23,7 @@ fn scenarios() -> Vec<PathBuf> {
 #[test]
 fn every_scenario_is_sound_and_expects_something() {
     let registry = Registry::standard();
-    assert!(scenarios().len() >= 8);
+    assert!(scenarios().len() >= 15);
     for path in scenarios() {
         let assembly =
             Assembly::of_file(&registry, &path, &[]).unwrap_or_else(|error| panic!("{error}"));
