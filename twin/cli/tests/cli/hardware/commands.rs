@@ -34,7 +34,7 @@ fn a_port_for_a_bus_that_is_not_there_is_refused() {
     let sound = folder.file("sound.toml", SOUND);
     says(
         &run_at(&sound, &["sbcp=/dev/ttyUSB0"]),
-        &["there is no bus `sbcp`"],
+        &["there is no bus `sbcp`", "no [bus] at all"],
     );
 }
 

@@ -56,6 +56,8 @@ fn a_twin_that_is_told_to_end_leaves_no_link_behind() {
     for signal in ["-INT", "-TERM"] {
         let mut served = Running::serve(&folder, &scenario, &link, &[]);
         assert!(is_there(&link));
+        let how = format!("now, elsewhere: twin run {scenario} --port sbcp={link}\n");
+        assert!(served.prints().ends_with(&how), "{}", served.prints());
         served.signal(signal);
         let served = served.end();
         assert_eq!(served.code, Some(0), "{served:?}");

@@ -83,6 +83,10 @@ fn the_report_of_hardware_has_the_keys_of_any_other_and_its_times() {
         "{times}"
     );
     assert_eq!(count("lost"), 0);
+    // What a machine grants differs; what it refuses is said with the remedy.
+    for note in times["notes"].as_array().unwrap() {
+        assert!(note.as_str().unwrap().contains("raise the limit"), "{note}");
+    }
     assert!(times["opening_s"].as_f64().unwrap() > 0.25, "{times}");
     for histogram in ["lateness", "jitter", "computing"] {
         assert!(times[histogram]["count"].as_u64().unwrap() > 0, "{times}");

@@ -48,7 +48,7 @@ fn a_port_that_is_unplugged_ends_the_run_while_the_boards_live_on() {
         }
         Ok((served, run, cable, port))
     });
-    let Cable { near, far } = cable;
+    let Cable { near, far, .. } = cable;
     drop(near);
     let done = run.end();
     is_given_up(&done, &recording, &[&port, GONE, UNPLUGGED]);
@@ -62,6 +62,8 @@ fn a_port_that_is_unplugged_ends_the_run_while_the_boards_live_on() {
 struct Cable {
     near: Pty,
     far: SerialPort,
+    /// Whether what comes from the near end goes nowhere.
+    cut: bool,
 }
 
 impl Cable {
@@ -69,6 +71,7 @@ impl Cable {
         Self {
             near: Pty::open().unwrap(),
             far: SerialPort::open(link.as_ref(), 3_333_333).unwrap(),
+            cut: false,
         }
     }
 
@@ -79,7 +82,9 @@ impl Cable {
             Ok(()) | Err(DeviceError::HungUp { .. }) => {}
             Err(error) => panic!("{error}"),
         }
-        self.far.write(&bytes).unwrap();
+        if !self.cut {
+            self.far.write(&bytes).unwrap();
+        }
         bytes.clear();
         self.far
             .read(Duration::from_micros(200), &mut bytes)
@@ -112,29 +117,51 @@ fn a_port_with_nobody_at_it_ends_the_run() {
     let pty = Pty::open().unwrap();
     let port = pty.path().display().to_string();
     let done = Running::run(&folder, &scenario, &port, &["--json"]).end();
-    is_given_up(
-        &done,
-        &recording,
-        &["board LF", "does not answer", "powered"],
-    );
+    let device = format!("`sbcp` is at {port}");
+    let words = ["board LF", "does not answer", "powered", &device];
+    is_given_up(&done, &recording, &words);
 }
 
 #[test]
-fn boards_that_fall_silent_end_the_run() {
-    let folder = Folder::new("silent");
-    // Errors while they are made ready are errors, too: this may take some attempts on a busy machine.
-    let strict = BENCH.replace("error_threshold = -1", "error_threshold = 10000");
-    let strict = strict.replace("\"1 s\"", "\"1000000 s\"");
-    let (scenario, link) = (folder.file("endless.toml", &strict), folder.join("bus"));
+fn a_twin_that_stops_reading_ends_the_run() {
+    let folder = Folder::new("stopped");
+    let (scenario, link) = (endless(&folder), folder.join("bus"));
     let mut pair = Pair::under_way(&folder, &scenario, &link);
     pair.served.signal("-STOP");
     let done = pair.run.end();
-    is_given_up(
-        &done,
-        &pair.recording,
-        &["board ", "the bus is given up at 10000"],
-    );
+    is_given_up(&done, &pair.recording, &[&link, "took no more bytes"]);
     is_recorded(&done, &pair.recording);
+}
+
+/// The converter goes on taking bytes, but the boards have lost their supply.
+#[test]
+fn boards_that_fall_silent_end_the_run() {
+    let folder = Folder::new("silent");
+    let scenario = BENCH.replace("error_threshold = -1", "error_threshold = 1000");
+    let scenario = scenario.replace("\"1 s\"", "\"1000000 s\"");
+    let (scenario, link) = (folder.file("endless.toml", &scenario), folder.join("bus"));
+    let recording = folder.join("out/endless-seed1.mcap");
+    let (done, port) = patiently(|| {
+        let _served = Running::serve(&folder, &scenario, &link, &[]);
+        let mut cable = Cable::to(&link);
+        let port = cable.near.path().display().to_string();
+        let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
+        // A busy machine alone may bring the errors together.
+        eventually("the run ends", || {
+            (0..50).for_each(|_| cable.carry());
+            cable.cut |= is_longer(&recording, WELL_RECORDED);
+            run.has_ended()
+        });
+        let done = run.end();
+        if done.is_late() {
+            Err(done)
+        } else {
+            Ok((done, port))
+        }
+    });
+    let given_up = "the bus is given up at 1000";
+    let device = format!("`sbcp` is at {port}");
+    is_given_up(&done, &recording, &["board ", given_up, &device]);
 }
 
 /// It ended with a verdict that says `words`, beside the bus, in the report and at the end of its recording.
@@ -142,6 +169,7 @@ fn is_given_up(done: &Ended, recording: &str, words: &[&str]) {
     let report = done.report();
     assert_eq!(done.code, Some(2), "{done:?}");
     assert_eq!(report["verdict"], "error", "{done:?}");
+    assert!(done.err.is_empty(), "the report says it all: {done:?}");
     let error = report["error"].as_str().unwrap();
     for word in words.iter().chain(&["sbcp failed at "]) {
         assert!(error.contains(word), "`{word}` is not in {error}");
