@@ -44,11 +44,11 @@ fn goes_on_alike_as(assembly: &Assembly<'_>, at: SimTime) -> Result<(), TestCase
 }
 
 /// Those of the scenario, with a host that is not even.
-const BUSES: &str = r#"[
-    { kind = "sbcp", error_threshold = -1, gains = { p = 1900, i = 0, d = 700 },
-      clock = { LF = "40 ppm", RH = "-300 ppm" }, usb = { jitter = { min = "0 us", max = "400 us" } } },
-    { kind = "rb110" },
-]"#;
+const BUSES: &str = concat!(
+    r#"[{ kind = "sbcp", error_threshold = -1, gains = { p = 1900, i = 0, d = 700 }, "#,
+    r#"clock = { LF = "40 ppm", RH = "-300 ppm" }, usb = { jitter = { min = "0 us", max = "400 us" } } }, "#,
+    r#"{ kind = "rb110" }]"#,
+);
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
