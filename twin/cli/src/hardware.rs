@@ -29,7 +29,9 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     let scenario = assembly.scenario();
     let end_s = assembly.end().as_secs_f64();
     let progress = Progress::new(&scenario.name, end_s, execution.progress);
-    notes.iter().for_each(|note| progress.note(note));
+    for note in &notes {
+        progress.note(note);
+    }
     let mut looker = Looker {
         watch: Watch::new(judge(assembly, &rig), recorder),
         progress,
