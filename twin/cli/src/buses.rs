@@ -6,8 +6,8 @@ use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, Wire, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
 use crate::assembly::{Assembly, timing};
+use crate::bus_kind::{BusKind, Hookup};
 use crate::error::TwinError;
-use crate::registry::{BusKind, Hookup};
 
 /// What carries the signals that no bus does.
 const DIRECT: &str = "io";

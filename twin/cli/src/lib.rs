@@ -28,6 +28,7 @@
 
 mod args;
 mod assembly;
+mod bus_kind;
 mod buses;
 mod commands;
 mod drives;
@@ -67,13 +68,12 @@ pub use twinrig_runtime as runtime;
 pub use twinrig_scenario as scenario;
 
 pub use assembly::Assembly;
+pub use bus_kind::{BusKind, Hookup};
 pub use commands::{run, run_with};
 pub use error::TwinError;
 pub use execute::{Execution, execute};
 pub use lcp::lcp;
 pub use massless::massless;
 pub use method::Method;
-pub use registry::{
-    BuildError, BusKind, ControllerKind, Given, Hookup, Physics, PlantKind, Registry,
-};
+pub use registry::{BuildError, ControllerKind, Given, Physics, PlantKind, Registry};
 pub use report::{Energy, Line, RealTime, Report, Status};

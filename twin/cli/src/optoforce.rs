@@ -6,8 +6,9 @@ use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, Speed, Take};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
+use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, option};
-use crate::registry::{BuildError, BusKind, Hookup};
+use crate::registry::BuildError;
 use crate::sbcp::faults;
 use crate::tap::{clock, clock_option};
 

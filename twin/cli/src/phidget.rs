@@ -4,8 +4,9 @@ use twinrig_phidget::{Board, Gain, Input, Phidget, PhidgetDriver};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec};
 
+use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, option};
-use crate::registry::{BuildError, BusKind, Hookup};
+use crate::registry::BuildError;
 use crate::sbcp::faults;
 use crate::tap::{clock, clock_option, inputs, signals, taps};
 

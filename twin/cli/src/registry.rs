@@ -1,14 +1,15 @@
 //! What a build is made of.
 
 use twinrig_document::Range;
-use twinrig_kernel::{Port, SimDuration};
+use twinrig_kernel::SimDuration;
 use twinrig_robot::Robot;
-use twinrig_runtime::{Driver, Plant, Process, Wire};
+use twinrig_runtime::{Plant, Process};
 use twinrig_scenario::{
-    ActuatorSpec, Catalogue, FaultSpec, Kind, OptionSpec, Options, PlantSpec, VariableSpec,
+    ActuatorSpec, Catalogue, Kind, OptionSpec, Options, PlantSpec, VariableSpec,
 };
 use twinrig_study::PlantOffer;
 
+use crate::bus_kind::BusKind;
 use crate::method::Method;
 use crate::standard;
 
@@ -17,9 +18,6 @@ pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
 
 type BuildController =
     Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
-type BuildDriver = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
-type BuildWire = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
-type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
 
 /// What a controller is built from.
@@ -56,40 +54,6 @@ pub struct Physics<'a> {
     pub wanted: &'a dyn Fn(&str) -> bool,
 }
 
-/// What a driver and its wire are built from.
-#[derive(Clone, Copy)]
-pub struct Hookup<'a> {
-    /// What the scenario calls the bus.
-    pub name: &'a str,
-    /// The robot, with what the scenario overrides.
-    pub robot: &'a Robot,
-    /// The legs of the scene, in the robot's order.
-    pub legs: &'a [&'a str],
-    /// Inputs and outputs of the controller.
-    pub process_ports: &'a [Port],
-    /// Time between two iterations of the controller.
-    pub period: SimDuration,
-    /// The options that the kind declares, as the scenario's `[bus]` table has them.
-    pub options: &'a Options,
-    /// What goes wrong on the bus, with the place on it: empty for the whole bus, or one of [`BusKind::with_place`].
-    pub faults: &'a [(&'a str, &'a FaultSpec)],
-    /// Seed of the run.
-    pub seed: u64,
-}
-
-/// A kind of bus: the driver that runs on the robot, and the wire with the boards at its far end that stands in for
-/// hardware.
-pub struct BusKind {
-    name: String,
-    about: String,
-    options: Vec<OptionSpec>,
-    places: Vec<String>,
-    measured: Measured,
-    baud: u32,
-    driver: BuildDriver,
-    wire: BuildWire,
-}
-
 /// A kind of controller.
 pub struct ControllerKind {
     name: String,
@@ -124,90 +88,6 @@ pub struct Registry {
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
 }
-
-impl BusKind {
-    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `driver` makes what runs on the robot, `wire`
-    /// what stands in for everything beyond.
-    pub fn new<D: Driver + 'static, W: Wire + 'static>(
-        name: impl Into<String>,
-        about: impl Into<String>,
-        driver: impl Fn(&Hookup<'_>) -> Result<D, BuildError> + Send + Sync + 'static,
-        wire: impl Fn(&Hookup<'_>) -> Result<W, BuildError> + Send + Sync + 'static,
-    ) -> Self {
-        Self {
-            name: name.into(),
-            about: about.into(),
-            options: Vec::new(),
-            places: Vec::new(),
-            measured: Box::new(|_| Vec::new()),
-            baud: BAUD,
-            driver: Box::new(move |hookup| Ok(Box::new(driver(hookup)?))),
-            wire: Box::new(move |hookup| Ok(Box::new(wire(hookup)?))),
-        }
-    }
-
-    /// Accepts another key in its table, which [`Hookup::options`] brings.
-    #[must_use]
-    pub fn with_option(mut self, option: OptionSpec) -> Self {
-        self.options.push(option);
-        self
-    }
-
-    /// Can have faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg of the scene.
-    #[must_use]
-    pub fn with_place(mut self, place: impl Into<String>) -> Self {
-        self.places.push(place.into());
-        self
-    }
-
-    /// Its boards measure the plant's signals that match one of the patterns which `measured` makes of the options, whether
-    /// anybody reads what they report or not.
-    #[must_use]
-    pub fn measuring(
-        mut self,
-        measured: impl Fn(&Options) -> Vec<String> + Send + Sync + 'static,
-    ) -> Self {
-        self.measured = Box::new(measured);
-        self
-    }
-
-    /// Talks to serial ports at `baud` bits a second.
-    #[must_use]
-    pub fn at_baud(mut self, baud: u32) -> Self {
-        self.baud = baud;
-        self
-    }
-
-    /// Bits a second of its serial port.
-    pub(crate) fn baud(&self) -> u32 {
-        self.baud
-    }
-
-    /// Patterns of the plant's signals that its boards measure.
-    pub(crate) fn measured(&self, options: &Options) -> Vec<String> {
-        (self.measured)(options)
-    }
-
-    /// The places of faults, of a scene with these legs.
-    pub(crate) fn places(&self, legs: &[&str]) -> Vec<String> {
-        let places = self.places.iter().flat_map(|place| match place.as_str() {
-            "*" => legs.iter().map(|&leg| leg.to_owned()).collect(),
-            place => vec![place.to_owned()],
-        });
-        places.collect()
-    }
-
-    pub(crate) fn driver(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> {
-        (self.driver)(hookup)
-    }
-
-    pub(crate) fn wire(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> {
-        (self.wire)(hookup)
-    }
-}
-
-/// Of a serial port whose bus does not say otherwise.
-const BAUD: u32 = 115_200;
 
 impl ControllerKind {
     /// A kind that scenarios call `name`; `about` is a line for `twin list`; `build` makes one.
@@ -312,19 +192,19 @@ impl Registry {
     /// Adds a bus; one of the same name is replaced.
     #[must_use]
     pub fn with_bus(mut self, kind: BusKind) -> Self {
-        self.buses.retain(|known| known.name != kind.name);
+        self.buses.retain(|known| known.name() != kind.name());
         self.buses.push(kind);
         self
     }
 
     /// The names of its buses.
     pub fn buses(&self) -> impl Iterator<Item = &str> {
-        self.buses.iter().map(|kind| kind.name.as_str())
+        self.buses.iter().map(BusKind::name)
     }
 
     /// The bus of that name.
     pub(crate) fn bus(&self, name: &str) -> Option<&BusKind> {
-        self.buses.iter().find(|kind| kind.name == name)
+        self.buses.iter().find(|kind| kind.name() == name)
     }
 
     /// The names of its plants.
@@ -397,10 +277,7 @@ impl Registry {
             variables: robot.map_or_else(Vec::new, |robot| variables(kind, robot)),
             ..Kind::new(&kind.name, &kind.about)
         });
-        let buses = self.buses.iter().map(|kind| Kind {
-            options: kind.options.clone(),
-            ..Kind::new(&kind.name, &kind.about)
-        });
+        let buses = self.buses.iter().map(BusKind::offer);
         Catalogue {
             plants: plants.collect(),
             controllers: controllers.collect(),

@@ -14,8 +14,9 @@ use twinrig_scenario::{Accepts, FaultKind as SceneFault, OptionSpec, OptionValue
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
 
 use crate::assembly::timing;
+use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, number, option};
-use crate::registry::{BuildError, BusKind, Hookup};
+use crate::registry::BuildError;
 
 /// Bits a second of the bus: what the processor of the boards can make that is next to 3.3 Mbit/s.
 const BAUD: u32 = 3_333_333;

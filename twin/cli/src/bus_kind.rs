@@ -1,0 +1,143 @@
+//! What kinds of buses are made of.
+
+use twinrig_kernel::{Port, SimDuration};
+use twinrig_robot::Robot;
+use twinrig_runtime::{Driver, Wire};
+use twinrig_scenario::{FaultSpec, Kind, OptionSpec, Options};
+
+use crate::registry::BuildError;
+
+type BuildDriver = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
+type BuildWire = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
+type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
+
+/// Bits a second of a serial port whose bus does not say otherwise.
+const BAUD: u32 = 115_200;
+
+/// What a driver and its wire are built from.
+#[derive(Clone, Copy)]
+pub struct Hookup<'a> {
+    /// What the scenario calls the bus.
+    pub name: &'a str,
+    /// The robot, with what the scenario overrides.
+    pub robot: &'a Robot,
+    /// The legs of the scene, in the robot's order.
+    pub legs: &'a [&'a str],
+    /// Inputs and outputs of the controller.
+    pub process_ports: &'a [Port],
+    /// Time between two iterations of the controller.
+    pub period: SimDuration,
+    /// The options that the kind declares, as the scenario's `[bus]` table has them.
+    pub options: &'a Options,
+    /// What goes wrong on the bus, with the place on it: empty for the whole bus, or one of [`BusKind::with_place`].
+    pub faults: &'a [(&'a str, &'a FaultSpec)],
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+/// A kind of bus: the driver that runs on the robot, and the wire with the boards at its far end that stands in for
+/// hardware.
+pub struct BusKind {
+    name: String,
+    about: String,
+    options: Vec<OptionSpec>,
+    places: Vec<String>,
+    measured: Measured,
+    baud: u32,
+    driver: BuildDriver,
+    wire: BuildWire,
+}
+
+impl BusKind {
+    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `driver` makes what runs on the robot, `wire`
+    /// what stands in for everything beyond.
+    pub fn new<D: Driver + 'static, W: Wire + 'static>(
+        name: impl Into<String>,
+        about: impl Into<String>,
+        driver: impl Fn(&Hookup<'_>) -> Result<D, BuildError> + Send + Sync + 'static,
+        wire: impl Fn(&Hookup<'_>) -> Result<W, BuildError> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: about.into(),
+            options: Vec::new(),
+            places: Vec::new(),
+            measured: Box::new(|_| Vec::new()),
+            baud: BAUD,
+            driver: Box::new(move |hookup| Ok(Box::new(driver(hookup)?))),
+            wire: Box::new(move |hookup| Ok(Box::new(wire(hookup)?))),
+        }
+    }
+
+    /// Accepts another key in its table, which [`Hookup::options`] brings.
+    #[must_use]
+    pub fn with_option(mut self, option: OptionSpec) -> Self {
+        self.options.push(option);
+        self
+    }
+
+    /// Can have faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg of the scene.
+    #[must_use]
+    pub fn with_place(mut self, place: impl Into<String>) -> Self {
+        self.places.push(place.into());
+        self
+    }
+
+    /// Its boards measure the plant's signals that match one of the patterns which `measured` makes of the options, whether
+    /// anybody reads what they report or not.
+    #[must_use]
+    pub fn measuring(
+        mut self,
+        measured: impl Fn(&Options) -> Vec<String> + Send + Sync + 'static,
+    ) -> Self {
+        self.measured = Box::new(measured);
+        self
+    }
+
+    /// Talks to serial ports at `baud` bits a second.
+    #[must_use]
+    pub fn at_baud(mut self, baud: u32) -> Self {
+        self.baud = baud;
+        self
+    }
+
+    /// What scenarios call it.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What scenarios may say of it.
+    pub(crate) fn offer(&self) -> Kind {
+        Kind {
+            options: self.options.clone(),
+            ..Kind::new(&self.name, &self.about)
+        }
+    }
+
+    /// Bits a second of its serial port.
+    pub(crate) fn baud(&self) -> u32 {
+        self.baud
+    }
+
+    /// Patterns of the plant's signals that its boards measure.
+    pub(crate) fn measured(&self, options: &Options) -> Vec<String> {
+        (self.measured)(options)
+    }
+
+    /// The places of faults, of a scene with these legs.
+    pub(crate) fn places(&self, legs: &[&str]) -> Vec<String> {
+        let places = self.places.iter().flat_map(|place| match place.as_str() {
+            "*" => legs.iter().map(|&leg| leg.to_owned()).collect(),
+            place => vec![place.to_owned()],
+        });
+        places.collect()
+    }
+
+    pub(crate) fn driver(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> {
+        (self.driver)(hookup)
+    }
+
+    pub(crate) fn wire(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> {
+        (self.wire)(hookup)
+    }
+}
