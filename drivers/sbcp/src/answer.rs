@@ -89,7 +89,14 @@ impl Answer {
     pub(crate) fn hear<'a>(&mut self, rest: &mut Piece<'a>) -> (Piece<'a>, Hearing) {
         let head = [HEADER, self.from.class(), self.from.id()];
         let wanted = match self.got {
-            got @ 0..3 => 3 - got,
+            // Those that are right, or the first that is wrong: what is passed on does not depend on the pieces.
+            got @ 0..3 => {
+                let pairs = rest.bytes.iter().zip(&head[got..]);
+                pairs
+                    .take_while(|(byte, right)| byte == right)
+                    .count()
+                    .max(1)
+            }
             3 => 1,
             got => self.need - got,
         };

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Arrivals, Line, Piece};
+use twinrig_wire::{Arrivals, Line, Piece, earlier};
 
 use crate::controller::Controller;
 use crate::controller_config::{ControllerConfig, ControllerCounters};
@@ -64,14 +64,10 @@ impl<L: Line> Line for Controlled<L> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        let wakes = [
-            self.bus.next_wake(),
-            self.controller.poll_timeout(),
-            self.controller.bus_start(),
-            self.controller.expects(self.now),
-            self.controller.link_edge(self.now),
-        ];
-        wakes.into_iter().flatten().min()
+        let controller = &self.controller;
+        let hearing = earlier(controller.poll_timeout(), controller.expects(self.now));
+        let own = earlier(hearing, controller.bus_start());
+        earlier(self.bus.next_wake(), own)
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
@@ -89,14 +85,15 @@ impl<L: Line> Line for Controlled<L> {
             }
             let bus = &mut self.bus;
             let send = &mut |piece: Piece<'_>| bus.send(piece);
-            if !self.controller.poll_bus(now, send) {
+            while self.controller.poll_bus(now, send) {}
+            if self.bus.next_wake().is_none_or(|wake| wake > now) {
                 return Ok(());
             }
         }
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        self.controller.poll_link(self.now, arrivals);
+        self.controller.poll_link(arrivals);
     }
 
     fn gauges(&self) -> Vec<Port> {

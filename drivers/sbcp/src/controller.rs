@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
-use twinrig_wire::{Arrivals, Piece};
+use twinrig_wire::{Arrivals, Piece, earlier};
 
 use crate::answer::{Answer, Hearing};
 use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_BESIDE, PACKET_MAX};
@@ -159,8 +159,7 @@ impl Controller {
     /// When it wants to go on even if no byte comes.
     pub fn poll_timeout(&self) -> Option<SimTime> {
         let deadline = self.deadline().map(|(at, _)| at);
-        let broken = self.intake.breaks_off();
-        deadline.into_iter().chain(broken).min()
+        earlier(deadline, self.intake.breaks_off())
     }
 
     /// When it begins to send on the bus next.
@@ -184,16 +183,10 @@ impl Controller {
         }
     }
 
-    /// When a byte to the host is complete next that is the first one after a break or the last one before one. That
-    /// an answer breaks off which is being passed on is known only when the rest should have come.
-    pub fn link_edge(&self, now: SimTime) -> Option<SimTime> {
-        let goes_on = self.config.passing == Passing::CutThrough && self.expects(now).is_some();
-        self.to_link.next_edge(goes_on)
-    }
-
-    /// What it has sent to the host, complete by `now`, not yet taken.
-    pub fn poll_link(&mut self, now: SimTime, arrivals: &mut Arrivals) {
-        self.to_link.take_complete(now, arrivals);
+    /// What it sends to the host and was not yet taken, as soon as that is sure: bytes are announced before they are
+    /// complete.
+    pub fn poll_link(&mut self, arrivals: &mut Arrivals) {
+        self.to_link.take_all(arrivals);
     }
 
     /// Begins the next request, if there is one and the bus is free.

@@ -21,8 +21,6 @@ pub(crate) struct Outbox {
 struct Run {
     first: SimTime,
     count: usize,
-    /// Whether it follows bytes that were handed over, without a break.
-    follows: bool,
 }
 
 impl Outbox {
@@ -49,14 +47,9 @@ impl Outbox {
         self.bytes.extend_from_slice(bytes);
         let first = start.max(self.end) + self.byte_time;
         let count = bytes.len();
-        let follows = first == self.end + self.byte_time;
         match self.runs.back_mut() {
-            Some(run) if follows => run.count += count,
-            _ => self.runs.push_back(Run {
-                first,
-                count,
-                follows,
-            }),
+            Some(run) if first == self.end + self.byte_time => run.count += count,
+            _ => self.runs.push_back(Run { first, count }),
         }
         self.end = first + self.byte_time * (count as u64 - 1);
     }
@@ -73,17 +66,6 @@ impl Outbox {
     pub(crate) fn next_start(&self) -> Option<SimTime> {
         let first = self.runs.front()?.first.as_nanos();
         Some(SimTime::from_nanos(first - self.byte_time.as_nanos()))
-    }
-
-    /// When a byte is complete next that is the first one after a break or the last one before one. `goes_on` says
-    /// that more will probably follow the last byte that it knows, without a break.
-    pub(crate) fn next_edge(&self, goes_on: bool) -> Option<SimTime> {
-        let run = self.runs.front()?;
-        if !run.follows {
-            return Some(run.first);
-        }
-        let over = self.runs.len() > 1 || !goes_on;
-        over.then(|| run.first + self.byte_time * (run.count as u64 - 1))
     }
 
     /// Hands over the next bytes that go out without a break, if their first bit does by `now`.
@@ -103,23 +85,12 @@ impl Outbox {
         true
     }
 
-    /// Hands over what is complete by `now`.
-    pub(crate) fn take_complete(&mut self, now: SimTime, arrivals: &mut Arrivals) {
-        while let Some(run) = self.runs.front_mut() {
-            let Some(since) = now.checked_since(run.first) else {
-                return;
-            };
-            let complete = since.as_nanos() / self.byte_time.as_nanos() + 1;
-            let complete = usize::try_from(complete).map_or(run.count, |n| n.min(run.count));
-            let bytes = &self.bytes[self.done..self.done + complete];
+    /// Hands over everything, complete or not.
+    pub(crate) fn take_all(&mut self, arrivals: &mut Arrivals) {
+        while let Some(run) = self.runs.pop_front() {
+            let bytes = &self.bytes[self.done..self.done + run.count];
             arrivals.push(run.first, self.byte_time, bytes);
-            run.first += self.byte_time * complete as u64;
-            run.count -= complete;
-            run.follows = true;
-            if run.count == 0 {
-                self.runs.pop_front();
-            }
-            self.drop_front(complete);
+            self.drop_front(run.count);
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod support;
 
+use proptest::prelude::*;
 use support::{board, frame, micros};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_sbcp::{Controller, ControllerConfig, ErrorCode, Parser, Response};
@@ -49,7 +50,7 @@ fn on_bus(controller: &mut Controller, now: u64) -> Vec<(u64, u8)> {
 /// What it tells the host: whom of, and how it went.
 fn told(controller: &mut Controller) -> Vec<(u8, ErrorCode)> {
     let mut arrivals = Arrivals::default();
-    controller.poll_link(at(1_000_000), &mut arrivals);
+    controller.poll_link(&mut arrivals);
     let (mut parser, mut rest) = (Parser::default(), arrivals.bytes());
     let mut all = Vec::new();
     while let Some(packet) = parser.next(&mut rest) {
@@ -174,4 +175,45 @@ fn parameters_with_which_no_good_answer_would_pass_are_refused() {
         ..good
     };
     assert!(Controller::new(least).is_ok());
+}
+
+/// What it tells the host, with the times, if an answer comes in pieces that end behind those bytes.
+fn passed_on(bytes: &[u8], ends: &[usize]) -> Vec<(SimTime, u8)> {
+    let mut controller = new();
+    controller.handle_link(at(0), piece(3, 3, &request(0)));
+    let end = on_bus(&mut controller, 60).last().unwrap().0;
+    let whole = piece(end + 13, 3, bytes);
+    let mut begin = 0;
+    for end in ends.iter().copied().chain([bytes.len()]) {
+        let end = end.clamp(begin, bytes.len());
+        let part = Piece {
+            first: whole.at(begin),
+            bytes: &bytes[begin..end],
+            ..whole
+        };
+        controller.handle_bus(part.last(), part);
+        begin = end;
+    }
+    controller.handle_timeout(at(10_000));
+    let mut arrivals = Arrivals::default();
+    controller.poll_link(&mut arrivals);
+    arrivals.iter().collect()
+}
+
+proptest! {
+    /// Its header comes within the time-out: else the controller must be woken in between.
+    #[test]
+    fn in_what_pieces_an_answer_comes_makes_no_difference(
+        noise in prop::collection::vec(any::<u8>(), 0..3), damage in prop::option::of((1_usize..22, any::<u8>())),
+        len in 1_usize..=22, behind in prop::collection::vec(any::<u8>(), 0..9),
+        ends in prop::collection::btree_set(1_usize..30, 0..30),
+    ) {
+        let mut answer = response(1);
+        if let Some((at, flips)) = damage {
+            answer[at] ^= flips;
+        }
+        let bytes = [&noise[..], &answer[..len], &behind].concat();
+        let ends: Vec<usize> = ends.into_iter().collect();
+        prop_assert_eq!(passed_on(&bytes, &ends), passed_on(&bytes, &[]));
+    }
 }

@@ -100,7 +100,7 @@ proptest! {
             }
         }
         let mut arrivals = Arrivals::default();
-        controller.poll_link(now + micros(5_000), &mut arrivals);
+        controller.poll_link(&mut arrivals);
         let (mut parser, mut rest) = (Parser::default(), arrivals.bytes());
         let mut packets = 0;
         while let Some(packet) = parser.next(&mut rest) {

@@ -82,6 +82,9 @@ impl Arrivals {
 
     /// When byte `index` was complete.
     pub fn at(&self, index: usize) -> Option<SimTime> {
+        if index >= self.bytes.len() {
+            return None;
+        }
         let mut before = 0;
         for run in &self.runs {
             if index < before + run.count {
@@ -90,6 +93,12 @@ impl Arrivals {
             before += run.count;
         }
         None
+    }
+
+    /// When the last byte was complete.
+    pub fn last(&self) -> Option<SimTime> {
+        let run = self.runs.last()?;
+        Some(run.first + run.spacing * (run.count as u64 - 1))
     }
 
     /// How many bytes were complete by `now`.
@@ -196,6 +205,7 @@ mod tests {
             }
             let before: Vec<_> = arrivals.iter().collect();
             prop_assert_eq!(arrivals.complete(ns(now)), before.iter().filter(|(at, _)| *at <= ns(now)).count());
+            prop_assert_eq!(arrivals.last(), before.last().map(|(at, _)| *at));
             prop_assert_eq!(arrivals.at(count), before.get(count).map(|(at, _)| *at));
             let mut after = Arrivals::default();
             arrivals.take(count, |piece| after.push(piece.first, piece.spacing, piece.bytes));

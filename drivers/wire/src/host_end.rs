@@ -1,12 +1,14 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
 
-use crate::{Arrivals, Line, Piece};
+use crate::{Arrivals, Line, Piece, earlier};
 
 /// The host's end of a line that it has to itself, without USB in between: what it writes goes in at once, for a
 /// [`crate::Uart`] to pace, and what arrives it can read as soon as it is complete.
 pub struct HostEnd<L> {
     line: L,
+    now: SimTime,
+    /// What has come, or is announced, and was not read yet.
     arrived: Arrivals,
 }
 
@@ -15,6 +17,7 @@ impl<L: Line> HostEnd<L> {
     pub fn new(line: L) -> Self {
         Self {
             line,
+            now: SimTime::ZERO,
             arrived: Arrivals::default(),
         }
     }
@@ -34,17 +37,20 @@ impl<L: Line> Wire for HostEnd<L> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        self.line.next_wake()
+        earlier(self.line.next_wake(), self.arrived.at(0))
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.line.advance(now, world)
+        self.now = now;
+        self.line.advance(now, world)?;
+        self.line.receive(&mut self.arrived);
+        Ok(())
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>) {
-        self.line.receive(&mut self.arrived);
-        bytes.extend_from_slice(self.arrived.bytes());
-        self.arrived.clear();
+        let complete = self.arrived.complete(self.now);
+        self.arrived
+            .take(complete, |piece| bytes.extend_from_slice(piece.bytes));
     }
 
     fn gauges(&self) -> Vec<Port> {
@@ -64,10 +70,13 @@ impl<L: Line> Wire for HostEnd<L> {
     }
 
     fn save(&self) -> Snapshot {
-        self.line.save()
+        Snapshot::of(&(self.now, &self.arrived, self.line.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.line.restore(snapshot)
+        let (now, arrived, line): (_, _, Snapshot) = snapshot.read()?;
+        self.line.restore(&line)?;
+        (self.now, self.arrived) = (now, arrived);
+        Ok(())
     }
 }

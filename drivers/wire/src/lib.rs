@@ -95,7 +95,7 @@ pub use faulty::Faulty;
 pub use faulty_node::FaultyNode;
 pub use framer::{Framer, FramerState, Measure, crc16};
 pub use host_end::HostEnd;
-pub use line::Line;
+pub use line::{Line, earlier};
 pub use node::Node;
 pub use port::{PortInfo, SerialPort, UsbInfo, ports};
 pub use pty::Pty;

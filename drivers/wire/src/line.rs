@@ -3,6 +3,14 @@ use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 
 use crate::{Arrivals, Piece};
 
+/// The earlier of two instants at which something is to happen, if at all.
+pub fn earlier(one: Option<SimTime>, other: Option<SimTime>) -> Option<SimTime> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
+    }
+}
+
 /// A byte transport in virtual time with everything at its far end, as seen from its near end. Lines nest:
 /// one that changes bytes or times is a small struct around the next.
 ///
@@ -20,7 +28,8 @@ pub trait Line: Send {
     fn send(&mut self, piece: Piece<'_>);
 
     /// When something happens next that may show at the near end or act on the plant. Of bytes that follow one
-    /// another without a pause only the first and the last are named.
+    /// another without a pause only the first and the last are named. It changes only when something is done to the
+    /// line, so whoever holds it need not ask twice.
     fn next_wake(&self) -> Option<SimTime>;
 
     /// Lets everything happen up to and at `now`.
@@ -29,7 +38,8 @@ pub trait Line: Send {
     /// [`TaskError`] if the plant fails, or the transport is gone.
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError>;
 
-    /// Appends what was complete at the near end by the last [`Line::advance`] and was not taken yet.
+    /// Appends what was complete at the near end by the last [`Line::advance`] and was not taken yet, and perhaps more
+    /// that is sure to come: bytes may be announced before they are complete, and need then no wake-up of their own.
     fn receive(&mut self, arrivals: &mut Arrivals);
 
     /// What can be seen of it: counters. Output ports, the same at every call.

@@ -1,4 +1,5 @@
 use std::mem;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
@@ -38,8 +39,10 @@ struct Talk {
     first: SimTime,
     spacing: SimDuration,
     bytes: Vec<u8>,
-    /// How many of them have been heard.
+    /// How many of them have been heard, by the near end at least.
     done: usize,
+    /// How many of them the nodes have been told.
+    told: usize,
 }
 
 impl Talk {
@@ -51,8 +54,24 @@ impl Talk {
         self.at(self.bytes.len() - 1)
     }
 
+    fn piece(&self, range: Range<usize>) -> Piece<'_> {
+        Piece {
+            first: self.at(range.start),
+            spacing: self.spacing,
+            bytes: &self.bytes[range],
+        }
+    }
+
+    /// Whether a byte is complete that was not heard yet.
+    fn goes_on_by(&self, now: SimTime) -> bool {
+        self.done < self.bytes.len() && self.at(self.done) <= now
+    }
+
     /// How many bytes are complete.
     fn complete(&self, now: SimTime) -> usize {
+        if !self.goes_on_by(now) {
+            return self.done;
+        }
         match now.checked_since(self.first) {
             None => 0,
             Some(since) if now < self.end() => {
@@ -124,6 +143,7 @@ impl Medium {
             spacing: piece.spacing.max(self.byte_time),
             bytes,
             done: 0,
+            told: 0,
         };
         self.free_at[by] = talk.end();
         let place = self.talks.partition_point(|other| other.first <= first);
@@ -151,31 +171,36 @@ impl Medium {
         wake
     }
 
-    /// Lets everybody hear what is complete by `now`.
-    pub(crate) fn hear(&mut self, now: SimTime, mut heard: impl FnMut(usize, Piece<'_>)) {
-        if self
-            .talks
-            .iter()
-            .all(|talk| talk.complete(now) == talk.done)
-        {
+    /// Lets everybody hear what is complete by `now`. Nodes are told the words of a talker when he has said all of them,
+    /// unless they are `eager`: that somebody has talked into them makes no difference to what they hear.
+    pub(crate) fn hear(
+        &mut self,
+        now: SimTime,
+        eager: bool,
+        mut heard: impl FnMut(usize, Piece<'_>),
+    ) {
+        if !self.talks.iter().any(|talk| talk.goes_on_by(now)) {
             return;
         }
         if self.meets(now) {
+            self.tell(true, &mut heard);
             while let Some(index) = self.next_complete(now) {
                 self.hear_byte(index, &mut heard);
             }
         } else {
             self.hear_pieces(now, &mut heard);
+            self.tell(eager, &mut heard);
         }
         self.forget(now);
     }
 
     /// Whether any byte that becomes complete by `now` meets another talker's, or ears that are shut.
     fn meets(&self, now: SimTime) -> bool {
-        self.talks.iter().any(|talk| {
-            let (done, complete) = (talk.done, talk.complete(now));
-            done < complete && self.talked_over(talk.by, talk.at(done), talk.at(complete - 1))
-        })
+        self.talks.len() > 1
+            && self.talks.iter().any(|talk| {
+                let (done, complete) = (talk.done, talk.complete(now));
+                done < complete && self.talked_over(talk.by, talk.at(done), talk.at(complete - 1))
+            })
     }
 
     /// Whether anybody but `by` holds the wires while bytes are passing of which the first is complete at `first`,
@@ -197,23 +222,35 @@ impl Medium {
         }
     }
 
-    /// The common case: nobody talks into anybody's words.
+    /// The common case: nobody talks into anybody's words. The near end hears them as they come.
     fn hear_pieces(&mut self, now: SimTime, heard: &mut impl FnMut(usize, Piece<'_>)) {
         for talk in &mut self.talks {
             let complete = talk.complete(now);
             if complete == talk.done {
                 continue;
             }
-            let piece = Piece {
-                first: talk.at(talk.done),
-                spacing: talk.spacing,
-                bytes: &talk.bytes[talk.done..complete],
-            };
-            for hearer in (0..self.busy_until.len()).filter(|hearer| *hearer != talk.by) {
-                self.busy_until[hearer] = piece.last();
-                heard(hearer, piece);
+            if talk.by != NEAR {
+                let piece = talk.piece(talk.done..complete);
+                self.busy_until[NEAR] = piece.last();
+                heard(NEAR, piece);
             }
             talk.done = complete;
+        }
+    }
+
+    /// Tells the nodes what has been heard: only what is over, unless they are `eager`.
+    fn tell(&mut self, eager: bool, heard: &mut impl FnMut(usize, Piece<'_>)) {
+        for talk in &mut self.talks {
+            if talk.told == talk.done || !(eager || talk.done == talk.bytes.len()) {
+                continue;
+            }
+            let piece = talk.piece(talk.told..talk.done);
+            let last = piece.last();
+            for hearer in (NEAR + 1..self.busy_until.len()).filter(|hearer| *hearer != talk.by) {
+                self.busy_until[hearer] = last;
+                heard(hearer, piece);
+            }
+            talk.told = talk.done;
         }
     }
 
@@ -233,6 +270,7 @@ impl Medium {
         let talk = &mut self.talks[index];
         let (by, at) = (talk.by, talk.at(talk.done));
         talk.done += 1;
+        talk.told = talk.done;
         let met = self.talks.iter().any(|other| {
             other.by != by && other.first < at + self.byte_time && at < other.end() + self.byte_time
         });

@@ -6,7 +6,8 @@ use crate::Piece;
 /// A device on a bus, with a life of its own: an emulated board.
 ///
 /// The bus lets it hear what others put on the wires, up to now, and then calls [`Node::advance`]; it asks
-/// for what the node wants to say after every such call.
+/// for what the node wants to say after every such call, and for [`Node::attention`] and [`Node::next_wake`], which
+/// change at no other time.
 pub trait Node: Send {
     /// Name, for messages, gauges and faults: `LF`.
     fn name(&self) -> &str;

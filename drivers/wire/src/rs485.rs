@@ -5,6 +5,7 @@ use twinrig_kernel::{
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 
 use crate::error::nonzero;
+use crate::line::earlier;
 use crate::medium::{Medium, NEAR};
 use crate::{Arrivals, Line, Node, Piece, WireError};
 
@@ -16,18 +17,47 @@ use crate::{Arrivals, Line, Node, Piece, WireError};
 /// the near end neither until its transceiver has turned round.
 pub struct Rs485 {
     name: String,
-    nodes: Vec<Box<dyn Node>>,
+    seats: Vec<Seat>,
     medium: Medium,
     /// What the near end has heard and not taken.
     near: Arrivals,
-    /// Which nodes have heard something at this instant.
-    heard: Vec<bool>,
     /// What a node just says.
     said: Vec<u8>,
-    /// How many values the gauges of each node are.
-    widths: Vec<usize>,
+    /// The least attention that any node pays.
+    attention: Option<usize>,
     /// When anything happens next: follows from the rest.
     wake: Option<SimTime>,
+}
+
+/// A node, and what the bus has to know of it.
+struct Seat {
+    node: Box<dyn Node>,
+    /// Whether it has heard something at this instant.
+    heard: bool,
+    /// Its [`Node::next_wake`] and [`Node::attention`]: asked for whenever it was advanced.
+    wake: Option<SimTime>,
+    attention: Option<usize>,
+    /// How many values its gauges are.
+    width: usize,
+}
+
+impl Seat {
+    fn new(node: Box<dyn Node>) -> Self {
+        let mut seat = Self {
+            heard: false,
+            wake: None,
+            attention: None,
+            width: Layout::of(&node.gauges(), Direction::Output).len(),
+            node,
+        };
+        seat.ask();
+        seat
+    }
+
+    fn ask(&mut self) {
+        self.wake = self.node.next_wake();
+        self.attention = self.node.attention();
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -54,10 +84,9 @@ impl Rs485 {
             name: name.to_owned(),
             medium: Medium::new(byte_time, turnaround, nodes.len()),
             near: Arrivals::default(),
-            heard: vec![false; nodes.len()],
             said: Vec::new(),
-            widths: nodes.iter().map(|node| width(&node.gauges())).collect(),
-            nodes,
+            seats: nodes.into_iter().map(Seat::new).collect(),
+            attention: None,
             wake: None,
         };
         bus.look_ahead();
@@ -65,31 +94,40 @@ impl Rs485 {
     }
 
     fn look_ahead(&mut self) {
-        let attention = self.nodes.iter().filter_map(|node| node.attention()).min();
-        let nodes = self.nodes.iter().filter_map(|node| node.next_wake());
-        self.wake = nodes.chain(self.medium.next_wake(attention)).min();
+        let (mut wake, mut attention) = (None, None::<usize>);
+        for seat in &self.seats {
+            wake = earlier(wake, seat.wake);
+            attention = match (attention, seat.attention) {
+                (Some(least), Some(count)) => Some(least.min(count)),
+                (least, count) => least.or(count),
+            };
+        }
+        self.attention = attention;
+        self.wake = earlier(wake, self.medium.next_wake(attention));
     }
 
     /// Lets everybody hear, then think, then talk.
     fn instant(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        let (nodes, near, heard) = (&mut self.nodes, &mut self.near, &mut self.heard);
-        self.medium.hear(now, |hearer, piece| {
+        let (seats, near) = (&mut self.seats, &mut self.near);
+        let eager = self.attention.is_some();
+        self.medium.hear(now, eager, |hearer, piece| {
             if hearer == NEAR {
                 near.push(piece.first, piece.spacing, piece.bytes);
             } else {
-                nodes[hearer - 1].hear(piece);
-                heard[hearer - 1] = true;
+                let seat = &mut seats[hearer - 1];
+                seat.node.hear(piece);
+                seat.heard = true;
             }
         });
-        for (index, node) in self.nodes.iter_mut().enumerate() {
-            let heard = std::mem::take(&mut self.heard[index]);
-            if !heard && node.next_wake().is_none_or(|wake| wake > now) {
+        for (index, seat) in self.seats.iter_mut().enumerate() {
+            let heard = std::mem::take(&mut seat.heard);
+            if !heard && seat.wake.is_none_or(|wake| wake > now) {
                 continue;
             }
-            node.advance(now, world)?;
+            seat.node.advance(now, world)?;
             loop {
                 self.said.clear();
-                let Some(start) = node.poll_transmit(&mut self.said) else {
+                let Some(start) = seat.node.poll_transmit(&mut self.said) else {
                     break;
                 };
                 let piece = Piece {
@@ -99,21 +137,19 @@ impl Rs485 {
                 };
                 self.medium.say(index + 1, piece);
             }
+            seat.ask();
         }
         self.look_ahead();
         Ok(())
     }
 }
 
-/// How many values those gauges are.
-fn width(gauges: &[Port]) -> usize {
-    Layout::of(gauges, Direction::Output).len()
-}
-
 impl Line for Rs485 {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        let mut nodes = self.nodes.iter_mut();
-        nodes.try_for_each(|node| node.connect(owner, plant))?;
+        for seat in &mut self.seats {
+            seat.node.connect(owner, plant)?;
+            seat.ask();
+        }
         self.look_ahead();
         Ok(())
     }
@@ -140,7 +176,7 @@ impl Line for Rs485 {
 
     fn gauges(&self) -> Vec<Port> {
         let own = Port::output(format!("{}/collisions", self.name), Unit::One, 1);
-        let nodes = self.nodes.iter().flat_map(|node| node.gauges());
+        let nodes = self.seats.iter().flat_map(|seat| seat.node.gauges());
         std::iter::once(own).chain(nodes).collect()
     }
 
@@ -149,9 +185,9 @@ impl Line for Rs485 {
             return;
         };
         *own = self.medium.collisions() as f64;
-        for (node, width) in self.nodes.iter().zip(&self.widths) {
-            let (values, after) = rest.split_at_mut(*width);
-            node.read_gauges(now, values);
+        for seat in &self.seats {
+            let (values, after) = rest.split_at_mut(seat.width);
+            seat.node.read_gauges(now, values);
             rest = after;
         }
     }
@@ -160,21 +196,22 @@ impl Line for Rs485 {
         Snapshot::of(&Saved {
             medium: self.medium.clone(),
             near: self.near.clone(),
-            nodes: self.nodes.iter().map(|node| node.save()).collect(),
+            nodes: self.seats.iter().map(|seat| seat.node.save()).collect(),
         })
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let saved: Saved = snapshot.read()?;
-        if saved.nodes.len() != self.nodes.len() || saved.medium.talkers() != self.medium.talkers()
+        if saved.nodes.len() != self.seats.len() || saved.medium.talkers() != self.medium.talkers()
         {
             return Err(SnapshotError::Mismatch {
-                expected: format!("a bus of {} nodes", self.nodes.len()),
+                expected: format!("a bus of {} nodes", self.seats.len()),
                 found: format!("one of {}", saved.nodes.len()),
             });
         }
-        for (node, snapshot) in self.nodes.iter_mut().zip(&saved.nodes) {
-            node.restore(snapshot)?;
+        for (seat, snapshot) in self.seats.iter_mut().zip(&saved.nodes) {
+            seat.node.restore(snapshot)?;
+            seat.ask();
         }
         (self.medium, self.near) = (saved.medium, saved.near);
         self.look_ahead();

@@ -4,6 +4,7 @@ use twinrig_runtime::{PlantSignals, TaskError, TimeSource, Wire, WiringError, Wo
 
 use crate::error::nonzero;
 use crate::frames::Frames;
+use crate::line::earlier;
 use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, WireError};
 
 /// A USB serial converter (FT2232H) with its UART, between the host and a line.
@@ -28,11 +29,15 @@ pub struct UsbSerial<L> {
     frames: Frames,
     byte_time: SimDuration,
     line: L,
+    /// When the line wants to be advanced next: asked for whenever something was done to it.
+    line_wake: Option<SimTime>,
     /// What has just come from the line.
     arrived: Arrivals,
     state: State,
     /// When the host may have something to read next: follows from the rest.
     next_read: Option<SimTime>,
+    /// Whether that counts on bytes that may go on coming: then it changes even if none comes.
+    expecting: bool,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -100,9 +105,11 @@ impl<L: Line> UsbSerial<L> {
             },
             frames,
             byte_time,
+            line_wake: line.next_wake(),
             line,
             arrived: Arrivals::default(),
             next_read: None,
+            expecting: false,
         })
     }
 
@@ -173,30 +180,39 @@ impl<L: Line> UsbSerial<L> {
         state.next_jitter = state.jitter.draw();
     }
 
-    /// Asks the line what has come by `now`.
-    fn ask(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    /// Asks the line what has come by `now`: says whether anything has.
+    fn ask(&mut self, now: SimTime, world: &mut dyn World) -> Result<bool, TaskError> {
         self.line.advance(now, world)?;
         self.line.receive(&mut self.arrived);
-        if let Some(piece) = self.arrived.pieces().last() {
-            self.state.last_byte = Some(piece.last());
-        }
-        self.state.pending.append(&mut self.arrived);
+        self.line_wake = self.line.next_wake();
         self.state.asked = now;
-        Ok(())
+        let Some(last) = self.arrived.last() else {
+            return Ok(false);
+        };
+        self.state.last_byte = Some(last);
+        self.state.pending.append(&mut self.arrived);
+        Ok(true)
     }
 
-    fn look_ahead(&mut self) {
-        let next = match (self.next_return(), self.next_return_if_more()) {
-            (Some(known), Some(perhaps)) => Some(known.min(perhaps)),
-            (known, perhaps) => known.or(perhaps),
-        };
-        self.next_read = next.map(|returned| self.read_at(returned));
+    /// The next microframe whose packets carry anything, as far as is known, and when the host has it.
+    fn next_known(&self) -> Option<(u64, SimTime)> {
+        let returned = self.next_return()?;
+        Some((returned, self.read_at(returned)))
+    }
+
+    fn look_ahead(&mut self, known: Option<(u64, SimTime)>) {
+        let perhaps = self.next_return_if_more();
+        self.expecting = perhaps.is_some();
+        let perhaps = perhaps.map(|returned| self.read_at(returned));
+        self.next_read = earlier(known.map(|(_, at)| at), perhaps);
     }
 }
 
 impl<L: Line> Wire for UsbSerial<L> {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.line.connect(owner, plant)
+        self.line.connect(owner, plant)?;
+        self.line_wake = self.line.next_wake();
+        Ok(())
     }
 
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
@@ -214,31 +230,33 @@ impl<L: Line> Wire for UsbSerial<L> {
             spacing: self.byte_time,
             bytes,
         });
+        self.line_wake = self.line.next_wake();
         self.state.uart_free = start + self.byte_time * bytes.len() as u64;
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        match (self.line.next_wake(), self.next_read) {
-            (Some(line), Some(read)) => Some(line.min(read)),
-            (line, read) => line.or(read),
-        }
+        earlier(self.line_wake, self.next_read)
     }
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
         // Bytes are pulled with their times, however late; but what lives on the line wants its own instants.
-        let mut late = false;
-        while let Some(wake) = self.line.next_wake().filter(|wake| *wake < now) {
-            self.ask(wake, world)?;
+        let (mut late, mut came) = (false, false);
+        while let Some(wake) = self.line_wake.filter(|wake| *wake < now) {
+            came |= self.ask(wake, world)?;
             late = true;
         }
         if !late && self.next_wake().is_none_or(|wake| wake > now) {
             return Ok(());
         }
-        self.ask(now, world)?;
-        while let Some(returned) = self.next_return().filter(|next| self.read_at(*next) <= now) {
-            self.pass(returned);
+        came |= self.ask(now, world)?;
+        if came || self.expecting || self.next_read.is_some_and(|at| at <= now) {
+            let mut next = self.next_known();
+            while let Some((returned, _)) = next.filter(|(_, at)| *at <= now) {
+                self.pass(returned);
+                next = self.next_known();
+            }
+            self.look_ahead(next);
         }
-        self.look_ahead();
         Ok(())
     }
 
@@ -275,7 +293,8 @@ impl<L: Line> Wire for UsbSerial<L> {
         let (state, line): (State, Snapshot) = snapshot.read()?;
         self.line.restore(&line)?;
         self.state = state;
-        self.look_ahead();
+        self.line_wake = self.line.next_wake();
+        self.look_ahead(self.next_known());
         Ok(())
     }
 }

@@ -132,6 +132,8 @@ pub struct Bench {
     pub world: Motors,
     wake: Option<SimTime>,
     pub busy: bool,
+    /// How often it was woken.
+    pub woken: u64,
     /// Bytes that passed, with lane and time; not kept unless it is there.
     pub passed: Option<Vec<(SimTime, usize, Vec<u8>)>>,
 }
@@ -147,6 +149,7 @@ impl Bench {
             world: Motors::new(),
             wake: None,
             busy: false,
+            woken: 0,
             passed: None,
         }
     }
@@ -183,6 +186,7 @@ impl Bench {
         };
         assert!(at >= self.world.now, "time runs back");
         self.world.now = at;
+        self.woken += 1;
         let progress = self.task.wake(at, &mut self.world);
         self.follow(progress)?;
         Ok(true)

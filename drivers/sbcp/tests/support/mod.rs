@@ -127,7 +127,6 @@ impl Rig {
                 .map(|at| SimTime::from_nanos(at.as_nanos())),
             controller.and_then(Controller::poll_timeout),
             controller.and_then(Controller::bus_start),
-            controller.and_then(|controller| controller.link_edge(self.now)),
         ];
         wakes.into_iter().flatten().min()
     }
@@ -154,7 +153,7 @@ impl Rig {
                 pieces.push((piece.first, piece.bytes.to_vec()));
             }) {}
             let mut arrivals = Arrivals::default();
-            controller.poll_link(self.now, &mut arrivals);
+            controller.poll_link(&mut arrivals);
             for (first, bytes) in pieces {
                 let spacing = BYTE_TIME;
                 self.say(

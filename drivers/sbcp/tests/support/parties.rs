@@ -60,8 +60,7 @@ impl Parties {
             self.exchange(start);
         }
         self.arrivals.clear();
-        let end = self.now + SimDuration::from_millis(1);
-        self.controller.poll_link(end, &mut self.arrivals);
+        self.controller.poll_link(&mut self.arrivals);
         self.master.handle_bytes(host, self.arrivals.bytes());
         assert!(self.master.outcomes().iter().all(Result::is_ok));
     }
