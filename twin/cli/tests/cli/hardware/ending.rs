@@ -15,20 +15,22 @@ fn an_interrupted_run_lets_the_motors_coast() {
     let scenario = endless(&folder);
     let link = folder.join("bus");
     for signal in ["-INT", "-TERM"] {
-        let mut pair = Pair::under_way(&folder, &scenario, &link);
-        pair.run.signal(signal);
-        is_interrupted(&pair.run.end(), &pair.recording);
-        let requests = requests(&story(&pair.recording));
+        let recording = Pair::under_way(&folder, &scenario, &link, |mut pair| {
+            pair.run.signal(signal);
+            let done = pair.run.end().in_time("")?;
+            is_interrupted(&done, &pair.recording);
+            // Whoever served it sees that the program is gone, and goes, too.
+            let served = pair.served.end();
+            assert_eq!(served.code, Some(0), "{served:?}");
+            assert!(!is_there(&link));
+            Ok(pair.recording)
+        });
+        let requests = requests(&story(&recording));
         // What had to be repeated stands there more than once.
         let last = requests.iter().rev().map_while(|request| written(request));
         let coasting =
             last.take_while(|(register, mode)| MODES.contains(register) && *mode == COAST);
         assert!(coasting.count() >= MOTORS);
-        // Whoever served it sees that the program is gone, and goes, too.
-        let served = pair.served.end();
-        assert_eq!(served.code, Some(0), "{served:?}");
-        assert!(!is_there(&link));
-        std::fs::remove_file(&pair.recording).unwrap();
     }
 }
 
@@ -74,8 +76,8 @@ fn a_twin_that_is_to_stay_serves_one_run_after_the_other() {
     let mut served = Running::serve(&folder, &scenario, &link, &["--keep"]);
     for _ in 0..2 {
         let done = patiently(|| {
-            let done = Running::run(&folder, &scenario, &link, &["--json"]).end();
-            if done.is_late() { Err(done) } else { Ok(done) }
+            let run = Running::run(&folder, &scenario, &link, &["--json"]).end();
+            run.in_time("")
         });
         assert_eq!(done.code, Some(0), "{done:?}");
     }

@@ -52,6 +52,18 @@ pub struct Running {
     err: String,
 }
 
+/// How runs end on a machine that is too busy: boards do not answer in time while they are made ready, or the system does not
+/// pass on what is written to a PTY. Linux does so on a thread of its own without any priority, and lets even one of the
+/// highest that looks whether there is anything to read wait for it, for seconds if others keep both processors.
+const LATE: [&str; 6] = [
+    "does not answer",
+    "while it was made ready",
+    "did not end its calibration",
+    "took more than",
+    "took no more bytes",
+    "it is still at it",
+];
+
 /// How it ended.
 #[derive(Debug)]
 pub struct Ended {
@@ -131,14 +143,14 @@ impl Drop for Running {
 }
 
 impl Ended {
-    /// Whether boards did not answer in time while they were made ready.
-    fn is_late(&self) -> bool {
-        let late = [
-            "does not answer",
-            "while it was made ready",
-            "did not end its calibration",
-        ];
-        self.code == Some(2) && late.iter().any(|late| self.out.contains(late))
+    /// This, unless a machine that is too busy ended it, and not what was to: `expected`.
+    pub fn in_time(self, expected: &str) -> Result<Self, Self> {
+        let late = LATE.iter().any(|late| self.out.contains(late));
+        let meant = !expected.is_empty() && self.out.contains(expected);
+        if self.code == Some(2) && late && !meant {
+            return Err(self);
+        }
+        Ok(self)
     }
 
     /// What `--json` printed.
@@ -177,24 +189,32 @@ pub struct Pair {
 pub const WELL_RECORDED: u64 = 100_000;
 
 impl Pair {
-    /// Serves `scenario`, which is to be in a file `endless.toml`, at `link`, and begins a run of it.
-    pub fn under_way(folder: &Folder, scenario: &str, link: &str) -> Self {
+    /// Serves `scenario`, which is to be in a file `endless.toml`, at `link`, begins a run of it, and does `what` is to be
+    /// done then: again, if the machine was too busy.
+    pub fn under_way<T>(
+        folder: &Folder,
+        scenario: &str,
+        link: &str,
+        mut what: impl FnMut(Self) -> Result<T, Ended>,
+    ) -> T {
         let recording = folder.join("out/endless-seed1.mcap");
         patiently(|| {
+            let _ = std::fs::remove_file(&recording);
             let served = Running::serve(folder, scenario, link, &[]);
             let mut run = Running::run(folder, scenario, link, &["--json"]);
             eventually("it is recorded", || {
                 is_longer(&recording, WELL_RECORDED) || run.has_ended()
             });
             if run.has_ended() {
-                return Err(run.end());
+                let ended = run.end().in_time("")?;
+                panic!("it did not wait: {ended:?}");
             }
-            let recording = recording.clone();
-            Ok(Self {
+            let pair = Self {
                 served,
                 run,
-                recording,
-            })
+                recording: recording.clone(),
+            };
+            what(pair)
         })
     }
 }
@@ -204,19 +224,16 @@ pub fn run_at_a_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]
     patiently(|| {
         let mut served = Running::serve(folder, scenario, link, &[]);
         let run = Running::run(folder, scenario, link, words).end();
-        if run.is_late() {
-            return Err(run);
-        }
-        Ok([run, served.end()])
+        Ok([run.in_time("")?, served.end()])
     })
 }
 
-/// Tries again where a twin was kept from answering until a driver gave up to get its boards ready: other tests run meanwhile.
+/// Tries again where the machine was too busy: other tests run meanwhile.
 pub fn patiently<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
     for _ in 0..10 {
         match attempt() {
             Ok(done) => return done,
-            Err(ended) => assert!(ended.is_late(), "{ended:?}"),
+            Err(ended) => println!("too late: {ended:?}"),
         }
     }
     panic!("this machine is too busy to get boards ready");

@@ -19,11 +19,13 @@ const RECENT_S: f64 = 10.0;
 fn a_twin_that_dies_ends_the_run() {
     let folder = Folder::new("killed");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
-    let mut pair = Pair::under_way(&folder, &scenario, &link);
-    pair.served.signal("-KILL");
-    let done = pair.run.end();
-    is_given_up(&done, &pair.recording, &[&link, GONE, UNPLUGGED]);
-    is_recorded(&done, &pair.recording);
+    Pair::under_way(&folder, &scenario, &link, |mut pair| {
+        pair.served.signal("-KILL");
+        let done = pair.run.end().in_time(GONE)?;
+        is_given_up(&done, &pair.recording, &[&link, GONE, UNPLUGGED]);
+        is_recorded(&done, &pair.recording);
+        Ok(())
+    });
 }
 
 const GONE: &str = "the device is gone";
@@ -34,8 +36,9 @@ fn a_port_that_is_unplugged_ends_the_run_while_the_boards_live_on() {
     let folder = Folder::new("unplugged");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
     let recording = folder.join("out/endless-seed1.mcap");
-    let (mut served, mut run, cable, port) = patiently(|| {
-        let served = Running::serve(&folder, &scenario, &link, &[]);
+    patiently(|| {
+        let _ = std::fs::remove_file(&recording);
+        let mut served = Running::serve(&folder, &scenario, &link, &[]);
         let mut cable = Cable::to(&link);
         let port = cable.near.path().display().to_string();
         let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
@@ -43,19 +46,16 @@ fn a_port_that_is_unplugged_ends_the_run_while_the_boards_live_on() {
             (0..50).for_each(|_| cable.carry());
             is_longer(&recording, WELL_RECORDED) || run.has_ended()
         });
-        if run.has_ended() {
-            return Err(run.end());
-        }
-        Ok((served, run, cable, port))
+        let Cable { near, far, .. } = cable;
+        drop(near);
+        let done = run.end().in_time(GONE)?;
+        is_given_up(&done, &recording, &[&port, GONE, UNPLUGGED]);
+        is_recorded(&done, &recording);
+        assert!(!served.has_ended());
+        drop(far);
+        assert_eq!(served.end().code, Some(0));
+        Ok(())
     });
-    let Cable { near, far, .. } = cable;
-    drop(near);
-    let done = run.end();
-    is_given_up(&done, &recording, &[&port, GONE, UNPLUGGED]);
-    is_recorded(&done, &recording);
-    assert!(!served.has_ended());
-    drop(far);
-    assert_eq!(served.end().code, Some(0));
 }
 
 /// Carries bytes from one PTY to another.
@@ -82,14 +82,14 @@ impl Cable {
             Ok(()) | Err(DeviceError::HungUp { .. }) => {}
             Err(error) => panic!("{error}"),
         }
+        // What nobody reads is lost.
         if !self.cut {
-            self.far.write(&bytes).unwrap();
+            let _ = self.far.write(&bytes);
         }
         bytes.clear();
         self.far
             .read(Duration::from_micros(200), &mut bytes)
             .unwrap();
-        // What nobody reads is lost.
         let _ = self.near.write(&bytes);
     }
 }
@@ -98,16 +98,20 @@ impl Cable {
 fn a_port_that_is_unplugged_before_the_boards_are_ready_ends_the_run() {
     let folder = Folder::new("early");
     let (scenario, recording) = (endless(&folder), folder.join("out/endless-seed1.mcap"));
-    let mut pty = Pty::open().unwrap();
-    let port = pty.path().display().to_string();
-    let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
-    let mut heard = Vec::new();
-    eventually("the run asks for boards", || {
-        let _ = pty.read(Duration::ZERO, &mut heard);
-        !heard.is_empty()
+    patiently(|| {
+        let mut pty = Pty::open().unwrap();
+        let port = pty.path().display().to_string();
+        let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
+        let mut heard = Vec::new();
+        eventually("the run asks for boards", || {
+            let _ = pty.read(Duration::ZERO, &mut heard);
+            !heard.is_empty()
+        });
+        drop(pty);
+        let done = run.end().in_time(GONE)?;
+        is_given_up(&done, &recording, &[&port, GONE, UNPLUGGED]);
+        Ok(())
     });
-    drop(pty);
-    is_given_up(&run.end(), &recording, &[&port, GONE, UNPLUGGED]);
 }
 
 #[test]
@@ -116,7 +120,10 @@ fn a_port_with_nobody_at_it_ends_the_run() {
     let (scenario, recording) = (endless(&folder), folder.join("out/endless-seed1.mcap"));
     let pty = Pty::open().unwrap();
     let port = pty.path().display().to_string();
-    let done = Running::run(&folder, &scenario, &port, &["--json"]).end();
+    let done = patiently(|| {
+        let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
+        run.end().in_time("does not answer")
+    });
     let device = format!("`sbcp` is at {port}");
     let words = ["board LF", "does not answer", "powered", &device];
     is_given_up(&done, &recording, &words);
@@ -126,11 +133,13 @@ fn a_port_with_nobody_at_it_ends_the_run() {
 fn a_twin_that_stops_reading_ends_the_run() {
     let folder = Folder::new("stopped");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
-    let mut pair = Pair::under_way(&folder, &scenario, &link);
-    pair.served.signal("-STOP");
-    let done = pair.run.end();
-    is_given_up(&done, &pair.recording, &[&link, "took no more bytes"]);
-    is_recorded(&done, &pair.recording);
+    Pair::under_way(&folder, &scenario, &link, |mut pair| {
+        pair.served.signal("-STOP");
+        let done = pair.run.end().in_time("took no more bytes")?;
+        is_given_up(&done, &pair.recording, &[&link, "took no more bytes"]);
+        is_recorded(&done, &pair.recording);
+        Ok(())
+    });
 }
 
 /// The converter goes on taking bytes, but the boards have lost their supply.
@@ -142,6 +151,7 @@ fn boards_that_fall_silent_end_the_run() {
     let (scenario, link) = (folder.file("endless.toml", &scenario), folder.join("bus"));
     let recording = folder.join("out/endless-seed1.mcap");
     let (done, port) = patiently(|| {
+        let _ = std::fs::remove_file(&recording);
         let _served = Running::serve(&folder, &scenario, &link, &[]);
         let mut cable = Cable::to(&link);
         let port = cable.near.path().display().to_string();
@@ -152,12 +162,7 @@ fn boards_that_fall_silent_end_the_run() {
             cable.cut |= is_longer(&recording, WELL_RECORDED);
             run.has_ended()
         });
-        let done = run.end();
-        if done.is_late() {
-            Err(done)
-        } else {
-            Ok((done, port))
-        }
+        Ok((run.end().in_time("the bus is given up")?, port))
     });
     let given_up = "the bus is given up at 1000";
     let device = format!("`sbcp` is at {port}");
