@@ -92,6 +92,10 @@ pub struct ServeArgs {
     /// Go on when the program at the port hangs up, and wait for the next one
     #[arg(long)]
     pub keep: bool,
+    /// Put the twin before all programs without a real-time priority, and those with one below this, 1 to 99: others do not
+    /// delay it then, but one that is slower than real time keeps the machine from everything else
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=99))]
+    pub priority: Option<u8>,
 }
 
 /// `twin devices`

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_runtime::real_time::{Ended, Hold, Serve, ServeOptions, ServedWire};
+use twinrig_kernel::SimDuration;
+use twinrig_runtime::real_time::{Ended, Hold, Privileges, Serve, ServeOptions, ServedWire};
 use twinrig_runtime::{DeviceError, Wire};
 use twinrig_wire::Pty;
 
@@ -42,20 +43,15 @@ fn serve_twin(
         });
     }
     let wires = wires(&assembly, &ports(&args.pty))?;
+    for note in privileges(args).prepare() {
+        let _ = writeln!(terminal.err, "note: {note}");
+    }
     for wire in &wires {
         terminal.print(&format!("{} at {}", wire.name, wire.device.place()));
     }
     terminal.print(&format!("now, elsewhere: {}", counterpart(args, &wires)));
     let _ = terminal.out.flush();
-    let options = ServeOptions {
-        observe: scenario.observe.period,
-        hold: match args.hold {
-            hold if hold.is_zero() => Hold::UntilFirstByte,
-            hold => Hold::AfterFirstByte(hold),
-        },
-        until_hang_up: !args.keep,
-        ..ServeOptions::default()
-    };
+    let options = options(args, scenario.observe.period);
     let served = Serve::new(options, assembly.wanted_plant()?, wires);
     let served = served.map_err(|error| assembly.rig_error(error))?;
     let (ended, report) = served.run(&mut (), interrupt::flag());
@@ -63,6 +59,28 @@ fn serve_twin(
     match ended {
         Ok(Ended::Duration | Ended::Stopped | Ended::HungUp) => Ok(FINE),
         Err(error) => Err(assembly.rig_error(error)),
+    }
+}
+
+/// What is asked of the system for a twin with a priority.
+fn privileges(args: &ServeArgs) -> Privileges {
+    Privileges {
+        control_priority: args.priority,
+        lock_memory: args.priority.is_some(),
+        ..Privileges::none()
+    }
+}
+
+fn options(args: &ServeArgs, observe: SimDuration) -> ServeOptions {
+    ServeOptions {
+        observe,
+        hold: match args.hold {
+            hold if hold.is_zero() => Hold::UntilFirstByte,
+            hold => Hold::AfterFirstByte(hold),
+        },
+        until_hang_up: !args.keep,
+        priority: args.priority,
+        ..ServeOptions::default()
     }
 }
 

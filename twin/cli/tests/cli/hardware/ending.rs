@@ -4,7 +4,7 @@ use twinrig_record::Recording;
 
 use super::lane::{COAST, MODES, requests, story, written};
 use super::{BENCH, Ended, Pair, Running, endless, patiently};
-use crate::common::Folder;
+use crate::common::{Folder, twin};
 
 /// Motors of the four boards.
 const MOTORS: usize = 8;
@@ -83,6 +83,25 @@ fn a_twin_that_is_to_stay_serves_one_run_after_the_other() {
     }
     served.signal("-INT");
     assert_eq!(served.end().code, Some(0));
+}
+
+#[test]
+fn a_twin_of_high_priority_serves_or_says_that_it_may_not() {
+    let folder = Folder::new("priority");
+    let scenario = folder.file("bench.toml", BENCH);
+    let link = folder.join("bus");
+    let mut served = Running::serve(&folder, &scenario, &link, &["--priority", "1"]);
+    served.signal("-TERM");
+    let served = served.end();
+    assert_eq!(served.code, Some(0), "{served:?}");
+    let mut notes = served.err.lines();
+    let refused = |note: &str| note.starts_with("note: ") && note.contains("raise the limit");
+    assert!(notes.all(refused), "{served:?}");
+    let refused = twin(&["serve", &scenario, "--priority", "100"]);
+    assert!(
+        refused.code == 2 && refused.err.contains("1..=99"),
+        "{refused:?}"
+    );
 }
 
 #[test]
