@@ -1,0 +1,299 @@
+//! What the properties are asked of: any bus within stated ranges. Prints itself as a scenario.
+
+use std::fmt;
+use std::time::Duration;
+
+use proptest::prelude::*;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_motordriver::{BusConfig, BusTopology, Following};
+use twinrig_runtime::Timing;
+use twinrig_sbcp::{ControllerConfig, Passing};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+
+use crate::bench::{Commands, Drive};
+use crate::scope::LEGS;
+
+/// Longest that a fault may last.
+pub const FAULT_MAX: SimDuration = SimDuration::from_millis(100);
+
+/// What is between USB converter and boards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Between {
+    Nothing,
+    CutThrough,
+    StoreAndForward,
+}
+
+/// A fault, by the time after the boards are ready.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trouble {
+    pub after: SimDuration,
+    /// `wire/sbcp`, `wire/sbcp/link`, or the stub of a board.
+    pub on: String,
+    pub kind: FaultKind,
+    pub lasts: SimDuration,
+}
+
+/// A bus with everything about it that matters.
+#[derive(Clone, PartialEq)]
+pub struct Setting {
+    pub between: Between,
+    pub preset: UsbPreset,
+    pub latency_timer: SimDuration,
+    pub turnaround: SimDuration,
+    pub jitter: Timing,
+    pub frame_offset: SimDuration,
+    pub frame_rate_ppb: i64,
+    pub rates_ppb: [i64; 4],
+    pub phases: [SimDuration; 4],
+    pub following: Following,
+    pub free_running: bool,
+    pub period: SimDuration,
+    pub compute: Timing,
+    pub troubles: Vec<Trouble>,
+    pub seed: u64,
+    /// When the boards are ready, where it is known.
+    pub opened: SimTime,
+}
+
+pub const fn micros(n: u64) -> SimDuration {
+    SimDuration::from_micros(n)
+}
+
+pub const fn millis(n: u64) -> SimDuration {
+    SimDuration::from_millis(n)
+}
+
+/// Longest that such a timing takes.
+pub fn longest(timing: &Timing) -> SimDuration {
+    match timing {
+        Timing::Constant(duration) => *duration,
+        Timing::Uniform { max, .. } | Timing::Normal { max, .. } => *max,
+        Timing::Trace(durations) => durations.iter().max().copied().unwrap_or_default(),
+    }
+}
+
+/// Any jitter of at most that long.
+pub fn jitter(most: SimDuration) -> BoxedStrategy<Timing> {
+    let most = most.as_nanos();
+    let duration = move || (0..=most).prop_map(SimDuration::from_nanos);
+    prop_oneof![
+        Just(Timing::ZERO),
+        duration().prop_map(Timing::Constant),
+        duration().prop_map(|max| Timing::Uniform {
+            min: SimDuration::ZERO,
+            max
+        }),
+        (duration(), 1_000..1_000_000_u64).prop_map(|(max, deviation)| Timing::Normal {
+            mean: max / 4,
+            deviation: SimDuration::from_nanos(deviation),
+            min: SimDuration::ZERO,
+            max,
+        }),
+    ]
+    .boxed()
+}
+
+impl Setting {
+    pub fn usb(&self) -> UsbTiming {
+        UsbTiming {
+            latency_timer: self.latency_timer,
+            turnaround: self.turnaround,
+            jitter: self.jitter.clone(),
+            frame_offset: self.frame_offset,
+            frame_rate_ppb: self.frame_rate_ppb,
+            ..UsbTiming::preset(self.preset)
+        }
+    }
+
+    /// Longest that a transfer without faults takes from its first write to its end, from the microframes up: OUT, the bytes, IN,
+    /// latency timer, completion, turnaround and jitter, for each of its round trips.
+    pub fn transfer_max(&self) -> SimDuration {
+        let (trips, grid) = self.round_trips();
+        let each = grid + self.turnaround + longest(&self.jitter);
+        each * trips
+    }
+
+    /// How many round trips a cycle has, and how long each takes from the start of the microframe of its write to that of its
+    /// completion: (4 + ⌈bus / microframe⌉) microframes with a latency timer of 0, and what the timer has beyond one more.
+    pub fn round_trips(&self) -> (u64, SimDuration) {
+        let usb = self.usb();
+        // A request of 10 bytes, 10 µs, an answer of 22: 106 µs.
+        let (trips, bus) = match self.between {
+            Between::Nothing => (4, 106),
+            // Four of them and three gaps of 2 µs; four bytes until the first request's address is known, and one for the
+            // last byte to pass.
+            Between::CutThrough => (1, 4 * 106 + 3 * 2 + 12 + 3),
+            // A whole request before the first goes out, a whole answer before the last goes back.
+            Between::StoreAndForward => (1, 4 * 106 + 3 * 2 + 30 + 66),
+        };
+        // Frames that are slow by a thousandth at most.
+        let frame = usb.microframe + usb.microframe / 500;
+        let bus = micros(bus).as_nanos().div_ceil(usb.microframe.as_nanos());
+        let timer = usb
+            .latency_timer
+            .as_nanos()
+            .div_ceil(usb.microframe.as_nanos())
+            .max(1);
+        // An answer of several packets from the converter: the last one waits for a whole timer after a full one.
+        let full = trips == 1 && usb.payload < 4 * 22;
+        (trips, frame * (4 + bus + timer - u64::from(!full)))
+    }
+
+    /// When the last fault is over.
+    pub fn last_fault(&self) -> SimTime {
+        let ends = self
+            .troubles
+            .iter()
+            .map(|trouble| trouble.after + trouble.lasts);
+        self.opened + ends.max().unwrap_or_default()
+    }
+
+    pub fn schedule(&self) -> FaultSchedule {
+        let faults = self.troubles.iter().map(|trouble| Fault {
+            at: self.opened + trouble.after,
+            on: trouble.on.clone(),
+            kind: trouble.kind.clone(),
+            lasts: trouble.lasts,
+        });
+        FaultSchedule {
+            faults: faults.collect(),
+            seed: self.seed,
+        }
+    }
+
+    pub fn config(&self) -> BusConfig {
+        let mut config = BusConfig {
+            topology: match self.between {
+                Between::Nothing => BusTopology::Direct,
+                Between::CutThrough => BusTopology::Controller(ControllerConfig::default()),
+                Between::StoreAndForward => BusTopology::Controller(ControllerConfig {
+                    passing: Passing::StoreAndForward,
+                    ..ControllerConfig::default()
+                }),
+            },
+            usb: self.usb(),
+            faults: self.schedule(),
+            seed: self.seed,
+            ..BusConfig::default()
+        };
+        for (n, board) in config.boards.iter_mut().enumerate() {
+            let clocked = board.clone().with_clock(self.rates_ppb[n], self.phases[n]);
+            *board = clocked.unwrap();
+            board.following = self.following;
+        }
+        let session = &mut config.session;
+        session.period = Duration::from_nanos(self.period.as_nanos());
+        session.error_threshold = -1;
+        session.free_running = self.free_running;
+        // With these, duties are set-points; and no set-point is too far from the last.
+        session.gains.p = 4;
+        (session.gains.i, session.gains.d) = (0, 0);
+        session.gains.max_speed = u16::MAX;
+        config
+    }
+
+    /// Greatest way of a set-point \[counts\] in a cycle that the boards do not clip.
+    pub fn walk(&self) -> Commands {
+        let ticks = self.period.as_nanos() / 1_000_000;
+        // Nor does it leave the range of a motor.
+        Commands::Walk((30 * (ticks - 1)).min(190))
+    }
+
+    pub fn drive(&self, commands: Commands) -> Drive {
+        Drive {
+            period: self.period,
+            compute: self.compute.clone(),
+            commands,
+            seed: self.seed,
+        }
+    }
+}
+
+fn timed(timing: &Timing) -> String {
+    match timing {
+        Timing::Constant(duration) => format!("\"{} ns\"", duration.as_nanos()),
+        Timing::Uniform { min, max } => {
+            format!(
+                "{{ min = \"{} ns\", max = \"{} ns\" }}",
+                min.as_nanos(),
+                max.as_nanos()
+            )
+        }
+        Timing::Normal {
+            mean,
+            deviation,
+            min,
+            max,
+        } => format!(
+            "{{ mean = \"{} ns\", deviation = \"{} ns\", min = \"{} ns\", max = \"{} ns\" }}",
+            mean.as_nanos(),
+            deviation.as_nanos(),
+            min.as_nanos(),
+            max.as_nanos()
+        ),
+        Timing::Trace(_) => "\"0 ns\"".to_owned(),
+    }
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let each = |of: &dyn Fn(usize) -> String| {
+            let of = LEGS
+                .iter()
+                .enumerate()
+                .map(|(n, leg)| format!("{leg} = \"{}\"", of(n)));
+            of.collect::<Vec<_>>().join(", ")
+        };
+        let end = self.last_fault() + millis(500);
+        let duration = end.as_nanos().div_ceil(1_000_000);
+        let (topology, passing) = match self.between {
+            Between::Nothing => ("direct", ""),
+            Between::CutThrough => ("controller", "passing = \"cut-through\"\n"),
+            Between::StoreAndForward => ("controller", "passing = \"store-and-forward\"\n"),
+        };
+        let following = match self.following {
+            Following::Smooth => "smooth",
+            Following::Plain => "plain",
+        };
+        write!(
+            f,
+            "name = \"found by a property\"\nrobot = \"oncilla\"\nduration = \"{duration} ms\"\nseed = {}\n\n\
+             [plant]\nmodel = \"drives\"\nbase = \"fixed\"\n\n[actuator]\nkind = \"motor\"\n\n\
+             [controller]\nkind = \"script\"\nperiod = \"{} ns\"\ncompute_time = {}\n\n\
+             [bus]\nkind = \"sbcp\"\ntopology = \"{topology}\"\n{passing}\
+             usb = {{ preset = \"{}\", latency_timer = \"{} ns\", turnaround = \"{} ns\", jitter = {}, \
+             frame_offset = \"{} ns\", frame_clock = {:?} }}\n\
+             clock = {{ {} }}\nphase = {{ {} }}\nfollowing = \"{following}\"\n\
+             gains = {{ p = 4, i = 0, d = 0 }}\nmax_speed = {}\nerror_threshold = -1\nfree_running = {}\n",
+            self.seed,
+            self.period.as_nanos(),
+            timed(&self.compute),
+            self.preset.name(),
+            self.latency_timer.as_nanos(),
+            self.turnaround.as_nanos(),
+            timed(&self.jitter),
+            self.frame_offset.as_nanos(),
+            self.frame_rate_ppb as f64 * 1e-9,
+            each(&|n| format!("{} ppm", self.rates_ppb[n] as f64 * 1e-3)),
+            each(&|n| format!("{} ns", self.phases[n].as_nanos())),
+            u16::MAX,
+            self.free_running,
+        )?;
+        if !self.troubles.is_empty() {
+            write!(f, "\n{}", self.schedule())?;
+        }
+        Ok(())
+    }
+}
+
+/// What a failure prints.
+impl fmt::Debug for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "a scenario, the boards being ready at {}:\n\n{self}",
+            self.opened
+        )
+    }
+}
