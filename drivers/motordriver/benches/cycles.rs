@@ -14,44 +14,44 @@ fn main() {
     divan::main();
 }
 
-/// A second at a time.
-const CYCLES: u64 = 500;
+/// Cycles in an iteration: a thousand packets to boards, each with its answer. So an iteration lasts as many milliseconds
+/// as a packet costs microseconds, all that belongs to its cycle included; items are packets.
+const CYCLES: u64 = 250;
+const PACKETS: u64 = 4 * CYCLES;
 
-fn run(bencher: Bencher, config: &BusConfig, turning: bool) {
+fn run(bencher: Bencher, config: &BusConfig, period: SimDuration, turning: bool) {
     let mut bench = Bench::new(config);
     bench.world.turning = turning;
     bench.open().expect("the bus opens");
-    bencher
-        .counter(ItemsCount::new(CYCLES * 4))
-        .bench_local(|| {
-            let to = bench.now() + SimDuration::from_secs(1);
-            bench
-                .run_cycles(millis(2), to, |_| [0.1; 8])
-                .expect("the bus works")
-        });
-}
-
-/// Items are packets to boards, each with its answer.
-#[divan::bench]
-fn second_at_500_hz_through_the_controller(bencher: Bencher) {
-    run(bencher, &BusConfig::default(), false);
+    bencher.counter(ItemsCount::new(PACKETS)).bench_local(|| {
+        let to = bench.now() + period * CYCLES;
+        let cycles = bench
+            .run_cycles(period, to, |_| [0.1; 8])
+            .expect("the bus works");
+        assert_eq!(cycles, CYCLES);
+    });
 }
 
 #[divan::bench]
-fn second_at_500_hz_with_turning_motors(bencher: Bencher) {
-    run(bencher, &BusConfig::default(), true);
+fn packets_at_500_hz_through_the_controller(bencher: Bencher) {
+    run(bencher, &BusConfig::default(), millis(2), false);
 }
 
 #[divan::bench]
-fn second_at_400_hz_without_a_controller(bencher: Bencher) {
+fn packets_at_500_hz_with_turning_motors(bencher: Bencher) {
+    run(bencher, &BusConfig::default(), millis(2), true);
+}
+
+#[divan::bench]
+fn packets_at_333_hz_without_a_controller(bencher: Bencher) {
     let config = BusConfig {
         topology: BusTopology::Direct,
         ..BusConfig::default()
     };
-    run(bencher, &config, false);
+    run(bencher, &config, millis(3), false);
 }
 
-/// A second of ticks and USB frames alone.
+/// A second of ticks alone.
 #[divan::bench]
 fn second_without_cycles(bencher: Bencher) {
     let mut bench = Bench::new(&BusConfig::default());

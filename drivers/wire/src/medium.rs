@@ -172,15 +172,15 @@ impl Medium {
     }
 
     /// Lets everybody hear what is complete by `now`. Nodes are told the words of a talker when he has said all of them,
-    /// unless they are `eager`: that somebody has talked into them makes no difference to what they hear.
+    /// unless they are `eager`: what they hear is the same. Says whether there was anything to be heard.
     pub(crate) fn hear(
         &mut self,
         now: SimTime,
         eager: bool,
         mut heard: impl FnMut(usize, Piece<'_>),
-    ) {
+    ) -> bool {
         if !self.talks.iter().any(|talk| talk.goes_on_by(now)) {
-            return;
+            return false;
         }
         if self.meets(now) {
             self.tell(true, &mut heard);
@@ -192,6 +192,7 @@ impl Medium {
             self.tell(eager, &mut heard);
         }
         self.forget(now);
+        true
     }
 
     /// Whether any byte that becomes complete by `now` meets another talker's, or ears that are shut.

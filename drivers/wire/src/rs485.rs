@@ -110,7 +110,7 @@ impl Rs485 {
     fn instant(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
         let (seats, near) = (&mut self.seats, &mut self.near);
         let eager = self.attention.is_some();
-        self.medium.hear(now, eager, |hearer, piece| {
+        let heard = self.medium.hear(now, eager, |hearer, piece| {
             if hearer == NEAR {
                 near.push(piece.first, piece.spacing, piece.bytes);
             } else {
@@ -119,6 +119,9 @@ impl Rs485 {
                 seat.heard = true;
             }
         });
+        if !heard && self.wake.is_none_or(|wake| wake > now) {
+            return Ok(());
+        }
         for (index, seat) in self.seats.iter_mut().enumerate() {
             let heard = std::mem::take(&mut seat.heard);
             if !heard && seat.wake.is_none_or(|wake| wake > now) {

@@ -34,10 +34,11 @@ pub struct UsbSerial<L> {
     /// What has just come from the line.
     arrived: Arrivals,
     state: State,
-    /// When the host may have something to read next: follows from the rest.
+    /// The next microframe whose packets carry anything, as far as is known, and when the host has that. Follows from
+    /// what is pending, the last return and the jitter.
+    known: Option<(u64, SimTime)>,
+    /// When the host may have something to read next: that, or earlier if bytes go on coming in.
     next_read: Option<SimTime>,
-    /// Whether that counts on bytes that may go on coming: then it changes even if none comes.
-    expecting: bool,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -108,8 +109,8 @@ impl<L: Line> UsbSerial<L> {
             line_wake: line.next_wake(),
             line,
             arrived: Arrivals::default(),
+            known: None,
             next_read: None,
-            expecting: false,
         })
     }
 
@@ -194,17 +195,18 @@ impl<L: Line> UsbSerial<L> {
         Ok(true)
     }
 
-    /// The next microframe whose packets carry anything, as far as is known, and when the host has it.
-    fn next_known(&self) -> Option<(u64, SimTime)> {
-        let returned = self.next_return()?;
-        Some((returned, self.read_at(returned)))
+    /// Something has come or passed.
+    fn look_ahead(&mut self) {
+        let returned = self.next_return();
+        self.known = returned.map(|returned| (returned, self.read_at(returned)));
+        self.expect();
     }
 
-    fn look_ahead(&mut self, known: Option<(u64, SimTime)>) {
+    /// The line was asked.
+    fn expect(&mut self) {
         let perhaps = self.next_return_if_more();
-        self.expecting = perhaps.is_some();
         let perhaps = perhaps.map(|returned| self.read_at(returned));
-        self.next_read = earlier(known.map(|(_, at)| at), perhaps);
+        self.next_read = earlier(self.known.map(|(_, at)| at), perhaps);
     }
 }
 
@@ -249,13 +251,14 @@ impl<L: Line> Wire for UsbSerial<L> {
             return Ok(());
         }
         came |= self.ask(now, world)?;
-        if came || self.expecting || self.next_read.is_some_and(|at| at <= now) {
-            let mut next = self.next_known();
-            while let Some((returned, _)) = next.filter(|(_, at)| *at <= now) {
-                self.pass(returned);
-                next = self.next_known();
-            }
-            self.look_ahead(next);
+        if came {
+            self.look_ahead();
+        } else {
+            self.expect();
+        }
+        while let Some((returned, _)) = self.known.filter(|(_, at)| *at <= now) {
+            self.pass(returned);
+            self.look_ahead();
         }
         Ok(())
     }
@@ -294,7 +297,7 @@ impl<L: Line> Wire for UsbSerial<L> {
         self.line.restore(&line)?;
         self.state = state;
         self.line_wake = self.line.next_wake();
-        self.look_ahead(self.next_known());
+        self.look_ahead();
         Ok(())
     }
 }
