@@ -307,7 +307,10 @@ fn list_names_what_there_is() {
             .map(|part| part["name"].as_str().unwrap().to_owned())
             .collect()
     };
-    assert_eq!(names("plants"), ["massless", "lcp", "toy", "snapping"]);
+    assert_eq!(
+        names("plants"),
+        ["massless", "lcp", "drives", "toy", "snapping"]
+    );
     assert_eq!(names("controllers"), ["cpg", "stand"]);
     assert!(
         listing["robots"]
