@@ -1,9 +1,10 @@
 //! What kinds of buses are made of.
 
-use twinrig_kernel::{Port, SimDuration};
+use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, Wire};
-use twinrig_scenario::{FaultSpec, Kind, OptionSpec, Options};
+use twinrig_scenario::{FaultKind as SceneFault, FaultSpec, Kind, OptionSpec, Options};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
 use crate::registry::BuildError;
 
@@ -35,12 +36,43 @@ pub struct Hookup<'a> {
     pub seed: u64,
 }
 
+impl Hookup<'_> {
+    /// What goes wrong on the bus, for [`twinrig_wire::Faulty`] and its like, which want the place `wire/NAME` or
+    /// `wire/NAME/PLACE`.
+    pub fn fault_schedule(&self) -> FaultSchedule {
+        let fault = |(place, fault): &(&str, &FaultSpec)| Fault {
+            at: fault.at,
+            on: match *place {
+                "" => format!("wire/{}", self.name),
+                place => format!("wire/{}/{place}", self.name),
+            },
+            kind: match fault.kind {
+                SceneFault::Drop { probability } => FaultKind::Drop { probability },
+                SceneFault::Flip { rate } => FaultKind::Flip { rate },
+                SceneFault::Delay { by } => FaultKind::Delay { by },
+                SceneFault::Duplicate { probability } => FaultKind::Duplicate { probability },
+                SceneFault::Reorder { probability } => FaultKind::Reorder { probability },
+                SceneFault::Unplug { fails } => FaultKind::Unplug { fails },
+                SceneFault::Stuck => FaultKind::Stuck,
+                SceneFault::Babble { pause } => FaultKind::Babble { pause },
+            },
+            lasts: fault.lasts.unwrap_or(SimTime::MAX - fault.at),
+        };
+        FaultSchedule {
+            faults: self.faults.iter().map(fault).collect(),
+            seed: self.seed,
+        }
+    }
+}
+
 /// A kind of bus: the driver that runs on the robot, and the wire with the boards at its far end that stands in for
 /// hardware.
 pub struct BusKind {
     name: String,
     about: String,
     options: Vec<OptionSpec>,
+    /// Whether its wire heeds faults.
+    faults: bool,
     places: Vec<String>,
     measured: Measured,
     baud: u32,
@@ -61,6 +93,7 @@ impl BusKind {
             name: name.into(),
             about: about.into(),
             options: Vec::new(),
+            faults: false,
             places: Vec::new(),
             measured: Box::new(|_| Vec::new()),
             baud: BAUD,
@@ -73,6 +106,13 @@ impl BusKind {
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
+        self
+    }
+
+    /// Can have faults on the whole of it, `wire/NAME`: its wire heeds [`Hookup::fault_schedule`].
+    #[must_use]
+    pub fn with_faults(mut self) -> Self {
+        self.faults = true;
         self
     }
 
@@ -122,6 +162,11 @@ impl BusKind {
     /// Patterns of the plant's signals that its boards measure.
     pub(crate) fn measured(&self, options: &Options) -> Vec<String> {
         (self.measured)(options)
+    }
+
+    /// Whether there can be faults on the whole of it.
+    pub(crate) fn has_faults(&self) -> bool {
+        self.faults
     }
 
     /// The places of faults, of a scene with these legs.

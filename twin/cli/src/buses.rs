@@ -93,9 +93,19 @@ impl Assembly<'_> {
             let Some((bus, place)) = scenario.buses.iter().find_map(|bus| place(bus, fault)) else {
                 continue;
             };
-            let places = self.bus_kind(bus)?.places(&self.leg_names());
-            if place.is_empty() || places.iter().any(|known| known == place) {
+            let kind = self.bus_kind(bus)?;
+            let places = kind.places(&self.leg_names());
+            let known = match place {
+                "" => kind.has_faults(),
+                place => places.iter().any(|known| known == place),
+            };
+            if known {
                 continue;
+            }
+            if places.is_empty() && !kind.has_faults() {
+                let message = format!("the wire of the bus `{}` takes no faults", bus.name.value);
+                let help = "its kind declares none";
+                return Err(fault.on.error(message, help).into());
             }
             let wire = format!("wire/{}", bus.name.value);
             let known: Vec<String> = places

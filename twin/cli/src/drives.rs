@@ -4,7 +4,7 @@ use twinrig_document::Range;
 use twinrig_drives::{Load, MotorBench, Motored, ServoBench, Shaft};
 use twinrig_kernel::Unit;
 use twinrig_runtime::{Beside, Plant};
-use twinrig_scenario::{Accepts, OptionSpec};
+use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 
 use crate::option::option;
 use crate::registry::{BuildError, Physics, PlantKind};
@@ -34,6 +34,9 @@ fn at_shaft(name: &str, about: &str, unit: Unit) -> OptionSpec {
 }
 
 fn drives(physics: &Physics<'_>) -> Result<MotorBench, BuildError> {
+    if physics.actuator.kind != ActuatorKind::Motor {
+        return Err("it is a bench of motors: write [actuator] kind = \"motor\"".into());
+    }
     let motors = motors(physics.robot)?;
     let of = |name| physics.plant.options.number(name).unwrap_or(0.0);
     let load = Load {

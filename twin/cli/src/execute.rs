@@ -175,6 +175,11 @@ fn run<W: Write>(
         }
         progress.at(now.as_secs_f64());
     }
+    if !rig.is_open() {
+        return Err(format!(
+            "at {end} the devices were still being made ready, and nothing was controlled yet\n  = help: a longer `duration` lets them finish"
+        ));
+    }
     Ok(end)
 }
 

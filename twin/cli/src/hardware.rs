@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{Port, SimTime};
 use twinrig_runtime::real_time::{Ended, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{Device, DeviceError, Driver, Group, Observer, RigError, RunEvent};
 use twinrig_scenario::{BusSpec, Scenario};
@@ -14,6 +14,7 @@ use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::execute::{Course, Execution, judge, recorder, report};
 use crate::interrupt;
+use crate::muted::Muted;
 use crate::progress::Progress;
 use crate::report::{RealTime, Report};
 use crate::watch::Watch;
@@ -105,7 +106,18 @@ fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Bench, 
         notes.extend(port.advice());
         parts.push((driver, Box::new(port)));
     }
-    let rig = RealTimeRig::new(&assembly.schedule(), process, parts);
+    let carried: Vec<Port> = parts
+        .iter()
+        .flat_map(|(driver, _)| driver.ports())
+        .collect();
+    let (process, lost) = Muted::new(process, |port| carried.contains(&port.mirrored()));
+    if !lost.is_empty() {
+        notes.push(format!(
+            "no bus carries {}: it goes nowhere",
+            lost.join(", ")
+        ));
+    }
+    let rig = RealTimeRig::new(&assembly.schedule(), Box::new(process), parts);
     let mut rig = rig.map_err(|error| assembly.rig_error(error))?;
     for (at, variable, change) in assembly.changes() {
         rig.schedule(at, variable, change)

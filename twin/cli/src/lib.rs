@@ -1,5 +1,5 @@
 //! The rig as a program: from scenario files to verdicts, recordings and comparisons of recordings. A crate with a
-//! controller or a plant of its own hands them to [`run`] and is a program with all the commands.
+//! controller, a plant or a bus of its own hands them to [`run`] and is a program with all the commands.
 //!
 //! ```no_run
 //! use std::process::ExitCode;
@@ -43,6 +43,7 @@ mod junit;
 mod lcp;
 mod massless;
 mod method;
+mod muted;
 mod option;
 mod optoforce;
 mod paint;

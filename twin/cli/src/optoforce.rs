@@ -9,7 +9,6 @@ use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, option};
 use crate::registry::BuildError;
-use crate::sbcp::faults;
 use crate::tap::{clock, clock_option};
 
 /// The serial port that the sensor's USB shows.
@@ -40,6 +39,7 @@ const FILTERS: [(&str, Cutoff); 7] = [
 pub(crate) fn kind() -> BusKind {
     let about = "a force sensor on a serial port of its own; measures one force of the plant";
     let kind = BusKind::new("optoforce", about, driver, wire)
+        .with_faults()
         .at_baud(BAUD)
         .measuring(|options| {
             options
@@ -94,7 +94,7 @@ fn driver(hookup: &Hookup<'_>) -> Result<OptoForceDriver, BuildError> {
 }
 
 fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(hookup)?.wire(&faults(hookup))?)
+    Ok(config(hookup)?.wire(&hookup.fault_schedule())?)
 }
 
 fn config(hookup: &Hookup<'_>) -> Result<OptoForce, BuildError> {

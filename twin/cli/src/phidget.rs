@@ -7,7 +7,6 @@ use twinrig_scenario::{Accepts, OptionSpec};
 use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, option};
 use crate::registry::BuildError;
-use crate::sbcp::faults;
 use crate::tap::{clock, clock_option, inputs, signals, taps};
 
 const BRIDGE: &str = "bridge";
@@ -16,7 +15,7 @@ const INTERFACE_KIT: &str = "interface-kit";
 /// The kind that scenarios call `phidget`.
 pub(crate) fn kind() -> BusKind {
     let about = "a board that measures over USB: a bridge for load cells, or analog inputs";
-    let kind = BusKind::new("phidget", about, driver, wire);
+    let kind = BusKind::new("phidget", about, driver, wire).with_faults();
     let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -50,7 +49,7 @@ fn driver(hookup: &Hookup<'_>) -> Result<PhidgetDriver, BuildError> {
 }
 
 fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(hookup)?.wire(&faults(hookup))?)
+    Ok(config(hookup)?.wire(&hookup.fault_schedule())?)
 }
 
 fn config(hookup: &Hookup<'_>) -> Result<Phidget, BuildError> {

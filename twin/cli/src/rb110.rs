@@ -9,7 +9,6 @@ use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, option};
 use crate::registry::BuildError;
-use crate::sbcp::faults;
 use crate::tap::{clock, clock_option, inputs, signals, taps};
 
 /// The lines of Oncilla's servos (public user of the original library, 2013).
@@ -24,7 +23,9 @@ const BAUD: u32 = 1_000_000;
 /// The kind that scenarios call `rb110`.
 pub(crate) fn kind() -> BusKind {
     let about = "the servo board of Oncilla's computer: hip abduction, and analog inputs";
-    let kind = BusKind::new("rb110", about, driver, wire).at_baud(BAUD);
+    let kind = BusKind::new("rb110", about, driver, wire)
+        .with_faults()
+        .at_baud(BAUD);
     let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -69,7 +70,7 @@ fn driver(hookup: &Hookup<'_>) -> Result<Rb110Driver, BuildError> {
 }
 
 fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(hookup)?.wire(&faults(hookup))?)
+    Ok(config(hookup)?.wire(&hookup.fault_schedule())?)
 }
 
 fn config(hookup: &Hookup<'_>) -> Result<Rb110, BuildError> {

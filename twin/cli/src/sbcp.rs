@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 use twinrig_document::Range;
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{
     BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following, Generation,
     Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
 };
 use twinrig_runtime::Timing;
 use twinrig_sbcp::{ControllerConfig, Passing};
-use twinrig_scenario::{Accepts, FaultKind as SceneFault, OptionSpec, OptionValue, Options};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
+use twinrig_wire::{UsbPreset, UsbTiming};
 
 use crate::assembly::timing;
 use crate::bus_kind::{BusKind, Hookup};
@@ -28,6 +28,9 @@ const IDS: [(&str, u8, Side); 4] = [
     ("RH", 4, Side::Right),
 ];
 
+/// The main loop of a board with the first firmware comes round once a millisecond of its own.
+const FIRST_ANSWERS: SimDuration = SimDuration::from_micros(1_100);
+
 const CONTROLLER: &str = "controller";
 const DIRECT: &str = "direct";
 const CUT_THROUGH: &str = "cut-through";
@@ -42,6 +45,7 @@ pub(crate) fn kind() -> BusKind {
     let about = "Oncilla's bus: a motordriver board a leg, on RS-485 behind USB; for [actuator] kind = \"motor\"";
     let kind = BusKind::new("sbcp", about, driver, wire)
         .at_baud(BAUD)
+        .with_faults()
         .with_place("link")
         .with_place("*");
     let measured = ["hip/position", "knee/position", "angles", "foot/force"];
@@ -175,7 +179,15 @@ fn config(hookup: &Hookup<'_>) -> Result<BusConfig, BuildError> {
     let topology = if options.text("topology") == Some(DIRECT) {
         BusTopology::Direct
     } else {
-        BusTopology::Controller(controller(options))
+        let controller = controller(options);
+        if options.text("firmware") == Some(FIRST) && controller.timeout < FIRST_ANSWERS {
+            let why = format!(
+                "boards with the first firmware answer within {FIRST_ANSWERS}, and the bus controller gives them up after {}: write topology = \"direct\", or a longer `silence`",
+                controller.timeout
+            );
+            return Err(why.into());
+        }
+        BusTopology::Controller(controller)
     };
     Ok(BusConfig {
         name: hookup.name.to_owned(),
@@ -183,7 +195,7 @@ fn config(hookup: &Hookup<'_>) -> Result<BusConfig, BuildError> {
         topology,
         usb: usb(options.group("usb"))?,
         session: session(hookup),
-        faults: faults(hookup),
+        faults: hookup.fault_schedule(),
         seed: hookup.seed,
         trace: options.boolean("trace").unwrap_or(false),
         ..BusConfig::default()
@@ -336,30 +348,4 @@ fn nominal(period: SimDuration) -> SimDuration {
 
 fn host(duration: SimDuration) -> Duration {
     Duration::from_nanos(duration.as_nanos())
-}
-
-/// What goes wrong, in the words of the wires.
-pub(crate) fn faults(hookup: &Hookup<'_>) -> FaultSchedule {
-    let fault = |(place, fault): &(&str, &twinrig_scenario::FaultSpec)| Fault {
-        at: fault.at,
-        on: match *place {
-            "" => format!("wire/{}", hookup.name),
-            place => format!("wire/{}/{place}", hookup.name),
-        },
-        kind: match fault.kind {
-            SceneFault::Drop { probability } => FaultKind::Drop { probability },
-            SceneFault::Flip { rate } => FaultKind::Flip { rate },
-            SceneFault::Delay { by } => FaultKind::Delay { by },
-            SceneFault::Duplicate { probability } => FaultKind::Duplicate { probability },
-            SceneFault::Reorder { probability } => FaultKind::Reorder { probability },
-            SceneFault::Unplug { fails } => FaultKind::Unplug { fails },
-            SceneFault::Stuck => FaultKind::Stuck,
-            SceneFault::Babble { pause } => FaultKind::Babble { pause },
-        },
-        lasts: fault.lasts.unwrap_or(SimTime::MAX - fault.at),
-    };
-    FaultSchedule {
-        faults: hookup.faults.iter().map(fault).collect(),
-        seed: hookup.seed,
-    }
 }

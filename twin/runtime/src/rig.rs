@@ -299,6 +299,11 @@ impl Rig {
         Ok(())
     }
 
+    /// Whether all devices are open, so that control steps have begun.
+    pub fn is_open(&self) -> bool {
+        !self.far_end.is_held()
+    }
+
     /// Time of the last event handled.
     pub fn now(&self) -> SimTime {
         self.far_end.state.now

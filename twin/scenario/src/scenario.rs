@@ -246,7 +246,7 @@ pub struct FaultSpec {
     pub at: SimTime,
     /// How long it lasts; none: to the end.
     pub lasts: Option<SimDuration>,
-    /// Where: `wire/sbcp`, `wire/sbcp/usb`, `wire/sbcp/LF`.
+    /// Where: `wire/sbcp`, `wire/sbcp/link`, `wire/sbcp/LF`.
     pub on: Placed<String>,
     /// What.
     pub kind: FaultKind,

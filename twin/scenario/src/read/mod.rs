@@ -161,7 +161,12 @@ fn kind<'k>(item: &Item<'_>, what: &str, kinds: &'k [Kind]) -> Result<&'k Kind, 
     let Some(kind) = kinds.iter().find(|kind| kind.name == word) else {
         let names = kinds.iter().map(|kind| kind.name.as_str());
         let message = format!("there is no {what} `{word}`");
-        return Err(item.report_word(message, word, &format!("{what}s"), names));
+        let several = if what == "bus" {
+            "buses".to_owned()
+        } else {
+            format!("{what}s")
+        };
+        return Err(item.report_word(message, word, &several, names));
     };
     if let Some(feature) = &kind.missing_feature {
         let message = format!("this build has no {what} `{word}`");
