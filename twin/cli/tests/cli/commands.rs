@@ -311,7 +311,7 @@ fn list_names_what_there_is() {
         names("plants"),
         ["massless", "lcp", "drives", "toy", "snapping"]
     );
-    assert_eq!(names("controllers"), ["cpg", "stand"]);
+    assert_eq!(names("controllers"), ["cpg", "stand", "script"]);
     assert!(
         listing["robots"]
             .as_array()
