@@ -126,6 +126,11 @@ fn options() -> Vec<OptionSpec> {
             number(Range::ANY),
         ),
         option(
+            "cycle_timeout",
+            "after which an answer is given up (as topology, USB and firmware want it)",
+            Accepts::Duration,
+        ),
+        option(
             "calibration_timeout",
             "after which calibration has failed (5 s)",
             Accepts::Duration,
@@ -327,6 +332,7 @@ fn session(hookup: &Hookup<'_>) -> SessionConfig {
         calibration_timeout: options
             .duration("calibration_timeout")
             .map_or(default.calibration_timeout, host),
+        cycle_timeout: options.duration("cycle_timeout").map(host),
         free_running: options
             .boolean("free_running")
             .unwrap_or(default.free_running),
