@@ -54,7 +54,12 @@ impl Tty {
                 Ok(written) => rest = &rest[written..],
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    if !self.wait(PollFlags::POLLOUT, self.write_limit)? {
+                    let ready = self.wait(PollFlags::POLLOUT, self.write_limit)?;
+                    // Whoever does not read any more because they are gone makes no room, ever.
+                    if ready.intersects(PollFlags::POLLHUP | PollFlags::POLLERR) {
+                        return Err(self.gone());
+                    }
+                    if ready.is_empty() {
                         return Err(DeviceError::Stuck {
                             place: self.place.clone(),
                             limit: self.write_limit,
@@ -87,7 +92,7 @@ impl Tty {
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    if waited || !self.wait(PollFlags::POLLIN, patience)? {
+                    if waited || self.wait(PollFlags::POLLIN, patience)?.is_empty() {
                         return Ok(());
                     }
                     waited = true;
@@ -97,12 +102,12 @@ impl Tty {
         }
     }
 
-    /// Waits for `what`; says whether the device has anything to say, be it that it is gone.
-    fn wait(&self, what: PollFlags, patience: Duration) -> Result<bool, DeviceError> {
+    /// Waits for `what`; says what the device has, be it that it is gone: nothing if the time is over.
+    fn wait(&self, what: PollFlags, patience: Duration) -> Result<PollFlags, DeviceError> {
         let mut watched = [PollFd::new(self.file.as_fd(), what)];
         match ppoll(&mut watched, Some(TimeSpec::from(patience)), None) {
-            Ok(ready) => Ok(ready > 0),
-            Err(Errno::EINTR) => Ok(false),
+            Ok(0) | Err(Errno::EINTR) => Ok(PollFlags::empty()),
+            Ok(_) => Ok(watched[0].revents().unwrap_or(what)),
             Err(error) => Err(self.failed(&error.into())),
         }
     }

@@ -120,6 +120,16 @@ fn nobody_waits_for_a_host_that_does_not_read() {
 }
 
 #[test]
+fn nobody_waits_for_a_host_that_went_without_reading() {
+    let mut twin = Pty::open().unwrap();
+    let host = SerialPort::open(twin.path(), BAUD).unwrap();
+    while twin.write(&[7; 1000]).is_ok() {}
+    drop(host);
+    let error = twin.write(&[7; 1000]).unwrap_err();
+    assert!(matches!(error, DeviceError::HungUp { .. }), "{error}");
+}
+
+#[test]
 fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left() {
     let link = temporary("link");
     let first = Pty::open().unwrap().linked(&link).unwrap();
