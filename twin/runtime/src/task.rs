@@ -162,7 +162,8 @@ pub enum TaskError {
         /// How long it may take.
         limit: SimDuration,
     },
-    /// The code of the driver did not come back, or panicked: a bug in it.
+    /// The driver's thread did not come back in its time, or panicked: a bug in the driver, or a system that did not let it
+    /// run or hung in the device.
     #[error("{place}: {what} did not end, and neither did its driver's thread as it should: {why}")]
     Lost {
         /// What it was at.
