@@ -125,8 +125,12 @@ fn nobody_waits_for_a_host_that_went_without_reading() {
     let host = SerialPort::open(twin.path(), BAUD).unwrap();
     while twin.write(&[7; 1000]).is_ok() {}
     drop(host);
-    let error = twin.write(&[7; 1000]).unwrap_err();
-    assert!(matches!(error, DeviceError::HungUp { .. }), "{error}");
+    // Closing may make room for some more first.
+    let error = (0..10_000).find_map(|_| twin.write(&[7; 1000]).err());
+    assert!(
+        matches!(error, Some(DeviceError::HungUp { .. })),
+        "{error:?}"
+    );
 }
 
 #[test]

@@ -32,7 +32,9 @@ pub enum Command {
     Diff(DiffArgs),
     /// Run a recording again and say whether everything happens as it did
     Replay(ReplayArgs),
-    /// Emulate the boards and the plant of a scenario in real time, each bus at a PTY that a program opens like a serial port
+    /// Emulate boards and plant in real time, each bus at a PTY
+    ///
+    /// A program opens it like a serial port: `twin run` with --port, or any other.
     Serve(ServeArgs),
     /// List the serial ports of this machine
     Devices(DevicesArgs),
