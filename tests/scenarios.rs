@@ -128,3 +128,25 @@ fn a_blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
     }
     assert!(phases_stood.len() >= 8, "{phases_stood:?}");
 }
+
+/// Counters that nothing was ever counted in read 0, which many an expectation would take for good.
+#[test]
+fn a_run_that_ends_before_its_devices_are_ready_is_an_error() {
+    let registry = Registry::standard();
+    let text = r#"
+        robot = "oncilla"
+        duration = "200 ms"
+        plant = { model = "drives", base = "fixed" }
+        actuator = { kind = "motor" }
+        controller = { kind = "script", period = "2 ms" }
+        bus = { kind = "sbcp" }
+        [[expect]]
+        signal = { name = "sbcp/errors", always = { max = 0 } }
+    "#;
+    let robot = include_str!("../robots/oncilla.toml");
+    let assembly = Assembly::of_texts(&registry, text, robot, &[]).unwrap();
+    let report = execute(&assembly, &Execution::default()).unwrap();
+    assert_eq!(report.verdict, twinrig::Status::Error);
+    let error = report.error.unwrap();
+    assert!(error.contains("still being made ready"), "{error}");
+}
