@@ -54,9 +54,12 @@ fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::time::Duration;
 
     use super::*;
+    use twinrig::runtime::{Device, DeviceError};
     use twinrig::{Assembly, Execution, execute};
+    use twinrig_wire::Pty;
 
     #[test]
     fn the_scenario_does_what_it_expects() {
@@ -70,6 +73,50 @@ mod tests {
         for line in &report.expectations {
             assert!(line.0.holds(), "{:?}", line.0);
         }
+    }
+
+    /// A device that answers `R138` to every `R`, at the far end of a port, until nobody is there any more.
+    fn answer(mut device: Pty) {
+        let mut asked = Vec::new();
+        loop {
+            match device.read(Duration::from_millis(20), &mut asked) {
+                Ok(()) => {}
+                Err(DeviceError::HungUp { .. }) if asked.is_empty() => continue,
+                Err(_) => return,
+            }
+            for _ in asked.drain(..) {
+                if device.write(b"R138\n").is_err() {
+                    return;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_driver_measures_at_a_port_and_commands_of_legs_go_nowhere() {
+        let registry = Registry::standard().with_bus(range_finder());
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
+        let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
+        let device = Pty::open().unwrap();
+        let ports = vec![("rangefinder".to_owned(), device.path().to_owned())];
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "the other side of a port is another program"
+        )]
+        std::thread::spawn(|| answer(device));
+        let execution = Execution {
+            ports,
+            ..Execution::default()
+        };
+        let report = execute(&assembly, &execution).unwrap();
+        assert_eq!(report.error, None);
+        // How many answers there are is up to the machine; what they say is not.
+        let seen = &report.expectations[2];
+        assert!(seen.0.holds(), "{:?}", seen.0);
+        assert_eq!(seen.0.measured, Some(0.138));
+        let notes = report.real_time.unwrap().notes;
+        let nowhere = "no bus carries leg/*/hip/command, leg/*/knee/command: it goes nowhere";
+        assert!(notes.iter().any(|note| note == nowhere), "{notes:?}");
     }
 
     #[test]

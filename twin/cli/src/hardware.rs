@@ -17,6 +17,7 @@ use crate::interrupt;
 use crate::muted::Muted;
 use crate::progress::Progress;
 use crate::report::{RealTime, Report};
+use crate::table::folded;
 use crate::watch::Watch;
 
 /// Runs the controller of `assembly` and the drivers of its buses at the devices that `execution` names, in real time.
@@ -112,10 +113,12 @@ fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Bench, 
         .collect();
     let (process, lost) = Muted::new(process, |port| carried.contains(&port.mirrored()));
     if !lost.is_empty() {
-        notes.push(format!(
-            "no bus carries {}: it goes nowhere",
-            lost.join(", ")
-        ));
+        let legs = assembly.leg_names();
+        let mut lost: Vec<String> = lost.iter().map(|name| folded(name, &legs)).collect();
+        lost.sort();
+        lost.dedup();
+        let lost = lost.join(", ");
+        notes.push(format!("no bus carries {lost}: it goes nowhere"));
     }
     let rig = RealTimeRig::new(&assembly.schedule(), Box::new(process), parts);
     let mut rig = rig.map_err(|error| assembly.rig_error(error))?;

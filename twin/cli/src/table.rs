@@ -396,6 +396,18 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// The name of a signal with a star for the leg: signals that differ only by it are one line for a person.
+pub(crate) fn folded(signal: &str, legs: &[impl AsRef<str>]) -> String {
+    let part = |part| {
+        if legs.iter().any(|leg| leg.as_ref() == part) {
+            "*"
+        } else {
+            part
+        }
+    };
+    signal.split('/').map(part).collect::<Vec<_>>().join("/")
+}
+
 #[cfg(test)]
 #[path = "table_tests.rs"]
 mod tests;

@@ -13,6 +13,7 @@ use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
 use crate::registry::Registry;
 use crate::report::seconds;
+use crate::table::folded;
 
 #[derive(Serialize)]
 struct Plan {
@@ -298,16 +299,4 @@ fn gauges(plan: &Plan) -> Grid {
         grid.row([name.into(), Cell::new(format!("[{unit}]"), Tint::Dim)]);
     }
     grid
-}
-
-/// The name of a signal with a star for the leg: signals that differ only by it are one line for a person.
-fn folded(signal: &str, legs: &[String]) -> String {
-    let part = |part| {
-        if legs.iter().any(|leg| leg == part) {
-            "*"
-        } else {
-            part
-        }
-    };
-    signal.split('/').map(part).collect::<Vec<_>>().join("/")
 }
