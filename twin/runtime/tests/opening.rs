@@ -1,0 +1,196 @@
+//! Devices are opened before the first control step; the plant is held until then; what lives on at the far end is woken
+//! between transfers.
+
+mod toys;
+
+use toys::{Entry, Log, ToyPlant, ToyProcess};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{
+    Group, IoTask, Observer, Progress, Rig, RunEvent, Schedule, TaskError, World,
+};
+
+fn millis(n: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_millis(n)
+}
+
+/// A device that takes so long to open, answers at once from then on, and ticks every millisecond.
+struct Slow {
+    opens: SimDuration,
+    next_tick: SimTime,
+    ticks: u8,
+}
+
+impl IoTask for Slow {
+    fn name(&self) -> &'static str {
+        "slow"
+    }
+    fn ports(&self) -> Vec<Port> {
+        vec![
+            Port::input("toy0/command", Unit::Volt, 1),
+            Port::output("toy0/sample", Unit::One, 2),
+        ]
+    }
+    fn open(&mut self, now: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+        Ok(if self.opens.is_zero() {
+            Progress::Done
+        } else {
+            Progress::Again(now + self.opens)
+        })
+    }
+    fn begin(&mut self, _: SimTime, _: &[f64], _: &mut dyn World) -> Result<Progress, TaskError> {
+        Ok(Progress::Done)
+    }
+    fn wake(&mut self, now: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+        while self.next_tick <= now {
+            self.next_tick += SimDuration::from_millis(1);
+            self.ticks += 1;
+        }
+        Ok(Progress::Done)
+    }
+    fn idle_wake(&self) -> Option<SimTime> {
+        Some(self.next_tick)
+    }
+    fn gauges(&self) -> Vec<Port> {
+        vec![Port::output("slow/ticks", Unit::One, 1)]
+    }
+    fn read_gauges(&self, _: SimTime, values: &mut [f64]) {
+        values[0] = f64::from(self.ticks);
+    }
+    fn lanes(&self) -> Vec<String> {
+        vec!["slow/ticks".into()]
+    }
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        passed(0, &[self.ticks]);
+    }
+    fn to_process(&self) -> &[f64] {
+        &[0.0; 2]
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.next_tick, self.ticks))
+    }
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.next_tick, self.ticks) = snapshot.read()?;
+        Ok(())
+    }
+}
+
+fn rig(opens: SimDuration, plant: ToyPlant) -> Rig {
+    let task = Slow {
+        opens,
+        next_tick: SimTime::ZERO,
+        ticks: 0,
+    };
+    Rig::new(
+        &Schedule::with_period(SimDuration::from_millis(2)),
+        Box::new(ToyProcess::new(&["toy0".into()])),
+        vec![Box::new(task)],
+        Box::new(plant),
+    )
+    .unwrap()
+}
+
+fn log_of(opens_us: u64, until: SimTime) -> (Log, bool) {
+    let opens = SimDuration::from_micros(opens_us);
+    let mut rig = rig(opens, ToyPlant::new(&["toy0".into()]));
+    let mut log = Log::default();
+    rig.run_until(until, &mut log).unwrap();
+    (log, rig.is_open())
+}
+
+fn times_of(log: &Log, wanted: impl Fn(&RunEvent) -> bool) -> Vec<SimTime> {
+    let events = log.events().filter(|(_, event)| wanted(event));
+    events.map(|(at, _)| at).collect()
+}
+
+#[test]
+fn the_first_control_step_is_the_first_one_at_which_all_devices_are_open() {
+    for (opens_us, first_ms) in [(1, 2), (2_000, 2), (2_001, 4), (5_300, 6)] {
+        let (log, open) = log_of(opens_us, millis(9));
+        let begun = times_of(&log, |event| matches!(event, RunEvent::ProcessBegin { .. }));
+        assert_eq!(begun[..2], [millis(first_ms), millis(first_ms + 2)]);
+        assert_eq!(
+            times_of(&log, |event| *event == RunEvent::Opened),
+            [begun[0]]
+        );
+        // Opening is no transfer.
+        let ended = times_of(&log, |event| matches!(event, RunEvent::TaskEnd { .. }));
+        assert_eq!(ended, begun);
+        assert!(open);
+    }
+    let (log, open) = log_of(50_000, millis(9));
+    assert!(!open && log.events().next().is_none());
+}
+
+#[test]
+fn devices_that_are_open_at_once_leave_no_trace_of_opening() {
+    let (log, _) = log_of(0, millis(9));
+    let begun = times_of(&log, |event| matches!(event, RunEvent::ProcessBegin { .. }));
+    assert_eq!(begun[0], SimTime::ZERO);
+    assert!(times_of(&log, |event| *event == RunEvent::Opened).is_empty());
+}
+
+/// It sees the same as without opening, later; a fault has the time of the run, not its own.
+#[test]
+fn the_plant_is_held_until_then_and_its_time_begins_there() {
+    let of_plant = |opens_us, from_ms| -> Vec<Vec<f64>> {
+        let (log, _) = log_of(opens_us, millis(from_ms + 10));
+        let seen = log.0.iter().filter(|(at, _)| *at >= millis(from_ms));
+        let seen = seen.filter_map(|(_, entry)| match entry {
+            // The mean since the last observation has another window at the first one.
+            Entry::Samples(Group::Plant, bits) => Some(vec![f64::from_bits(bits[0])]),
+            _ => None,
+        });
+        seen.collect()
+    };
+    let (held, free) = (of_plant(5_300, 6), of_plant(0, 0));
+    assert_eq!(held.len(), 6);
+    assert_eq!(held, free);
+
+    let mut plant = ToyPlant::new(&["toy0".into()]);
+    plant.fails_at = Some(millis(3));
+    let mut rig = rig(SimDuration::from_micros(5_300), plant);
+    let error = rig.run_until(millis(20), &mut ()).unwrap_err();
+    assert!(error.to_string().contains("at 9.000 ms"), "{error}");
+}
+
+#[test]
+fn an_idle_device_is_woken_when_it_wants_to_be_and_its_gauges_show_it() {
+    let (log, _) = log_of(5_300, millis(9));
+    let ticks: Vec<f64> = log
+        .samples_of(Group::Gauges)
+        .map(|(_, values)| values[0])
+        .collect();
+    // Observed every 2 ms, after whatever else happens then. While it opens it is busy until 5.3 ms.
+    assert_eq!(ticks, [0.0, 0.0, 0.0, 7.0, 9.0]);
+}
+
+#[derive(Default)]
+struct Bytes(Vec<(SimTime, usize, Vec<u8>)>);
+
+impl Observer for Bytes {
+    fn samples(&mut self, _: SimTime, _: Group, _: &[f64]) {}
+    fn event(&mut self, _: SimTime, _: RunEvent) {}
+    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+        self.0.push((now, lane, bytes.to_vec()));
+    }
+}
+
+#[test]
+fn what_passes_is_told_when_it_passes() {
+    let mut rig = rig(
+        SimDuration::from_micros(300),
+        ToyPlant::new(&["toy0".into()]),
+    );
+    assert_eq!(rig.lanes(), ["slow/ticks"]);
+    let mut bytes = Bytes::default();
+    rig.run_until(millis(1), &mut bytes).unwrap();
+    let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
+    assert_eq!(
+        bytes.0,
+        [
+            (at(0), 0, vec![0]),
+            (at(300), 0, vec![1]),
+            (at(1_000), 0, vec![2])
+        ]
+    );
+}
