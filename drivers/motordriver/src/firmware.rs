@@ -28,7 +28,7 @@ struct Motor {
     calibrated: bool,
     /// Ticks until calibration is over.
     calibrating: u32,
-    /// The motor is to be driven from the next tick on, from where it is.
+    /// The motor is to be driven from the next tick on, from where it is then.
     starts: bool,
     gains: Gains,
     /// Greatest set-point \[counts\].
@@ -69,7 +69,10 @@ impl Motor {
         };
         match self.mode {
             Mode::Calibrate => self.calibrating = CALIBRATION_TICKS,
-            Mode::Position | Mode::SmoothPosition => self.starts = true,
+            Mode::Position | Mode::SmoothPosition => {
+                self.starts = true;
+                self.goal = None;
+            }
             Mode::Coast => {}
         }
     }
@@ -77,7 +80,6 @@ impl Motor {
     /// Begins to drive from where it is.
     fn start(&mut self, position: i32) {
         self.starts = false;
-        self.goal = None;
         self.hold = position;
         self.pid = Pid::rest(position);
     }
@@ -225,6 +227,11 @@ impl Firmware {
         if any {
             self.smooth
                 .rest(positions.map(|position| position << FRACTION_BITS));
+            // A set-point may have come since the mode was written.
+            let has_come = |motor: &Motor| motor.mode.is_driven() && motor.goal.is_some();
+            if self.motors.iter().any(has_come) {
+                self.push_goals();
+            }
             self.watchdog.feed();
             self.dropped = false;
         }
@@ -312,6 +319,17 @@ mod tests {
             firmware.command([600, 600]);
             let [hip, knee] = firmware.tick([-70, 1_400]).map(Option::unwrap);
             assert!(hip > 0 && knee < 0);
+        }
+    }
+
+    #[test]
+    fn a_set_point_that_comes_within_the_tick_of_switching_on_is_followed() {
+        for mode in [Mode::Position, Mode::SmoothPosition] {
+            let mut firmware = calibrated();
+            set_modes(&mut firmware, mode);
+            firmware.command([600, 600]);
+            let [hip, knee] = firmware.tick([-70, 1_400]).map(Option::unwrap);
+            assert!(hip > 0 && knee < 0, "{mode:?}: {hip}, {knee}");
         }
     }
 
