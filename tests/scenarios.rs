@@ -150,3 +150,33 @@ fn a_run_that_ends_before_its_devices_are_ready_is_an_error() {
     let error = report.error.unwrap();
     assert!(error.contains("still being made ready"), "{error}");
 }
+
+#[test]
+fn a_bus_that_is_told_what_it_cannot_do_says_so() {
+    let registry = Registry::standard();
+    for (topology, key, value, says) in [
+        ("direct", "gap", "\"3 us\"", "`gap` says"),
+        (
+            "direct",
+            "passing",
+            "\"store-and-forward\"",
+            "`passing` says",
+        ),
+        (
+            "controller",
+            "usb",
+            "{ latency_timer = \"256 ms\" }",
+            "has 255.000 ms at most",
+        ),
+    ] {
+        let settings = [
+            setting("bus.topology", &format!("\"{topology}\"")),
+            setting(&format!("bus.{key}"), value),
+        ];
+        let path = scenario("thesis/sec-5-3-2-bus-controller");
+        let error = Assembly::of_file(&registry, &path, &settings)
+            .err()
+            .unwrap();
+        assert!(error.to_string().contains(says), "{error}");
+    }
+}

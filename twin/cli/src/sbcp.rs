@@ -28,6 +28,9 @@ const IDS: [(&str, u8, Side); 4] = [
     ("RH", 4, Side::Right),
 ];
 
+/// What the latency timer of an FT2232H can be set to (FTDI, AN232B-04).
+const LATENCY_TIMER_MAX: SimDuration = SimDuration::from_millis(255);
+
 /// The main loop of a board with the first firmware comes round once a millisecond of its own.
 const FIRST_ANSWERS: SimDuration = SimDuration::from_micros(1_100);
 
@@ -182,6 +185,18 @@ fn wire(hookup: &Hookup<'_>) -> Result<BusWire, BuildError> {
 fn config(hookup: &Hookup<'_>) -> Result<BusConfig, BuildError> {
     let options = hookup.options;
     let topology = if options.text("topology") == Some(DIRECT) {
+        // Choices have their usual value where nothing was said.
+        let passing = (options.text("passing") == Some(STORE)).then_some("passing");
+        let pauses = ["gap", "silence"];
+        let pauses = pauses
+            .into_iter()
+            .filter(|name| options.get(name).is_some());
+        if let Some(name) = passing.into_iter().chain(pauses).next() {
+            let why = format!(
+                "`{name}` says what a bus controller does, and there is none with topology = \"direct\": leave out one of the two"
+            );
+            return Err(why.into());
+        }
         BusTopology::Direct
     } else {
         let controller = controller(options);
@@ -286,13 +301,18 @@ fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
         .map_or(Ok(UsbPreset::default()), str::parse)?;
     let default = UsbTiming::preset(preset);
     let duration = |name, default| options.duration(name).unwrap_or(default);
+    let latency_timer = duration("latency_timer", default.latency_timer);
+    if latency_timer > LATENCY_TIMER_MAX {
+        let why = format!("the latency timer of the converter has {LATENCY_TIMER_MAX} at most");
+        return Err(why.into());
+    }
     #[expect(
         clippy::cast_possible_truncation,
         reason = "the option is a tenth at most"
     )]
     let frame_rate_ppb = libm::rint(options.number("frame_clock").unwrap_or(0.0) * 1e9) as i64;
     Ok(UsbTiming {
-        latency_timer: duration("latency_timer", default.latency_timer),
+        latency_timer,
         turnaround: duration("turnaround", default.turnaround),
         jitter: options.time("jitter").map_or(Timing::ZERO, timing),
         frame_offset: duration("frame_offset", default.frame_offset),
