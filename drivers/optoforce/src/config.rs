@@ -4,7 +4,9 @@ use twinrig_runtime::Wire;
 use twinrig_wire::{Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
 
 use crate::assumed;
-use crate::{Cutoff, OptoForceDriver, OptoForceSensor, Speed};
+use crate::{
+    Cutoff, OptoForceDriver, OptoForceEmulation, OptoForceProtocol, OptoForceSensor, Speed,
+};
 
 /// What driver and sensor are made from. Plain data.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +83,7 @@ impl OptoForce {
     /// [`OptoForceError`] if there can be no such sensor.
     pub fn driver(&self) -> Result<OptoForceDriver, OptoForceError> {
         self.check()?;
-        Ok(OptoForceDriver::new(self.clone()))
+        Ok(OptoForceDriver::new(OptoForceProtocol::new(self.clone())))
     }
 
     /// What stands in for the sensor.
@@ -90,7 +92,7 @@ impl OptoForce {
     /// [`OptoForceError`] if there can be no such sensor.
     pub fn sensor(&self) -> Result<OptoForceSensor, OptoForceError> {
         self.check()?;
-        Ok(OptoForceSensor::new(self.clone()))
+        Ok(OptoForceSensor::new(OptoForceEmulation::new(self.clone())))
     }
 
     /// Everything right of the driver: the sensor at the far end of a wire with those of the faults that are on

@@ -26,6 +26,6 @@ pub mod protocol;
 mod sensor;
 
 pub use config::{OptoForce, OptoForceError, Take};
-pub use driver::OptoForceDriver;
+pub use driver::{OptoForceDriver, OptoForceProtocol};
 pub use protocol::{Cutoff, Speed};
-pub use sensor::OptoForceSensor;
+pub use sensor::{OptoForceEmulation, OptoForceSensor};

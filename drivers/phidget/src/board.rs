@@ -1,26 +1,26 @@
-use std::collections::VecDeque;
-
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{LocalTime, SimTime, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Framer, FramerState, Node, Piece};
+use twinrig_wire::{Emulation, FramedNode, Measure, Said};
 
 use crate::assumed::POLL;
 use crate::protocol::{ANALOG, BRIDGES, COUNTS, Frame, Gain, Message, SCALE, Setup, measure};
 use crate::{Board, Phidget};
 
 /// The emulated board: USB asks it every 8 ms of its own clock; it reports once it has been set up.
+pub type PhidgetBoard = FramedNode<PhidgetEmulation>;
+
+/// What a Phidget does.
 #[derive(Debug)]
-pub struct PhidgetBoard {
+pub struct PhidgetEmulation {
     config: Phidget,
-    framer: Framer,
     /// Where the plant has what its inputs read.
     inputs: Vec<usize>,
-    state: State,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct State {
+/// What of it changes.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct State {
     setup: Option<Setup>,
     /// How often USB has asked.
     polls: u64,
@@ -29,22 +29,19 @@ struct State {
     /// What an interface kit reported last.
     readings: [u16; ANALOG],
     sent: u64,
-    said: VecDeque<(SimTime, Vec<u8>)>,
 }
 
-impl PhidgetBoard {
+impl PhidgetEmulation {
     /// From what was checked.
     pub(crate) fn new(config: Phidget) -> Self {
         Self {
             config,
-            framer: Framer::new(measure),
             inputs: Vec::new(),
-            state: State::default(),
         }
     }
 
-    fn next_poll(&self) -> SimTime {
-        let shown = POLL.as_nanos().saturating_mul(self.state.polls);
+    fn next_poll(&self, state: &State) -> SimTime {
+        let shown = POLL.as_nanos().saturating_mul(state.polls);
         let shown = i64::try_from(shown).unwrap_or(i64::MAX);
         self.config.clock.sim_at(LocalTime::from_nanos(shown))
     }
@@ -60,65 +57,42 @@ impl PhidgetBoard {
         Ok(values)
     }
 
-    fn poll(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        let [.., sequence] = (self.state.sent + 1).to_be_bytes();
-        let message = match self.state.setup {
+    /// What it says when USB asks, if anything.
+    fn report(
+        &self,
+        state: &mut State,
+        world: &mut dyn World,
+    ) -> Result<Option<Message>, TaskError> {
+        let [.., sequence] = (state.sent + 1).to_be_bytes();
+        Ok(match state.setup {
             Some(Setup::Bridge { interval_ms, gain }) => {
                 let polls = u64::from(interval_ms) * 1_000_000 / POLL.as_nanos();
-                let due = |last| self.state.polls >= last + polls;
-                let due = self.state.reported_at.is_none_or(due);
-                due.then(|| {
-                    self.read(world)
-                        .map(|ratios| bridge(sequence, gain, ratios))
-                })
-                .transpose()?
+                let due = |last| state.polls >= last + polls;
+                if state.reported_at.is_none_or(due) {
+                    Some(bridge(sequence, gain, self.read(world)?))
+                } else {
+                    None
+                }
             }
             Some(Setup::InterfaceKit { trigger }) => {
                 let readings: [u16; ANALOG] = self.read(world)?.map(reading);
-                let last = self.state.readings;
+                let last = state.readings;
                 let apart = |n: usize| readings[n].abs_diff(last[n]) >= trigger;
-                let first = self.state.reported_at.is_none();
+                let first = state.reported_at.is_none();
                 // An input that has not changed by that much is reported as it was.
-                self.state.readings = std::array::from_fn(|n| {
+                state.readings = std::array::from_fn(|n| {
                     if first || apart(n) {
                         readings[n]
                     } else {
                         last[n]
                     }
                 });
-                let readings = self.state.readings;
+                let readings = state.readings;
                 (first || (0..ANALOG).any(apart))
                     .then_some(Message::InterfaceKit { sequence, readings })
             }
             None => None,
-        };
-        if let Some(message) = message {
-            self.state.sent += 1;
-            self.state.reported_at = Some(self.state.polls);
-            self.say(now, &message);
-        }
-        self.state.polls += 1;
-        Ok(())
-    }
-
-    fn say(&mut self, start: SimTime, message: &Message) {
-        let mut bytes = Vec::new();
-        message.encode(&mut bytes);
-        self.state.said.push_back((start, bytes));
-    }
-
-    /// What it says to that, it says when USB asks next.
-    fn set_up(&mut self, setup: Setup) {
-        let done = matches!(
-            (setup, self.config.board),
-            (Setup::Bridge { .. }, Board::Bridge { .. })
-                | (Setup::InterfaceKit { .. }, Board::InterfaceKit { .. })
-        );
-        if done {
-            self.state.setup = Some(setup);
-            self.state.reported_at = None;
-        }
-        self.say(self.next_poll(), &Message::Accepted { done });
+        })
     }
 }
 
@@ -156,7 +130,19 @@ fn reading(volts: f64) -> u16 {
     u16::try_from(rounded).unwrap_or(SCALE)
 }
 
-impl Node for PhidgetBoard {
+impl Emulation for PhidgetEmulation {
+    type State = State;
+
+    const GAUGES: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
+
+    fn measure(front: &[u8]) -> Measure {
+        measure(front)
+    }
+
+    fn initial(&self) -> State {
+        State::default()
+    }
+
     fn name(&self) -> &str {
         &self.config.name
     }
@@ -169,55 +155,53 @@ impl Node for PhidgetBoard {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
-        self.framer.push(piece.bytes);
+    fn next_instant(&self, state: &State) -> Option<SimTime> {
+        Some(self.next_poll(state))
     }
 
-    fn attention(&self) -> Option<usize> {
-        Some(self.framer.missing())
-    }
-
-    fn next_wake(&self) -> Option<SimTime> {
-        Some(self.next_poll())
-    }
-
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        while self.next_poll() <= now {
-            self.poll(now, world)?;
+    fn act(
+        &self,
+        state: &mut State,
+        now: SimTime,
+        world: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError> {
+        if let Some(message) = self.report(state, world)? {
+            state.sent += 1;
+            state.reported_at = Some(state.polls);
+            said.say(now, |bytes| message.encode(bytes));
         }
-        while let Some(frame) = self.framer.next_frame() {
-            if let Ok(Message::Setup(setup)) = Frame::new(frame).and_then(Message::try_from) {
-                self.set_up(setup);
-            }
-        }
+        state.polls += 1;
         Ok(())
     }
 
-    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let (start, said) = self.state.said.pop_front()?;
-        bytes.extend(said);
-        Some(start)
-    }
-
-    fn gauges(&self) -> Vec<Port> {
-        let name = &self.config.name;
-        ["sent", "unheard"]
-            .map(|gauge| Port::output(format!("{name}/{gauge}"), Unit::One, 1))
-            .into()
-    }
-
-    fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
-        values.copy_from_slice(&[self.state.sent as f64, self.framer.skipped() as f64]);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, self.framer.state()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (state, framer): (State, FramerState) = snapshot.read()?;
-        self.state = state;
-        self.framer.set_state(framer);
+    /// What it says to a set-up, it says when USB asks next.
+    fn hear(
+        &self,
+        state: &mut State,
+        _now: SimTime,
+        frame: &[u8],
+        _world: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError> {
+        let Ok(Message::Setup(setup)) = Frame::new(frame).and_then(Message::try_from) else {
+            return Ok(());
+        };
+        let done = matches!(
+            (setup, self.config.board),
+            (Setup::Bridge { .. }, Board::Bridge { .. })
+                | (Setup::InterfaceKit { .. }, Board::InterfaceKit { .. })
+        );
+        if done {
+            state.setup = Some(setup);
+            state.reported_at = None;
+        }
+        let message = Message::Accepted { done };
+        said.say(self.next_poll(state), |bytes| message.encode(bytes));
         Ok(())
+    }
+
+    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+        values.copy_from_slice(&[state.sent as f64]);
     }
 }

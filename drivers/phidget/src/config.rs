@@ -5,7 +5,7 @@ use twinrig_wire::{Duplex, FaultSchedule, Faulty, HostEnd, Tap, Uart, WireError}
 
 use crate::assumed::{BYTE_TIME, POLL};
 use crate::protocol::{ANALOG, BRIDGES, Gain, INTERVAL_MS_MAX, SCALE, Setup};
-use crate::{PhidgetBoard, PhidgetDriver};
+use crate::{PhidgetBoard, PhidgetDriver, PhidgetEmulation, PhidgetProtocol};
 
 /// What driver and board are made from. Plain data.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,7 +133,7 @@ impl Phidget {
     /// [`PhidgetError`] if there can be no such board.
     pub fn driver(&self) -> Result<PhidgetDriver, PhidgetError> {
         self.check()?;
-        Ok(PhidgetDriver::new(self.clone()))
+        Ok(PhidgetDriver::new(PhidgetProtocol::new(self.clone())))
     }
 
     /// What stands in for the board.
@@ -142,7 +142,7 @@ impl Phidget {
     /// [`PhidgetError`] if there can be no such board.
     pub fn board(&self) -> Result<PhidgetBoard, PhidgetError> {
         self.check()?;
-        Ok(PhidgetBoard::new(self.clone()))
+        Ok(PhidgetBoard::new(PhidgetEmulation::new(self.clone())))
     }
 
     /// Everything right of the driver: the board at the far end of a wire with those of the faults that are on

@@ -32,7 +32,7 @@ mod config;
 mod driver;
 pub mod protocol;
 
-pub use board::PhidgetBoard;
+pub use board::{PhidgetBoard, PhidgetEmulation};
 pub use config::{Board, Input, Phidget, PhidgetError};
-pub use driver::PhidgetDriver;
+pub use driver::{PhidgetDriver, PhidgetProtocol};
 pub use protocol::Gain;

@@ -1,9 +1,9 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Framer, FramerState, Node, Piece};
+use twinrig_wire::{Emulation, FramedNode, Measure, Said};
 
 use crate::assumed::REACTION;
 use crate::protocol::{Answer, COUNTS, Frame, LINES, Request, TICK_NS, measure};
@@ -11,19 +11,21 @@ use crate::{AdcRange, Rb110};
 
 /// The emulated board: pulses on its own clock, all lines beginning theirs together. New widths are taken at the next
 /// pulse's start; the servo has its command at the pulse's end, and the plant is told then.
+pub type Rb110Board = FramedNode<Rb110Emulation>;
+
+/// What the board does.
 #[derive(Debug)]
-pub struct Rb110Board {
+pub struct Rb110Emulation {
     config: Rb110,
-    framer: Framer,
     /// Where the plant takes the commands of the servos.
     commands: Vec<Range<usize>>,
     /// Where the plant has what the analog inputs read.
     inputs: Vec<Option<usize>>,
-    state: State,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct State {
+/// What of it changes.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct State {
     /// Asked for, and taken at the next start.
     next: [Option<u32>; LINES],
     /// Widths of the pulses that go on and on \[ticks\]; 0: none.
@@ -32,19 +34,27 @@ struct State {
     ended: [bool; LINES],
     /// How many periods have begun.
     begun: u64,
-    answer: Option<(SimTime, Vec<u8>)>,
+    /// How many pulses have ended.
     sent: u64,
 }
 
-impl Rb110Board {
+impl State {
+    fn begin_pulses(&mut self) {
+        for (pulse, next) in self.pulses.iter_mut().zip(&mut self.next) {
+            *pulse = next.take().unwrap_or(*pulse);
+        }
+        self.ended = [false; LINES];
+        self.begun += 1;
+    }
+}
+
+impl Rb110Emulation {
     /// From what was checked.
     pub(crate) fn new(config: Rb110) -> Self {
         Self {
             config,
-            framer: Framer::new(measure),
             commands: Vec::new(),
             inputs: Vec::new(),
-            state: State::default(),
         }
     }
 
@@ -55,30 +65,35 @@ impl Rb110Board {
         self.config.clock.sim_at(LocalTime::from_nanos(shown))
     }
 
-    fn next_start(&self) -> SimTime {
-        self.instant(self.state.begun, SimDuration::ZERO)
+    fn next_start(&self, state: &State) -> SimTime {
+        self.instant(state.begun, SimDuration::ZERO)
     }
 
     /// When the pulse on `line` ends, if one goes on.
-    fn end(&self, line: usize) -> Option<SimTime> {
-        let ticks = self.state.pulses[line];
-        let current = self.state.begun.checked_sub(1)?;
-        let goes_on = ticks > 0 && !self.state.ended[line];
+    fn end(&self, state: &State, line: usize) -> Option<SimTime> {
+        let ticks = state.pulses[line];
+        let current = state.begun.checked_sub(1)?;
+        let goes_on = ticks > 0 && !state.ended[line];
         let width = SimDuration::from_nanos(u64::from(ticks) * TICK_NS);
         goes_on.then(|| self.instant(current, width))
     }
 
     /// Ends the pulses that end by now: the servos hear them.
-    fn end_pulses(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn end_pulses(
+        &self,
+        state: &mut State,
+        now: SimTime,
+        world: &mut dyn World,
+    ) -> Result<(), TaskError> {
         for line in 0..LINES {
-            if self.end(line).is_none_or(|at| at > now) {
+            if self.end(state, line).is_none_or(|at| at > now) {
                 continue;
             }
-            self.state.ended[line] = true;
-            self.state.sent += 1;
+            state.ended[line] = true;
+            state.sent += 1;
             let servos = self.config.servos.iter().zip(&self.commands);
             for (servo, command) in servos.filter(|(servo, _)| servo.line == line) {
-                if let Some(angle) = servo.pulse.angle(self.state.pulses[line]) {
+                if let Some(angle) = servo.pulse.angle(state.pulses[line]) {
                     world.actuate(command.clone())?.fill(angle);
                 }
             }
@@ -86,25 +101,18 @@ impl Rb110Board {
         Ok(())
     }
 
-    fn begin_pulses(&mut self) {
-        for (pulse, next) in self.state.pulses.iter_mut().zip(&mut self.state.next) {
-            *pulse = next.take().unwrap_or(*pulse);
-        }
-        self.state.ended = [false; LINES];
-        self.state.begun += 1;
-    }
-
-    fn handle(
-        &mut self,
-        now: SimTime,
+    /// Takes the pulses that a request asks for, and converts what it asks for.
+    fn answer(
+        &self,
+        state: &mut State,
         request: &Request,
         world: &mut dyn World,
-    ) -> Result<(), TaskError> {
+    ) -> Result<Answer, TaskError> {
         let mut answer = Answer {
             sequence: request.sequence,
             ..Answer::default()
         };
-        for (next, &asked) in self.state.next.iter_mut().zip(&request.pulses) {
+        for (next, &asked) in state.next.iter_mut().zip(&request.pulses) {
             if asked.is_some() {
                 answer.replaced |= next.is_some();
                 *next = asked;
@@ -129,10 +137,7 @@ impl Rb110Board {
                 answer.counts[input.channel] = Some(convert(volts, full_scale));
             }
         }
-        let mut bytes = Vec::new();
-        answer.encode(&mut bytes);
-        self.state.answer = Some((now + REACTION, bytes));
-        Ok(())
+        Ok(answer)
     }
 }
 
@@ -150,7 +155,19 @@ fn convert(volts: f64, full_scale: f64) -> u16 {
     count
 }
 
-impl Node for Rb110Board {
+impl Emulation for Rb110Emulation {
+    type State = State;
+
+    const GAUGES: &'static [(&'static str, Unit)] = &[("pulses", Unit::One)];
+
+    fn measure(front: &[u8]) -> Measure {
+        measure(front)
+    }
+
+    fn initial(&self) -> State {
+        State::default()
+    }
+
     fn name(&self) -> &str {
         &self.config.name
     }
@@ -167,58 +184,41 @@ impl Node for Rb110Board {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
-        self.framer.push(piece.bytes);
+    fn next_instant(&self, state: &State) -> Option<SimTime> {
+        let ends = (0..LINES).filter_map(|line| self.end(state, line));
+        ends.chain([self.next_start(state)]).min()
     }
 
-    fn attention(&self) -> Option<usize> {
-        Some(self.framer.missing())
-    }
-
-    fn next_wake(&self) -> Option<SimTime> {
-        let ends = (0..LINES).filter_map(|line| self.end(line));
-        ends.chain([self.next_start()]).min()
-    }
-
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        while let Some(frame) = self.framer.next_frame() {
-            if let Ok(request) = Frame::new(frame).and_then(Request::try_from) {
-                self.handle(now, &request, world)?;
-            }
-        }
-        self.end_pulses(now, world)?;
-        while self.next_start() <= now {
-            self.begin_pulses();
-            self.end_pulses(now, world)?;
+    fn act(
+        &self,
+        state: &mut State,
+        now: SimTime,
+        world: &mut dyn World,
+        _said: &mut Said,
+    ) -> Result<(), TaskError> {
+        self.end_pulses(state, now, world)?;
+        if self.next_start(state) <= now {
+            state.begin_pulses();
         }
         Ok(())
     }
 
-    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let (start, answer) = self.state.answer.take()?;
-        bytes.extend(answer);
-        Some(start)
-    }
-
-    fn gauges(&self) -> Vec<Port> {
-        let name = &self.config.name;
-        ["pulses", "unheard"]
-            .map(|gauge| Port::output(format!("{name}/{gauge}"), Unit::One, 1))
-            .into()
-    }
-
-    fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
-        values.copy_from_slice(&[self.state.sent as f64, self.framer.skipped() as f64]);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, self.framer.state()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (state, framer): (State, FramerState) = snapshot.read()?;
-        self.state = state;
-        self.framer.set_state(framer);
+    fn hear(
+        &self,
+        state: &mut State,
+        now: SimTime,
+        frame: &[u8],
+        world: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError> {
+        if let Ok(request) = Frame::new(frame).and_then(Request::try_from) {
+            let answer = self.answer(state, &request, world)?;
+            said.say(now + REACTION, |bytes| answer.encode(bytes));
+        }
         Ok(())
+    }
+
+    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+        values.copy_from_slice(&[state.sent as f64]);
     }
 }

@@ -6,7 +6,7 @@ use twinrig_wire::{Duplex, FaultSchedule, Faulty, HostEnd, Tap, Uart, WireError}
 
 use crate::assumed;
 use crate::protocol::{ANALOG, LINES, TICKS_MAX};
-use crate::{Rb110Board, Rb110Driver};
+use crate::{Rb110Board, Rb110Driver, Rb110Emulation, Rb110Protocol};
 
 /// What driver and board are made from. Plain data.
 #[derive(Clone, Debug, PartialEq)]
@@ -194,7 +194,7 @@ impl Rb110 {
     /// [`Rb110Error`] if there can be no such board.
     pub fn driver(&self) -> Result<Rb110Driver, Rb110Error> {
         self.check()?;
-        Ok(Rb110Driver::new(self.clone()))
+        Ok(Rb110Driver::new(Rb110Protocol::new(self.clone())))
     }
 
     /// What stands in for the board.
@@ -203,7 +203,7 @@ impl Rb110 {
     /// [`Rb110Error`] if there can be no such board.
     pub fn board(&self) -> Result<Rb110Board, Rb110Error> {
         self.check()?;
-        Ok(Rb110Board::new(self.clone()))
+        Ok(Rb110Board::new(Rb110Emulation::new(self.clone())))
     }
 
     /// Everything right of the driver: the board at the far end of a wire with those of the faults that are on

@@ -28,6 +28,6 @@ mod config;
 mod driver;
 pub mod protocol;
 
-pub use board::Rb110Board;
+pub use board::{Rb110Board, Rb110Emulation};
 pub use config::{AdcRange, AnalogInput, PulseMap, Rb110, Rb110Error, ServoLine};
-pub use driver::Rb110Driver;
+pub use driver::{Rb110Driver, Rb110Protocol};

@@ -7,6 +7,9 @@
 //! [`Faulty`] and [`Traced`] are each a [`Line`] around a line; [`Rs485`] (several [`Node`]s, half duplex) and [`Duplex`] (one)
 //! are the far end; [`FaultyNode`] is a node around a node.
 //!
+//! A device on a line of its own that is spoken to in frames takes two small parts: a [`Protocol`], of which [`FramedDriver`]
+//! makes a driver, and an [`Emulation`], of which [`FramedNode`] makes a node.
+//!
 //! ```
 //! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 //! use twinrig_runtime::{PlantFault, PlantSignals, TaskError, Wire, WiringError, World};
@@ -70,6 +73,8 @@ mod error;
 mod fault;
 mod faulty;
 mod faulty_node;
+mod framed_driver;
+mod framed_node;
 mod framer;
 mod frames;
 mod host_end;
@@ -93,6 +98,8 @@ pub use error::WireError;
 pub use fault::{Fault, FaultKind, FaultSchedule};
 pub use faulty::Faulty;
 pub use faulty_node::FaultyNode;
+pub use framed_driver::{Errand, FramedDriver, Heard, Protocol};
+pub use framed_node::{Emulation, FramedNode, Said};
 pub use framer::{Framer, FramerState, Measure, crc16};
 pub use host_end::HostEnd;
 pub use line::{Line, earlier};

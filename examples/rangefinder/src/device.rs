@@ -1,28 +1,28 @@
-//! Right of the wire: what stands in for the device. It hears bytes, and sees a signal of the plant.
+//! Right of the wire: what stands in for the device. It hears requests, and sees a signal of the plant.
 
 use serde::{Deserialize, Serialize};
-use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Node, Piece, Tap};
+use twinrig_wire::{Emulation, Measure, Said, Tap};
 
 use crate::protocol::{ASK, MILLIMETRES_MAX, encode};
 
 /// How long a measurement takes.
 const MEASURING: SimDuration = SimDuration::from_millis(5);
 
+/// What is configured, and where the plant has what it measures.
 pub struct EmulatedRangeFinder {
     name: String,
     /// What it measures \[m\].
     tap: Tap,
     place: usize,
-    state: State,
 }
 
+/// What changes.
 #[derive(Default, Serialize, Deserialize)]
-struct State {
-    /// When it is asked for, and not measured yet.
+pub struct State {
+    /// When the measurement that was asked for is over.
     measured_at: Option<SimTime>,
-    to_say: Option<(SimTime, Vec<u8>)>,
 }
 
 impl EmulatedRangeFinder {
@@ -31,12 +31,26 @@ impl EmulatedRangeFinder {
             name: name.to_owned(),
             tap,
             place: 0,
-            state: State::default(),
         }
     }
 }
 
-impl Node for EmulatedRangeFinder {
+impl Emulation for EmulatedRangeFinder {
+    type State = State;
+
+    /// A request is one byte.
+    fn measure(front: &[u8]) -> Measure {
+        match front {
+            [] => Measure::Missing(1),
+            [ASK, ..] => Measure::Frame(1),
+            _ => Measure::Garbage,
+        }
+    }
+
+    fn initial(&self) -> State {
+        State::default()
+    }
+
     fn name(&self) -> &str {
         &self.name
     }
@@ -46,57 +60,40 @@ impl Node for EmulatedRangeFinder {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
-        let asked = piece.bytes.iter().position(|&byte| byte == ASK);
-        if let Some(asked) = asked {
-            // A measurement that is going on goes on.
-            let at = piece.at(asked) + MEASURING;
-            self.state.measured_at.get_or_insert(at);
-        }
-    }
-
-    fn attention(&self) -> Option<usize> {
-        Some(1)
-    }
-
-    fn next_wake(&self) -> Option<SimTime> {
-        self.state.measured_at
-    }
-
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        if self.state.measured_at.is_some_and(|at| at <= now) {
-            self.state.measured_at = None;
-            let seen = world.sample(self.place..self.place + 1)?[0];
-            let millimetres = (1e3 * self.tap.reading(seen)).round();
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "clamped; what is no number becomes 0"
-            )]
-            let millimetres = millimetres.clamp(0.0, f64::from(MILLIMETRES_MAX)) as u32;
-            let mut answer = Vec::new();
-            encode(millimetres, &mut answer);
-            self.state.to_say = Some((now, answer));
-        }
+    fn hear(
+        &self,
+        state: &mut State,
+        now: SimTime,
+        _frame: &[u8],
+        _world: &mut dyn World,
+        _said: &mut Said,
+    ) -> Result<(), TaskError> {
+        // A measurement that is going on goes on.
+        state.measured_at.get_or_insert(now + MEASURING);
         Ok(())
     }
 
-    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let (start, answer) = self.state.to_say.take()?;
-        bytes.extend(answer);
-        Some(start)
+    fn next_instant(&self, state: &State) -> Option<SimTime> {
+        state.measured_at
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        Vec::new()
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&self.state)
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.state = snapshot.read()?;
+    fn act(
+        &self,
+        state: &mut State,
+        now: SimTime,
+        world: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError> {
+        state.measured_at = None;
+        let seen = world.sample(self.place..self.place + 1)?[0];
+        let millimetres = (1e3 * self.tap.reading(seen)).round();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped; what is no number becomes 0"
+        )]
+        let millimetres = millimetres.clamp(0.0, f64::from(MILLIMETRES_MAX)) as u32;
+        said.say(now, |bytes| encode(millimetres, bytes));
         Ok(())
     }
 }

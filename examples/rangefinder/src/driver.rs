@@ -1,54 +1,56 @@
-//! Left of the wire: what runs on the robot. It has no clock and no port; it is told the time and handed the bytes.
+//! Left of the wire: what runs on the robot. It has no clock and no port; it is handed frames, and says what to ask and how
+//! long to wait.
 
 use serde::{Deserialize, Serialize};
-use twinrig::kernel::{HostTime, Port, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{Driver, DriverError, Transfer};
-use twinrig_wire::{Framer, FramerState};
+use twinrig::kernel::{Port, SimDuration, Unit};
+use twinrig_wire::{Errand, Heard, Measure, Protocol};
 
 use crate::protocol::{ASK, decode, measure};
 
-/// How long it waits for an answer \[ns\].
-const PATIENCE_NS: u64 = 50_000_000;
-/// How often it asks at the beginning before it gives up.
-const ATTEMPTS: u32 = 3;
+/// How long it waits for an answer.
+const PATIENCE: SimDuration = SimDuration::from_millis(50);
 
+/// What is configured.
 pub struct RangeFinder {
     name: String,
-    framer: Framer,
-    state: State,
-}
-
-/// Everything that changes: what is saved and restored.
-#[derive(Default, Serialize, Deserialize)]
-struct State {
-    /// When waiting for an answer is over; none if nothing is waited for.
-    until: Option<HostTime>,
-    to_send: bool,
-    /// How often it may still ask until the device is open.
-    attempts_left: u32,
-    failed: bool,
-    /// The newest distance \[m\].
-    distance: f64,
-    answers: u64,
-    lost: u64,
 }
 
 impl RangeFinder {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            framer: Framer::new(measure),
-            state: State::default(),
         }
-    }
-
-    fn ask(&mut self, now: HostTime) {
-        self.state.to_send = true;
-        self.state.until = Some(HostTime::from_nanos(now.as_nanos() + PATIENCE_NS));
     }
 }
 
-impl Driver for RangeFinder {
+/// What changes.
+#[derive(Default, Serialize, Deserialize)]
+pub struct State {
+    /// The newest distance \[m\].
+    distance: f64,
+    answers: u64,
+    lost: u64,
+}
+
+impl Protocol for RangeFinder {
+    type State = State;
+
+    const ATTEMPTS: u32 = 3;
+
+    const GAUGES: &'static [(&'static str, Unit)] = &[
+        ("answers", Unit::One),
+        ("lost", Unit::One),
+        ("last", Unit::Meter),
+    ];
+
+    fn measure(front: &[u8]) -> Measure {
+        measure(front)
+    }
+
+    fn initial(&self) -> State {
+        State::default()
+    }
+
     fn name(&self) -> &str {
         &self.name
     }
@@ -58,103 +60,48 @@ impl Driver for RangeFinder {
         vec![Port::output(name, Unit::Meter, 1)]
     }
 
-    fn open(&mut self, now: HostTime) {
-        self.state.attempts_left = ATTEMPTS - 1;
-        self.ask(now);
-    }
-
-    fn begin(&mut self, now: HostTime, _from_process: &[f64]) {
-        self.ask(now);
-    }
-
-    fn close(&mut self, _now: HostTime) {
-        // There is nothing to be left safe.
-        self.state.until = None;
-    }
-
-    fn handle_bytes(&mut self, _now: HostTime, bytes: &[u8]) {
-        self.framer.push(bytes);
-        while let Some(frame) = self.framer.next_frame() {
-            if let Some(millimetres) = decode(frame) {
-                self.state.distance = f64::from(millimetres) * 1e-3;
-                self.state.answers += 1;
-                self.state.attempts_left = 0;
-                self.state.until = None;
+    fn ask(
+        &self,
+        _state: &mut State,
+        errand: Errand,
+        _from_process: &[f64],
+        request: &mut Vec<u8>,
+    ) -> Option<SimDuration> {
+        match errand {
+            Errand::Open | Errand::Transfer => {
+                request.push(ASK);
+                Some(PATIENCE)
             }
+            // There is nothing to be left safe.
+            Errand::Close => None,
         }
     }
 
-    fn handle_timeout(&mut self, now: HostTime) {
-        if self.state.until.is_none_or(|until| now < until) {
-            return;
-        }
-        self.state.lost += 1;
-        self.state.until = None;
-        if self.state.attempts_left > 0 {
-            self.state.attempts_left -= 1;
-            self.ask(now);
-        } else if self.state.answers == 0 {
-            self.state.failed = true;
-        }
+    fn hear(&self, state: &mut State, _errand: Option<Errand>, frame: &[u8]) -> Heard {
+        let Some(millimetres) = decode(frame) else {
+            return Heard::Nothing;
+        };
+        state.distance = f64::from(millimetres) * 1e-3;
+        state.answers += 1;
+        Heard::Over
     }
 
-    fn poll_timeout(&self) -> Option<HostTime> {
-        self.state.until
+    fn time_out(&self, state: &mut State, _errand: Errand) {
+        state.lost += 1;
     }
 
-    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
-        let to_send = std::mem::take(&mut self.state.to_send);
-        if to_send {
-            bytes.push(ASK);
-        }
-        to_send
+    fn refusal(&self, _state: &State) -> String {
+        format!(
+            "{} does not answer: is it there, at the right port?",
+            self.name
+        )
     }
 
-    fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
-        if self.state.failed {
-            let why = format!(
-                "{} does not answer: is it there, at the right port?",
-                self.name
-            );
-            return Err(DriverError { why });
-        }
-        Ok(match self.state.until {
-            Some(_) => Transfer::Busy,
-            None => Transfer::Done,
-        })
+    fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
+        std::slice::from_ref(&state.distance)
     }
 
-    fn to_process(&self) -> &[f64] {
-        std::slice::from_ref(&self.state.distance)
-    }
-
-    fn gauges(&self) -> Vec<Port> {
-        let gauge = |what, unit| Port::output(format!("{}/{what}", self.name), unit, 1);
-        vec![
-            gauge("answers", Unit::One),
-            gauge("lost", Unit::One),
-            gauge("last", Unit::Meter),
-        ]
-    }
-
-    fn read_gauges(&self, values: &mut [f64]) {
-        let State {
-            answers,
-            lost,
-            distance,
-            ..
-        } = self.state;
-        values.copy_from_slice(&[answers as f64, lost as f64, distance]);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, self.framer.state()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (state, framer): (State, FramerState) = snapshot.read()?;
-        self.state = state;
-        self.framer.set_state(framer);
-        Ok(())
+    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+        values.copy_from_slice(&[state.answers as f64, state.lost as f64, state.distance]);
     }
 }

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use twinrig::kernel::SimDuration;
 use twinrig::runtime::Wire;
 use twinrig::{BuildError, BusKind, Hookup, Registry};
-use twinrig_wire::{Duplex, HostEnd, Tap, Uart};
+use twinrig_wire::{Duplex, FramedDriver, FramedNode, HostEnd, Tap, Uart};
 
 use device::EmulatedRangeFinder;
 use driver::RangeFinder;
@@ -34,8 +34,8 @@ fn range_finder() -> BusKind {
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
-fn driver(hookup: &Hookup<'_>) -> Result<RangeFinder, BuildError> {
-    Ok(RangeFinder::new(hookup.name))
+fn driver(hookup: &Hookup<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> {
+    Ok(FramedDriver::new(RangeFinder::new(hookup.name)))
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
@@ -46,7 +46,7 @@ fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
         scale: 1.0,
         offset: 0.0,
     };
-    let device = EmulatedRangeFinder::new(hookup.name, height);
+    let device = FramedNode::new(EmulatedRangeFinder::new(hookup.name, height));
     let line = Duplex::new(BYTE_TIME, device);
     Ok(HostEnd::new(Uart::new(BYTE_TIME, line)))
 }

@@ -1,0 +1,244 @@
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use twinrig_kernel::{HostTime, Port, SimDuration, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{Driver, DriverError, Transfer};
+
+use crate::{Framer, FramerState, Measure};
+
+/// What of a driver is its device's own: what to ask and what answers mean. [`FramedDriver`] makes a driver of it.
+///
+/// The implementor is what was configured and does not change; everything that changes is [`Protocol::State`].
+pub trait Protocol: Send {
+    /// Everything that changes: all of it is saved and restored.
+    type State: Serialize + DeserializeOwned + Send;
+
+    /// How often opening and closing are asked for before they are given up.
+    const ATTEMPTS: u32;
+
+    /// What can be seen of it, by name and unit, beside the bytes that belonged to no frame. The values are those of
+    /// [`Protocol::read_gauges`].
+    const GAUGES: &'static [(&'static str, Unit)] = &[];
+
+    /// What stands at the front of the bytes that come from the device; see [`Framer`].
+    fn measure(front: &[u8]) -> Measure;
+
+    /// Before anything has happened.
+    fn initial(&self) -> Self::State;
+
+    /// Name, for messages, gauges and recordings: that of its bus in the scenario.
+    fn name(&self) -> &str;
+
+    /// Output ports are data that it brings to the process, input ports data that it takes from it.
+    fn ports(&self) -> Vec<Port>;
+
+    /// Appends to `request` what is to be sent, if anything, and says how long to wait. None if there is nothing to wait for,
+    /// and the errand is over. `from_process` holds the input ports, end to end, in order, for a transfer.
+    fn ask(
+        &self,
+        state: &mut Self::State,
+        errand: Errand,
+        from_process: &[f64],
+        request: &mut Vec<u8>,
+    ) -> Option<SimDuration>;
+
+    /// Takes a frame, and says what it means for the errand that waits, if one does.
+    fn hear(&self, state: &mut Self::State, errand: Option<Errand>, frame: &[u8]) -> Heard;
+
+    /// Waiting is over, and nothing came that ended it: counts that, if it counts.
+    fn time_out(&self, state: &mut Self::State, errand: Errand) {
+        let _ = (state, errand);
+    }
+
+    /// Why the device could not be opened, with what can be done about it.
+    fn refusal(&self, state: &Self::State) -> String;
+
+    /// The output ports, end to end, in order.
+    fn to_process<'s>(&self, state: &'s Self::State) -> &'s [f64];
+
+    /// Writes the gauges, in order.
+    fn read_gauges(&self, state: &Self::State, values: &mut [f64]) {
+        let _ = (state, values);
+    }
+}
+
+/// What a driver is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Errand {
+    /// Get the device ready. Asked again if waiting is over, and an error after the last attempt.
+    Open,
+    /// A transfer. Over when waiting is.
+    Transfer,
+    /// Leave the device in a safe state. Asked again if waiting is over.
+    Close,
+}
+
+/// What a frame means for what is waited for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// Nothing; or all that it was waited for is still to come.
+    Nothing,
+    /// A part of it: the rest may take that long from now on.
+    More(SimDuration),
+    /// It is over.
+    Over,
+}
+
+/// A driver of a device that is spoken to in frames: whatever waits has an end, opening and closing are tried several times,
+/// and everything that changes is saved.
+///
+/// A protocol that is of another kind, with several devices on one line for example, implements [`Driver`] itself.
+#[derive(Debug)]
+pub struct FramedDriver<P: Protocol> {
+    protocol: P,
+    framer: Framer,
+    dealings: Dealings,
+    state: P::State,
+}
+
+/// How far it is with its errand.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Dealings {
+    /// What is waited for, and until when.
+    waiting: Option<(Errand, HostTime)>,
+    /// How often it has asked.
+    asked: u32,
+    request: Vec<u8>,
+    failed: bool,
+}
+
+impl<P: Protocol> FramedDriver<P> {
+    /// Of a protocol.
+    pub fn new(protocol: P) -> Self {
+        let state = protocol.initial();
+        Self {
+            protocol,
+            framer: Framer::new(P::measure),
+            dealings: Dealings::default(),
+            state,
+        }
+    }
+
+    fn set_out(&mut self, now: HostTime, errand: Errand, from_process: &[f64]) {
+        self.dealings.asked = 0;
+        self.ask(now, errand, from_process);
+    }
+
+    fn ask(&mut self, now: HostTime, errand: Errand, from_process: &[f64]) {
+        let (state, request) = (&mut self.state, &mut self.dealings.request);
+        request.clear();
+        let patience = self.protocol.ask(state, errand, from_process, request);
+        self.dealings.asked += 1;
+        self.dealings.waiting = patience.map(|patience| (errand, later(now, patience)));
+    }
+}
+
+fn later(now: HostTime, by: SimDuration) -> HostTime {
+    HostTime::from_nanos(now.as_nanos().saturating_add(by.as_nanos()))
+}
+
+impl<P: Protocol> Driver for FramedDriver<P> {
+    fn name(&self) -> &str {
+        self.protocol.name()
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.protocol.ports()
+    }
+
+    fn open(&mut self, now: HostTime) {
+        self.set_out(now, Errand::Open, &[]);
+    }
+
+    fn begin(&mut self, now: HostTime, from_process: &[f64]) {
+        self.set_out(now, Errand::Transfer, from_process);
+    }
+
+    fn close(&mut self, now: HostTime) {
+        self.set_out(now, Errand::Close, &[]);
+    }
+
+    fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
+        self.framer.push(bytes);
+        while let Some(frame) = self.framer.next_frame() {
+            let errand = self.dealings.waiting.map(|(errand, _)| errand);
+            let heard = self.protocol.hear(&mut self.state, errand, frame);
+            match (heard, errand) {
+                (Heard::Over, _) => self.dealings.waiting = None,
+                (Heard::More(patience), Some(errand)) => {
+                    self.dealings.waiting = Some((errand, later(now, patience)));
+                }
+                (Heard::Nothing, _) | (Heard::More(_), None) => {}
+            }
+        }
+    }
+
+    fn handle_timeout(&mut self, now: HostTime) {
+        let Some((errand, _)) = self.dealings.waiting.filter(|&(_, until)| now >= until) else {
+            return;
+        };
+        self.dealings.waiting = None;
+        self.protocol.time_out(&mut self.state, errand);
+        if errand == Errand::Transfer {
+            return;
+        }
+        if self.dealings.asked < P::ATTEMPTS {
+            self.ask(now, errand, &[]);
+        } else {
+            self.dealings.failed = errand == Errand::Open;
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<HostTime> {
+        self.dealings.waiting.map(|(_, until)| until)
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
+        let any = !self.dealings.request.is_empty();
+        bytes.append(&mut self.dealings.request);
+        any
+    }
+
+    fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
+        if self.dealings.failed {
+            let why = self.protocol.refusal(&self.state);
+            return Err(DriverError { why });
+        }
+        Ok(match self.dealings.waiting {
+            Some(_) => Transfer::Busy,
+            None => Transfer::Done,
+        })
+    }
+
+    fn to_process(&self) -> &[f64] {
+        self.protocol.to_process(&self.state)
+    }
+
+    fn gauges(&self) -> Vec<Port> {
+        gauges(self.name(), P::GAUGES, "garbage")
+    }
+
+    fn read_gauges(&self, values: &mut [f64]) {
+        if let [own @ .., garbage] = values {
+            self.protocol.read_gauges(&self.state, own);
+            *garbage = self.framer.skipped() as f64;
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.state, &self.dealings, self.framer.state()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let framer: FramerState;
+        (self.state, self.dealings, framer) = snapshot.read()?;
+        self.framer.set_state(framer);
+        Ok(())
+    }
+}
+
+/// One after the other, and the framer's own at last.
+pub(crate) fn gauges(name: &str, own: &[(&str, Unit)], skipped: &str) -> Vec<Port> {
+    own.iter()
+        .chain(&[(skipped, Unit::One)])
+        .map(|&(gauge, unit)| Port::output(format!("{name}/{gauge}"), unit, 1))
+        .collect()
+}

@@ -1,0 +1,171 @@
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+
+use crate::framed_driver::gauges;
+use crate::{Framer, FramerState, Measure, Node, Piece};
+
+/// What of an emulated device is its own: what it does at its own instants, and on what it hears. [`FramedNode`] makes a
+/// [`Node`] of it.
+///
+/// The implementor is what was configured and where the plant has its signals; everything that changes is
+/// [`Emulation::State`].
+pub trait Emulation: Send {
+    /// Everything that changes: all of it is saved and restored.
+    type State: Serialize + DeserializeOwned + Send;
+
+    /// What can be seen of it, by name and unit, beside the bytes that belonged to no frame. The values are those of
+    /// [`Emulation::read_gauges`].
+    const GAUGES: &'static [(&'static str, Unit)] = &[];
+
+    /// What stands at the front of the bytes that come from the driver; see [`Framer`].
+    fn measure(front: &[u8]) -> Measure;
+
+    /// As it is switched on.
+    fn initial(&self) -> Self::State;
+
+    /// Name, for messages, gauges and faults.
+    fn name(&self) -> &str;
+
+    /// Tells it where the plant has its signals.
+    ///
+    /// # Errors
+    /// [`WiringError`] if the plant has not those that it cannot do without.
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
+
+    /// Its own next instant; none if it only reacts.
+    fn next_instant(&self, state: &Self::State) -> Option<SimTime>;
+
+    /// Its own next instant is `now`, and must be over after this.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the plant fails.
+    fn act(
+        &self,
+        state: &mut Self::State,
+        now: SimTime,
+        world: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError>;
+
+    /// Hears a frame, complete at `now`, after what it does at its own instants until then.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the plant fails.
+    fn hear(
+        &self,
+        state: &mut Self::State,
+        now: SimTime,
+        frame: &[u8],
+        world: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError>;
+
+    /// Writes the gauges, in order.
+    fn read_gauges(&self, state: &Self::State, values: &mut [f64]) {
+        let _ = (state, values);
+    }
+}
+
+/// What a device has to say, oldest first.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Said(VecDeque<(SimTime, Vec<u8>)>);
+
+impl Said {
+    /// Says what `write` appends, from `start` on or as soon as what was said before is over.
+    pub fn say(&mut self, start: SimTime, write: impl FnOnce(&mut Vec<u8>)) {
+        let mut bytes = Vec::new();
+        write(&mut bytes);
+        self.0.push_back((start, bytes));
+    }
+}
+
+/// An emulated device that is spoken to in frames.
+#[derive(Debug)]
+pub struct FramedNode<E: Emulation> {
+    emulation: E,
+    framer: Framer,
+    said: Said,
+    state: E::State,
+}
+
+impl<E: Emulation> FramedNode<E> {
+    /// As it is switched on.
+    pub fn new(emulation: E) -> Self {
+        let state = emulation.initial();
+        Self {
+            emulation,
+            framer: Framer::new(E::measure),
+            said: Said::default(),
+            state,
+        }
+    }
+}
+
+impl<E: Emulation> Node for FramedNode<E> {
+    fn name(&self) -> &str {
+        self.emulation.name()
+    }
+
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.emulation.connect(owner, plant)
+    }
+
+    fn hear(&mut self, piece: Piece<'_>) {
+        self.framer.push(piece.bytes);
+    }
+
+    fn attention(&self) -> Option<usize> {
+        Some(self.framer.missing())
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        self.emulation.next_instant(&self.state)
+    }
+
+    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+        let Self {
+            emulation,
+            framer,
+            said,
+            state,
+        } = self;
+        while emulation.next_instant(state).is_some_and(|at| at <= now) {
+            emulation.act(state, now, world, said)?;
+        }
+        while let Some(frame) = framer.next_frame() {
+            emulation.hear(state, now, frame, world, said)?;
+        }
+        Ok(())
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        let (start, said) = self.said.0.pop_front()?;
+        bytes.extend(said);
+        Some(start)
+    }
+
+    fn gauges(&self) -> Vec<Port> {
+        gauges(self.name(), E::GAUGES, "unheard")
+    }
+
+    fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
+        if let [own @ .., unheard] = values {
+            self.emulation.read_gauges(&self.state, own);
+            *unheard = self.framer.skipped() as f64;
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.state, &self.said, self.framer.state()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let framer: FramerState;
+        (self.state, self.said, framer) = snapshot.read()?;
+        self.framer.set_state(framer);
+        Ok(())
+    }
+}

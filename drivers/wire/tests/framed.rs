@@ -1,0 +1,207 @@
+//! What a driver that is made of a protocol does whatever comes, and when.
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{HostTime, Port, SimDuration};
+use twinrig_runtime::{Driver, Transfer};
+use twinrig_wire::{Errand, FramedDriver, Heard, Measure, Protocol};
+
+const PATIENCE: u64 = 50;
+const REST: u64 = 30;
+
+/// `?` asks, `+` says that there is more to come, `!` is all of it.
+struct Toy;
+
+#[derive(Default, Serialize, Deserialize)]
+struct State {
+    heard: Vec<f64>,
+    timed_out: Vec<Errand>,
+}
+
+impl Protocol for Toy {
+    type State = State;
+
+    const ATTEMPTS: u32 = 3;
+
+    fn measure(front: &[u8]) -> Measure {
+        match front {
+            [] => Measure::Missing(1),
+            [b'+' | b'!', ..] => Measure::Frame(1),
+            _ => Measure::Garbage,
+        }
+    }
+
+    fn initial(&self) -> State {
+        State::default()
+    }
+
+    fn name(&self) -> &'static str {
+        "toy"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn ask(
+        &self,
+        _: &mut State,
+        errand: Errand,
+        from_process: &[f64],
+        request: &mut Vec<u8>,
+    ) -> Option<SimDuration> {
+        // A transfer of nothing is over at once.
+        let any = errand != Errand::Transfer || !from_process.is_empty();
+        any.then(|| {
+            request.push(b'?');
+            SimDuration::from_nanos(PATIENCE)
+        })
+    }
+
+    fn hear(&self, state: &mut State, errand: Option<Errand>, frame: &[u8]) -> Heard {
+        state.heard.push(f64::from(frame[0]));
+        match (errand, frame) {
+            (None, _) => Heard::Nothing,
+            (Some(_), b"+") => Heard::More(SimDuration::from_nanos(REST)),
+            (Some(_), _) => Heard::Over,
+        }
+    }
+
+    fn time_out(&self, state: &mut State, errand: Errand) {
+        state.timed_out.push(errand);
+    }
+
+    fn refusal(&self, state: &State) -> String {
+        format!("{:?}", state.timed_out)
+    }
+
+    fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
+        &state.heard
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    Open,
+    Begin { with_data: bool },
+    Close,
+    Bytes([u8; 3]),
+    Wait(u64),
+}
+
+fn events() -> impl Strategy<Value = Vec<Event>> {
+    let byte = || prop_oneof![Just(b'+'), Just(b'!'), any::<u8>()];
+    let event = prop_oneof![
+        Just(Event::Open),
+        any::<bool>().prop_map(|with_data| Event::Begin { with_data }),
+        Just(Event::Close),
+        [byte(), byte(), byte()].prop_map(Event::Bytes),
+        (0..80_u64).prop_map(Event::Wait),
+    ];
+    vec(event, 0..40)
+}
+
+/// What is seen of a driver: what it writes, how far it is, when it wants to be woken.
+type Seen = (Vec<u8>, Result<Transfer, String>, Option<HostTime>, usize);
+
+fn seen(driver: &mut FramedDriver<Toy>) -> Seen {
+    let mut written = Vec::new();
+    while driver.poll_transmit(&mut written) {}
+    let transfer = driver.poll_transfer().map_err(|error| error.why);
+    let heard = driver.to_process().len();
+    (written, transfer, driver.poll_timeout(), heard)
+}
+
+/// Lets it happen at `now`, and what time-outs there are until the next.
+fn happen(driver: &mut FramedDriver<Toy>, now: &mut u64, event: Event) {
+    let at = HostTime::from_nanos(*now);
+    match event {
+        Event::Open => driver.open(at),
+        Event::Begin { with_data } => driver.begin(at, if with_data { &[1.0] } else { &[] }),
+        Event::Close => driver.close(at),
+        Event::Bytes(bytes) => driver.handle_bytes(at, &bytes),
+        Event::Wait(by) => {
+            *now += by;
+            while let Some(until) = driver.poll_timeout().filter(|at| at.as_nanos() <= *now) {
+                driver.handle_timeout(until);
+            }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn whatever_came_before_an_errand_that_nobody_answers_is_over_in_time(
+        before in events(), errand in 0..3_usize,
+    ) {
+        let (mut driver, mut now) = (FramedDriver::new(Toy), 0);
+        for event in before {
+            happen(&mut driver, &mut now, event);
+        }
+        let failed = driver.poll_transfer().is_err();
+        while driver.poll_transmit(&mut Vec::new()) {}
+        let (event, asks) = [
+            (Event::Open, 3),
+            (Event::Begin { with_data: true }, 1),
+            (Event::Close, 3),
+        ][errand];
+        happen(&mut driver, &mut now, event);
+        let mut written = Vec::new();
+        for asked in 1..=asks {
+            while driver.poll_transmit(&mut written) {}
+            prop_assert_eq!(&written, &vec![b'?'; asked]);
+            let until = now + PATIENCE * asked as u64;
+            prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(until)));
+            // Too early is nothing.
+            driver.handle_timeout(HostTime::from_nanos(until - 1));
+            prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(until)));
+            driver.handle_timeout(HostTime::from_nanos(until));
+        }
+        prop_assert_eq!(driver.poll_timeout(), None);
+        prop_assert!(!driver.poll_transmit(&mut written));
+        prop_assert_eq!(driver.poll_transfer().is_err(), failed || errand == 0);
+    }
+
+    #[test]
+    fn an_answer_in_two_steps_ends_an_errand_however_late_within_its_time(
+        first in 0..PATIENCE, second in 0..REST, errand in 0..3_usize,
+    ) {
+        let mut driver = FramedDriver::new(Toy);
+        let event = [Event::Open, Event::Begin { with_data: true }, Event::Close][errand];
+        happen(&mut driver, &mut 0, event);
+        driver.handle_bytes(HostTime::from_nanos(first), b"x+");
+        prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(first + REST)));
+        prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Busy));
+        driver.handle_bytes(HostTime::from_nanos(first + second), b"!");
+        prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Done));
+        prop_assert_eq!(driver.poll_timeout(), None);
+        let mut gauges = [0.0];
+        driver.read_gauges(&mut gauges);
+        prop_assert_eq!(gauges, [1.0], "the x is garbage");
+    }
+
+    #[test]
+    fn a_restored_one_goes_on_as_it_was(events in events(), saved_after in 0..40_usize) {
+        let (mut driver, mut now) = (FramedDriver::new(Toy), 0);
+        let (head, tail) = events.split_at(saved_after.min(events.len()));
+        for &event in head {
+            happen(&mut driver, &mut now, event);
+        }
+        let mut again = FramedDriver::new(Toy);
+        again.restore(&driver.save()).unwrap();
+        let mut then = now;
+        for &event in tail {
+            happen(&mut driver, &mut now, event);
+            happen(&mut again, &mut then, event);
+            prop_assert_eq!(seen(&mut again), seen(&mut driver));
+        }
+    }
+}
+
+#[test]
+fn a_transfer_of_which_nothing_is_to_be_waited_for_is_over_at_once() {
+    let mut driver = FramedDriver::new(Toy);
+    happen(&mut driver, &mut 0, Event::Begin { with_data: false });
+    assert_eq!(seen(&mut driver), (Vec::new(), Ok(Transfer::Done), None, 0));
+}
