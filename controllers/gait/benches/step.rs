@@ -1,8 +1,9 @@
 //! What one step of the controller costs, for four legs.
 
 use divan::Bencher;
-use twinrig_gait::{Cpg, Gait, Oscillators, example_robot};
+use twinrig_gait::{Cpg, Gait, Oscillators};
 use twinrig_kernel::SimDuration;
+use twinrig_robot::Robot;
 use twinrig_runtime::Process;
 
 fn main() {
@@ -14,7 +15,7 @@ const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 #[divan::bench]
 fn step_of_four_legs(bencher: Bencher) {
     let mut cpg =
-        Cpg::new(&example_robot(), &LEGS, Gait::Trot).expect("the example robot is sound");
+        Cpg::new(&Robot::example(), &LEGS, Gait::Trot).expect("the example robot is sound");
     let mut outputs = [0.0; 8];
     bencher.bench_local(|| {
         cpg.step(

@@ -51,7 +51,7 @@ use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 /// use twinrig_kernel::SimDuration;
 /// use twinrig_runtime::Process;
 ///
-/// # let robot = twinrig_gait::example_robot();
+/// # let robot = twinrig_robot::Robot::example();
 /// let mut cpg = Cpg::new(&robot, &["LF", "RF", "LH", "RH"], Gait::Trot)?;
 /// let mut commands = [0.0; 8];
 /// cpg.step(SimDuration::ZERO, &[], &mut commands);

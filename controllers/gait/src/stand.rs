@@ -165,11 +165,10 @@ impl Process for Stand {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::example_robot;
 
     #[test]
     fn feet_are_where_the_variables_say() {
-        let robot = example_robot();
+        let robot = Robot::example();
         let mut stand = Stand::new(&robot, &["LF", "RH"]).unwrap();
         stand.set_variable(1, 0.12).unwrap();
         stand.set_variable(3, -0.01).unwrap();
@@ -194,7 +193,7 @@ mod tests {
 
     #[test]
     fn it_holds_still_and_comes_back_bit_for_bit() {
-        let mut stand = Stand::new(&example_robot(), &["LF", "RF"]).unwrap();
+        let mut stand = Stand::new(&Robot::example(), &["LF", "RF"]).unwrap();
         let mut first = [0.0; 4];
         stand.step(SimDuration::ZERO, &[], &mut first);
         let saved = stand.save();

@@ -5,15 +5,16 @@ use std::f64::consts::PI;
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, Snapshot};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_robot::Robot;
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
-use crate::{Abduction, Cpg, FootLocus, Gait, GaitError, LocusShape, Stand, example_robot};
+use crate::{Abduction, Cpg, FootLocus, Gait, GaitError, LocusShape, Stand};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 const PERIOD: SimDuration = SimDuration::from_millis(2);
 
 fn cpg(gait: Gait) -> Cpg {
-    Cpg::new(&example_robot(), &LEGS, gait).unwrap()
+    Cpg::new(&Robot::example(), &LEGS, gait).unwrap()
 }
 
 fn index(process: &impl Process, name: &str) -> usize {
@@ -71,7 +72,7 @@ fn commands_are_the_inverse_kinematics_of_the_locus() {
     set(&mut cpg, "step_length", 0.07);
     set(&mut cpg, "hip_height/hind", 0.13);
     let rows = run(&mut cpg, 500, 8);
-    let robot = example_robot();
+    let robot = Robot::example();
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     let shape = LocusShape {
         hip_height: 0.13,
@@ -103,7 +104,7 @@ fn trot_moves_diagonal_legs_together_and_the_others_half_a_cycle_later() {
 
 #[test]
 fn leaving_a_leg_out_changes_no_bit_of_the_others() {
-    let robot = example_robot();
+    let robot = Robot::example();
     for seed in [None, Some(3)] {
         let start = |legs: &[&str]| {
             let cpg = Cpg::new(&robot, legs, Gait::Trot).unwrap();
@@ -124,7 +125,7 @@ fn step_length_ramps_up_and_the_hip_rises_from_its_crouch() {
     let mut cpg = cpg(Gait::Trot);
     set(&mut cpg, "crouch", 0.008);
     set(&mut cpg, "frequency", 0.0);
-    let leg = Pantograph::new(&example_robot().legs[0].leg).unwrap();
+    let leg = Pantograph::new(&Robot::example().legs[0].leg).unwrap();
     let mut outputs = [0.0; 8];
     let expected = |x: f64, height: f64| leg.inverse_closed(Planar::new(x, -height)).unwrap().hip;
     let (height, length) = (0.93 * leg.length_max(), 0.54 * leg.length_max());
@@ -156,7 +157,7 @@ fn a_target_out_of_reach_becomes_the_nearest_and_is_counted() {
 
     set(&mut cpg, "frequency", 0.0);
     set(&mut cpg, "mid_stance_offset/fore", 30.0); // so far ahead that the leg points forward
-    let leg = Pantograph::new(&example_robot().legs[0].leg).unwrap();
+    let leg = Pantograph::new(&Robot::example().legs[0].leg).unwrap();
     let LegCommand { hip, knee } = leg
         .inverse_closed(Planar::new(leg.length_max(), 0.0))
         .unwrap();
@@ -229,7 +230,7 @@ fn abductions_come_after_the_drives_and_change_no_bit_of_them() {
 
 #[test]
 fn a_stand_abducts_the_legs_that_it_has() {
-    let stand = Stand::new(&example_robot(), &["RF", "LH"]).unwrap();
+    let stand = Stand::new(&Robot::example(), &["RF", "LH"]).unwrap();
     let mut stand = stand.with_abduction(Abduction::Hold);
     set(&mut stand, "splay", 0.2);
     let names: Vec<_> = stand.ports().into_iter().map(|port| port.name).collect();
@@ -243,7 +244,7 @@ fn a_stand_abducts_the_legs_that_it_has() {
 #[test]
 fn without_abduction_there_is_nothing_to_splay() {
     let mut cpg = cpg(Gait::Trot);
-    let mut stand = Stand::new(&example_robot(), &LEGS).unwrap();
+    let mut stand = Stand::new(&Robot::example(), &LEGS).unwrap();
     set(&mut cpg, "splay", 0.0);
     set(&mut stand, "splay", 0.0);
     let (of_cpg, of_stand) = (index(&cpg, "splay"), index(&stand, "splay"));
@@ -261,7 +262,7 @@ fn without_abduction_there_is_nothing_to_splay() {
 
 #[test]
 fn a_leg_the_robot_does_not_have_is_a_typed_error() {
-    let error = Cpg::new(&example_robot(), &["LF", "XY"], Gait::Trot).unwrap_err();
+    let error = Cpg::new(&Robot::example(), &["LF", "XY"], Gait::Trot).unwrap_err();
     assert_eq!(
         error,
         GaitError::UnknownLeg {
@@ -273,7 +274,7 @@ fn a_leg_the_robot_does_not_have_is_a_typed_error() {
 
 #[test]
 fn a_snapshot_of_something_else_is_a_typed_error() {
-    let robot = example_robot();
+    let robot = Robot::example();
     let mut three = robot.clone();
     three.legs.pop();
     let other = Cpg::new(&three, &["LF"], Gait::Trot).unwrap().save();

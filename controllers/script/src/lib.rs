@@ -8,7 +8,7 @@
 //! use twinrig_runtime::Process;
 //! use twinrig_script::{Plan, Script, Shape};
 //!
-//! # let robot = twinrig_script::example_robot();
+//! # let robot = twinrig_robot::Robot::example();
 //! let plan = Plan { hip: Shape::Sine, ..Plan::default() };
 //! let mut script = Script::new(&robot, &["LF"], &plan)?;
 //! let mut commands = [0.0; 2];
@@ -35,76 +35,3 @@ pub use error::ScriptError;
 pub use plan::Plan;
 pub use script::Script;
 pub use shape::Shape;
-
-/// The robot that examples and tests of this crate use.
-#[doc(hidden)]
-pub fn example_robot() -> twinrig_robot::Robot {
-    use twinrig_robot::{
-        Actuators, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Trunk,
-    };
-    let servo = Servo {
-        lag: 0.005,
-        speed: 12.0,
-        torque: 2.0,
-        dead_band: 0.0,
-        inertia: 1e-4,
-    };
-    let leg = Leg {
-        l1: 0.0442,
-        l2: 0.0714,
-        l3: 0.0544,
-        l_delta: 0.015,
-        q2_ref: 0.6,
-        diagonal: Spring {
-            stiffness: 4400.0,
-            preload: 0.003,
-        },
-        parallel: Spring {
-            stiffness: 1800.0,
-            preload: 0.003,
-        },
-        parallel_travel: 0.010,
-        diagonal_min: 0.063,
-        joint_friction: JointFriction {
-            hip: 1e-3,
-            knee: 1e-3,
-            ankle: 1e-3,
-            toe: 1e-3,
-        },
-        mass: LegMass {
-            l1: 0.01,
-            l2: 0.01,
-            l3: 0.01,
-            foot: 0.02,
-            lumped_foot: 0.03,
-        },
-        pulley_radius: 0.025,
-        toe: None,
-    };
-    let mount = |name: &str, x: f64, y: f64| LegMount {
-        name: name.to_owned(),
-        hip: [x, y, 0.0],
-        leg: leg.clone(),
-    };
-    Robot {
-        name: "example".to_owned(),
-        trunk: Trunk {
-            mass: 0.9,
-            inertia: [1e-3, 3e-3, 3e-3],
-            size: [0.2, 0.1, 0.05],
-        },
-        legs: vec![
-            mount("LF", 0.1, 0.05),
-            mount("RF", 0.1, -0.05),
-            mount("LH", -0.1, 0.05),
-            mount("RH", -0.1, -0.05),
-        ],
-        actuators: Actuators {
-            hip: servo,
-            knee: servo,
-            abduction: None,
-        },
-        motors: None,
-        friction: 0.6,
-    }
-}

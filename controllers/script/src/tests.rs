@@ -4,14 +4,15 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, Snapshot};
+use twinrig_robot::Robot;
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
-use crate::{Plan, Script, ScriptError, Shape, example_robot};
+use crate::{Plan, Script, ScriptError, Shape};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
 fn script(plan: Plan) -> Script {
-    Script::new(&example_robot(), &LEGS, &plan).unwrap()
+    Script::new(&Robot::example(), &LEGS, &plan).unwrap()
 }
 
 fn set(script: &mut Script, name: &str, value: f64) -> Result<(), VariableError> {
@@ -173,7 +174,7 @@ fn values_out_of_range_are_refused_and_change_nothing() {
 
 #[test]
 fn what_cannot_be_is_a_typed_error() {
-    let robot = example_robot();
+    let robot = Robot::example();
     let error = Script::new(&robot, &["LF", "XY"], &Plan::default()).unwrap_err();
     let known = "LF, RF, LH, RH".to_owned();
     assert_eq!(
@@ -245,7 +246,7 @@ proptest! {
     fn leaving_a_leg_out_changes_no_bit_of_the_others(plan in plans(), millis in 0..100_000_u64) {
         let elapsed = SimDuration::from_millis(millis);
         let all = step(&mut script(plan), elapsed);
-        let some = step(&mut Script::new(&example_robot(), &["RF", "RH"], &plan).unwrap(), elapsed);
+        let some = step(&mut Script::new(&Robot::example(), &["RF", "RH"], &plan).unwrap(), elapsed);
         prop_assert_eq!(bits(&all[2..4]), bits(&some[..2]));
         prop_assert_eq!(bits(&all[6..8]), bits(&some[2..4]));
     }

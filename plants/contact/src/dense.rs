@@ -41,7 +41,6 @@ pub(crate) fn affine(a: &[f64], x: &[f64], b: &[f64], y: &mut [f64]) {
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)] // Only inlined does the literal length reach the loops.
 fn affine_of(length: usize, a: &[f64], x: &[f64], b: &[f64], y: &mut [f64]) {
     let x = &x[..length];
     for ((row, b), y) in a.chunks_exact(length).zip(b).zip(y) {
@@ -51,7 +50,6 @@ fn affine_of(length: usize, a: &[f64], x: &[f64], b: &[f64], y: &mut [f64]) {
 
 /// Dot product of two padded rows, as four interleaved sums.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn dot(length: usize, a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (&a[..length], &b[..length]);
     let mut sum = [0.0; LANE];
@@ -112,7 +110,6 @@ impl Factors {
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn factor_of(stride: usize, factors: &mut Factors) -> Result<(), Singular> {
     const TINY: f64 = 1e-300;
     let n = factors.n;
@@ -155,7 +152,6 @@ fn factor_of(stride: usize, factors: &mut Factors) -> Result<(), Singular> {
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn solve_of(stride: usize, factors: &Factors, b: &mut [f64]) {
     let b = &mut b[..stride];
     let columns = factors.lower.chunks_exact(stride.max(1));

@@ -196,7 +196,10 @@ impl HeightField {
 }
 
 /// Grid cell and place within it; the border cell goes on for ever.
-#[allow(clippy::cast_possible_truncation)] // clamped to the grid before
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "clamped to the grid before"
+)]
 pub(crate) fn cell(place: f64, points: usize) -> (i64, f64) {
     let bounded = place.clamp(-1.0, points as f64);
     let floor = libm::floor(bounded);

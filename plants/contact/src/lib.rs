@@ -62,6 +62,11 @@
 //!
 //! What is not here: masses, bodies, time, and which constraints there are. Those are the plant's.
 
+#![allow(
+    clippy::inline_always,
+    reason = "only inlined does a literal length reach the loops, and do numbers stay in registers"
+)]
+
 mod curvature;
 mod dense;
 mod direct;

@@ -192,7 +192,7 @@ proptest! {
     fn steps_may_be_cut_anywhere(motion in motions(), load in load(), share in 0.0..1.0_f64) {
         let (mut whole, mut cut, mut now) = (bench(&["LF"], load), bench(&["LF"], load), 0);
         for (step, inputs) in motion {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a share of milliseconds
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of milliseconds")]
             let part = (share * step as f64) as u64;
             if part > 0 && part < step {
                 cut.advance(at(now + part), &inputs).unwrap();

@@ -62,7 +62,6 @@ pub(crate) struct Response<T, const N: usize> {
 
 /// The rotation of a quaternion that need not have unit length.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Rotation<T> {
     let one = T::splat(1.0);
     let two = T::splat(2.0) / (w * w + x * x + y * y + z * z);
@@ -78,7 +77,6 @@ pub(crate) fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Rotation<T> {
 
 /// A vector of the world in trunk axes.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn into_trunk<T: Real>(rotation: &Rotation<T>, world: [T; 3]) -> [T; 3] {
     std::array::from_fn(|i| {
         rotation[0][i] * world[0] + rotation[1][i] * world[1] + rotation[2][i] * world[2]
@@ -87,7 +85,6 @@ pub(crate) fn into_trunk<T: Real>(rotation: &Rotation<T>, world: [T; 3]) -> [T; 
 
 /// A vector in trunk axes, in those of the world.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn into_world<T: Real>(rotation: &Rotation<T>, own: [T; 3]) -> [T; 3] {
     rotation.map(|row| row[0] * own[0] + row[1] * own[1] + row[2] * own[2])
 }
@@ -95,7 +92,6 @@ pub(crate) fn into_world<T: Real>(rotation: &Rotation<T>, own: [T; 3]) -> [T; 3]
 /// How fast a unit force along one row moves another: `pushed` is what it does, `pull` what a unit force along the other
 /// brings to the trunk.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn between<T: Real, const N: usize>(
     row: &Row<T, N>,
     pull: &Spatial<T>,
@@ -111,7 +107,6 @@ pub(crate) fn between<T: Real, const N: usize>(
 
 /// The same where the trunk's part of it is known.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn between_links<T: Real, const N: usize>(
     mut sum: T,
     row: &Row<T, N>,
@@ -128,7 +123,6 @@ pub(crate) fn between_links<T: Real, const N: usize>(
 
 impl<R: Real, const N: usize> Floating<R, N> {
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn new(
         model: &Model<N>,
         legs: &Constants<R, N>,
@@ -161,7 +155,6 @@ impl<R: Real, const N: usize> Floating<R, N> {
 
 impl<R: Real, const N: usize> Articulated<R, N> {
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn new(
         model: &Model<N>,
         legs: &Constants<R, N>,
@@ -189,7 +182,6 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Room for one.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn blank() -> Self {
         Self {
             chain: Chain::blank(),
@@ -201,7 +193,6 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Another state in its place: what is large is not moved about.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn renew(
         &mut self,
         model: &Model<N>,
@@ -223,7 +214,6 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Legs on a trunk that is held, and the torques on their links.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn legs(
         legs: &Constants<R, N>,
         state: &State<R, N>,
@@ -238,7 +228,6 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Accelerations without any force but its own.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn accelerations(&self) -> Accelerations<R, N> {
         let trunk = self
             .base
@@ -251,7 +240,6 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Accelerations of the links under these torques, on a trunk of this acceleration.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn with_trunk(
         &self,
         trunk: Spatial<R::Sum>,

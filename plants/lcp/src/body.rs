@@ -458,7 +458,11 @@ impl<const N: usize> Numbers<N> {
 }
 
 /// A count that was saved as a number.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped before
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped before"
+)]
 fn counted(number: f64) -> u32 {
     number.clamp(0.0, f64::from(u32::MAX)) as u32
 }

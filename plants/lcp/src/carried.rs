@@ -54,7 +54,6 @@ pub(crate) struct Carried<R, const N: usize> {
 
 impl<R: Real, const N: usize> Carried<R, N> {
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn new(leg: &Constants<R, N>, chain: &Chain<R, N>, trunk: &Carrier<R>) -> Self {
         let zero = R::zero();
         let [hx, hy, hz] = leg.hip;

@@ -38,7 +38,6 @@ pub(crate) struct Chain<R, const N: usize> {
 impl<R: Real, const N: usize> Chain<R, N> {
     /// Room for one.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn blank() -> Self {
         let zero = R::zero();
         let length = Length {
@@ -63,7 +62,6 @@ impl<R: Real, const N: usize> Chain<R, N> {
 
     /// The leg at these absolute angles and rates of its links.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn new(leg: &Constants<R, N>, angles: &[R; N], rates: &[R; N]) -> Self {
         let (mut sines, mut cosines) = ([R::zero(); N], [R::zero(); N]);
         for i in 0..N {
@@ -127,7 +125,6 @@ impl<R: Real, const N: usize> Chain<R, N> {
     /// Torques that the leg feels in a field that gives every mass the acceleration (x, z) \[m/s²\], with what its own
     /// rates ask of it: what its inertia answers to.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn torques(&self, leg: &Constants<R, N>, field: [R; 2]) -> [R; N] {
         let mut torques = [R::zero(); N];
         for j in 0..N {
@@ -158,7 +155,6 @@ impl<R: Real, const N: usize> Chain<R, N> {
 
     /// Power that friction in the joints takes \[W\].
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn friction_power(&self) -> R {
         let mut power = R::zero();
         for i in 0..N {
@@ -181,7 +177,6 @@ impl<R: Real, const N: usize> Chain<R, N> {
 
 /// Torques of friction in the joints at these rates of the links.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn rubbed<R: Real, const N: usize>(leg: &Constants<R, N>, rates: &[R; N]) -> [R; N] {
     let mut torques = [R::zero(); N];
     torques[0] = -(leg.friction[0] * rates[0]);
@@ -203,7 +198,6 @@ struct Turns<R> {
 impl<R: Real> Turns<R> {
     /// The same of a triangle, which knows the first angle alone.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn side(&self, square: R, product: R) -> Length<R> {
         let value = (square + R::splat(2.0) * product * self.cosine[0]).sqrt();
         let inverse = R::splat(1.0) / value;
@@ -221,7 +215,6 @@ impl<R: Real> Turns<R> {
 
     /// The length ℓ with ½ℓ² = ½ square + Σ product · cos(angle).
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn length(&self, square: R, product: [R; 3]) -> Length<R> {
         let two = R::splat(2.0);
         let (mut squared, mut bend) = (square, R::zero());

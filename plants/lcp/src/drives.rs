@@ -37,7 +37,6 @@ pub(crate) struct Turned<R> {
 
 /// Acceleration that a servo asks for \[rad/s²\].
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn wanted<R: Real>(servo: &PositionServo, command: R, position: R, rate: R) -> R {
     let speed = R::splat(servo.speed());
     let error = (command - position).beyond(R::splat(servo.dead_band()));
@@ -47,7 +46,6 @@ pub(crate) fn wanted<R: Real>(servo: &PositionServo, command: R, position: R, ra
 
 /// Torque of a motor that is used up, in the direction `spent` \[N·m\].
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn greatest<R: Real>(servo: &PositionServo, spent: R, rate: R) -> R {
     if servo.torque().is_infinite() {
         return R::zero();
@@ -58,7 +56,6 @@ pub(crate) fn greatest<R: Real>(servo: &PositionServo, spent: R, rate: R) -> R {
 
 /// What the drives of a leg do.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn driven<R: Real>(
     drives: &Fitted,
     commands: &Commands<R>,
@@ -71,7 +68,6 @@ pub(crate) fn driven<R: Real>(
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn served<R: Real>(servos: &Servos, commands: &Commands<R>, turned: &Turned<R>) -> Driven<R> {
     let Servos { hip, knee } = servos;
     let Turned {
@@ -98,7 +94,6 @@ fn served<R: Real>(servos: &Servos, commands: &Commands<R>, turned: &Turned<R>) 
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn powered<R: Real>(motors: &Motors, commands: &Commands<R>, turned: &Turned<R>) -> Driven<R> {
     let per_inertia = R::splat(1.0 / motors.knee.inertia());
     let winding = commands.pulley - commands.pulley_damping * turned.pulley_rate;

@@ -186,7 +186,10 @@ pub(crate) struct Toll {
 impl<const N: usize> Instant<N> {
     /// Finds the constraints of these legs that are closed. Feet that slide push along their friction where `sliding` says
     /// that they go on to.
-    #[allow(clippy::too_many_arguments)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what a step is about, each by its name"
+    )]
     pub(crate) fn find(
         &mut self,
         scene: &Scene<'_, Lanes, N>,
@@ -638,7 +641,6 @@ impl<const N: usize> Instant<N> {
 /// What forces along some directions move along a row by way of the trunk: Σₖ pull[k] · trunks[k], for the directions side by
 /// side.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn by_trunk(pull: &[f64; 6], trunks: &[[f64; ABREAST]; 6]) -> [f64; ABREAST] {
     let mut sums = [0.0; ABREAST];
     for (pull, trunk) in pull.iter().zip(trunks) {

@@ -384,7 +384,6 @@ impl<const N: usize> Flow<N> {
 
     /// Adds what a motion feels to sums, `weight` seconds of it. The feet's forces are those on the bench.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn feel(
         &self,
         state: &State<Lanes, N>,
@@ -399,7 +398,6 @@ impl<const N: usize> Flow<N> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn feel_motors(&self, felt: &Felt<Lanes>, weight: Lanes, tally: &mut Tally) {
         if self.model.drives.is_some() {
             tally.hip += weight * felt.hip_torque;

@@ -78,7 +78,6 @@ impl<R: Real> Driven<R> {
 impl<R: Real, const N: usize> Chain<R, N> {
     /// The pantograph's lower stop, as a length at its offset.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn closed(&self, leg: &Constants<R, N>, angles: &[R; N]) -> Hold<R, N> {
         let mut gradient = [R::zero(); N];
         (gradient[0], gradient[2]) = (-leg.l_delta, leg.l_delta);
@@ -91,26 +90,22 @@ impl<R: Real, const N: usize> Chain<R, N> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn open(&self, leg: &Constants<R, N>) -> Hold<R, N> {
         Self::at_most(&self.parallel, leg.parallel_max)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn extended(&self, leg: &Constants<R, N>) -> Hold<R, N> {
         Self::at_most(&self.diagonal, leg.diagonal_max)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn bottomed(&self, leg: &Constants<R, N>) -> Hold<R, N> {
         Self::at_most(&self.diagonal, leg.diagonal_min).reversed()
     }
 
     /// The taut cable; its gap closes with the pulley's angle, too.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn taut(&self, leg: &Constants<R, N>, drive: &Driven<R>) -> Hold<R, N> {
         let mut hold = Self::at_most(
             &self.cable,
@@ -121,7 +116,6 @@ impl<R: Real, const N: usize> Chain<R, N> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn at_most(length: &crate::chain::Length<R>, most: R) -> Hold<R, N> {
         let mut gradient = [R::zero(); N];
         for i in 0..3 {
@@ -186,7 +180,6 @@ struct Taken<R, const N: usize> {
 impl<R: Real, const N: usize> Give<R, N> {
     /// Room for one.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn blank() -> Self {
         let zero = R::zero();
         let none = Taken {
@@ -204,7 +197,6 @@ impl<R: Real, const N: usize> Give<R, N> {
 
     /// A leg that nothing holds.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn free(inertia: &[[R; N]; N]) -> Self {
         Self {
             mobility: inverse(inertia),
@@ -214,7 +206,6 @@ impl<R: Real, const N: usize> Give<R, N> {
 
     /// Takes out the constraint `J θ̈ = target` where `holds` is one. `compliance` is c.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn take(
         &mut self,
         place: usize,
@@ -253,7 +244,6 @@ impl<R: Real, const N: usize> Give<R, N> {
 
     /// Accelerations under these torques.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn accelerations(&self, torques: &[R; N]) -> [R; N] {
         let mut accelerations = self.imposed;
         for i in 0..N {
@@ -266,7 +256,6 @@ impl<R: Real, const N: usize> Give<R, N> {
 
     /// Forces of the constraints under these torques.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn forces(&self, torques: &[R; N]) -> [R; HOLDS] {
         let (mut torques, mut forces) = (*torques, [R::zero(); HOLDS]);
         for place in (0..HOLDS).rev() {
@@ -287,7 +276,6 @@ impl<R: Real, const N: usize> Give<R, N> {
 
 /// The inverse of a symmetric, positive definite matrix.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn inverse<R: Real, const N: usize>(a: &[[R; N]; N]) -> [[R; N]; N] {
     let mut out = [[R::zero(); N]; N];
     // The leading block of three by cofactors, which takes one quotient.
@@ -345,7 +333,6 @@ pub(crate) struct Holding<'a, R> {
 impl<R: Real, const N: usize> Chain<R, N> {
     /// How the leg gives way with these constraints taken out.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn give(
         &self,
         leg: &Constants<R, N>,

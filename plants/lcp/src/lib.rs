@@ -43,8 +43,14 @@
 //! What is not here: abduction of the hips, bending of segments, collisions of anything but the feet, the drives'
 //! electronics, and the reaction of a drive's own rotor on the trunk, which is small behind a gear.
 
-// Matrices are indexed as in the formulas.
-#![allow(clippy::needless_range_loop)]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "matrices are indexed as in the formulas"
+)]
+#![allow(
+    clippy::inline_always,
+    reason = "only inlined does a literal length reach the loops, and do numbers stay in registers"
+)]
 
 mod articulated;
 mod body;

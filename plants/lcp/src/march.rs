@@ -260,7 +260,6 @@ impl<const N: usize> Flow<N> {
 
     /// A piece of the step, up to the next event or the step's end: its length, the events at its end, and whether the
     /// guards there are known.
-    #[allow(clippy::type_complexity)]
     fn piece(
         &mut self,
         stepper: Stepper,

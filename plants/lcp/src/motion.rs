@@ -101,7 +101,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 
     /// What the drives do in a state.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn drive(&self, state: &State<R, N>) -> Driven<R> {
         let Some(drives) = &self.model.drives else {
             return Driven::none();
@@ -118,7 +117,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
     /// The right-hand side in a state where no foot stands, and no more than that: what it is made from never leaves the
     /// registers, and half of it is not needed.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn slope_aloft(&self, state: &State<R, N>) -> (Slope<R, N>, Felt<R>) {
         let drive = self.drive(state);
         let holding = Holding {
@@ -150,7 +148,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 
     /// The right-hand side in a state.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn motion(&self, state: &State<R, N>, bench: &mut Bench<R::Sum, N>) -> Motion<R, N> {
         let mut motion = Motion::blank();
         self.motion_into(state, bench, &mut motion);
@@ -159,7 +156,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 
     /// The same in the place of another.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn motion_into(
         &self,
         state: &State<R, N>,
@@ -195,7 +191,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 
     /// How the state changes with these accelerations; what friction takes is left open.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn slope(
         &self,
         state: &State<R, N>,
@@ -208,7 +203,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn slope_of(
         &self,
         state: &State<R, N>,
@@ -239,7 +233,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 
     /// Forces of what holds, and torques of the motors.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn feel(
         &self,
         articulated: &Articulated<R, N>,
@@ -250,7 +243,6 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn feel_legs(
         &self,
         give: &Give<R, N>,
@@ -443,7 +435,6 @@ pub(crate) fn sliding<T: Real>(footing: &Footing<T>, last: [f64; 2]) -> [T; 2] {
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn quaternion_rate<T: Real>([w, x, y, z]: [T; 4], turning: [T; 3]) -> [T; 4] {
     let half = T::splat(0.5);
     let [p, q, r] = turning.map(|rate| half * rate);

@@ -110,69 +110,58 @@ impl Real for Lanes {
     type Sum = f64;
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn splat(value: f64) -> Self {
         Self::splat(value)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn sum(self) -> f64 {
         let [a, b, c, d] = self.to_array();
         (a + b) + (c + d)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn sin_cos(self) -> (Self, Self) {
         sin_cos(self)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn clamped(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn beyond(self, width: Self) -> Self {
         self.abs().simd_gt(width).bitselect(self, Self::splat(0.0))
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn is_other_than_zero(self) -> Self {
         let zero = Self::splat(0.0);
         self.simd_eq(zero).bitselect(zero, Self::splat(1.0))
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn plain(self) -> f64 {
         self.to_array()[0]
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn broadcast(value: f64) -> Self {
         Self::splat(value)
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn lane(self, lane: usize) -> f64 {
         self.to_array()[lane]
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn with_lane(self, lane: usize, value: f64) -> Self {
         let mut lanes = self.to_array();
         lanes[lane] = value;
@@ -188,7 +177,6 @@ pub(crate) trait Wide: Real {
 
 impl Wide for Lanes {
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn of(lanes: Lanes) -> Self {
         lanes
     }
@@ -206,7 +194,6 @@ impl Wide for Dual<Lanes> {
 /// Sine and cosine by reduction to an eighth of a turn and the polynomials of fdlibm. Quadrants are told apart by products
 /// with zeros and ones, which lanes can do and which is exact.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn sin_cos<R: Real>(x: R) -> (R, R) {
     /// Adding and subtracting this rounds to a whole number.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
@@ -235,7 +222,6 @@ fn sin_cos<R: Real>(x: R) -> (R, R) {
 
 /// Sine and cosine of at most π/4.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn near_zero<R: Real>(r: R) -> (R, R) {
     const SINE: [f64; 6] = [
         1.589_690_995_211_55e-10,

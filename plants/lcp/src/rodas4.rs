@@ -133,7 +133,10 @@ impl<const N: usize> Default for Memory<N> {
 }
 
 /// I − hγJ in a form that solves for it.
-#[allow(clippy::large_enum_variant)] // there is one, for the length of a step, and memory must not be asked for
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one, for the length of a step, and memory must not be asked for"
+)]
 enum System<'a, const N: usize> {
     Islands(Islands),
     Whole(&'a Memory<N>),

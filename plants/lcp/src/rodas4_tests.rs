@@ -11,7 +11,7 @@ type Matrix = [[f64; STAGES]; STAGES];
 fn classical() -> (Matrix, Matrix, [[f64; STAGES]; 2]) {
     let mut gammas = [[0.0; STAGES]; STAGES];
     // Γ⁻¹ = I/γ − C is triangular.
-    #[allow(clippy::needless_range_loop)] // As in formulas.
+    #[expect(clippy::needless_range_loop, reason = "as in formulas")]
     for column in 0..STAGES {
         for row in column..STAGES {
             let mut sum = if row == column { 1.0 } else { 0.0 };

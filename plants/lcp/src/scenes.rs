@@ -172,7 +172,11 @@ pub(crate) fn hanging(robot: &Robot, pose: Pose) -> Flow<3> {
 }
 
 /// The foot's way in steps of 2 ms.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Small counts.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "small counts"
+)]
 pub(crate) fn trace(
     mut flow: Flow<3>,
     seconds: f64,

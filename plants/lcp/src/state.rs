@@ -45,7 +45,6 @@ fn axpy<R: Real, const M: usize>(x: &mut [R; M], h: R, slope: &[R; M]) {
 impl<R: Real, const N: usize> State<R, N> {
     /// Moves along a slope for `h` seconds, which may differ from leg to leg where the trunk is held.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn along(&self, h: R, slope: &Slope<R, N>, free: bool) -> Self {
         let mut next = *self;
         if free {
@@ -65,7 +64,6 @@ impl<R: Real, const N: usize> State<R, N> {
 
 /// The same with an attitude of unit length.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 pub(crate) fn normalised<const N: usize>(state: &State<Lanes, N>, free: bool) -> State<Lanes, N> {
     let mut next = *state;
     if free {
@@ -95,7 +93,6 @@ impl<R: Real, const N: usize> Slope<R, N> {
 
     /// Adds `weight` times another slope.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn add(&mut self, weight: f64, other: &Self, free: bool) {
         let (w, t) = (R::splat(weight), <R::Sum as Real>::splat(weight));
         if free {

@@ -117,7 +117,6 @@ pub(crate) struct Schur<T> {
 impl<T: Real<Sum = T>> Schur<T> {
     /// Takes the legs out of the trunk's equations: S = M − Σ C Φ Cᵀ, f = F − Σ C (Φ τ + x).
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn new<R: Real<Sum = T>, const N: usize>(
         constants: &TrunkConstants,
         trunk: &Trunk<T>,
@@ -154,7 +153,6 @@ impl<T: Real<Sum = T>> Schur<T> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn factored(mut a: [[T; 6]; 6], force: Spatial<T>, moves: [bool; 6]) -> Self {
         let mut inverse = [T::zero(); 6];
         for k in 0..6 {
@@ -185,7 +183,6 @@ impl<T: Real<Sum = T>> Schur<T> {
 
     /// S⁻¹ b.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn solve(&self, mut b: Spatial<T>) -> Spatial<T> {
         for i in 0..6 {
             for j in 0..i {

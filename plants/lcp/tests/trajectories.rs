@@ -1,11 +1,11 @@
 //! Against trajectories of `tests/reference`, which has other coordinates, other derivatives, other integrators and another
 //! language. Two of its integrators agree to 1e-11 m in each scene.
 
-// Times are small and whole; rows are those of several tables at one instant.
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    clippy::needless_range_loop
+    clippy::needless_range_loop,
+    reason = "times are small and whole; rows are those of several tables at one instant"
 )]
 
 use std::fs;

@@ -13,7 +13,7 @@
 //! ```
 //! use twinrig_leg::{Pantograph, Planar};
 //! # fn main() -> Result<(), twinrig_leg::LegError> {
-//! let leg = Pantograph::new(&twinrig_leg::example())?;
+//! let leg = Pantograph::new(&twinrig_robot::Leg::example())?;
 //! let command = leg.inverse_closed(Planar::new(0.02, -0.13))?;
 //! let first = command.hip + leg.hip_reference();
 //! let pose = leg.pose(libm::sin(first), libm::cos(first), Planar::new(0.02, -0.13))?;
@@ -40,41 +40,3 @@ pub use joints::{Jet, Joints, OpeningStop};
 pub use pantograph::{LegCommand, Pantograph, Planar};
 pub use pose::{Gradient, Length, Pose, Velocity};
 pub use table::{EnergyTable, TableError};
-
-/// The leg that examples and tests of this crate use: Cheetah-cub's, as in `robots/cheetah-cub.toml`.
-#[doc(hidden)]
-pub fn example() -> twinrig_robot::Leg {
-    use twinrig_robot::{JointFriction, Leg, LegMass, Spring};
-    Leg {
-        l1: 0.0442,
-        l2: 0.0714,
-        l3: 0.0544,
-        l_delta: 0.015,
-        q2_ref: 35_f64.to_radians(),
-        diagonal: Spring {
-            stiffness: 4400.0,
-            preload: 0.003,
-        },
-        parallel: Spring {
-            stiffness: 1800.0,
-            preload: 0.003,
-        },
-        parallel_travel: 0.010,
-        diagonal_min: 0.063,
-        joint_friction: JointFriction {
-            hip: 1e-3,
-            knee: 1e-3,
-            ankle: 1e-3,
-            toe: 1e-3,
-        },
-        mass: LegMass {
-            l1: 0.01,
-            l2: 0.01,
-            l3: 0.01,
-            foot: 0.02,
-            lumped_foot: 0.03,
-        },
-        pulley_radius: 0.025,
-        toe: None,
-    }
-}

@@ -57,7 +57,11 @@ impl Axis {
     }
 
     /// Cell and place within it in [0, 1]; outside the table, nothing.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 ≤ place < cells + 1
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 ≤ place < cells + 1"
+    )]
     fn cell(self, value: f64) -> Option<(usize, f64)> {
         let place = (value - self.start) / self.step;
         if !(place >= 0.0 && place <= self.cells as f64) {

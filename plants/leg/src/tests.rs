@@ -3,10 +3,12 @@
 use libm::{cos, sin};
 use proptest::prelude::*;
 
+use twinrig_robot::Leg;
+
 use crate::*;
 
 fn leg() -> Pantograph {
-    Pantograph::new(&example()).unwrap()
+    Pantograph::new(&Leg::example()).unwrap()
 }
 
 /// A hip angle and joints inside the stops; flexed further, an open pantograph folds the ankle flat.
@@ -221,7 +223,7 @@ fn a_closed_loop_in_joint_space_does_no_work() {
 fn leaving_out_the_parallel_springs_torque_on_the_knee_would_do_work() {
     // The thesis' omission (A.25): with it the loop above is not closed. This guards the test, not the code.
     let leg = leg();
-    let mut bare = example();
+    let mut bare = Leg::example();
     bare.parallel.stiffness = 1e-9;
     let bare = Pantograph::new(&bare).unwrap();
     let n = 400;
@@ -341,7 +343,7 @@ fn impossible_legs_and_poses_are_typed_errors() {
         |l: &mut twinrig_robot::Leg| l.parallel_travel = 0.1,
         |l: &mut twinrig_robot::Leg| l.q2_ref = f64::NAN,
     ] {
-        let mut broken = example();
+        let mut broken = Leg::example();
         spoil(&mut broken);
         assert!(matches!(
             Pantograph::new(&broken),

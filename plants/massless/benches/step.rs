@@ -1,7 +1,7 @@
 //! Cost of one step of a millisecond. Each iteration goes on from the same saved instant, so that every machine and every
 //! version does the same work.
 
-#[allow(dead_code)] // the tests use the rest
+#[allow(dead_code, reason = "the tests use the rest")]
 #[path = "../tests/plant/scene.rs"]
 mod scene;
 

@@ -20,6 +20,7 @@
 //! is no pantograph.
 
 mod error;
+mod example;
 mod file;
 mod parameters;
 mod read;

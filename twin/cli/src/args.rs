@@ -1,5 +1,5 @@
 //! The command line. Its doc comments are the help that `--help` prints.
-#![allow(clippy::doc_markdown)]
+#![allow(clippy::doc_markdown, reason = "it is printed as it stands")]
 
 use std::path::PathBuf;
 

@@ -10,7 +10,10 @@ use crate::state::{Slope, State, normalised};
 
 impl<const N: usize> Flow<N> {
     /// The first event of each island.
-    #[allow(clippy::too_many_arguments)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what a step is about, each by its name"
+    )]
     pub(super) fn due(
         &mut self,
         leap: &Leap<N>,

@@ -221,7 +221,7 @@ impl Scene {
         Ok(())
     }
 
-    #[allow(clippy::wrong_self_convention)] // It goes there.
+    #[expect(clippy::wrong_self_convention, reason = "it goes there")]
     pub fn to_ms(&mut self, ms: u64) {
         self.try_to_us(1000 * ms).unwrap();
     }
@@ -232,7 +232,11 @@ impl Scene {
     }
 
     /// Steps for so long, and looks at every number on the way; what stopped it before.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // scenes last seconds
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "scenes last seconds"
+    )]
     pub fn soundly(&mut self, seconds: f64) -> Result<(), PlantFault> {
         let until = self.now_us + (seconds * 1e6).round() as u64;
         while self.now_us < until {

@@ -58,7 +58,7 @@ impl Reference {
         (robot.trunk.mass, robot.trunk.inertia) = (0.9, [9.375e-4, 3.2176e-3, 3.7801e-3]);
         (robot.actuators.hip.inertia, robot.actuators.knee.inertia) = (1e-3, 1e-3);
         for mount in &mut robot.legs {
-            mount.leg = twinrig_leg::example();
+            mount.leg = twinrig_robot::Leg::example();
             mount.leg.parallel_travel = 0.014;
             mount.leg.diagonal.preload = self.preload;
             mount.leg.parallel.preload = self.preload;

@@ -105,7 +105,11 @@ impl Fixed {
     }
 
     fn start(&mut self, now: SimTime, command: f64) -> SimTime {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small count"
+        )]
         let nth = self.brought[0] as usize;
         self.brought = [self.brought[0] + 1.0, command];
         let ends = now + self.lengths[nth % self.lengths.len()];
