@@ -1,5 +1,9 @@
 //! Frames: what is written is read, what is damaged is not, and pieces do not matter.
 
+#[path = "../../framing.rs"]
+mod framing;
+
+use framing::{frames, frames_in_any_pieces};
 use proptest::array::{uniform3, uniform4, uniform6};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -7,7 +11,6 @@ use proptest::sample::{Index, select};
 use twinrig_optoforce::protocol::{
     Counts, Cutoff, Frame, FrameError, Health, Message, Speed, Status, measure,
 };
-use twinrig_wire::Framer;
 
 fn messages() -> impl Strategy<Value = Message> {
     let counts = prop_oneof![
@@ -37,18 +40,6 @@ fn encoded(message: &Message) -> Vec<u8> {
     let mut bytes = Vec::new();
     message.encode(&mut bytes);
     bytes
-}
-
-fn frames(pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
-    let mut framer = Framer::new(measure);
-    let mut frames = Vec::new();
-    for piece in pieces {
-        framer.push(piece);
-        while let Some(frame) = framer.next_frame() {
-            frames.push(frame.to_vec());
-        }
-    }
-    (frames, framer.skipped())
 }
 
 #[test]
@@ -132,13 +123,7 @@ proptest! {
         bytes in vec(prop_oneof![3 => select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]), 1 => any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
-        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.min(bytes.len())).collect();
-        cuts.extend([0, bytes.len()]);
-        cuts.sort_unstable();
-        let pieces: Vec<&[u8]> = cuts.windows(2).map(|cut| &bytes[cut[0]..cut[1]]).collect();
-        let found = frames(&pieces);
-        prop_assert_eq!(&found, &frames(&[&bytes]));
-        for frame in &found.0 {
+        for frame in &frames_in_any_pieces(measure, &bytes, cuts) {
             if let Ok(message) = Message::try_from(Frame::new(frame).unwrap()) {
                 prop_assert_eq!(&encoded(&message), frame);
             }
@@ -160,6 +145,6 @@ proptest! {
         for _ in 0..10 {
             bytes.extend(&one);
         }
-        prop_assert!(frames(&[&bytes]).0.contains(&one));
+        prop_assert!(frames(measure, &[&bytes]).0.contains(&one));
     }
 }

@@ -1,11 +1,15 @@
 //! Frames: what is written is read, what is damaged is not, and pieces do not matter.
 
+#[path = "../../framing.rs"]
+mod framing;
+
+use framing::{frames, frames_in_any_pieces};
 use proptest::array::{uniform4, uniform8};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use twinrig_phidget::protocol::{Frame, Gain, Message, Setup, measure};
-use twinrig_wire::{Framer, crc16};
+use twinrig_wire::crc16;
 
 fn messages() -> impl Strategy<Value = Message> {
     let bridge = (1..=1000_u16, select(&Gain::ALL[..]));
@@ -35,18 +39,6 @@ fn encoded(message: &Message) -> Vec<u8> {
     bytes
 }
 
-fn frames(pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
-    let mut framer = Framer::new(measure);
-    let mut frames = Vec::new();
-    for piece in pieces {
-        framer.push(piece);
-        while let Some(frame) = framer.next_frame() {
-            frames.push(frame.to_vec());
-        }
-    }
-    (frames, framer.skipped())
-}
-
 proptest! {
     #[test]
     fn frames_come_back(message in messages()) {
@@ -59,13 +51,7 @@ proptest! {
         bytes in vec(prop_oneof![0xf0..=0xf3_u8, any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
-        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.min(bytes.len())).collect();
-        cuts.extend([0, bytes.len()]);
-        cuts.sort_unstable();
-        let pieces: Vec<&[u8]> = cuts.windows(2).map(|cut| &bytes[cut[0]..cut[1]]).collect();
-        let found = frames(&pieces);
-        prop_assert_eq!(&found, &frames(&[&bytes]));
-        for frame in &found.0 {
+        for frame in &frames_in_any_pieces(measure, &bytes, cuts) {
             let _ = Message::try_from(Frame::new(frame).unwrap());
         }
     }
@@ -85,7 +71,7 @@ proptest! {
         for _ in 0..10 {
             bytes.extend(&one);
         }
-        prop_assert!(frames(&[&bytes]).0.contains(&one));
+        prop_assert!(frames(measure, &[&bytes]).0.contains(&one));
     }
 
     #[test]

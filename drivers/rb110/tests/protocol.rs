@@ -1,10 +1,14 @@
 //! Frames: what is written is read, what is damaged is not, and pieces do not matter.
 
+#[path = "../../framing.rs"]
+mod framing;
+
+use framing::{frames, frames_in_any_pieces};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 use twinrig_rb110::protocol::{Answer, Frame, Request, TICKS_MAX, measure};
-use twinrig_wire::{Framer, Measure};
+use twinrig_wire::Measure;
 
 fn requests() -> impl Strategy<Value = Request> {
     let pulses = proptest::array::uniform16(option::of(0..=TICKS_MAX));
@@ -28,18 +32,6 @@ fn answers() -> impl Strategy<Value = Answer> {
     })
 }
 
-fn frames(pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
-    let mut framer = Framer::new(measure);
-    let mut frames = Vec::new();
-    for piece in pieces {
-        framer.push(piece);
-        while let Some(frame) = framer.next_frame() {
-            frames.push(frame.to_vec());
-        }
-    }
-    (frames, framer.skipped())
-}
-
 proptest! {
     #[test]
     fn frames_come_back(request in requests(), answer in answers()) {
@@ -54,13 +46,7 @@ proptest! {
 
     #[test]
     fn any_bytes_are_survived_in_any_pieces(bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20)) {
-        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.min(bytes.len())).collect();
-        cuts.extend([0, bytes.len()]);
-        cuts.sort_unstable();
-        let pieces: Vec<&[u8]> = cuts.windows(2).map(|cut| &bytes[cut[0]..cut[1]]).collect();
-        let found = frames(&pieces);
-        prop_assert_eq!(&found, &frames(&[&bytes]));
-        for frame in &found.0 {
+        for frame in &frames_in_any_pieces(measure, &bytes, cuts) {
             let frame = Frame::new(frame).unwrap();
             let _ = (Request::try_from(frame), Answer::try_from(frame));
         }
@@ -84,7 +70,7 @@ proptest! {
         for _ in 0..10 {
             bytes.extend(&encoded);
         }
-        prop_assert!(frames(&[&bytes]).0.contains(&encoded));
+        prop_assert!(frames(measure, &[&bytes]).0.contains(&encoded));
     }
 
     #[test]
