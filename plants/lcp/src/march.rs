@@ -11,11 +11,10 @@ mod stride;
 use due::{dips, taylor};
 
 use crate::drives::Commands;
-use crate::events::direction;
 use crate::flow::{Flow, FlowError, Tally};
 use crate::guards::{GUARDS, Guard, Guards, kind};
 use crate::hold::Holds;
-use crate::motion::{Motion, Scene};
+use crate::motion::{Motion, Scene, sliding};
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State;
@@ -409,7 +408,7 @@ impl<const N: usize> Flow<N> {
                     contact.leg,
                     contact.links,
                 );
-                *last = direction(&site.footing(ground, state.position, &rotation), *last);
+                *last = sliding(&site.footing(ground, state.position, &rotation), *last);
             }
         }
     }

@@ -12,7 +12,10 @@
 
 use twinrig_contact::{Method, Problem, Unsolved};
 
-use super::{Entry, HOLDING, Instant, RESTING, Role, Stop, motors_only, touching};
+use super::Instant;
+use super::closed::{Entry, HOLDING, Role, Stop, touching};
+use super::impact::RESTING;
+use super::settle::motors_only;
 use crate::articulated::Articulated;
 use crate::hold::{CABLE, Driven};
 use crate::mode::Mode;
