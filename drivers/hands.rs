@@ -1,0 +1,135 @@
+//! A driver and an emulated device in the hands of a test, without wire or rig: exactly when is what said? Each crate's tests
+//! include this file.
+#![allow(dead_code, reason = "each test uses some of it")]
+
+use std::ops::Range;
+
+use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
+use twinrig_runtime::{Driver, PlantFault, PlantSignals, Transfer};
+use twinrig_wire::{Node, Piece};
+
+/// A driver, and what time it is for it.
+pub struct Host<D> {
+    pub driver: D,
+    now: HostTime,
+}
+
+impl<D: Driver> Host<D> {
+    pub fn new(driver: D) -> Self {
+        let now = HostTime::from_nanos(1_000_000);
+        Self { driver, now }
+    }
+
+    pub fn open(&mut self) -> Vec<u8> {
+        self.driver.open(self.now);
+        self.written()
+    }
+
+    pub fn begin(&mut self, from_process: &[f64]) -> Vec<u8> {
+        self.driver.begin(self.now, from_process);
+        self.written()
+    }
+
+    pub fn close(&mut self) -> Vec<u8> {
+        self.driver.close(self.now);
+        self.written()
+    }
+
+    /// Reads bytes so much later.
+    pub fn reads(&mut self, later: SimDuration, bytes: &[u8]) {
+        self.now = HostTime::from_nanos(self.now.as_nanos() + later.as_nanos());
+        self.driver.handle_bytes(self.now, bytes);
+    }
+
+    /// For how long it waits from now on; none if it waits for nothing.
+    pub fn waits(&self) -> Option<SimDuration> {
+        let until = self.driver.poll_timeout()?;
+        Some(SimDuration::from_nanos(
+            until.as_nanos() - self.now.as_nanos(),
+        ))
+    }
+
+    /// Lets that time go by without a byte; what it writes then.
+    pub fn waits_in_vain(&mut self) -> Vec<u8> {
+        self.now = self.driver.poll_timeout().expect("it waits");
+        self.driver.handle_timeout(self.now);
+        self.written()
+    }
+
+    pub fn is_done(&mut self) -> bool {
+        self.driver.poll_transfer() == Ok(Transfer::Done)
+    }
+
+    pub fn gauge(&self, name: &str) -> f64 {
+        let gauges = self.driver.gauges();
+        let place = gauges.iter().position(|gauge| gauge.name.ends_with(name));
+        let mut values = vec![0.0; gauges.len()];
+        self.driver.read_gauges(&mut values);
+        values[place.expect("there is such a gauge")]
+    }
+
+    fn written(&mut self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while self.driver.poll_transmit(&mut bytes) {}
+        bytes
+    }
+}
+
+/// The inputs and outputs of a plant that stays as it is.
+#[derive(Default)]
+pub struct Still {
+    pub outputs: Vec<f64>,
+    pub inputs: Vec<f64>,
+}
+
+impl twinrig_runtime::World for Still {
+    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
+        Ok(&self.outputs[signals])
+    }
+
+    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
+        Ok(&mut self.inputs[signals])
+    }
+}
+
+/// The signals of a plant with these ports.
+pub fn plant(ports: &[Port]) -> PlantSignals {
+    PlantSignals {
+        inputs: Layout::of(ports, Direction::Input),
+        outputs: Layout::of(ports, Direction::Output),
+    }
+}
+
+/// Lets a device live until `to`, after it has heard `bytes` at `at`: what it says, and when.
+pub fn says(
+    node: &mut impl Node,
+    world: &mut Still,
+    (at, bytes): (SimTime, &[u8]),
+    to: SimTime,
+) -> Vec<(SimTime, Vec<u8>)> {
+    let mut said = Vec::new();
+    let mut advance = |node: &mut dyn Node, now: SimTime| {
+        node.advance(now, world).expect("the plant is well");
+        let mut bytes = Vec::new();
+        while let Some(start) = node.poll_transmit(&mut bytes) {
+            said.push((start, std::mem::take(&mut bytes)));
+        }
+    };
+    let mut heard = false;
+    loop {
+        let own = node.next_wake().unwrap_or(SimTime::MAX);
+        if !heard && at <= own {
+            heard = true;
+            node.hear(Piece {
+                first: at,
+                spacing: SimDuration::ZERO,
+                bytes,
+            });
+            advance(node, at);
+        } else if own <= to {
+            advance(node, own);
+        } else {
+            return said;
+        }
+    }
+}
