@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use twinrig_kernel::{HostTime, Port, SimDuration, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{
+    Direction, HostTime, Layout, Port, SimDuration, Snapshot, SnapshotError, Unit,
+};
 use twinrig_runtime::{Driver, DriverError, Transfer};
 
 use crate::{Framer, FramerState, Measure};
@@ -67,7 +69,8 @@ pub enum Errand {
     Open,
     /// A transfer. Over when waiting is.
     Transfer,
-    /// Leave the device in a safe state. Asked again if waiting is over.
+    /// Leave the device in a safe state. Asked again if waiting is over, and an error after the last attempt. In lockstep a
+    /// run ends when its time is over: only at hardware is anything closed.
     Close,
 }
 
@@ -102,13 +105,26 @@ struct Dealings {
     /// How often it has asked.
     asked: u32,
     request: Vec<u8>,
-    failed: bool,
+    /// What could not be done: opening or closing.
+    failed: Option<Errand>,
 }
 
 impl<P: Protocol> FramedDriver<P> {
     /// Of a protocol.
+    ///
+    /// # Panics
+    /// If its output ports do not hold as many numbers as [`Protocol::to_process`] gives.
     pub fn new(protocol: P) -> Self {
         let state = protocol.initial();
+        let ports = protocol.ports();
+        let outputs = Layout::of(&ports, Direction::Output).len();
+        let given = protocol.to_process(&state).len();
+        assert_eq!(
+            given,
+            outputs,
+            "{} gives {given} numbers, and its output ports hold {outputs}",
+            protocol.name()
+        );
         Self {
             protocol,
             framer: Framer::new(P::measure),
@@ -119,6 +135,7 @@ impl<P: Protocol> FramedDriver<P> {
 
     fn set_out(&mut self, now: HostTime, errand: Errand, from_process: &[f64]) {
         self.dealings.asked = 0;
+        self.dealings.failed = None;
         self.ask(now, errand, from_process);
     }
 
@@ -183,7 +200,7 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         if self.dealings.asked < P::ATTEMPTS {
             self.ask(now, errand, &[]);
         } else {
-            self.dealings.failed = errand == Errand::Open;
+            self.dealings.failed = Some(errand);
         }
     }
 
@@ -198,14 +215,22 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 
     fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
-        if self.dealings.failed {
-            let why = self.protocol.refusal(&self.state);
-            return Err(DriverError { why });
+        match self.dealings.failed {
+            None if self.dealings.waiting.is_some() => Ok(Transfer::Busy),
+            None => Ok(Transfer::Done),
+            Some(Errand::Close) => {
+                let why = format!(
+                    "{} was asked {} times to come to rest and did not confirm it: it may still be at work",
+                    self.name(),
+                    P::ATTEMPTS
+                );
+                Err(DriverError { why })
+            }
+            Some(_) => {
+                let why = self.protocol.refusal(&self.state);
+                Err(DriverError { why })
+            }
         }
-        Ok(match self.dealings.waiting {
-            Some(_) => Transfer::Busy,
-            None => Transfer::Done,
-        })
     }
 
     fn to_process(&self) -> &[f64] {

@@ -3,7 +3,7 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{HostTime, Port, SimDuration};
+use twinrig_kernel::{HostTime, Port, SimDuration, Unit};
 use twinrig_runtime::{Driver, Transfer};
 use twinrig_wire::{Errand, FramedDriver, Heard, Measure, Protocol};
 
@@ -15,7 +15,7 @@ struct Toy;
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
-    heard: Vec<f64>,
+    heard: [f64; 1],
     timed_out: Vec<Errand>,
 }
 
@@ -41,7 +41,7 @@ impl Protocol for Toy {
     }
 
     fn ports(&self) -> Vec<Port> {
-        Vec::new()
+        vec![Port::output("toy/heard", Unit::One, 1)]
     }
 
     fn ask(
@@ -60,7 +60,7 @@ impl Protocol for Toy {
     }
 
     fn hear(&self, state: &mut State, errand: Option<Errand>, frame: &[u8]) -> Heard {
-        state.heard.push(f64::from(frame[0]));
+        state.heard[0] += f64::from(frame[0]);
         match (errand, frame) {
             (None, _) => Heard::Nothing,
             (Some(_), b"+") => Heard::More(SimDuration::from_nanos(REST)),
@@ -103,13 +103,13 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
 }
 
 /// What is seen of a driver: what it writes, how far it is, when it wants to be woken.
-type Seen = (Vec<u8>, Result<Transfer, String>, Option<HostTime>, usize);
+type Seen = (Vec<u8>, Result<Transfer, String>, Option<HostTime>, f64);
 
 fn seen(driver: &mut FramedDriver<Toy>) -> Seen {
     let mut written = Vec::new();
     while driver.poll_transmit(&mut written) {}
     let transfer = driver.poll_transfer().map_err(|error| error.why);
-    let heard = driver.to_process().len();
+    let heard = driver.to_process()[0];
     (written, transfer, driver.poll_timeout(), heard)
 }
 
@@ -139,7 +139,6 @@ proptest! {
         for event in before {
             happen(&mut driver, &mut now, event);
         }
-        let failed = driver.poll_transfer().is_err();
         while driver.poll_transmit(&mut Vec::new()) {}
         let (event, asks) = [
             (Event::Open, 3),
@@ -160,7 +159,10 @@ proptest! {
         }
         prop_assert_eq!(driver.poll_timeout(), None);
         prop_assert!(!driver.poll_transmit(&mut written));
-        prop_assert_eq!(driver.poll_transfer().is_err(), failed || errand == 0);
+        let why = driver.poll_transfer().err().map(|error| error.why);
+        prop_assert_eq!(why.is_some(), asks > 1, "a transfer that nobody answers is over");
+        let of_rest = why.is_some_and(|why| why.contains("come to rest"));
+        prop_assert_eq!(of_rest, errand == 2);
     }
 
     #[test]
@@ -203,5 +205,8 @@ proptest! {
 fn a_transfer_of_which_nothing_is_to_be_waited_for_is_over_at_once() {
     let mut driver = FramedDriver::new(Toy);
     happen(&mut driver, &mut 0, Event::Begin { with_data: false });
-    assert_eq!(seen(&mut driver), (Vec::new(), Ok(Transfer::Done), None, 0));
+    assert_eq!(
+        seen(&mut driver),
+        (Vec::new(), Ok(Transfer::Done), None, 0.0)
+    );
 }

@@ -17,7 +17,7 @@ use driver::RangeFinder;
 
 const BAUD: u32 = 115_200;
 /// Start bit, eight data bits, stop bit.
-const BYTE_TIME: SimDuration = SimDuration::from_nanos(86_806);
+const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as u64);
 /// The signal of the plant that it measures.
 const HEIGHT: &str = "body/position";
 
@@ -30,6 +30,7 @@ fn range_finder() -> BusKind {
     let about = "an example of a serial device: measures how high the trunk is";
     BusKind::new("rangefinder", about, driver, wire)
         .at_baud(BAUD)
+        .with_faults()
         .measuring(|_| vec![HEIGHT.to_owned()])
 }
 
@@ -38,7 +39,6 @@ fn driver(hookup: &Hookup<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> 
     Ok(FramedDriver::new(RangeFinder::new(hookup.name)))
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
 fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
     let height = Tap {
         signal: HEIGHT.to_owned(),
@@ -47,7 +47,7 @@ fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
         offset: 0.0,
     };
     let device = FramedNode::new(EmulatedRangeFinder::new(hookup.name, height));
-    let line = Duplex::new(BYTE_TIME, device);
+    let line = hookup.faulty(BYTE_TIME, Duplex::new(BYTE_TIME, device))?;
     Ok(HostEnd::new(Uart::new(BYTE_TIME, line)))
 }
 

@@ -4,7 +4,7 @@ use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, Wire};
 use twinrig_scenario::{FaultKind as SceneFault, FaultSpec, Kind, OptionSpec, Options};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, Faulty, Line, WireError};
 
 use crate::registry::BuildError;
 
@@ -62,6 +62,15 @@ impl Hookup<'_> {
             faults: self.faults.iter().map(fault).collect(),
             seed: self.seed,
         }
+    }
+
+    /// `line`, whose bytes take `byte_time` each, with what goes wrong on the whole bus.
+    ///
+    /// # Errors
+    /// [`WireError`] if a fault cannot be.
+    pub fn faulty<L: Line>(&self, byte_time: SimDuration, line: L) -> Result<Faulty<L>, WireError> {
+        let place = format!("wire/{}", self.name);
+        Faulty::new(&place, byte_time, &self.fault_schedule(), line)
     }
 }
 

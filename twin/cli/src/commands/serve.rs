@@ -110,6 +110,13 @@ fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {
     }
 }
 
+/// What this program is called: a crate with parts of its own has a name of its own.
+fn program() -> String {
+    let path = std::env::args_os().next().map(PathBuf::from);
+    let name = path.as_deref().and_then(Path::file_stem);
+    name.map_or("twin".to_owned(), |name| quoted(&name.to_string_lossy()))
+}
+
 /// What runs the controller at a twin that is served, as one types it.
 fn counterpart(args: &ServeArgs, wires: &[ServedWire]) -> String {
     let set = &args.settings.set;
@@ -121,7 +128,8 @@ fn counterpart(args: &ServeArgs, wires: &[ServedWire]) -> String {
     let port = wires
         .iter()
         .map(|wire| ("--port", format!("{}={}", wire.name, wire.device.place())));
-    let mut command = format!("twin run {}", quoted(&args.scenario.display().to_string()));
+    let scenario = args.scenario.display().to_string();
+    let mut command = format!("{} run {}", program(), quoted(&scenario));
     for (option, value) in plant.chain(set).chain(port) {
         command = format!("{command} {option} {}", quoted(&value));
     }

@@ -92,7 +92,7 @@ impl Conductor {
         }
         let ports = process.ports();
         let gauges: Vec<Port> = tasks.iter().flat_map(|task| task.gauges.clone()).collect();
-        check_names("the gauges", &gauges)?;
+        check_names("the list of gauges of drivers and devices", &gauges)?;
         let named: Vec<_> = tasks
             .iter()
             .map(|task| (task.name.clone(), task.ports.clone()))

@@ -181,7 +181,7 @@ impl Serve {
             (port.gauges, port.first_lane) = (before..after, first_lane);
             ports.push(port);
         }
-        check_names("the gauges", &gauges)?;
+        check_names("the list of gauges of drivers and devices", &gauges)?;
         let gauges = Layout::of(&gauges, Direction::Output);
         let mut serve = Self {
             far_end,

@@ -33,7 +33,7 @@ impl Rig {
         let mut agenda = Agenda::new(schedule.events_max);
         let far_end = FarEnd::new(plant);
         let gauges: Vec<Port> = tasks.iter().flat_map(|task| task.gauges()).collect();
-        check_names("the gauges", &gauges)?;
+        check_names("the list of gauges of drivers and devices", &gauges)?;
         let lanes = tasks.iter().flat_map(|task| task.lanes()).collect();
         let tasks = connect(process.name(), &process_ports, tasks, &far_end, &mut agenda)?;
         let parts = Parts {
