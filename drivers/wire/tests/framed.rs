@@ -1,11 +1,13 @@
-//! What a driver that is made of a protocol does whatever comes, and when.
+//! What a driver that is made of a protocol does whatever comes, and when; and a device that is made of an emulation.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{HostTime, Port, SimDuration, Unit};
-use twinrig_runtime::{Driver, Transfer};
-use twinrig_wire::{Errand, FramedDriver, Heard, Measure, Protocol};
+use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Unit};
+use twinrig_runtime::{Driver, PlantFault, PlantSignals, TaskError, Transfer, WiringError, World};
+use twinrig_wire::{
+    Emulation, Errand, FramedDriver, FramedNode, Heard, Measure, Node, Piece, Protocol, Said,
+};
 
 const PATIENCE: u64 = 50;
 const REST: u64 = 30;
@@ -209,4 +211,112 @@ fn a_transfer_of_which_nothing_is_to_be_waited_for_is_over_at_once() {
         seen(&mut driver),
         (Vec::new(), Ok(Transfer::Done), None, 0.0)
     );
+}
+
+/// Says what it hears, three bytes at a time, again, and counts each millisecond aloud.
+struct Parrot;
+
+impl Emulation for Parrot {
+    type State = u8;
+
+    fn measure(front: &[u8]) -> Measure {
+        match front.len() {
+            length @ 0..=2 => Measure::Missing(3 - length),
+            _ => Measure::Frame(3),
+        }
+    }
+
+    fn initial(&self) -> u8 {
+        0
+    }
+
+    fn name(&self) -> &'static str {
+        "parrot"
+    }
+
+    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
+        Ok(())
+    }
+
+    fn next_instant(&self, state: &u8) -> Option<SimTime> {
+        Some(SimTime::ZERO + SimDuration::from_millis(u64::from(*state)))
+    }
+
+    fn act(
+        &self,
+        state: &mut u8,
+        now: SimTime,
+        _: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError> {
+        said.say(now, |bytes| bytes.push(*state));
+        *state += 1;
+        Ok(())
+    }
+
+    fn hear(
+        &self,
+        _: &mut u8,
+        now: SimTime,
+        frame: &[u8],
+        _: &mut dyn World,
+        said: &mut Said,
+    ) -> Result<(), TaskError> {
+        said.say(now, |bytes| bytes.extend(frame));
+        Ok(())
+    }
+}
+
+struct Nothing;
+
+impl World for Nothing {
+    fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> {
+        Ok(&[])
+    }
+
+    fn actuate(&mut self, _: std::ops::Range<usize>) -> Result<&mut [f64], PlantFault> {
+        Ok(&mut [])
+    }
+}
+
+fn said(node: &mut FramedNode<Parrot>) -> Vec<(SimTime, Vec<u8>)> {
+    let mut said = Vec::new();
+    let mut bytes = Vec::new();
+    while let Some(start) = node.poll_transmit(&mut bytes) {
+        said.push((start, std::mem::take(&mut bytes)));
+    }
+    said
+}
+
+#[test]
+fn a_device_wants_the_bytes_that_are_missing_and_nothing_of_it_is_lost_between_two_lives() {
+    let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
+    let hears = |node: &mut FramedNode<Parrot>, now, bytes: &[u8]| {
+        node.hear(Piece {
+            first: now,
+            spacing: SimDuration::ZERO,
+            bytes,
+        });
+        node.advance(now, &mut Nothing).unwrap();
+    };
+    let mut node = FramedNode::new(Parrot);
+    assert_eq!(node.attention(), Some(3));
+    hears(&mut node, at(400), &[7]);
+    assert_eq!(node.attention(), Some(2));
+    // Half a frame heard, and two numbers to be said.
+    node.advance(at(1_000), &mut Nothing).unwrap();
+    let mut again = FramedNode::new(Parrot);
+    again.restore(&node.save()).unwrap();
+    for node in [&mut node, &mut again] {
+        assert_eq!(node.attention(), Some(2));
+        assert_eq!(node.next_wake(), Some(at(2_000)));
+        hears(node, at(1_500), &[8, 9, 10]);
+        let expected = [
+            (at(400), vec![0]),
+            (at(1_000), vec![1]),
+            (at(1_500), vec![7, 8, 9]),
+        ];
+        assert_eq!(said(node), expected);
+        assert_eq!(node.attention(), Some(2));
+    }
 }
