@@ -36,7 +36,9 @@
 
 mod error;
 mod ledger;
+mod posture;
 mod readings;
+mod segment;
 mod setup;
 mod signals;
 mod start;
@@ -44,7 +46,9 @@ mod window;
 
 pub use error::{LeggedError, positive};
 pub use ledger::{Ledger, Stored};
+pub use posture::{LegPosture, Posture};
 pub use readings::Readings;
+pub use segment::Segment;
 pub use setup::{Base, Drives, Fitted, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use start::{LegStart, Start, StartPose};

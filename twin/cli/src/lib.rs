@@ -43,12 +43,16 @@ mod junit;
 mod lcp;
 mod massless;
 mod method;
+#[cfg(feature = "mujoco")]
+mod mujoco;
 mod muted;
 mod option;
 mod optoforce;
 mod paint;
 mod phidget;
 mod progress;
+#[cfg(feature = "rapier")]
+mod rapier;
 mod rb110;
 mod registry;
 mod report;

@@ -85,6 +85,8 @@ pub struct PlantKind {
 #[derive(Default)]
 pub struct Registry {
     plants: Vec<PlantKind>,
+    /// Plants that this build does not have.
+    missing: Vec<Kind>,
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
 }
@@ -185,7 +187,18 @@ impl Registry {
     #[must_use]
     pub fn with_plant(mut self, kind: PlantKind) -> Self {
         self.plants.retain(|known| known.name != kind.name);
+        self.missing.retain(|known| known.name != kind.name);
         self.plants.push(kind);
+        self
+    }
+
+    /// Lists a plant that a build with the cargo feature `feature` would have.
+    #[must_use]
+    pub fn without_plant(mut self, name: &str, about: &str, feature: &str) -> Self {
+        self.missing.push(Kind {
+            missing_feature: Some(feature.to_owned()),
+            ..Kind::new(name, about)
+        });
         self
     }
 
@@ -279,7 +292,7 @@ impl Registry {
         });
         let buses = self.buses.iter().map(BusKind::offer);
         Catalogue {
-            plants: plants.collect(),
+            plants: plants.chain(self.missing.iter().cloned()).collect(),
             controllers: controllers.collect(),
             buses: buses.collect(),
         }

@@ -8,19 +8,24 @@ use crate::drives;
 use crate::lcp;
 use crate::massless;
 use crate::method::Method;
+#[cfg(feature = "mujoco")]
+use crate::mujoco;
 use crate::option::choice;
 use crate::optoforce;
 use crate::phidget;
+#[cfg(feature = "rapier")]
+use crate::rapier;
 use crate::rb110;
 use crate::registry::{ControllerKind, Given, PlantKind, Registry};
 use crate::sbcp;
 use crate::script;
 
 pub(crate) fn registry() -> Registry {
-    Registry::empty()
+    let own = Registry::empty()
         .with_plant(massless_with_its_method())
         .with_plant(lcp_with_its_methods())
-        .with_plant(drives::kind())
+        .with_plant(drives::kind());
+    engines(own)
         .with_bus(sbcp::kind())
         .with_bus(rb110::kind())
         .with_bus(optoforce::kind())
@@ -29,6 +34,27 @@ pub(crate) fn registry() -> Registry {
         .with_controller(stand())
         .with_controller(script::kind())
 }
+
+/// The plants that stand on the engines of others, or which cargo feature this build lacks for them.
+fn engines(registry: Registry) -> Registry {
+    #[cfg(feature = "mujoco")]
+    let registry = mujoco::kinds(registry);
+    #[cfg(not(feature = "mujoco"))]
+    let registry = registry
+        .without_plant("mujoco", MUJOCO, "mujoco")
+        .without_plant("mjcf", MJCF, "mujoco");
+    #[cfg(feature = "rapier")]
+    let registry = rapier::kinds(registry);
+    #[cfg(not(feature = "rapier"))]
+    let registry = registry.without_plant("rapier", RAPIER, "rapier");
+    registry
+}
+
+/// What the plants of other engines are, whether this build has them or not.
+pub(crate) const MUJOCO: &str = "the robot in MuJoCo, in maximal or in minimal coordinates";
+pub(crate) const MJCF: &str =
+    "any MJCF model in MuJoCo, its joints, actuators and sensors as signals";
+pub(crate) const RAPIER: &str = "the robot in Rapier, in maximal coordinates";
 
 fn massless_with_its_method() -> PlantKind {
     let midpoint = Method::stepped("midpoint", "implicit, conserves the energy of its springs")

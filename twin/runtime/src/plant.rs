@@ -2,6 +2,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
+use crate::plant_state::PlantState;
+
 /// The physics. Its input ports are actuator commands, its output ports measurements and truths.
 ///
 /// The rig moves it by [`Plant::advance`] to every instant at which something acts on it or looks at it,
@@ -65,6 +67,26 @@ pub trait Plant: Send {
     /// # Errors
     /// [`SnapshotError`] if the snapshot is not of such a plant.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+
+    /// Where it is, in names that other models of the same thing know, too; none if it has no such names.
+    fn state(&self) -> Option<PlantState> {
+        None
+    }
+
+    /// Goes on from where another plant is, at that one's time, with its own energy books opened anew; its inputs are then
+    /// its first ones. Returns what it could not take over, a line each.
+    ///
+    /// # Errors
+    /// [`PlantFault`] if it cannot be where the other is; it stays where it was. A plant that has no names for its state can
+    /// be nowhere but in its own.
+    fn take_over(&mut self, _from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        Err(PlantFault {
+            time: SimTime::ZERO,
+            part: self.name().to_owned(),
+            energy: self.energy().stored(),
+            why: "it goes on from no other plant".to_owned(),
+        })
+    }
 }
 
 /// A plant that stopped, with everything seen before kept.
