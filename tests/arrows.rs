@@ -23,8 +23,10 @@ const ARROWS: &[(&str, &[&str])] = &[
             "twinrig-legged",
             "twinrig-massless",
             "twinrig-motordriver",
+            "twinrig-mujoco",
             "twinrig-optoforce",
             "twinrig-phidget",
+            "twinrig-rapier",
             "twinrig-rb110",
             "twinrig-record",
             "twinrig-robot",
@@ -105,12 +107,36 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "twinrig-mujoco",
+        &[
+            "twinrig-actuator",
+            "twinrig-contact",
+            "twinrig-kernel",
+            "twinrig-leg",
+            "twinrig-legged",
+            "twinrig-robot",
+            "twinrig-runtime",
+        ],
+    ),
+    (
         "twinrig-optoforce",
         &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
     ),
     (
         "twinrig-phidget",
         &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
+    ),
+    (
+        "twinrig-rapier",
+        &[
+            "twinrig-actuator",
+            "twinrig-contact",
+            "twinrig-kernel",
+            "twinrig-leg",
+            "twinrig-legged",
+            "twinrig-robot",
+            "twinrig-runtime",
+        ],
     ),
     (
         "twinrig-rb110",
@@ -139,6 +165,8 @@ const EXCHANGEABLE: &[&str] = &[
     "twinrig-gait",
     "twinrig-lcp",
     "twinrig-massless",
+    "twinrig-mujoco",
+    "twinrig-rapier",
     "twinrig-script",
 ];
 
