@@ -1,0 +1,141 @@
+//! The engine against MuJoCo's own step, and what it refuses.
+
+use mujoco_rs::prelude::{MjData, MjModel};
+
+use super::*;
+
+const INTEGRATORS: [&str; 5] = ["Euler", "RK4", "implicit", "implicitfast", "discrete"];
+
+/// A pendulum of two links with springs, a stop, friction and a motor.
+fn pendulum(integrator: &str) -> String {
+    format!(
+        r#"<mujoco>
+<option timestep="0.002" integrator="{integrator}"/>
+<worldbody><body>
+  <joint name="upper" axis="0 1 0" damping="0.01" stiffness="3"/>
+  <geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.01" mass="0.1"/>
+  <body pos="0.1 0 0">
+    <joint name="lower" axis="0 1 0" damping="0.01" range="-60 6" armature="1e-5"/>
+    <geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.01" mass="0.1"/>
+  </body>
+</body></worldbody>
+<tendon><fixed name="rope" stiffness="5" damping="0.001" frictionloss="0.01"><joint joint="lower" coef="1"/></fixed></tendon>
+<actuator><motor name="pull" joint="upper"/></actuator>
+</mujoco>"#
+    )
+}
+
+fn started(integrator: &str) -> Engine {
+    let mut engine = Engine::compile(&pendulum(integrator)).unwrap();
+    engine.data_mut().qvel_mut().copy_from_slice(&[1.0, -2.0]);
+    engine
+}
+
+#[test]
+fn a_step_is_that_of_mujoco_bit_for_bit() {
+    for integrator in INTEGRATORS {
+        let mut engine = started(integrator);
+        let model = MjModel::from_xml_string(&pendulum(integrator)).unwrap();
+        let mut plain = MjData::new(&model);
+        plain.qvel_mut().copy_from_slice(&[1.0, -2.0]);
+        for step in 0..500 {
+            let control = 0.1 * libm::sin(0.01 * f64::from(step));
+            engine.data_mut().ctrl_mut()[0] = control;
+            plain.ctrl_mut()[0] = control;
+            engine.step(0.002).unwrap();
+            plain.step();
+            assert_eq!(engine.data().qpos(), plain.qpos(), "{integrator}, {step}");
+            assert_eq!(engine.data().qvel(), plain.qvel(), "{integrator}, {step}");
+        }
+        assert_ne!(engine.data().qpos(), [0.0; 2]);
+    }
+}
+
+#[test]
+fn a_saved_state_goes_on_bit_for_bit_in_another_engine_and_on_another_thread() {
+    for integrator in INTEGRATORS {
+        let mut engine = started(integrator);
+        let run = |engine: &mut Engine| {
+            for _ in 0..100 {
+                engine.step(0.002).unwrap();
+            }
+            engine.save()
+        };
+        run(&mut engine);
+        let saved = engine.save();
+        let end = run(&mut engine);
+        engine.restore(&saved).unwrap();
+        assert_eq!(run(&mut engine), end, "{integrator}");
+        let other = std::thread::Builder::new().spawn(move || {
+            let mut other = started(integrator);
+            other.restore(&saved).unwrap();
+            run(&mut other)
+        });
+        assert_eq!(other.unwrap().join().unwrap(), end, "{integrator}");
+    }
+}
+
+#[test]
+fn what_is_retuned_is_what_a_model_made_so_has() {
+    let mut engine = started("implicitfast");
+    engine.retune(|model| {
+        model.tendon_frictionloss_mut()[0] = 0.02;
+        model.dof_armature_mut()[1] = 2e-5;
+    });
+    let text = pendulum("implicitfast");
+    let text = text.replace("frictionloss=\"0.01\"", "frictionloss=\"0.02\"");
+    let mut made = Engine::compile(&text.replace("1e-5", "2e-5")).unwrap();
+    made.data_mut().qvel_mut().copy_from_slice(&[1.0, -2.0]);
+    // What MuJoCo derives from the inertia of the model's rest is left as it was compiled.
+    let weights = made.model().tendon_invweight0()[0];
+    let joints = made.model().dof_invweight0().to_vec();
+    engine.retune(|model| {
+        model.tendon_invweight0_mut()[0] = weights;
+        model.dof_invweight0_mut().copy_from_slice(&joints);
+    });
+    for _ in 0..50 {
+        engine.step(0.002).unwrap();
+        made.step(0.002).unwrap();
+        assert_eq!(engine.data().qpos(), made.data().qpos());
+    }
+}
+
+#[test]
+fn a_step_that_runs_away_is_a_fault_and_moves_nothing() {
+    let mut engine = started("Euler");
+    engine.data_mut().qvel_mut()[1] = 1e12;
+    let before = engine.save();
+    let fault = engine.step(0.002).unwrap_err();
+    assert!(matches!(fault, EngineFault::Wild { .. }), "{fault}");
+    assert_eq!(engine.data().qpos(), [0.0; 2]);
+    assert_eq!(engine.save()[..5], before[..5]);
+    engine.data_mut().qvel_mut()[1] = 1.0;
+    engine.data_mut().ctrl_mut()[0] = f64::NAN;
+    let fault = engine.step(0.002).unwrap_err();
+    let (what, of) = ("control", "pull".to_owned());
+    assert_eq!(fault, EngineFault::Wild { what, of });
+    engine.data_mut().ctrl_mut()[0] = 0.0;
+    engine.step(0.002).unwrap();
+}
+
+#[test]
+fn a_model_that_is_none_is_refused_with_what_mujoco_says() {
+    let refused = |text: &str| match Engine::compile(text) {
+        Err(EngineError::Model(why)) => why,
+        other => panic!("{:?}", other.map(|_| "an engine")),
+    };
+    assert!(refused("<mujoco><worldbody><bod/></worldbody></mujoco>").contains("bod"));
+    assert!(!refused("no model").is_empty());
+    assert!(!refused("").is_empty());
+    assert!(!refused("<mujoco>\0</mujoco>").is_empty());
+}
+
+#[test]
+fn a_state_of_another_model_is_refused() {
+    let mut engine = started("RK4");
+    let error = engine.restore(&[0.0; 3]).unwrap_err();
+    assert!(
+        matches!(error, EngineError::State { found: 3, .. }),
+        "{error}"
+    );
+}
