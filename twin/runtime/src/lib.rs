@@ -66,6 +66,7 @@
 //! no clock and starts no thread; it does not record (that is an observer's affair).
 
 mod beside;
+mod between;
 mod device;
 mod direct_io;
 mod driver;
@@ -73,6 +74,7 @@ mod error;
 mod far_end;
 mod manager;
 mod observer;
+mod on_grid;
 mod plant;
 mod plant_state;
 mod process;
@@ -96,6 +98,7 @@ pub use driver::{Driver, DriverError, Transfer};
 pub use error::RigError;
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
+pub use on_grid::{Hold, NoGrid, OnGrid};
 pub use plant::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use plant_state::PlantState;
 pub use process::Process;

@@ -1,0 +1,378 @@
+//! A plant that keeps its step, whenever boards sample and actuate.
+
+mod oscillator;
+mod toys;
+
+use oscillator::{Board, Oscillator, Shape, driven};
+use proptest::prelude::*;
+use toys::ToyPlant;
+use twinrig_kernel::{Port, SimDuration, SimTime, SnapshotError};
+use twinrig_runtime::{Hold, OnGrid, Plant};
+
+const STEP: SimDuration = SimDuration::from_micros(500);
+const HOLDS: [Hold; 2] = [Hold::Plain, Hold::Balanced];
+
+fn at(micros: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_micros(micros)
+}
+
+fn on_grid(plant: impl Plant + 'static, step: SimDuration, hold: Hold) -> OnGrid {
+    OnGrid::new(Box::new(plant), step, hold, &|_| true).unwrap()
+}
+
+fn toy() -> ToyPlant {
+    ToyPlant::new(&["a".to_owned(), "b".to_owned()])
+}
+
+/// What somebody does to a plant at an instant.
+#[derive(Clone, Debug)]
+struct Deed {
+    /// After the one before \[µs\].
+    after: u64,
+    command: Option<(usize, f64)>,
+    window: bool,
+}
+
+fn deeds() -> impl Strategy<Value = Vec<Deed>> {
+    let command = proptest::option::of((0..2_usize, prop_oneof![Just(-0.0), -1e3..1e3]));
+    let deed = (1..1_700_u64, command, any::<bool>());
+    let deed = deed.prop_map(|(after, command, window)| Deed {
+        after,
+        command,
+        window,
+    });
+    proptest::collection::vec(deed, 1..40)
+}
+
+/// Does `deeds` to `plant` and sees it at each, and what is seen, as bits.
+fn done(plant: &mut dyn Plant, from: SimTime, inputs: &mut [f64], deeds: &[Deed]) -> Vec<Vec<u64>> {
+    let mut now = from;
+    let mut outputs = vec![0.0; 4];
+    let seen = deeds.iter().map(|deed| {
+        now += SimDuration::from_micros(deed.after);
+        plant.advance(now, inputs).unwrap();
+        plant.observe(&mut outputs);
+        if deed.window {
+            plant.begin_window();
+        }
+        if let Some((n, command)) = deed.command {
+            inputs[n] = command;
+        }
+        outputs.iter().map(|output| output.to_bits()).collect()
+    });
+    seen.collect()
+}
+
+fn end(deeds: &[Deed]) -> SimTime {
+    deeds.iter().fold(SimTime::ZERO, |now, deed| {
+        now + SimDuration::from_micros(deed.after)
+    })
+}
+
+proptest! {
+    /// Whoever meets the plant at instants of the grid, and at all of them, notices nothing of it.
+    #[test]
+    fn on_the_grid_it_is_the_plant_itself(mut deeds in deeds(), balanced in any::<bool>()) {
+        for deed in &mut deeds {
+            deed.after = 500;
+        }
+        let mut alone = toy();
+        let mut coupled = on_grid(toy(), STEP, HOLDS[usize::from(balanced)]);
+        prop_assert_eq!(coupled.ports(), alone.ports());
+        let one = done(&mut alone, SimTime::ZERO, &mut [0.5, -0.0], &deeds);
+        let other = done(&mut coupled, SimTime::ZERO, &mut [0.5, -0.0], &deeds);
+        prop_assert_eq!(one, other);
+    }
+
+    /// And between them it goes on as it did, wherever it was saved.
+    #[test]
+    fn what_is_saved_within_a_step_goes_on_as_it_did(
+        deeds in deeds(), cut in 0.0..1.0, balanced in any::<bool>()
+    ) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a short list")]
+        let cut = (cut * deeds.len() as f64) as usize;
+        let make = || on_grid(toy(), STEP, HOLDS[usize::from(balanced)]);
+        let (mut first, mut inputs) = (make(), [0.5, -1.0]);
+        done(&mut first, SimTime::ZERO, &mut inputs, &deeds[..cut]);
+        let (saved, from) = (first.save(), end(&deeds[..cut]));
+        let mut second = make();
+        second.restore(&saved).unwrap();
+        let mut again = inputs;
+        prop_assert_eq!(
+            done(&mut first, from, &mut inputs, &deeds[cut..]),
+            done(&mut second, from, &mut again, &deeds[cut..])
+        );
+        prop_assert_eq!(first.save(), second.save());
+    }
+
+    /// Being moved to other instants without being told anything changes no bit: only commands do.
+    #[test]
+    fn looking_more_often_changes_nothing(
+        deeds in deeds(), looks in proptest::collection::vec(1..1_700_u64, 1..20), balanced in any::<bool>()
+    ) {
+        let hold = HOLDS[usize::from(balanced)];
+        let mut looked_at = Vec::new();
+        let mut looks = looks.iter().cycle();
+        for deed in &deeds {
+            let mut rest = deed.after;
+            while let Some(&look) = looks.next().filter(|&&look| look < rest) {
+                looked_at.push(Deed { after: look, command: None, window: false });
+                rest -= look;
+            }
+            looked_at.push(Deed { after: rest, ..deed.clone() });
+        }
+        let mut few = on_grid(toy(), STEP, hold);
+        let mut many = on_grid(toy(), STEP, hold);
+        done(&mut few, SimTime::ZERO, &mut [0.5, -1.0], &deeds);
+        done(&mut many, SimTime::ZERO, &mut [0.5, -1.0], &looked_at);
+        prop_assert_eq!(few.save(), many.save());
+        // Nor does anybody cut its steps.
+        let last = end(&deeds).since_start().as_nanos();
+        prop_assert_eq!(many.work().steps, last.div_ceil(STEP.as_nanos()));
+    }
+}
+
+#[test]
+fn a_grid_of_nothing_is_refused_and_so_is_a_snapshot_of_another() {
+    assert!(OnGrid::new(Box::new(toy()), SimDuration::ZERO, Hold::Plain, &|_| true).is_err());
+    let mut coupled = on_grid(toy(), STEP, Hold::Balanced);
+    let before = coupled.save();
+    for other in [
+        on_grid(toy(), STEP * 2, Hold::Balanced),
+        on_grid(toy(), STEP, Hold::Plain),
+        on_grid(ToyPlant::new(&["a".to_owned()]), STEP, Hold::Balanced),
+    ] {
+        let refused = coupled.restore(&other.save());
+        assert!(matches!(refused, Err(SnapshotError::Mismatch { .. })));
+        assert_eq!(coupled.save(), before);
+    }
+}
+
+#[test]
+fn a_fault_says_when_the_plant_was_last_sound() {
+    let mut plant = toy();
+    plant.fails_at = Some(at(1_500));
+    let mut coupled = on_grid(plant, STEP, Hold::Balanced);
+    coupled.advance(at(700), &[0.0; 2]).unwrap();
+    // The step from 1 ms on fails, which is taken as soon as somebody wants to know of 1.2 ms.
+    let fault = coupled.advance(at(1_200), &[0.0; 2]).unwrap_err();
+    assert_eq!(fault.time, at(1_500));
+    assert_eq!(coupled.work().steps, 2);
+}
+
+#[test]
+fn steps_allocate_nothing() {
+    let mut coupled = on_grid(toy(), STEP, Hold::Balanced);
+    let (mut inputs, mut outputs) = ([0.0; 2], [0.0; 4]);
+    let mut run = |from: u64, to: u64| {
+        for n in from..to {
+            inputs[0] = if n % 3 == 0 { 1.0 } else { -1.0 };
+            coupled.advance(at(170 * n), &inputs).unwrap();
+            coupled.observe(&mut outputs);
+        }
+    };
+    run(1, 10);
+    assert_eq!(
+        allocation_counter::measure(|| run(10, 1_000)).count_total,
+        0
+    );
+}
+
+#[test]
+fn events_are_told_once_their_time_has_come() {
+    let shape = Shape::default();
+    let mut coupled = on_grid(Oscillator::new(shape), STEP, Hold::Balanced);
+    coupled.log_events(true);
+    let mut told = Vec::new();
+    for n in 1..20_000 {
+        coupled.advance(at(30 * n), &[0.0]).unwrap();
+        let now_s = at(30 * n).as_secs_f64();
+        assert!(coupled.events().iter().all(|event| event.at_s <= now_s));
+        told.push(coupled.events().len());
+    }
+    // It crosses the middle every 79 ms, and the plant tells so half a step ahead of time.
+    assert!(
+        told.is_sorted() && told[told.len() - 1] == 8,
+        "{:?}",
+        told.last()
+    );
+}
+
+#[test]
+fn what_nobody_wants_is_not_told_and_changes_nothing() {
+    let all = |_: &str| true;
+    let some = |name: &str| name != "mass/velocity";
+    assert!(OnGrid::needs("mass/velocity", &some) && !OnGrid::needs("mass/velocity", &|_| false));
+    let make = |shown: &dyn Fn(&str) -> bool| {
+        let plant = Oscillator::new(Shape::default());
+        OnGrid::new(Box::new(plant), STEP, Hold::Balanced, shown).unwrap()
+    };
+    let (mut one, mut other) = (make(&all), make(&some));
+    let names: Vec<String> = other.ports().into_iter().map(|port| port.name).collect();
+    assert_eq!(names, ["mass/force", "mass/position"]);
+    for n in 1..100 {
+        let (mut full, mut bare) = ([0.0; 2], [0.0; 1]);
+        for (plant, outputs) in [(&mut one, &mut full[..]), (&mut other, &mut bare[..])] {
+            plant.advance(at(130 * n), &[1.0]).unwrap();
+            plant.observe(outputs);
+        }
+        assert_eq!(full[0].to_bits(), bare[0].to_bits());
+    }
+}
+
+/// The exponent with which an error falls as the step is halved.
+fn orders(errors: &[f64]) -> Vec<f64> {
+    errors
+        .windows(2)
+        .map(|pair| libm::log2(pair[0] / pair[1]))
+        .collect()
+}
+
+/// What boards see of a free oscillator is wrong by the curves alone, and those are known in closed form: at most H⁴ω⁴A/384
+/// with the velocity, H⁴ω⁴A/24 without.
+#[test]
+fn cubics_are_of_fourth_order() {
+    for (tells_velocity, constant) in [(true, 384.0), (false, 24.0)] {
+        let shape = Shape {
+            tells_velocity,
+            ..Shape::default()
+        };
+        let mut errors = Vec::new();
+        for micros in [8_000, 4_000, 2_000, 1_000] {
+            let mut plant = on_grid(
+                Oscillator::new(shape),
+                SimDuration::from_micros(micros),
+                Hold::Balanced,
+            );
+            let mut worst = 0.0_f64;
+            for n in 1..4_000 {
+                let now = at(97 * n);
+                plant.advance(now, &[0.0]).unwrap();
+                let mut outputs = [0.0; 2];
+                plant.observe(&mut outputs[..if tells_velocity { 2 } else { 1 }]);
+                // The first three steps have no four rows to go by.
+                if now > at(3 * micros) {
+                    worst = worst.max((outputs[0] - Oscillator::free(shape, now)).abs());
+                }
+            }
+            let step_s = micros as f64 * 1e-6;
+            let square = shape.frequency * step_s * (shape.frequency * step_s);
+            let bound = square * square / constant;
+            // The bound is that of the largest derivative, which is met somewhere in so many periods.
+            assert!(
+                worst <= bound * 1.000_001 && worst > 0.8 * bound,
+                "{worst} {bound}"
+            );
+            errors.push(worst);
+        }
+        for order in orders(&errors) {
+            assert!((order - 4.0).abs() < 0.1, "{order}");
+        }
+    }
+}
+
+/// Two boards with a digital controller each, whose ticks have nothing to do with the grid nor with each other. Everything but
+/// the coupling is exact.
+#[test]
+fn lateness_is_of_first_order_and_balanced_of_second() {
+    let boards = [
+        Board {
+            period: 1_013,
+            phase: 211,
+        },
+        Board {
+            period: 1_409,
+            phase: 730,
+        },
+    ];
+    let exact = driven(&mut Oscillator::new(Shape::default()), &boards);
+    let errors = |hold: Hold| -> Vec<f64> {
+        let steps = [2_000, 1_000, 500, 250, 125];
+        let coupled = steps.map(|micros| {
+            let step = SimDuration::from_micros(micros);
+            let mut plant = on_grid(Oscillator::new(Shape::default()), step, hold);
+            let seen = driven(&mut plant, &boards);
+            let pairs = seen.iter().zip(&exact);
+            let squares: f64 = pairs.map(|(a, b)| (a - b) * (a - b)).sum();
+            (squares / exact.len() as f64).sqrt()
+        });
+        coupled.to_vec()
+    };
+    let (plain, balanced) = (errors(Hold::Plain), errors(Hold::Balanced));
+    let mean = |errors: &[f64]| libm::log2(errors[0] / errors[errors.len() - 1]) / 4.0;
+    // How instants fall within steps is another for each of them, so one pair of errors tells less than all do.
+    assert!((mean(&plain) - 1.0).abs() < 0.15, "{plain:?}");
+    assert!((mean(&balanced) - 2.0).abs() < 0.3, "{balanced:?}");
+    for (plain, balanced) in plain.iter().zip(&balanced) {
+        assert!(balanced < plain, "{balanced} {plain}");
+    }
+}
+
+/// Half a step late in the mean: what a delay of just so much does to the same loop, to first order.
+#[test]
+fn what_is_held_is_half_a_step_late() {
+    let boards = [
+        Board {
+            period: 1_013,
+            phase: 211,
+        },
+        Board {
+            period: 1_409,
+            phase: 730,
+        },
+    ];
+    let exact = driven(&mut Oscillator::new(Shape::default()), &boards);
+    let step = 250;
+    let coupled = on_grid(
+        Oscillator::new(Shape::default()),
+        SimDuration::from_micros(step),
+        Hold::Plain,
+    );
+    let coupled = driven(&mut { coupled }, &boards);
+    let delay = Shape {
+        delay_us: step / 2,
+        ..Shape::default()
+    };
+    let delayed = driven(&mut Oscillator::new(delay), &boards);
+    let away = |from: &[f64], to: &[f64]| -> f64 {
+        from.iter()
+            .zip(to)
+            .map(|(a, b)| (a - b) * (a - b))
+            .sum::<f64>()
+            .sqrt()
+    };
+    // What is left is of second order, and how the phases happen to fall.
+    let rest = away(&coupled, &delayed) / away(&coupled, &exact);
+    assert!(rest < 0.15, "{rest}");
+}
+
+#[test]
+fn angles_and_orientations_go_the_short_way_round() {
+    let turning = Oscillator::new(Shape {
+        turns: true,
+        ..Shape::default()
+    });
+    let ports = turning.ports();
+    assert!(ports.contains(&Port::output(
+        "mass/orientation",
+        twinrig_kernel::Unit::One,
+        4
+    )));
+    let mut plant = on_grid(turning, SimDuration::from_millis(4), Hold::Balanced);
+    for n in 1..3_000 {
+        let now = at(333 * n);
+        plant.advance(now, &[0.0]).unwrap();
+        let mut outputs = [0.0; 5];
+        plant.observe(&mut outputs);
+        let expected = Oscillator::turned(now);
+        let off = outputs[0] - expected;
+        let off = off - std::f64::consts::TAU * (off / std::f64::consts::TAU).round();
+        assert!(off.abs() < 1e-9, "{now}: {} {expected}", outputs[0]);
+        assert!(outputs[0].abs() <= std::f64::consts::PI + 1e-12);
+        let length: f64 = outputs[1..].iter().map(|q| q * q).sum();
+        assert!((length - 1.0).abs() < 1e-12);
+        let along = outputs[1] * libm::cos(expected / 2.0) + outputs[4] * libm::sin(expected / 2.0);
+        // (1/24)(ωH/2)⁴ of the sine and cosine of half the angle.
+        assert!(along.abs() > 1.0 - 1e-8, "{now}: {along}");
+    }
+}
