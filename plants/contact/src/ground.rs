@@ -175,6 +175,11 @@ impl HeightField {
         })
     }
 
+    /// Where the first point of the grid lies, how far points are apart, and how many there are along x and y \[m\].
+    pub fn grid(&self) -> ([f64; 2], f64, [usize; 2]) {
+        (self.origin, self.spacing, [self.columns, self.rows])
+    }
+
     /// Height and its slopes along x and y, by uniform cubic B-splines: twice continuously differentiable, so that a foot
     /// that slides over a grid line feels no jolt.
     fn at(&self, x: f64, y: f64) -> [f64; 3] {
