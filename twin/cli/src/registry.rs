@@ -70,6 +70,7 @@ pub struct PlantKind {
     step: Option<SimDuration>,
     methods: Vec<Method>,
     segment_masses: bool,
+    model_of: Option<String>,
     build: BuildPlant,
 }
 
@@ -131,6 +132,7 @@ impl PlantKind {
             step: None,
             methods: Vec::new(),
             segment_masses: true,
+            model_of: None,
             build: Box::new(move |physics| Ok(Box::new(build(physics)?))),
         }
     }
@@ -160,6 +162,13 @@ impl PlantKind {
     #[must_use]
     pub fn without_segment_masses(mut self) -> Self {
         self.segment_masses = false;
+        self
+    }
+
+    /// Solves the model of the plant `name` by other means: studies then measure it against the reference of that one.
+    #[must_use]
+    pub fn with_model_of(mut self, name: &str) -> Self {
+        self.model_of = Some(name.to_owned());
         self
     }
 }
@@ -267,6 +276,7 @@ impl Registry {
             name: kind.name.clone(),
             about: kind.about.clone(),
             segment_masses: kind.segment_masses,
+            model_of: kind.model_of.clone(),
             methods: methods.iter().map(Method::offer).collect(),
         };
         Some((offer, methods))

@@ -6,7 +6,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
-use twinrig_study::{Commands, PlantOffer, Scales, Scene, Tapped, Variant, WALK, Workshop};
+use twinrig_study::{Commands, PlantOffer, STROLL, Scales, Scene, Tapped, Variant, Workshop};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -17,6 +17,9 @@ use crate::registry::Registry;
 pub(crate) struct Studio<'r> {
     scene: Scene,
     offers: Vec<PlantOffer>,
+    /// What solves the same model as one of those: for its reference.
+    bystanders: Vec<PlantOffer>,
+    /// Of the offers, then of the bystanders.
     benches: Vec<Bench<'r>>,
 }
 
@@ -46,14 +49,7 @@ impl<'r> Studio<'r> {
         };
         let (mut offers, mut benches) = (Vec::new(), Vec::new());
         for name in all {
-            let mut settings = settings.to_vec();
-            settings.push(Setting {
-                origin: "--plant".to_owned(),
-                key: "plant.model".to_owned(),
-                value: format!("{name:?}"),
-            });
-            let assembly = Assembly::of_file(registry, path, &settings);
-            let assembly = match assembly {
+            let assembly = match of_plant(registry, path, settings, &name) {
                 Err(error) if !names.is_empty() => return Err(error),
                 assembly => assembly.map_err(|error| first_line(&error.to_string())),
             };
@@ -63,28 +59,30 @@ impl<'r> Studio<'r> {
                 benches.push(Bench { methods, assembly });
             }
         }
+        let mut bystanders: Vec<PlantOffer> = Vec::new();
+        for model in models_beside(&offers) {
+            if let Some((offer, methods)) = registry.offer(&model) {
+                let assembly = of_plant(registry, path, settings, &model);
+                let assembly = assembly.map_err(|error| first_line(&error.to_string()));
+                bystanders.push(offer);
+                benches.push(Bench { methods, assembly });
+            }
+        }
         Ok(Self {
-            scene: scene(&own, duration)?,
+            scene: scene(registry, &own, duration)?,
             offers,
+            bystanders,
             benches,
         })
     }
-}
 
-impl Workshop for Studio<'_> {
-    fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
-    fn plants(&self) -> &[PlantOffer] {
-        &self.offers
-    }
-
-    fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
-        let place = self
-            .offers
-            .iter()
-            .position(|offer| offer.name == variant.plant);
+    fn built(
+        &self,
+        variant: &Variant,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, String> {
+        let mut offers = self.offers.iter().chain(&self.bystanders);
+        let place = offers.position(|offer| offer.name == variant.plant);
         let bench = place.and_then(|place| self.benches.get(place));
         let bench = bench.ok_or_else(|| format!("there is no plant `{}`", variant.plant))?;
         let assembly = bench.assembly.as_ref().map_err(Clone::clone)?;
@@ -98,8 +96,59 @@ impl Workshop for Studio<'_> {
         let plant = scaled_plant(method.set(&scenario.plant, variant.knob), &variant.scales);
         let actuator = scaled_actuator(&scenario.actuator, variant.scales.gain);
         assembly
-            .plant_of(&robot, &plant, &actuator, &is_compared)
+            .plant_of(&robot, &plant, &actuator, wanted)
             .map_err(|error| first_line(&error.to_string()))
+    }
+}
+
+/// The scenario at `path` with the plant `name`.
+fn of_plant<'r>(
+    registry: &'r Registry,
+    path: &Path,
+    settings: &[Setting],
+    name: &str,
+) -> Result<Assembly<'r>, TwinError> {
+    let mut settings = settings.to_vec();
+    settings.push(Setting {
+        origin: "--plant".to_owned(),
+        key: "plant.model".to_owned(),
+        value: format!("{name:?}"),
+    });
+    Assembly::of_file(registry, path, &settings)
+}
+
+/// The plants whose models `offers` solve, without those that are among them.
+fn models_beside(offers: &[PlantOffer]) -> Vec<String> {
+    let mut models: Vec<String> = Vec::new();
+    for model in offers.iter().filter_map(|offer| offer.model_of.as_ref()) {
+        if !models.contains(model) && offers.iter().all(|offer| offer.name != *model) {
+            models.push(model.clone());
+        }
+    }
+    models
+}
+
+impl Workshop for Studio<'_> {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn plants(&self) -> &[PlantOffer] {
+        &self.offers
+    }
+
+    fn bystanders(&self) -> &[PlantOffer] {
+        &self.bystanders
+    }
+
+    fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.built(variant, &is_compared)
+    }
+
+    fn build_with_drives(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.built(variant, &|signal| {
+            is_compared(signal) || is_of_a_drive(signal)
+        })
     }
 }
 
@@ -110,13 +159,29 @@ fn is_compared(signal: &str) -> bool {
         || signal.ends_with("/foot/load")
 }
 
+fn is_of_a_drive(signal: &str) -> bool {
+    [
+        "/hip/position",
+        "/hip/torque",
+        "/knee/position",
+        "/knee/torque",
+    ]
+    .iter()
+    .any(|ending| signal.ends_with(ending))
+}
+
 fn first_line(error: &str) -> String {
     let line = error.lines().next().unwrap_or_default();
     line.trim_start_matches("error: ").to_owned()
 }
 
-fn scene(assembly: &Assembly<'_>, duration: Option<SimDuration>) -> Result<Scene, TwinError> {
+fn scene(
+    registry: &Registry,
+    assembly: &Assembly<'_>,
+    duration: Option<SimDuration>,
+) -> Result<Scene, TwinError> {
     let scenario = assembly.scenario();
+    let step = registry.plant_step(&scenario.plant);
     Ok(Scene {
         name: scenario.name.clone(),
         file: scenario.file.clone(),
@@ -125,8 +190,10 @@ fn scene(assembly: &Assembly<'_>, duration: Option<SimDuration>) -> Result<Scene
         servos: scenario.actuator.kind == ActuatorKind::Servo,
         commands: commands(
             assembly,
-            duration.map_or(WALK, |duration| duration.max(WALK)),
+            duration.map_or(STROLL, |duration| duration.max(STROLL)),
         )?,
+        step: step.unwrap_or(scenario.io.step),
+        weight: assembly.robot().weight(),
     })
 }
 

@@ -4,7 +4,8 @@ use twinrig_kernel::SimDuration;
 
 use crate::number::duration;
 use crate::precision::RUNAWAY;
-use crate::stability::{GROWN, REST, STEPS_MOST, StabilityPlan};
+use crate::stability::StabilityPlan;
+use crate::trial::{GROWN, REST, STEPS_MOST};
 
 /// What is meant by stable, for whoever reads the report.
 pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {
@@ -34,7 +35,7 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
         text(
             "wrong",
             format!(
-                "stable, but the feet are {} mm or more (RMS) from the reference of the same plant",
+                "stable, but the feet are {} mm or more (RMS) from the reference",
                 plan.wrong_m * 1e3
             ),
         ),

@@ -1,5 +1,6 @@
 //! A study in a sentence.
 
+use crate::dominance::Dominance;
 use crate::number::{grouped_factor, knob, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
@@ -15,11 +16,44 @@ pub(crate) fn at_usual_step(row: &Row) -> bool {
         .is_some_and(|step| (step / USUAL_STEP_S - 1.0).abs() < 1e-9)
 }
 
+/// Where a plant is ahead of others that solve its model, and where not.
+pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
+    let of = &dominance.of;
+    let count = dominance.settings.len();
+    let behind = dominance.behind().count();
+    let ranges = dominance.over.iter().map(|plant| {
+        let range = dominance.range(plant, None);
+        range.map_or_else(
+            || format!("{plant} is closer than {of} at all of its settings"),
+            |(least, most)| {
+                let [least, most] = [least, most].map(grouped_factor);
+                format!("{least} to {most} less run time than {plant}")
+            },
+        )
+    });
+    let ranges = ranges.collect::<Vec<_>>().join(", ");
+    if behind == 0 {
+        format!(
+            "At no greater error {of} takes {ranges}: it is ahead at all of their {count} settings."
+        )
+    } else {
+        format!(
+            "At no greater error {of} takes {ranges}: it is ahead at {} of their {count} settings and not at {behind}.",
+            count - behind
+        )
+    }
+}
+
 impl Study {
     /// What it found, in a sentence or two.
     pub fn headline(&self) -> String {
         match self.kind {
-            StudyKind::Precision => self.precise(),
+            StudyKind::Precision => {
+                let all = self.dominances();
+                let sentences = all.iter().map(dominance_sentence);
+                let sentences = std::iter::once(self.precise()).chain(sentences);
+                sentences.collect::<Vec<_>>().join(" ")
+            }
             StudyKind::Stability => self.stable(),
         }
     }

@@ -1,5 +1,7 @@
 //! What models leave out, which is no error of a method.
 
+use std::rc::Rc;
+
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
@@ -10,24 +12,29 @@ use crate::outing::Outing;
 use crate::precision::{Job, trust};
 use crate::reference::{self, Reference};
 use crate::row::{Row, RowKind, Status};
-use crate::workshop::{Knob, PlantOffer, Scales, Variant};
+use crate::shared::model_of;
+use crate::workshop::{Knob, PlantOffer, Scales, Variant, Workshop};
 
-/// The plant that has segments with mass, and the one that is its limit.
-pub(crate) fn limit_pair(plants: &[PlantOffer]) -> Option<(&PlantOffer, &PlantOffer)> {
+/// The plant that has segments with mass, or the one whose model it solves, and the one that is its limit.
+pub(crate) fn limit_pair(workshop: &dyn Workshop) -> Option<(&PlantOffer, &PlantOffer)> {
+    let plants = workshop.plants();
     let full = plants.iter().find(|plant| plant.segment_masses)?;
+    let full = model_of(workshop, full).map_or(full, |(model, _)| model);
     let limit = plants.iter().find(|plant| !plant.segment_masses)?;
     Some((full, limit))
 }
 
 impl Job<'_> {
     /// What other models leave out of the first with segments that have mass.
-    pub(crate) fn models(&mut self, plants: &[PlantOffer], references: &[Option<Reference>]) {
+    pub(crate) fn models(&mut self, plants: &[PlantOffer], references: &[Option<Rc<Reference>>]) {
         let full = plants.iter().position(|plant| plant.segment_masses);
         let Some(base) = full.and_then(|n| references[n].as_ref()) else {
             return;
         };
-        for other in references.iter().flatten() {
-            if other.variant.plant != base.variant.plant {
+        for (plant, other) in plants.iter().zip(references) {
+            // What is measured against another plant solves that one's model.
+            let other = other.as_ref().filter(|own| own.variant.plant == plant.name);
+            if let Some(other) = other.filter(|own| own.variant.plant != base.variant.plant) {
                 self.rows.push(base.difference(RowKind::Model, other));
             }
         }
@@ -37,13 +44,15 @@ impl Job<'_> {
     pub(crate) fn footsteps(
         &mut self,
         plants: &[PlantOffer],
-        references: &[Option<Reference>],
+        references: &[Option<Rc<Reference>>],
     ) -> Result<Vec<Footstep>, StudyError> {
         let end = WALK.min(self.stage.workshop.scene().duration);
         let mut walks = Vec::new();
         for (plant, reference) in plants.iter().zip(references) {
             let share = self.begin(&format!("{}, footsteps", plant.name))?;
-            let walk = reference.as_ref().and_then(|reference| {
+            let own = reference.as_ref();
+            let own = own.filter(|own| own.variant.plant == plant.name);
+            let walk = own.and_then(|reference| {
                 let knob = reference.variant.knob.relaxed();
                 let fine = self.walk(&reference.variant, knob, end, share)?;
                 let coarse = self.walk(&reference.variant, knob.coarser(), end, share)?;
@@ -80,8 +89,8 @@ impl Job<'_> {
     }
 
     /// How the difference of two models vanishes with the masses that one of them leaves out.
-    pub(crate) fn limit(&mut self, plants: &[PlantOffer]) -> Result<(), StudyError> {
-        let Some((full, limit)) = limit_pair(plants) else {
+    pub(crate) fn limit(&mut self) -> Result<(), StudyError> {
+        let Some((full, limit)) = limit_pair(self.stage.workshop) else {
             return Ok(());
         };
         for &mass in &self.plan.masses {

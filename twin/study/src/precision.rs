@@ -8,10 +8,12 @@ use crate::events;
 use crate::models::limit_pair;
 use crate::number::instant;
 use crate::outing::Ending;
-use crate::reference::{self, Reference, ReferenceNote, Stage, Trust, ended};
+use crate::reference::{Reference, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
+use crate::shared::{References, Standard};
 use crate::study::{Study, StudyKind};
 use crate::trace::Trace;
+use crate::transport;
 use crate::watcher::Watcher;
 use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
 
@@ -76,49 +78,49 @@ pub fn precision(
     let compared = plants.len() - 1;
     // What walks is compared by its footsteps: what vanishes there with the mass is drowned by what chance makes of it.
     let walks = stage.workshop.scene().ground && stage.workshop.scene().commands.change();
-    let limits = match limit_pair(plants) {
+    let limits = match limit_pair(workshop) {
         Some(_) if walks => plants.len(),
         Some(_) => plan.masses.len(),
         None => 0,
     };
+    let walked = if walks { transport::parts(plants) } else { 0 };
     let mut job = Job {
         stage,
         plan,
         // A reference is worth a few rows.
         budget: Budget::new(
             plan.budget_s,
-            rows + plants.len() + compared.min(1) * limits,
+            rows + plants.len() + compared.min(1) * limits + walked,
         ),
         watcher,
         rows: Vec::new(),
     };
+    let mut known = References::new(stage, Scales::AS_IS, trust(&stage));
     let mut references = Vec::new();
     let mut notes = Vec::new();
     for plant in plants {
         let share = job.begin(&format!("{}, reference", plant.name))?;
-        let reference =
-            reference::checked(&job.stage, plant, Scales::AS_IS, trust(&job.stage), share);
-        notes.push(match &reference {
-            Ok(reference) => reference.note(),
-            Err(why) => ReferenceNote::missing(&plant.name, why.clone()),
-        });
-        references.push(reference.ok());
+        let Standard { reference, note } = known.of(plant, share);
+        notes.push(note);
+        references.push(reference);
     }
     for (plant, reference) in plants.iter().zip(&references) {
-        job.plant(plant, reference.as_ref())?;
+        job.plant(plant, reference.as_deref())?;
     }
     job.models(plants, &references);
-    let mut footsteps = Vec::new();
+    let (mut footsteps, mut transports) = (Vec::new(), Vec::new());
     if walks {
         footsteps = job.footsteps(plants, &references)?;
+        transports = job.transports(plants)?;
     } else {
-        job.limit(plants)?;
+        job.limit()?;
     }
     let rows = std::mem::take(&mut job.rows);
     let mut study = Study::new(StudyKind::Precision, workshop, stage.end, stage.grid);
     study.references = notes;
     study.rows = rows;
     study.footsteps = footsteps;
+    study.transports = transports;
     study.budget_s = plan.budget_s;
     Ok(study)
 }

@@ -30,6 +30,8 @@ pub(crate) struct Reference {
 pub struct ReferenceNote {
     /// Its plant.
     pub plant: String,
+    /// The plant that the reference is a run of, where that is another one of the same model.
+    pub of_plant: Option<String>,
     /// Its method; none if there is no reference.
     pub method: Option<String>,
     /// Its step \[s\].
@@ -292,6 +294,7 @@ impl Reference {
         }
         ReferenceNote {
             plant: self.variant.plant.clone(),
+            of_plant: None,
             method: Some(self.variant.method.clone()),
             step_s: self.variant.knob.step_s(),
             tolerance: self.variant.knob.tolerance(),
@@ -317,6 +320,7 @@ impl ReferenceNote {
     pub(crate) fn missing(plant: &str, why: String) -> Self {
         Self {
             plant: plant.to_owned(),
+            of_plant: None,
             method: None,
             step_s: None,
             tolerance: None,

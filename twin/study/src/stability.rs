@@ -5,15 +5,14 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::{Budget, Share};
 use crate::criteria;
 use crate::error::StudyError;
-use crate::number::{duration, instant};
-use crate::outing::{Ending, Outing};
-use crate::precision::RUNAWAY;
-use crate::reference::{self, Reference, ReferenceNote, Stage, Trust, ended};
+use crate::number::duration;
+use crate::reference::{Reference, Stage, Trust};
 use crate::row::{Row, RowKind, Status};
 use crate::search::{Found, Probe, Range, search};
+use crate::shared::{References, Standard};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
-use crate::trace::{Errors, Trace};
+use crate::trial::{LOOK, STEPS_MOST};
 use crate::watcher::Watcher;
 use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
 
@@ -56,25 +55,10 @@ impl Default for StabilityPlan {
     }
 }
 
-/// Kinetic energy grows if its peak in the last quarter of a run exceeds so many times that in the first, and in the last
-/// quarter of the reference. It stays, which is no better where it should go, if it exceeds that of the reference by so much
-/// and is still this share of what it was in the third: what grows until stops bound it does not explode, and does not rest.
-const STAYS: f64 = 0.9;
-/// See [`STAYS`].
-pub(crate) const GROWN: f64 = 2.0;
-/// What is less than this share of the reference's greatest kinetic energy is rest.
-pub(crate) const REST: f64 = 1e-6;
 /// Right is told from wrong by references that are known to this share of the error between.
 const TOLD_APART: f64 = 0.1;
 /// References are sampled so often, and interpolated between.
 const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
-/// Kinetic energy is looked at so often, or at each step where those are longer.
-const LOOK: SimDuration = SimDuration::from_millis(2);
-/// A run ends after so many steps: what is not stable shows by then.
-pub(crate) const STEPS_MOST: u64 = 40_000;
-/// Runs whose median is the cost of a step.
-const REPETITIONS: usize = 3;
-
 /// Studies how long the steps of the plants' methods may be, and what limits them.
 ///
 /// # Errors
@@ -118,18 +102,16 @@ pub fn stability(
         rough: true,
     };
     for &scales in &scales {
+        let mut known = References::new(job.stage, scales, trust);
         for plant in plants {
             let share = job.begin(&plant.name)?;
-            let reference = reference::checked(&job.stage, plant, scales, trust, share);
+            let Standard { reference, note } = known.of(plant, share);
             if scales == Scales::AS_IS {
-                study.references.push(match &reference {
-                    Ok(reference) => reference.note(),
-                    Err(why) => ReferenceNote::missing(&plant.name, why.clone()),
-                });
+                study.references.push(note);
             }
             for method in &plant.methods {
                 let share = job.begin(&format!("{}, {}", plant.name, method.name))?;
-                let row = job.row(plant, method, scales, reference.as_ref().ok(), share);
+                let row = job.row(plant, method, scales, reference.as_deref(), share);
                 study.rows.push(row);
             }
         }
@@ -157,9 +139,9 @@ fn sweeps(workshop: &dyn Workshop, plan: &StabilityPlan) -> (Vec<Scales>, Vec<St
 }
 
 /// A study on its way.
-struct Job<'a> {
-    stage: Stage<'a>,
-    plan: &'a StabilityPlan,
+pub(crate) struct Job<'a> {
+    pub(crate) stage: Stage<'a>,
+    pub(crate) plan: &'a StabilityPlan,
     budget: Budget,
     watcher: &'a mut dyn Watcher,
 }
@@ -291,30 +273,6 @@ impl Job<'_> {
         right.map(|step| step.as_nanos() as f64 / 1e9)
     }
 
-    /// A run over what is compared, and how far it is from the reference.
-    fn against(
-        &self,
-        variant: &Variant,
-        step: SimDuration,
-        reference: Option<&Reference>,
-        share: Share,
-    ) -> Option<(Trace, Option<Errors>)> {
-        let scene = self.stage.workshop.scene().duration;
-        let compared = self.plan.compared.unwrap_or(scene).min(self.plan.duration);
-        let stage = Stage {
-            grid: looks(step),
-            end: SimTime::ZERO + compared.max(looks(step)),
-            ..self.stage
-        };
-        let (trace, ending) = stage.record(variant, share, |_| false).ok()?;
-        if matches!(ending, Ending::TooSlow(_)) {
-            return None;
-        }
-        let errors = reference.and_then(|reference| trace.errors_between(&reference.trace));
-        let errors = errors.filter(|_| ending == Ending::Whole);
-        Some((trace, errors))
-    }
-
     /// The row of a method that chooses its steps.
     fn adaptive(&self, variant: &Variant, reference: Option<&Reference>, share: Share) -> Row {
         let mut row = Row::new(RowKind::Stability, variant);
@@ -329,134 +287,4 @@ impl Job<'_> {
             Probe::TooSlow(why) => row.cut_off(why),
         }
     }
-
-    /// The end of a run with steps of `step`.
-    fn end(&self, step: SimDuration) -> SimTime {
-        self.stage.end.min(SimTime::ZERO + step * STEPS_MOST)
-    }
-
-    /// Whether a variant with steps of `step` stays bounded.
-    fn probe(
-        &self,
-        variant: &Variant,
-        step: SimDuration,
-        reference: Option<&Reference>,
-        share: Share,
-    ) -> Probe {
-        let end = self.end(step);
-        let end_s = end.as_secs_f64();
-        let known = reference.map(|reference| {
-            let trace = &reference.trace;
-            (trace.kinetic_bound(), trace.kinetic_by_quarter(end_s))
-        });
-        let (peak, [.., late]) = known.unwrap_or((f64::INFINITY, [0.0; 4]));
-        let stage = Stage {
-            grid: looks(step),
-            end,
-            ..self.stage
-        };
-        let recorded = stage.record(variant, share, |kinetic| kinetic > RUNAWAY * peak);
-        let (trace, ending) = match recorded {
-            Ok(recorded) => recorded,
-            Err(why) => return Probe::Unknown(why),
-        };
-        match &ending {
-            Ending::Whole => {}
-            Ending::Enough(at) => {
-                return Probe::Unstable(format!("kinetic energy runs away at {}", instant(*at)));
-            }
-            Ending::TooSlow(_) => {
-                let why = ended(&ending, share).map(|(_, why)| why);
-                return Probe::TooSlow(why.unwrap_or_default());
-            }
-            Ending::Fault(_) | Ending::NotFinite(_) => {
-                let why = ended(&ending, share).map(|(_, why)| why);
-                return Probe::Unstable(why.unwrap_or_default());
-            }
-        }
-        let own = trace.kinetic_by_quarter(end_s);
-        let [first, .., last] = own;
-        let rest = if peak.is_finite() { REST * peak } else { 0.0 };
-        if last > GROWN * first.max(late) + rest {
-            return Probe::Unstable(format!(
-                "kinetic energy grows: its peak is {first:.2e} J in the first quarter and {last:.2e} J in the last"
-            ));
-        }
-        let should_go = known.is_some_and(|(_, quarters)| !stays(quarters));
-        if should_go && stays(own) && last > GROWN * late + rest {
-            return Probe::Unstable(format!(
-                "kinetic energy stays: its peak in the last quarter is {last:.2e} J, and should have gone to {late:.2e} J"
-            ));
-        }
-        Probe::Stable
-    }
-
-    /// Notes how far a stable step is from the reference.
-    fn compare(
-        &self,
-        row: &mut Row,
-        variant: &Variant,
-        step: SimDuration,
-        reference: Option<&Reference>,
-        share: Share,
-    ) -> Option<Errors> {
-        let (trace, errors) = self.against(variant, step, reference, share)?;
-        row.note_work(&trace.work, trace.reached_s());
-        row.energy_residual_j = Some(trace.residual);
-        row.drift_m = trace.drift;
-        if let Some(errors) = &errors {
-            row.note_errors(errors);
-            row.wrong = errors.foot_rms > self.plan.wrong_m;
-        } else {
-            let why = "there is no reference";
-            row.why = Some(match row.why.take() {
-                Some(before) => format!("{before}; {why}"),
-                None => why.to_owned(),
-            });
-        }
-        errors
-    }
-
-    /// What a step costs.
-    fn time(&self, row: &mut Row, variant: &Variant, step: SimDuration, share: Share) {
-        let Some(mean) = row.mean_step_s.filter(|&mean| mean > 0.0) else {
-            return;
-        };
-        let mut times = Vec::new();
-        let mut simulated_s = 0.0;
-        for _ in 0..REPETITIONS {
-            let Ok(mut plant) = self.stage.workshop.build(variant) else {
-                return;
-            };
-            let grid = looks(step);
-            let whole = self.end(step).as_nanos() / grid.as_nanos();
-            let outing = Outing {
-                grid,
-                end: SimTime::ZERO + grid * whole,
-                ..self.stage.outing(share)
-            };
-            let (ending, took_s) = outing.timed(&mut *plant);
-            if ending != Ending::Whole {
-                break;
-            }
-            simulated_s = outing.end.as_secs_f64();
-            times.push(took_s);
-        }
-        times.sort_by(f64::total_cmp);
-        if let Some(&median) = times.get(times.len() / 2) {
-            row.note_time(median, simulated_s, times.len() as u64);
-            row.cost_per_step_s = Some(median / simulated_s * mean);
-        }
-    }
-}
-
-/// Whether kinetic energy, by its peaks in the quarters of a run, is not on its way to rest.
-fn stays([_, _, third, last]: [f64; 4]) -> bool {
-    last > STAYS * third
-}
-
-/// How often a run with steps of `step` is looked at: at whole steps.
-fn looks(step: SimDuration) -> SimDuration {
-    let nanos = step.as_nanos().max(1);
-    SimDuration::from_nanos(nanos) * (LOOK.as_nanos() / nanos).max(1)
 }

@@ -4,10 +4,12 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::fit::Fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::reference::ReferenceNote;
 use crate::row::{Line, Row, RowKind, Status};
+use crate::transport::Transport;
 use crate::workshop::{SetBy, Workshop};
 
 /// Which study.
@@ -53,6 +55,8 @@ pub struct Study {
     pub budget_s: f64,
     /// The plants whose segments have mass.
     pub massive: Vec<String>,
+    /// Which plants solve the model of which by other means.
+    pub solves: Vec<(String, String)>,
     /// What the methods are: plant, name, what sets it, and a line on it.
     pub abouts: Vec<(String, String, SetBy, String)>,
     /// What each plant is measured against.
@@ -61,6 +65,8 @@ pub struct Study {
     pub rows: Vec<Row>,
     /// Which footsteps differ between models.
     pub footsteps: Vec<Footstep>,
+    /// What walking costs in each plant.
+    pub transports: Vec<Transport>,
     /// What the criteria are, as pairs of a name and a text.
     pub criteria: Vec<(String, String)>,
     /// What was left out of it, and why.
@@ -82,8 +88,6 @@ pub struct Order {
 
 /// Errors so far above the floor of the reference show the order of a method.
 const ABOVE_FLOOR: f64 = 10.0;
-/// So much of their spread has to be that of a line (the square of their correlation).
-const ON_A_LINE: f64 = 0.8;
 /// Errors above this have nothing to do with an order any more \[m\].
 const SATURATED_M: f64 = 1e-2;
 
@@ -96,7 +100,8 @@ impl Study {
     ) -> Self {
         let scene = workshop.scene();
         let plants = workshop.plants().iter();
-        let massive = plants.filter(|plant| plant.segment_masses);
+        let massive = plants.clone().filter(|plant| plant.segment_masses);
+        let solves = plants.filter_map(|plant| Some((plant.name.clone(), plant.model_of.clone()?)));
         Self {
             kind,
             scenario: scene.name.clone(),
@@ -108,10 +113,12 @@ impl Study {
             ground: scene.ground,
             budget_s: 0.0,
             massive: massive.map(|plant| plant.name.clone()).collect(),
+            solves: solves.collect(),
             abouts: abouts(workshop),
             references: Vec::new(),
             rows: Vec::new(),
             footsteps: Vec::new(),
+            transports: Vec::new(),
             criteria: Vec::new(),
             left_out: Vec::new(),
         }
@@ -189,7 +196,7 @@ impl Study {
                     .filter(|&(_, error)| error > floor.max(1e-15) && error < SATURATED_M)
                     .map(|(step, error)| (libm::log(step), libm::log(error)))
                     .collect();
-                let order = slope(&points)?;
+                let order = Fit::through(&points)?.slope_if_straight()?;
                 Some(Order {
                     plant: line.plant.to_owned(),
                     method: line.method.to_owned(),
@@ -221,6 +228,10 @@ impl Study {
             "references": self.references,
             "orders": self.orders(),
             "footsteps": self.footsteps,
+            "dominance": self.dominances(),
+            "floors": self.floors(),
+            "transport": self.transports,
+            "stiffness": self.stiffnesses(),
             "criteria": criteria,
             "left_out": self.left_out,
         })
@@ -237,18 +248,4 @@ fn abouts(workshop: &dyn Workshop) -> Vec<(String, String, SetBy, String)> {
             (plant, name, method.set_by, method.about.clone())
         })
         .collect()
-}
-
-/// The slope of the line through `points` by least squares; none through fewer than three, or where they are on no line.
-fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    let count = points.len() as f64;
-    if points.len() < 3 {
-        return None;
-    }
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
-    let xx = mean(&|point| (point.0 - x) * (point.0 - x));
-    let xy = mean(&|point| (point.0 - x) * (point.1 - y));
-    let yy = mean(&|point| (point.1 - y) * (point.1 - y));
-    (xy * xy > ON_A_LINE * xx * yy).then(|| xy / xx)
 }

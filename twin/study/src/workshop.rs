@@ -14,11 +14,25 @@ pub trait Workshop {
     /// The plants to compare. The first whose segments have mass is the model that others are measured against.
     fn plants(&self) -> &[PlantOffer];
 
+    /// Plants that are not compared, but can be built: one of these is the reference of a plant that solves its model.
+    fn bystanders(&self) -> &[PlantOffer] {
+        &[]
+    }
+
     /// Builds a plant at the start of the scene. Its outputs are `leg/*/foot/position` and `body/position` \[m\].
     ///
     /// # Errors
     /// Why there is none, for a person: it becomes a row of the study.
     fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String>;
+
+    /// The same, telling of its drives, too, if it has any: `leg/*/{hip,knee}/position` \[rad\], and `torque` \[N·m\] as the mean
+    /// over its last step.
+    ///
+    /// # Errors
+    /// As above.
+    fn build_with_drives(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.build(variant)
+    }
 }
 
 /// What is simulated, whichever plant does it.
@@ -36,6 +50,10 @@ pub struct Scene {
     pub servos: bool,
     /// What the plants are commanded.
     pub commands: Commands,
+    /// The step of the plant that the scenario has.
+    pub step: SimDuration,
+    /// Weight of the robot, legs and all \[N\].
+    pub weight: f64,
 }
 
 /// A plant, and the ways to integrate it.
@@ -47,6 +65,9 @@ pub struct PlantOffer {
     pub about: String,
     /// Whether the segments of its legs have mass. Of one without, the limit of vanishing segments is the same model.
     pub segment_masses: bool,
+    /// The plant whose model it solves by other means, if there is one: what that one is measured against is its reference, too,
+    /// since what an engine does alike at every step shows against no reference of its own.
+    pub model_of: Option<String>,
     /// Its methods.
     pub methods: Vec<MethodOffer>,
 }

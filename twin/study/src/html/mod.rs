@@ -1,15 +1,19 @@
 //! A study as one page that needs nothing else: no script, no font, no network.
 
 mod axis;
+mod dominance;
+mod drift;
 mod footsteps;
 mod models;
 mod plot;
 mod precision;
 mod rows;
 mod stability;
+mod stiffness;
 mod table;
 mod text;
 mod thesis;
+mod transport;
 
 use std::fmt::Write as _;
 
@@ -122,8 +126,10 @@ fn references(study: &Study) -> String {
     );
     for note in &study.references {
         let knob = number::knob(note.step_s, note.tolerance);
+        let of = note.of_plant.as_ref();
+        let of = of.map_or(String::new(), |plant| format!("{} ", escaped(plant)));
         let own = note.method.as_ref().map_or("none".to_owned(), |method| {
-            format!("{} {knob}", escaped(method))
+            format!("{of}{} {knob}", escaped(method))
         });
         let check = note.check.as_ref();
         let by = check.map(|check| {

@@ -7,7 +7,9 @@ use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, footsteps, lead, models, references};
+use super::{
+    card, commanded, dominance, drift, figure, footsteps, lead, models, references, transport,
+};
 use crate::headline::{AIM_M, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
 
@@ -19,7 +21,7 @@ pub(crate) const LEAST_M: f64 = 1e-16;
 pub(crate) fn body(study: &Study) -> String {
     let compared = format!(
         "Every plant is led through {} by each of its methods at each setting, and where its feet are is \
-         compared every {} with a reference of the same plant. {}",
+         compared every {} with a reference. {}",
         window(study),
         si(study.grid_s, "s"),
         commanded(study)
@@ -38,18 +40,22 @@ pub(crate) fn body(study: &Study) -> String {
     out += &cards(study);
     out += "<h2>Error against run time</h2>\n";
     out += &cost(study);
+    out += &dominance::section(study);
     out += "<h2>Error against step</h2>\n";
     out += &convergence(study);
+    out += &drift::section(study);
     out += "<h2>The methods, side by side</h2>\n";
     out += &summary(study);
     out += "<h2>What they are measured against</h2>\n";
     out += &paragraph(
-        "The reference of a plant is its best method at its finest setting, checked by a second one. Errors below the \
-         disagreement of the two are at the floor: less is not known of them.",
+        "The reference of a plant is its best method at its finest setting, checked by a second one; that of a plant which solves \
+         another's model by other means is that one's. Errors below the disagreement of the two are at the floor: less is not \
+         known of them.",
     );
     out += &references(study);
     out += &models::section(study);
     out += &footsteps::section(study);
+    out += &transport::section(study);
     out += "<h2>All runs</h2>\n";
     out += &all(study);
     out
@@ -65,14 +71,14 @@ fn window(study: &Study) -> String {
     }
 }
 
-fn integration(study: &Study) -> impl Iterator<Item = &Row> {
+pub(crate) fn integration(study: &Study) -> impl Iterator<Item = &Row> {
     study
         .rows
         .iter()
         .filter(|row| row.kind == RowKind::Integration)
 }
 
-fn of_line<'a>(study: &'a Study, line: Line<'a>) -> impl Iterator<Item = &'a Row> {
+pub(crate) fn of_line<'a>(study: &'a Study, line: Line<'a>) -> impl Iterator<Item = &'a Row> {
     integration(study).filter(move |row| row.line() == line)
 }
 
@@ -213,7 +219,7 @@ fn cost(study: &Study) -> String {
 }
 
 /// What is not known of the reference.
-fn floor(study: &Study) -> Mark {
+pub(crate) fn floor(study: &Study) -> Mark {
     let reference = study.reference();
     let plant = reference.map_or("", |note| note.plant.as_str());
     Mark::Below(

@@ -10,7 +10,7 @@ use super::plot::{Curve, Look, Mark, Plot, Point, foreign_swatch, swatch};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, lead, legend, references, thesis};
+use super::{card, commanded, figure, lead, legend, references, stiffness, thesis};
 use crate::number::{plain, si};
 
 /// The stiffness at which the thesis tells its second figure.
@@ -20,7 +20,7 @@ pub(crate) fn body(study: &Study) -> String {
     let found = format!(
         "For each plant and method, the longest step at which the motion stays bounded over {}, found by bisection as in the \
          thesis (section 2.5.1), with one property of the robot or the scene varied at a time. Stable is not right: at the \
-         limit, the feet are compared with a reference of the same plant, too. {}",
+         limit, the feet are compared with a reference, too. {}",
         si(study.simulated_s, "s"),
         commanded(study)
     );
@@ -28,6 +28,7 @@ pub(crate) fn body(study: &Study) -> String {
     out += &cards(study);
     out += "<h2>What limits the step</h2>\n";
     out += &sweeps(study);
+    out += &stiffness::section(study);
     out += "<h2>The scene as it is</h2>\n";
     out += &as_it_is(study);
     if !study.commanded && !study.ground {

@@ -3,7 +3,7 @@
 use crate::number::si;
 use crate::row::{Line, Status};
 use crate::study::Study;
-use crate::thesis::{FIGURES, ThesisFigure};
+use crate::thesis::{FIGURES, Like, ThesisFigure};
 use crate::workshop::Scales;
 
 use super::stability::{QUARTER, limit_cell};
@@ -75,8 +75,14 @@ struct Ours {
 }
 
 fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
-    let Some(masses) = thesis.segment_masses else {
-        return Vec::new();
+    let like = |plant: &str| {
+        let engine = study.solves.iter().any(|(known, _)| known == plant);
+        let massive = study.massive.iter().any(|known| known == plant);
+        match (massive, engine) {
+            (true, true) => Like::Engines,
+            (true, false) => Like::Massive,
+            (false, _) => Like::Massless,
+        }
     };
     let quarter = Scales {
         stiffness: QUARTER,
@@ -100,7 +106,7 @@ fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
     let lines = study.lines().into_iter();
     lines
         .filter(|line| !line.is_adaptive())
-        .filter(|line| study.massive.iter().any(|known| known == line.plant) == masses)
+        .filter(|line| like(line.plant) == thesis.like)
         .map(|line| Ours {
             name: line.name(),
             step: cell(line, Scales::AS_IS),

@@ -9,6 +9,10 @@ use twinrig_study::{
 
 pub const OMEGA: f64 = 100.0;
 pub const ZETA: f64 = 0.1;
+/// Steps longer than this are too long for the method `capped`, whatever the oscillator \[s\].
+pub const CAP_S: f64 = 3e-3;
+/// By so much the spring of an engine is too soft.
+pub const SOFT: f64 = 1e-3;
 /// The share of the oscillator's mass that a plant without segments lacks.
 const SEGMENTS: f64 = 0.5;
 
@@ -78,6 +82,8 @@ impl Oscillator {
                 let phase = OMEGA * (self.now.as_secs_f64() + h);
                 [0.01 * libm::cos(phase), -0.01 * OMEGA * libm::sin(phase)]
             }
+            // As if it closed something by a spring of its own.
+            "capped" if h > CAP_S => [2.0 * x, OMEGA * x],
             "brittle" if self.now >= SimTime::from_nanos(50_000_000) => {
                 return Err(PlantFault {
                     time: self.now,
@@ -171,6 +177,7 @@ impl Plant for Oscillator {
 pub struct Oscillators {
     scene: Scene,
     plants: Vec<PlantOffer>,
+    bystanders: Vec<PlantOffer>,
     zeta: f64,
 }
 
@@ -199,6 +206,7 @@ impl Oscillators {
             name: "full".to_owned(),
             about: "an oscillator".to_owned(),
             segment_masses: true,
+            model_of: None,
             methods: methods.iter().map(offered).collect(),
         };
         Self {
@@ -209,8 +217,11 @@ impl Oscillators {
                 ground: false,
                 servos: false,
                 commands: Commands::none(),
+                step: SimDuration::from_millis(2),
+                weight: 0.0,
             },
             plants: vec![full],
+            bystanders: Vec::new(),
             zeta: ZETA,
         }
     }
@@ -220,8 +231,34 @@ impl Oscillators {
             name: "bare".to_owned(),
             about: "one without segments".to_owned(),
             segment_masses: false,
+            model_of: None,
             methods: vec![method("rk4", SetBy::Step, None)],
         });
+        self
+    }
+
+    /// With another way to solve the model of `full`, which is too soft at every step.
+    pub fn with_engine(mut self, methods: &[&str]) -> Self {
+        let offered = |&name: &&str| method(name, SetBy::Step, None);
+        self.plants.push(PlantOffer {
+            name: "engine".to_owned(),
+            about: "the same, by other means".to_owned(),
+            segment_masses: true,
+            model_of: Some("full".to_owned()),
+            methods: methods.iter().map(offered).collect(),
+        });
+        self
+    }
+
+    /// Without the full model among the plants, which can be built all the same.
+    pub fn with_full_aside(mut self) -> Self {
+        self.bystanders.push(self.plants.remove(0));
+        self
+    }
+
+    /// Without it at all.
+    pub fn without_full(mut self) -> Self {
+        self.plants.remove(0);
         self
     }
 
@@ -240,6 +277,10 @@ impl Workshop for Oscillators {
         &self.plants
     }
 
+    fn bystanders(&self) -> &[PlantOffer] {
+        &self.bystanders
+    }
+
     fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
         if variant.method == "unbuildable" {
             return Err("there is no such oscillator".to_owned());
@@ -255,6 +296,11 @@ impl Workshop for Oscillators {
         } else {
             1.0 + SEGMENTS * mass
         };
+        let soft = if variant.plant == "engine" {
+            1.0 - SOFT
+        } else {
+            1.0
+        };
         let (step, tolerance) = match variant.knob {
             Knob::Step(step) => (Some(step), 0.0),
             Knob::Tolerance(tolerance) => (None, tolerance),
@@ -264,7 +310,7 @@ impl Workshop for Oscillators {
             step,
             tolerance,
             // As it is, the full model swings at ω.
-            omega_squared: OMEGA * OMEGA * stiffness * (1.0 + SEGMENTS) / mass,
+            omega_squared: OMEGA * OMEGA * stiffness * soft * (1.0 + SEGMENTS) / mass,
             damping: 2.0 * self.zeta * OMEGA * damping * (1.0 + SEGMENTS) / mass,
             mass,
             now: SimTime::ZERO,
