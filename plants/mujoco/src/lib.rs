@@ -1,7 +1,19 @@
 //! The robot in MuJoCo.
 
+mod addresses;
+mod drives;
 mod engine;
+mod flow;
+mod frame;
+mod mjcf;
+mod model;
+mod options;
+mod plant;
+mod readings;
 
 pub use engine::{Engine, EngineError, EngineFault, Warned};
+pub use mjcf::mjcf;
 /// The crate that the engine is reached through.
 pub use mujoco_rs;
+pub use options::{Closing, Cone, Coordinates, Integrator, MujocoError, Numerics, Options, Solver};
+pub use plant::Mujoco;

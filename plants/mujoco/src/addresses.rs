@@ -1,0 +1,104 @@
+//! Where MuJoCo keeps what.
+
+use mujoco_rs::prelude::{MjModel, MjtObjBase};
+use twinrig_legged::{Base, Fitted};
+
+use crate::engine::EngineError;
+use crate::model::Model;
+use crate::options::Coordinates;
+
+/// Of a joint: its first number among the positions, and among the velocities.
+pub(crate) type Address = [usize; 2];
+
+/// The addresses of a robot.
+#[derive(Debug, Clone)]
+pub(crate) struct Addresses {
+    /// The first of the trunk's joints, where it has some.
+    pub(crate) trunk: Address,
+    pub(crate) legs: Vec<LegAddresses>,
+}
+
+/// Those of a leg.
+#[derive(Debug, Clone)]
+pub(crate) struct LegAddresses {
+    /// Of each segment: x, z and turn in maximal coordinates; the hinge, three times, in minimal ones.
+    pub(crate) segments: [[Address; 3]; 3],
+    pub(crate) pulley: Option<Address>,
+    /// What servos of hip and knee drive.
+    pub(crate) flywheels: Option<[Address; 2]>,
+    /// Their clutches.
+    pub(crate) clutches: Option<[usize; 2]>,
+    /// Motors of hip and knee.
+    pub(crate) motors: Option<[usize; 2]>,
+    /// The ball at the foot.
+    pub(crate) foot: Option<usize>,
+}
+
+impl Addresses {
+    pub(crate) fn new(model: &Model, compiled: &MjModel) -> Result<Self, EngineError> {
+        let trunk = match model.base {
+            Base::Free => joint(compiled, "trunk")?,
+            Base::Planar => joint(compiled, "trunk_x")?,
+            Base::Fixed => [0; 2],
+        };
+        let legs = model.legs.iter().map(|leg| {
+            let name = &leg.name;
+            let named = |joint_name: &str| joint(compiled, &format!("{name}_{joint_name}"));
+            let segments = match model.coordinates {
+                Coordinates::Minimal => [
+                    [named("hip")?; 3],
+                    [named("knee")?; 3],
+                    [named("ankle")?; 3],
+                ],
+                Coordinates::Maximal => {
+                    let of = |segment: &str| -> Result<[Address; 3], EngineError> {
+                        let one = |axis: &str| named(&format!("{segment}_{axis}"));
+                        Ok([one("x")?, one("z")?, one("turn")?])
+                    };
+                    [of("upper")?, of("middle")?, of("lower")?]
+                }
+            };
+            let both = |kind, what: &str| -> Result<[usize; 2], EngineError> {
+                let one = |drive: &str| find(compiled, kind, &format!("{name}_{drive}{what}"));
+                Ok([one("hip")?, one("knee")?])
+            };
+            let tendon = MjtObjBase::mjOBJ_TENDON;
+            let (mut flywheels, mut clutches, mut motors) = (None, None, None);
+            match model.drives {
+                Some(Fitted::Servos(_)) => {
+                    flywheels = Some([named("hip_flywheel")?, named("knee_flywheel")?]);
+                    clutches = Some(both(tendon, "_clutch")?);
+                }
+                Some(Fitted::Motors(_)) => motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?),
+                None => {}
+            }
+            let foot = || find(compiled, MjtObjBase::mjOBJ_GEOM, &format!("{name}_foot"));
+            Ok(LegAddresses {
+                segments,
+                pulley: model.drives.map(|_| named("pulley")).transpose()?,
+                flywheels,
+                clutches,
+                motors,
+                foot: model.ground.as_ref().map(|_| foot()).transpose()?,
+            })
+        });
+        Ok(Self {
+            trunk,
+            legs: legs.collect::<Result<_, EngineError>>()?,
+        })
+    }
+}
+
+fn find(compiled: &MjModel, kind: MjtObjBase, name: &str) -> Result<usize, EngineError> {
+    let id = compiled.name_to_id(kind, name);
+    id.ok_or_else(|| EngineError::Model(format!("there is no {name} in it")))
+}
+
+fn joint(compiled: &MjModel, name: &str) -> Result<Address, EngineError> {
+    let id = find(compiled, MjtObjBase::mjOBJ_JOINT, name)?;
+    let address = |all: &[i32]| usize::try_from(all[id]).unwrap_or(0);
+    Ok([
+        address(compiled.jnt_qposadr()),
+        address(compiled.jnt_dofadr()),
+    ])
+}

@@ -1,0 +1,555 @@
+//! The motion: a step at a time, with its books.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use twinrig_contact::Surface;
+use twinrig_legged::{Base, Fitted, LEGS, Ledger, Posture, Stored};
+use twinrig_robot::Robot;
+use twinrig_runtime::WorkCounts;
+
+use crate::addresses::Addresses;
+use crate::drives::{self, Inputs, Limits, Tuned, Turned};
+use crate::engine::{Engine, EngineError, EngineFault};
+use crate::frame::{LegFrame, TrunkFrame, place, spatial};
+use crate::mjcf::written;
+use crate::model::{Area, Model};
+use crate::options::{Integrator, MujocoError, Options};
+
+/// A trunk that another plant has so much farther out of this one's way than this cannot be taken over \[m, 1\].
+const OFF: f64 = 1e-6;
+
+/// Times that clutches are let go further in a step, at most.
+const TIRED_MAX: u32 = 4;
+
+/// Why a step could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(crate) enum FlowFault {
+    #[error(transparent)]
+    Engine(#[from] EngineFault),
+    #[error(
+        "the foot has left the height field, which ends at {at:.3} m along {axis}; give the scenario a larger field"
+    )]
+    Beyond { leg: usize, axis: char, at: f64 },
+}
+
+/// What acts on a leg during a step, in its mean.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LegForces {
+    /// Torques of hip and knee drive \[N·m\].
+    pub(crate) torques: [f64; 2],
+    /// Of the cable \[N\].
+    pub(crate) tension: f64,
+    /// Of the ground on the foot, world axes: along the contact's normal, and along the ground \[N\].
+    normal: [f64; 3],
+    along: [f64; 3],
+}
+
+/// Everything that moves.
+pub(crate) struct Flow {
+    pub(crate) model: Model,
+    engine: Engine,
+    at: Addresses,
+    pub(crate) inputs: Inputs,
+    pub(crate) trunk: TrunkFrame,
+    pub(crate) legs: [Option<LegFrame>; LEGS],
+    pub(crate) forces: [LegForces; LEGS],
+    /// Impulses of the ground since the start, world axes \[N·s\].
+    pub(crate) impulses: [[f64; 3]; LEGS],
+    pub(crate) ledger: Ledger,
+    standing: [bool; LEGS],
+    events: u64,
+    fallbacks: u64,
+    tuned: Tuned,
+    /// Velocities before a step, and forces of constraints in it, without the flywheels'.
+    qvel: Vec<f64>,
+    held: Vec<f64>,
+}
+
+/// Everything that the way ahead depends on.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct SavedFlow {
+    state: Vec<f64>,
+    inputs: Inputs,
+    forces: [LegForces; LEGS],
+    impulses: [[f64; 3]; LEGS],
+    ledger: Ledger,
+    standing: [bool; LEGS],
+    events: u64,
+    fallbacks: u64,
+}
+
+impl Flow {
+    pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MujocoError> {
+        let model = Model::new(robot, options)?;
+        let text = written(robot, &model);
+        let engine = Engine::compile(&text)?;
+        Ok(Self::of(model, engine)?)
+    }
+
+    pub(crate) fn of(model: Model, engine: Engine) -> Result<Self, EngineError> {
+        let at = Addresses::new(&model, engine.model())?;
+        let trunk = TrunkFrame::new(&model, &at, engine.data().qpos(), engine.data().qvel());
+        let mut flow = Self {
+            inputs: [[0.0; 4]; LEGS],
+            trunk,
+            legs: [None; LEGS],
+            forces: [LegForces::default(); LEGS],
+            impulses: [[0.0; 3]; LEGS],
+            ledger: Ledger::default(),
+            standing: [false; LEGS],
+            events: 0,
+            fallbacks: 0,
+            tuned: [[[0.0; 2]; 2]; LEGS],
+            qvel: vec![0.0; engine.data().qvel().len()],
+            held: vec![0.0; engine.data().qvel().len()],
+            model,
+            engine,
+            at,
+        };
+        let start = flow.model.start.clone();
+        flow.put(&start);
+        Ok(flow)
+    }
+
+    /// Goes on from another's posture.
+    pub(crate) fn take_over(&mut self, posture: &Posture) -> Result<(), String> {
+        let [w, x, y, z] = posture.attitude;
+        let legs = posture.legs.iter().flat_map(|(_, leg)| {
+            let turns = leg.angles.into_iter().chain(leg.rates);
+            turns.chain([leg.pulley, leg.pulley_rate])
+        });
+        let trunk = [posture.position, posture.velocity, posture.angular_velocity];
+        let trunk = trunk.iter().flat_map(|v| v.iter().copied());
+        if !legs.chain(trunk).all(f64::is_finite) {
+            return Err("a number of the other plant's state is none".to_owned());
+        }
+        let norm = w * w + x * x + y * y + z * z;
+        if !((norm - 1.0).abs() < 1e-6) {
+            return Err("the attitude of the other plant's trunk is no unit quaternion".to_owned());
+        }
+        let off = match self.model.base {
+            Base::Free => 0.0,
+            Base::Planar => x.abs().max(z.abs()).max((posture.position.y).abs()),
+            Base::Fixed => {
+                let moved = (posture.position - self.model.start.position).abs().max();
+                moved.max(x.abs()).max(y.abs()).max(z.abs())
+            }
+        };
+        if off > OFF {
+            let why =
+                "the other plant's trunk is where this one's cannot go: give both the same base";
+            return Err(why.to_owned());
+        }
+        self.put(posture);
+        Ok(())
+    }
+
+    /// Goes on from a posture, with books opened anew.
+    pub(crate) fn put(&mut self, posture: &Posture) {
+        let data = self.engine.data_mut();
+        data.reset();
+        let (mut qpos, mut qvel) = (data.qpos().to_vec(), data.qvel().to_vec());
+        place(&self.model, &self.at, posture, &mut qpos, &mut qvel);
+        data.qpos_mut().copy_from_slice(&qpos);
+        data.qvel_mut().copy_from_slice(&qvel);
+        self.look();
+        self.forces = [LegForces::default(); LEGS];
+        self.impulses = [[0.0; 3]; LEGS];
+        self.standing = [false; LEGS];
+        self.ledger = Ledger::opened(self.stored());
+        self.inputs = [[0.0; 4]; LEGS];
+        if let Some(Fitted::Servos(_)) = self.model.drives {
+            let turned = self.turned();
+            for (inputs, [[hip, _], [pulley, _]]) in self.inputs.iter_mut().zip(turned) {
+                inputs[..2].copy_from_slice(&[hip, pulley]);
+            }
+        }
+    }
+
+    pub(crate) fn posture(&self) -> Posture {
+        let legs = self.model.legs.iter().zip(self.legs.iter().flatten());
+        Posture {
+            position: self.trunk.position,
+            attitude: self.trunk.attitude,
+            velocity: self.trunk.velocity,
+            angular_velocity: self.trunk.angular_velocity,
+            legs: legs
+                .map(|(leg, frame)| (leg.name.clone(), frame.posture()))
+                .collect(),
+        }
+    }
+
+    /// Reads where everything is.
+    fn look(&mut self) {
+        let (qpos, qvel) = (self.engine.data().qpos(), self.engine.data().qvel());
+        self.trunk = TrunkFrame::new(&self.model, &self.at, qpos, qvel);
+        let legs = self.model.legs.iter().zip(&self.at.legs);
+        for (frame, (leg, at)) in self.legs.iter_mut().zip(legs) {
+            *frame = Some(LegFrame::new(leg, at, self.model.coordinates, qpos, qvel));
+        }
+    }
+
+    /// Moves on.
+    pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowFault> {
+        self.check_area()?;
+        let before = (self.trunk, self.legs);
+        self.qvel.copy_from_slice(self.engine.data().qvel());
+        self.engine.set_timestep(seconds);
+        let limits = self.drive(seconds)?;
+        let done = self.step(seconds);
+        if limits {
+            self.unlimit();
+        }
+        done?;
+        self.look();
+        self.book(&before, seconds);
+        Ok(())
+    }
+
+    /// Sets drives, and finds the forces under them; says whether a clutch has another limit now.
+    fn drive(&mut self, seconds: f64) -> Result<bool, FlowFault> {
+        let turned = self.turned();
+        match self.model.drives {
+            None => self.engine.forward()?,
+            Some(Fitted::Motors(motors)) => {
+                drives::power(
+                    &mut self.engine,
+                    &self.model,
+                    &self.at.legs,
+                    &motors,
+                    &self.inputs,
+                    &turned,
+                    seconds,
+                    &mut self.tuned,
+                );
+                self.engine.forward()?;
+            }
+            Some(Fitted::Servos(servos)) => {
+                for (leg, at) in self.at.legs.iter().enumerate() {
+                    if let Some(flywheels) = &at.flywheels {
+                        let commands = &self.inputs[leg];
+                        let turned = &turned[leg];
+                        drives::spin(
+                            &mut self.engine,
+                            flywheels,
+                            &servos,
+                            commands,
+                            turned,
+                            seconds,
+                        );
+                    }
+                }
+                self.engine.forward()?;
+                return self.tire(&servos, &turned);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Lets clutches slip that transmit more than their servos have.
+    fn tire(
+        &mut self,
+        servos: &twinrig_legged::Servos,
+        turned: &[Turned; LEGS],
+    ) -> Result<bool, FlowFault> {
+        let mut limits: Limits = drives::unspent(servos);
+        for round in 0..TIRED_MAX {
+            let mut news = false;
+            for (leg, at) in self.at.legs.iter().enumerate() {
+                let Some(flywheels) = &at.flywheels else {
+                    continue;
+                };
+                let torques = drives::transmitted(&self.engine, flywheels);
+                news |= drives::tire(servos, &torques, &turned[leg], &mut limits[leg]);
+            }
+            if !news {
+                return Ok(round > 0);
+            }
+            self.fallbacks += 1;
+            drives::limit(&mut self.engine, &self.at.legs, &limits);
+            let found = self.engine.forward();
+            if found.is_err() {
+                self.unlimit();
+            }
+            found?;
+        }
+        Ok(true)
+    }
+
+    fn unlimit(&mut self) {
+        if let Some(Fitted::Servos(servos)) = &self.model.drives {
+            drives::limit(&mut self.engine, &self.at.legs, &drives::unspent(servos));
+        }
+    }
+
+    fn step(&mut self, seconds: f64) -> Result<(), FlowFault> {
+        self.read_forces(1.0);
+        let stages = self.model.numerics.integrator == Integrator::Rk4;
+        self.engine.integrate(seconds)?;
+        if stages {
+            // What there is by now are the forces of the last stage, at the end of the step.
+            self.read_forces(0.5);
+        }
+        Ok(())
+    }
+
+    /// Reads the forces that MuJoCo found, and weighs them against those read before.
+    fn read_forces(&mut self, weight: f64) {
+        let data = self.engine.data();
+        let blend = |old: &mut f64, new: f64| *old += weight * (new - *old);
+        for (held, new) in self.held.iter_mut().zip(data.qfrc_constraint()) {
+            blend(held, *new);
+        }
+        for (leg, at) in self.at.legs.iter().enumerate() {
+            let forces = &mut self.forces[leg];
+            let mut torques = [0.0; 2];
+            if let Some(flywheels) = &at.flywheels {
+                torques = drives::transmitted(&self.engine, flywheels);
+                for [_, dof] in flywheels {
+                    self.held[*dof] = 0.0;
+                }
+            } else if let Some(motors) = at.motors {
+                torques = motors.map(|motor| data.ctrl()[motor]);
+            }
+            for (old, new) in forces.torques.iter_mut().zip(torques) {
+                blend(old, new);
+            }
+            let (_, pulley) = drives::driven(at);
+            if let Some(pulley) = pulley {
+                let own = if at.flywheels.is_some() {
+                    torques[1]
+                } else {
+                    0.0
+                };
+                let pull =
+                    own / self.model.legs[leg].pulley_radius - data.qfrc_constraint()[pulley];
+                blend(&mut forces.tension, pull);
+            }
+            let [normal, along] = at
+                .foot
+                .map_or([[0.0; 3]; 2], |foot| felt(&self.engine, foot));
+            for axis in 0..3 {
+                blend(&mut forces.normal[axis], normal[axis]);
+                blend(&mut forces.along[axis], along[axis]);
+            }
+        }
+    }
+
+    /// Enters a step into the books.
+    fn book(&mut self, before: &(TrunkFrame, [Option<LegFrame>; LEGS]), seconds: f64) {
+        let mut held = 0.0;
+        for ((force, old), new) in self
+            .held
+            .iter()
+            .zip(&self.qvel)
+            .zip(self.engine.data().qvel())
+        {
+            held += force * 0.5 * (old + new) * seconds;
+        }
+        let turned_before = turned_of(&self.model, &before.1);
+        let turned = self.turned();
+        for leg in 0..self.model.legs.len() {
+            let (Some(then), Some(now)) = (before.1[leg], self.legs[leg]) else {
+                continue;
+            };
+            self.lose_torque(leg, [turned_before[leg], turned[leg]]);
+            let own = &self.model.legs[leg];
+            let forces = self.forces[leg];
+            for (i, torque) in forces.torques.iter().enumerate() {
+                let rate = 0.5 * (turned_before[leg][i][1] + turned[leg][i][1]);
+                let work = torque * rate * seconds;
+                self.ledger.actuator += work;
+                if self.at.legs[leg].flywheels.is_some() {
+                    held -= work;
+                }
+            }
+            let mut above = 0.0;
+            for (which, friction) in own.friction.iter().enumerate() {
+                let rate = 0.5 * (then.bars[which].rate + now.bars[which].rate);
+                self.ledger.dissipated += friction * (rate - above) * (rate - above) * seconds;
+                above = rate;
+            }
+            let speeds = [(&before.0, &then), (&self.trunk, &now)].map(|(trunk, frame)| {
+                let [foot, speed] = frame.foot(own);
+                trunk.carried(&spatial(foot, own.hip[1]), &spatial(speed, 0.0))
+            });
+            let moved = 0.5 * (speeds[0] + speeds[1]) * seconds;
+            let [normal, along] = [forces.normal, forces.along].map(Vector3::from);
+            let (pressed, rubbed) = (normal.dot(&moved), along.dot(&moved));
+            self.ledger.impact -= pressed;
+            self.ledger.dissipated -= rubbed;
+            held -= pressed + rubbed;
+            for axis in 0..3 {
+                self.impulses[leg][axis] += (normal[axis] + along[axis]) * seconds;
+            }
+            let stands = normal.norm_squared() > 0.0;
+            self.events += u64::from(stands != self.standing[leg]);
+            self.standing[leg] = stands;
+        }
+        // What is left is the work of stops, cables and pins.
+        self.ledger.impact -= held;
+        let stored = self.stored();
+        self.ledger.balance(stored);
+    }
+
+    /// A motor's torque in the mean of the step: what damps it is not in what it was set to.
+    fn lose_torque(&mut self, leg: usize, turned: [Turned; 2]) {
+        let Some(Fitted::Motors(motors)) = self.model.drives else {
+            return;
+        };
+        for (i, motor) in motors.both().into_iter().enumerate() {
+            let [voltage, bridge] = [self.inputs[leg][2 * i], self.inputs[leg][2 * i + 1]];
+            let rate = 0.5 * (turned[0][i][1] + turned[1][i][1]);
+            self.forces[leg].torques[i] = motor.line(voltage, bridge).torque_at(rate);
+        }
+    }
+
+    /// Angle and rate of all that drives turn.
+    fn turned(&self) -> [Turned; LEGS] {
+        turned_of(&self.model, &self.legs)
+    }
+
+    /// Kinetic, spring and gravity energy \[J\].
+    fn stored(&self) -> Stored {
+        let inertias = self
+            .model
+            .drives
+            .as_ref()
+            .map_or([0.0; 2], Fitted::inertias);
+        let [mut kinetic, mut gravity] = self.trunk.moving(&self.model);
+        let mut spring = 0.0;
+        for (leg, frame) in self.model.legs.iter().zip(self.legs.iter().flatten()) {
+            let [moving, height] = frame.moving(leg, &self.trunk, inertias);
+            kinetic += moving;
+            gravity += height;
+            spring += frame.spring_energy(leg);
+        }
+        [kinetic, spring, gravity]
+    }
+
+    /// The foot of a leg and its velocity, world axes.
+    pub(crate) fn foot(&self, leg: usize) -> [Vector3<f64>; 2] {
+        let (Some(frame), own) = (&self.legs[leg], &self.model.legs[leg]) else {
+            return [Vector3::zeros(); 2];
+        };
+        let [foot, speed] = frame.foot(own);
+        let place = spatial(foot, own.hip[1]);
+        [
+            self.trunk.position + self.trunk.rotation * place,
+            self.trunk.carried(&place, &spatial(speed, 0.0)),
+        ]
+    }
+
+    /// The ground below a foot; where there is none, level and out of reach.
+    pub(crate) fn below(&self, leg: usize) -> Surface {
+        let [foot, _] = self.foot(leg);
+        match &self.model.ground {
+            Some(relief) => relief.ground.below(&foot),
+            None => Surface {
+                gap: f64::INFINITY,
+                normal: Vector3::z(),
+            },
+        }
+    }
+
+    /// Beyond a field of heights there is nothing to stand on.
+    fn check_area(&self) -> Result<(), FlowFault> {
+        let Some(Area::Heights { from, to, .. }) = self.model.ground.as_ref().map(|g| &g.area)
+        else {
+            return Ok(());
+        };
+        for leg in 0..self.model.legs.len() {
+            let [foot, _] = self.foot(leg);
+            for (i, axis) in ['x', 'y'].into_iter().enumerate() {
+                if foot[i] <= from[i] || foot[i] >= to[i] {
+                    let at = if foot[i] <= from[i] { from[i] } else { to[i] };
+                    return Err(FlowFault::Beyond { leg, axis, at });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The worst of what is open that should be closed \[m\].
+    pub(crate) fn drift(&self) -> f64 {
+        let mut worst = 0.0_f64;
+        for (i, leg) in self.model.legs.iter().enumerate() {
+            if let Some(frame) = &self.legs[i] {
+                worst = worst.max(frame.drift(leg, self.model.drives.is_some()));
+            }
+            worst = worst.max(-self.below(i).gap);
+        }
+        worst
+    }
+
+    pub(crate) fn counts(&self) -> WorkCounts {
+        let [steps, evaluations, iterations] = self.engine.counts();
+        WorkCounts {
+            steps,
+            evaluations,
+            factorisations: evaluations,
+            events: self.events,
+            solver_iterations: iterations,
+            fallbacks: self.fallbacks,
+        }
+    }
+
+    pub(crate) fn save(&self) -> SavedFlow {
+        SavedFlow {
+            state: self.engine.save(),
+            inputs: self.inputs,
+            forces: self.forces,
+            impulses: self.impulses,
+            ledger: self.ledger,
+            standing: self.standing,
+            events: self.events,
+            fallbacks: self.fallbacks,
+        }
+    }
+
+    pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), EngineError> {
+        self.engine.restore(&saved.state)?;
+        self.inputs = saved.inputs;
+        self.forces = saved.forces;
+        self.impulses = saved.impulses;
+        self.ledger = saved.ledger;
+        self.standing = saved.standing;
+        self.events = saved.events;
+        self.fallbacks = saved.fallbacks;
+        self.look();
+        Ok(())
+    }
+}
+
+fn turned_of(model: &Model, legs: &[Option<LegFrame>; LEGS]) -> [Turned; LEGS] {
+    let mut turned = [[[0.0; 2]; 2]; LEGS];
+    let frames = model.legs.iter().zip(legs.iter().flatten());
+    for (turned, (leg, frame)) in turned.iter_mut().zip(frames) {
+        let hip = &frame.bars[0];
+        let angle = hip.angle - leg.pantograph.hip_reference();
+        *turned = [[angle, hip.rate], [frame.pulley, frame.pulley_rate]];
+    }
+    turned
+}
+
+/// Forces of the ground on a foot: along the normals of its contacts, and across them \[N\].
+fn felt(engine: &Engine, foot: usize) -> [[f64; 3]; 2] {
+    let mut felt = [[0.0; 3]; 2];
+    for (id, contact) in engine.data().contact().iter().enumerate() {
+        let of = |geom: i32| usize::try_from(geom).is_ok_and(|geom| geom == foot);
+        let [first, second] = contact.geom.map(of);
+        if !(first || second) {
+            continue;
+        }
+        // A contact's force is that on its second body.
+        let sign = if second { 1.0 } else { -1.0 };
+        let force = engine.data().contact_force(id);
+        for axis in 0..3 {
+            felt[0][axis] += sign * force[0] * contact.frame[axis];
+            for tangent in 1..3 {
+                felt[1][axis] += sign * force[tangent] * contact.frame[3 * tangent + axis];
+            }
+        }
+    }
+    felt
+}

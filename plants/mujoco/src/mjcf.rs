@@ -1,0 +1,244 @@
+//! The robot as MJCF: MuJoCo's own language, to compile here or to take elsewhere.
+
+mod drives;
+mod ground;
+mod maximal;
+mod minimal;
+mod shape;
+
+use core::fmt::Write;
+
+use twinrig_legged::{Base, Posture, positive};
+use twinrig_robot::{GRAVITY, Robot};
+
+use crate::model::{LegModel, Model};
+use crate::options::{Closing, Coordinates, MujocoError, Numerics, Options};
+
+/// The robot as an MJCF model: readable, of one file, and what the plant [`Mujoco`](crate::Mujoco) compiles. SI units and radians; the
+/// bodies and joints of the leg `LF` have names that begin with `LF_`.
+///
+/// # Errors
+/// [`MujocoError`] where robot and options do not fit together.
+pub fn mjcf(robot: &Robot, options: &Options) -> Result<String, MujocoError> {
+    Ok(written(robot, &Model::new(robot, options)?))
+}
+
+/// What the sections of a model hold.
+#[derive(Default)]
+struct Sections {
+    assets: String,
+    world: String,
+    equalities: String,
+    tendons: String,
+    actuators: String,
+}
+
+/// Adds a line to a section.
+macro_rules! line {
+    ($section:expr, $($what:tt)*) => {
+        // Writing to a string cannot fail.
+        let _ = writeln!($section, $($what)*);
+    };
+}
+pub(crate) use line;
+
+pub(crate) fn written(robot: &Robot, model: &Model) -> String {
+    let mut to = Sections::default();
+    if let Some(ground) = &model.ground {
+        ground::write(ground, &mut to);
+    }
+    trunk(robot, model, &mut to);
+    for leg in &model.legs {
+        if let Some(drives) = &model.drives {
+            drives::write(leg, drives, model.coordinates, &mut to);
+        }
+    }
+    let mut text = String::new();
+    line!(text, "<mujoco model=\"{}\">", escaped(&robot.name));
+    line!(
+        text,
+        "  <!-- SI units. A leg's angles are zero where a segment points straight down, positive forward. -->"
+    );
+    line!(text, "  <compiler angle=\"radian\" autolimits=\"true\"/>");
+    text.push_str(&options(&model.numerics, model.step_s));
+    for (name, section) in [
+        ("asset", &to.assets),
+        ("worldbody", &to.world),
+        ("equality", &to.equalities),
+        ("tendon", &to.tendons),
+        ("actuator", &to.actuators),
+    ] {
+        if !section.is_empty() {
+            line!(text, "  <{name}>\n{section}  </{name}>");
+        }
+    }
+    text.push_str("</mujoco>\n");
+    text
+}
+
+/// Integrator and solver, and how stiff constraints are.
+fn options(numerics: &Numerics, step_s: f64) -> String {
+    let Numerics {
+        integrator,
+        solver,
+        iterations,
+        tolerance,
+        cone,
+        impratio,
+        ..
+    } = numerics;
+    let (integrator, solver, cone) = (integrator.keyword(), solver.keyword(), cone.name());
+    let mut text = String::new();
+    line!(
+        text,
+        "  <option timestep=\"{step_s}\" gravity=\"0 0 -{GRAVITY}\" integrator=\"{integrator}\" solver=\"{solver}\" \
+         iterations=\"{iterations}\" ls_iterations=\"50\" tolerance=\"{tolerance}\" cone=\"{cone}\" impratio=\"{impratio}\">"
+    );
+    let refsafe = if numerics.refsafe {
+        "enable"
+    } else {
+        "disable"
+    };
+    line!(
+        text,
+        "    <flag refsafe=\"{refsafe}\" autoreset=\"disable\"/>"
+    );
+    line!(text, "  </option>");
+    let seconds = match numerics.closing {
+        Closing::Steps(steps) => steps * step_s,
+        Closing::Seconds(seconds) => seconds,
+    };
+    let [first, last] = numerics.impedance;
+    let reference = format!("{seconds} {}", numerics.damping);
+    let impedance = format!("{first} {last} {}", numerics.width);
+    let both = |kind: &str| format!("solref{kind}=\"{reference}\" solimp{kind}=\"{impedance}\"");
+    line!(text, "  <default>");
+    line!(text, "    <joint {}/>", both("limit"));
+    line!(text, "    <tendon {} {}/>", both("limit"), both("friction"));
+    line!(text, "    <equality {}/>", both(""));
+    line!(text, "    <geom {} condim=\"3\"/>", both(""));
+    line!(text, "  </default>");
+    text
+}
+
+/// The trunk and the legs that hang from it.
+fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
+    let Posture { position, .. } = &model.start;
+    line!(
+        to.world,
+        "    <body name=\"trunk\" pos=\"{}\">",
+        triple(position.as_slice())
+    );
+    match model.base {
+        Base::Free => {
+            line!(to.world, "      <freejoint name=\"trunk\"/>");
+        }
+        Base::Planar => {
+            for (name, kind, axis) in [
+                ("trunk_x", "slide", "1 0 0"),
+                ("trunk_z", "slide", "0 0 1"),
+                ("trunk_pitch", "hinge", "0 1 0"),
+            ] {
+                line!(
+                    to.world,
+                    "      <joint name=\"{name}\" type=\"{kind}\" axis=\"{axis}\"/>"
+                );
+            }
+        }
+        Base::Fixed => {}
+    }
+    let trunk = &robot.trunk;
+    if model.base != Base::Fixed {
+        line!(
+            to.world,
+            "      <inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"{}\"/>",
+            trunk.mass,
+            triple(&trunk.inertia)
+        );
+    }
+    let half = trunk.size.map(|size| 0.5 * size);
+    if half.iter().all(|half| *half > 0.0) {
+        line!(
+            to.world,
+            "      <geom name=\"trunk\" type=\"box\" size=\"{}\" mass=\"0\" contype=\"0\" conaffinity=\"0\" group=\"1\"/>",
+            triple(&half)
+        );
+    }
+    for leg in &model.legs {
+        line!(
+            to.world,
+            "      <site name=\"{}_hip\" pos=\"{}\"/>",
+            leg.tag,
+            triple(&leg.hip)
+        );
+        match model.coordinates {
+            Coordinates::Minimal => minimal::write(leg, model, to),
+            Coordinates::Maximal => maximal::write(leg, model, to),
+        }
+    }
+    line!(to.world, "    </body>");
+}
+
+/// The springs of a leg, with the stops of their rods or without.
+fn springs(leg: &LegModel, diagonal_range: &str, parallel_range: &str, to: &mut Sections) {
+    let tag = &leg.tag;
+    for (name, ends, spring, range) in [
+        ("diagonal", ["inner", "ankle"], leg.diagonal, diagonal_range),
+        ("parallel", ["inner", "outer"], leg.parallel, parallel_range),
+    ] {
+        let [stiffness, rest] = spring;
+        line!(
+            to.tendons,
+            "    <spatial name=\"{tag}_{name}\" stiffness=\"{stiffness}\" springlength=\"{rest}\"{range}>"
+        );
+        let [from, to_site] = ends.map(|end| format!("<site site=\"{tag}_{end}\"/>"));
+        line!(to.tendons, "      {from}{to_site}\n    </spatial>");
+    }
+}
+
+/// Refuses what MuJoCo would refuse less plainly.
+pub(crate) fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
+    if model.base != Base::Fixed {
+        positive("mass of the trunk", robot.trunk.mass)?;
+        for (moment, axis) in robot.trunk.inertia.iter().zip(["roll", "pitch", "yaw"]) {
+            positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
+        }
+        let [a, b, c] = robot.trunk.inertia;
+        if a + b < c || b + c < a || c + a < b {
+            return Err(MujocoError::Together(
+                "a moment of inertia of the trunk is more than the other two together: no body has that, and MuJoCo refuses it; \
+                 mend `inertia` in [trunk]",
+            ));
+        }
+    }
+    for leg in &model.legs {
+        for (segment, which) in leg.segments.iter().zip(["first", "middle", "last"]) {
+            let of = |what| format!("{what} of the {which} segment of leg {}", leg.name);
+            positive(&of("mass"), segment.mass)?;
+            // MuJoCo takes what is smaller for none.
+            positive(&of("moment of inertia"), segment.moment - 1e-14)?;
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of an attribute.
+fn triple(numbers: &[f64]) -> String {
+    let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+    words.join(" ")
+}
+
+/// A name as the value of an attribute.
+pub(crate) fn escaped(name: &str) -> String {
+    let mut text = String::new();
+    for letter in name.chars() {
+        match letter {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
+            '"' => text.push_str("&quot;"),
+            other => text.push(other),
+        }
+    }
+    text
+}

@@ -1,0 +1,81 @@
+//! What turns hips and pulleys.
+//!
+//! A pulley stands in the world, for nothing of it is felt by the trunk: a mass on a horizontal rail, as heavy as its inertia
+//! is at the radius of the pulley. The cable has two branches, from hip to ankle and from the pulley to the world; it is only
+//! ever too long, never too short, so it pulls and does not push.
+//!
+//! A servo gives its joint the acceleration that it wants, as far as its torque goes. Here that is a flywheel that turns as the
+//! servo wants, and a clutch between the two that transmits its torque and no more. The flywheel is so heavy that it does not
+//! feel the joint.
+
+use core::fmt::Write;
+
+use twinrig_legged::Fitted;
+
+use super::{LegModel, Sections, line, triple};
+use crate::model::{FLYWHEEL, UNLIMITED};
+use crate::options::Coordinates;
+
+/// From where the pulley's branch of the cable is held to where the pulley starts \[m\].
+const BRANCH: f64 = 1.0;
+
+/// Writes pulley, cable and drives of a leg.
+pub(super) fn write(leg: &LegModel, drives: &Fitted, coordinates: Coordinates, to: &mut Sections) {
+    let (tag, radius) = (&leg.tag, leg.pulley_radius);
+    let [_, inertia] = drives.inertias();
+    let [x, y, z] = leg.pulley_place;
+    line!(
+        to.world,
+        "    <site name=\"{tag}_anchor\" pos=\"{}\"/>",
+        triple(&[x - BRANCH, y, z])
+    );
+    line!(
+        to.world,
+        "    <body name=\"{tag}_pulley\" pos=\"{}\">\n      <joint name=\"{tag}_pulley\" type=\"slide\" axis=\"1 0 0\"/>",
+        triple(&leg.pulley_place)
+    );
+    let mass = inertia / (radius * radius);
+    line!(
+        to.world,
+        "      <inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"1 1 1\"/>\n      <site name=\"{tag}_pulley\"/>\n    </body>"
+    );
+    line!(
+        to.tendons,
+        "    <spatial name=\"{tag}_cable\" range=\"0 {}\">\n      <site site=\"{tag}_hip\"/><site site=\"{tag}_ankle\"/><pulley divisor=\"1\"/>\n      <site site=\"{tag}_anchor\"/><site site=\"{tag}_pulley\"/>\n    </spatial>",
+        leg.cable_max + BRANCH
+    );
+    let hip = match coordinates {
+        Coordinates::Minimal => format!("{tag}_hip"),
+        Coordinates::Maximal => format!("{tag}_upper_turn"),
+    };
+    match drives {
+        Fitted::Servos(servos) => {
+            let knee = (format!("{tag}_pulley"), 1.0 / radius);
+            let joints = [(hip, 1.0), knee];
+            for ((drive, servo), (joint, per)) in
+                ["hip", "knee"].into_iter().zip(servos.both()).zip(joints)
+            {
+                let torque = servo.torque().min(UNLIMITED);
+                line!(
+                    to.world,
+                    "    <body name=\"{tag}_{drive}_flywheel\">\n      <joint name=\"{tag}_{drive}_flywheel\" axis=\"0 -1 0\"/>\n      <inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"{FLYWHEEL} {FLYWHEEL} {FLYWHEEL}\"/>\n    </body>"
+                );
+                line!(
+                    to.tendons,
+                    "    <fixed name=\"{tag}_{drive}_clutch\" frictionloss=\"{torque}\">\n      <joint joint=\"{joint}\" coef=\"{per}\"/><joint joint=\"{tag}_{drive}_flywheel\" coef=\"-1\"/>\n    </fixed>"
+                );
+            }
+        }
+        Fitted::Motors(_) => {
+            line!(
+                to.actuators,
+                "    <motor name=\"{tag}_hip\" joint=\"{hip}\"/>"
+            );
+            line!(
+                to.actuators,
+                "    <motor name=\"{tag}_knee\" joint=\"{tag}_pulley\" gear=\"{}\"/>",
+                1.0 / radius
+            );
+        }
+    }
+}

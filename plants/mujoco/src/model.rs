@@ -1,0 +1,201 @@
+//! The constant part of the plant: what of a robot is simulated, in numbers.
+
+use twinrig_contact::{Ground, HeightField, Terrain};
+use twinrig_leg::Pantograph;
+use twinrig_legged::{Base, Fitted, LeggedError, Posture, Segment};
+use twinrig_robot::{LegMount, Robot};
+
+use crate::mjcf::{check, escaped};
+use crate::options::{Coordinates, MujocoError, Numerics, Options};
+
+/// Radius of the ball that touches the ground for a point \[m\].
+pub(crate) const FOOT_RADIUS: f64 = 1e-4;
+
+/// Inertia of the wheels that turn as servos want \[kg·m²\].
+pub(crate) const FLYWHEEL: f64 = 1e4;
+
+/// Torque of a clutch without a limit \[N·m\].
+pub(crate) const UNLIMITED: f64 = 1e9;
+
+/// The pulleys stand beside the robot, and above one another for each leg \[m\].
+const PULLEYS: [f64; 3] = [0.0, 1.0, 0.1];
+
+/// Samples of a height field for MuJoCo, at most.
+const SAMPLES_MAX: usize = 400_000;
+
+/// One leg.
+#[derive(Debug, Clone)]
+pub(crate) struct LegModel {
+    pub(crate) name: String,
+    /// Its name as MJCF has it.
+    pub(crate) tag: String,
+    pub(crate) pantograph: Pantograph,
+    /// Hip in the trunk, from its centre of mass \[m\].
+    pub(crate) hip: [f64; 3],
+    pub(crate) segments: [Segment; 3],
+    /// Of hip, knee and ankle \[N·m·s/rad\].
+    pub(crate) friction: [f64; 3],
+    pub(crate) friction_on_ground: Option<f64>,
+    pub(crate) l_delta: f64,
+    /// Stiffness \[N/m\] and unloaded length \[m\].
+    pub(crate) diagonal: [f64; 2],
+    pub(crate) parallel: [f64; 2],
+    pub(crate) diagonal_min: f64,
+    pub(crate) diagonal_max: f64,
+    pub(crate) parallel_min: f64,
+    pub(crate) parallel_max: f64,
+    /// q2 where the diagonal bottoms out \[rad\].
+    pub(crate) knee_min: f64,
+    pub(crate) q2_ref: f64,
+    pub(crate) cable_max: f64,
+    pub(crate) pulley_radius: f64,
+    pub(crate) pulley_place: [f64; 3],
+}
+
+/// Ground, and what of it is modelled.
+#[derive(Debug, Clone)]
+pub(crate) struct Relief {
+    pub(crate) ground: Ground,
+    pub(crate) area: Area,
+}
+
+/// What a terrain is made of for MuJoCo.
+#[derive(Debug, Clone)]
+pub(crate) enum Area {
+    Flat {
+        height: f64,
+    },
+    StepDown {
+        at: f64,
+        drop: f64,
+    },
+    /// Samples of it between two corners \[m\].
+    Heights {
+        from: [f64; 2],
+        to: [f64; 2],
+        points: [usize; 2],
+    },
+}
+
+/// The constant part of the plant.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub(crate) base: Base,
+    pub(crate) coordinates: Coordinates,
+    pub(crate) numerics: Numerics,
+    /// Greatest step \[s\].
+    pub(crate) step_s: f64,
+    /// Mass \[kg\] and moments of inertia \[kg·m²\] of the trunk.
+    pub(crate) trunk_mass: f64,
+    pub(crate) trunk_inertia: [f64; 3],
+    pub(crate) legs: Vec<LegModel>,
+    pub(crate) drives: Option<Fitted>,
+    pub(crate) ground: Option<Relief>,
+    pub(crate) start: Posture,
+    /// Whether stops are left out, for comparison with what has none.
+    pub(crate) unbounded: bool,
+}
+
+impl Model {
+    pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MujocoError> {
+        options.numerics.check()?;
+        let setup = &options.setup;
+        let ground = setup.ground.as_ref().map(relief).transpose()?;
+        let chosen = setup.chosen(robot)?;
+        let friction = setup.ground.as_ref().map(|ground| ground.friction);
+        let legs = chosen.iter().enumerate();
+        let legs = legs.map(|(place, mount)| LegModel::new(mount, place, friction));
+        let model = Self {
+            base: setup.base,
+            coordinates: options.coordinates,
+            numerics: options.numerics,
+            step_s: setup.step.as_secs_f64(),
+            trunk_mass: robot.trunk.mass,
+            trunk_inertia: robot.trunk.inertia,
+            legs: legs.collect::<Result<_, _>>()?,
+            drives: setup.fitted(robot)?,
+            ground,
+            start: setup.posture(robot)?,
+            unbounded: false,
+        };
+        check(robot, &model)?;
+        Ok(model)
+    }
+
+    /// Whether the trunk moves at all.
+    pub(crate) fn is_free(&self) -> bool {
+        self.base != Base::Fixed
+    }
+}
+
+impl LegModel {
+    fn new(mount: &LegMount, place: usize, ground: Option<f64>) -> Result<Self, LeggedError> {
+        let leg = &mount.leg;
+        let pantograph = Pantograph::new(leg).map_err(LeggedError::of_leg(&mount.name))?;
+        let (l2, l_delta) = (leg.l2, leg.l_delta);
+        let bottomed = (leg.diagonal_min * leg.diagonal_min - l2 * l2 - l_delta * l_delta)
+            / (2.0 * l2 * l_delta);
+        let joints = leg.joint_friction;
+        let [x, y, z] = PULLEYS;
+        Ok(Self {
+            name: mount.name.clone(),
+            tag: escaped(&mount.name),
+            hip: mount.hip,
+            segments: Segment::of(leg),
+            friction: [joints.hip, joints.knee, joints.ankle],
+            friction_on_ground: ground,
+            l_delta,
+            diagonal: [
+                leg.diagonal.stiffness,
+                pantograph.diagonal_max() + leg.diagonal.preload,
+            ],
+            parallel: [leg.parallel.stiffness, l2 - leg.parallel.preload],
+            diagonal_min: leg.diagonal_min,
+            diagonal_max: pantograph.diagonal_max(),
+            parallel_min: l2,
+            parallel_max: l2 + leg.parallel_travel,
+            knee_min: leg.q2_ref - libm::acos(bottomed),
+            q2_ref: leg.q2_ref,
+            cable_max: pantograph.cable_length(0.0),
+            pulley_radius: leg.pulley_radius,
+            pulley_place: [x, y, z * (place + 1) as f64],
+            pantograph,
+        })
+    }
+}
+
+fn relief(ground: &Ground) -> Result<Relief, MujocoError> {
+    if ground.restitution > 0.0 {
+        return Err(MujocoError::Together(
+            "MuJoCo's contacts have no coefficient of restitution: how far a foot bounces there depends on stiffness, damping and \
+             mass; take `restitution = 0`, or the plant `lcp`",
+        ));
+    }
+    let area = match &ground.terrain {
+        Terrain::Flat => Area::Flat { height: 0.0 },
+        Terrain::StepDown { at, drop } => Area::StepDown {
+            at: *at,
+            drop: *drop,
+        },
+        Terrain::Heights(field) => sampled(field),
+    };
+    Ok(Relief {
+        ground: ground.clone(),
+        area,
+    })
+}
+
+/// As many samples for each square of the grid as there is room for. One square beyond its border the ground is level across
+/// it, and the area ends.
+fn sampled(field: &HeightField) -> Area {
+    let (origin, spacing, points) = field.grid();
+    let squares = points.map(|count| count + 1);
+    let fits = |fine: usize| (squares[0] * fine + 1) * (squares[1] * fine + 1) <= SAMPLES_MAX;
+    let fine = [32, 16, 8, 4, 2].into_iter().find(|fine| fits(*fine));
+    let fine = fine.unwrap_or(1);
+    Area::Heights {
+        from: origin.map(|x| x - spacing),
+        to: [0, 1].map(|axis| origin[axis] + spacing * points[axis] as f64),
+        points: squares.map(|count| count * fine + 1),
+    }
+}

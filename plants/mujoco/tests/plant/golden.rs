@@ -1,0 +1,120 @@
+//! Trajectories of the full plant's reference: other coordinates, other integrators, another language.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use twinrig_kernel::SimDuration;
+use twinrig_legged::{Setup, StartPose};
+use twinrig_mujoco::Options;
+use twinrig_robot::Robot;
+use twinrig_runtime::Plant;
+
+use crate::scene::{Scene, hanging, robot};
+
+/// A trajectory.
+pub struct Golden(Value);
+
+fn flat(value: &Value) -> Vec<f64> {
+    match value.as_array() {
+        Some(items) => items.iter().flat_map(flat).collect(),
+        None => vec![value.as_f64().unwrap()],
+    }
+}
+
+impl Golden {
+    pub fn read(name: &str) -> Self {
+        let folder = "../lcp/tests/reference/golden";
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        let text = fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
+        Self(serde_json::from_str(&text).unwrap())
+    }
+
+    fn rows(&self, key: &str) -> Vec<Vec<f64>> {
+        self.0[key].as_array().unwrap().iter().map(flat).collect()
+    }
+
+    /// The robot and the leg of it that the trajectory is of.
+    pub fn robot(&self) -> Robot {
+        let mut robot = robot();
+        let given = |key: &str| self.0["leg"][key].as_f64().unwrap();
+        let leg = &mut robot.legs[0].leg;
+        assert!((given("l2") - leg.l2).abs() < 1e-15, "another robot");
+        (leg.diagonal.stiffness, leg.parallel.stiffness) = (given("k_d"), given("k_p"));
+        (leg.diagonal.preload, leg.parallel.preload) = (given("preload_d"), given("preload_p"));
+        leg.parallel_travel = given("travel");
+        let friction = flat(&self.0["leg"]["friction"]);
+        let joints = &mut leg.joint_friction;
+        (joints.hip, joints.knee, joints.ankle) = (friction[0], friction[1], friction[2]);
+        robot
+    }
+
+    pub fn setup(&self, step_us: u64) -> Setup {
+        let three = |value: &Value| <[f64; 3]>::try_from(flat(value)).unwrap();
+        let start = StartPose {
+            q: three(&self.0["start"]["angles_deg"]).map(f64::to_radians),
+            rates: three(&self.0["start"]["rates"]),
+        };
+        Setup {
+            legs: vec!["LF".to_owned()],
+            step: SimDuration::from_micros(step_us),
+            ..hanging(start.into())
+        }
+    }
+}
+
+/// How far a leg is from its reference.
+#[derive(Debug)]
+pub struct Far {
+    /// Of the foot, root of the mean square and greatest \[m\].
+    pub rms: f64,
+    pub worst: f64,
+    /// Lost in impacts, and by the reference \[J\].
+    pub lost: [f64; 2],
+    /// Greatest of what should be closed and was open \[m\].
+    pub drift: f64,
+    /// What the books lack at the end, over what was exchanged \[1\].
+    pub residual: f64,
+}
+
+pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Far {
+    far_until(name, with, step_us, f64::INFINITY)
+}
+
+/// The same, up to a time \[s\].
+pub fn far_until(name: &str, with: impl Fn(Setup) -> Options, step_us: u64, until_s: f64) -> Far {
+    let golden = Golden::read(name);
+    let robot = golden.robot();
+    let mut scene = Scene::new(&robot, &with(golden.setup(step_us)));
+    let every = golden.0["step_s"].as_f64().unwrap();
+    let us = SimDuration::try_from_secs_f64(every).unwrap().as_nanos() / 1000;
+    let hip = robot.legs[0].hip;
+    let (mut sum, mut worst, mut count, mut drift) = (0.0, 0.0_f64, 0, 0.0_f64);
+    let feet = golden.rows("foot");
+    for (k, foot) in feet.iter().enumerate() {
+        if k as f64 * every > until_s {
+            break;
+        }
+        if k > 0 {
+            scene.go(us);
+        }
+        let found = scene.read("leg/LF/foot/position");
+        let trunk = scene.read("body/position");
+        let apart = [0, 2].map(|axis| found[axis] - trunk[axis] - hip[axis]);
+        let square = (apart[0] - foot[0]).powf(2.0) + (apart[1] - foot[1]).powf(2.0);
+        assert!(square.is_finite());
+        sum += square;
+        worst = worst.max(square.sqrt());
+        drift = drift.max(scene.plant.drift().unwrap());
+        count += 1;
+    }
+    let lost = golden.rows("impact").concat();
+    let books = scene.plant.energy();
+    Far {
+        rms: (sum / f64::from(count)).sqrt(),
+        worst,
+        lost: [books.impact, lost[lost.len() - 1]],
+        drift,
+        residual: books.residual.abs() / books.exchanged.max(1e-12),
+    }
+}
