@@ -1,0 +1,290 @@
+//! The robot put together in the engine, at a posture.
+
+use nalgebra::Unit;
+use rapier3d_f64::dynamics::{
+    GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis,
+    LockedAxes, MassProperties, MotorModel, RevoluteJointBuilder, RigidBodyBuilder,
+    RigidBodyHandle, RopeJointBuilder,
+};
+use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode};
+use rapier3d_f64::math::{Pose, Rotation, Vector};
+use serde::{Deserialize, Serialize};
+use twinrig_legged::{Base, LegPosture, Posture};
+
+use crate::border::{inside, rotation, swung};
+use crate::model::{CABLE, Leg, Model, ROPES, TRUNK};
+use crate::options::{Joints, Options};
+use crate::world::Sets;
+
+/// Radius of the ball that a foot is to the engine; the ground is that much lower \[m\].
+pub(crate) const FOOT: f64 = 1e-4;
+
+/// Joints turn about this axis of the trunk, so that positive swings forward.
+pub(crate) const AXIS: Vector = Vector::new(0.0, -1.0, 0.0);
+
+/// Where everything is in the engine.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Handles {
+    pub(crate) trunk: RigidBodyHandle,
+    pub(crate) legs: Vec<LegHandles>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct LegHandles {
+    pub(crate) segments: [RigidBodyHandle; 3],
+    /// The cable is missing where there are no drives.
+    pub(crate) ropes: [Option<ImpulseJointHandle>; ROPES],
+    pub(crate) hip: Option<ImpulseJointHandle>,
+    /// Foot, and the ground below it.
+    pub(crate) contact: Option<[ColliderHandle; 2]>,
+}
+
+impl LegHandles {
+    /// A body of the leg, or the trunk.
+    pub(crate) fn body(&self, trunk: RigidBodyHandle, body: usize) -> RigidBodyHandle {
+        self.segments.get(body).copied().unwrap_or(trunk)
+    }
+}
+
+/// A body as it starts.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    pose: Pose,
+    velocity: Vector,
+    turning: Vector,
+}
+
+impl Motion {
+    /// Velocity of a point of the world that moves with the body.
+    fn at(&self, point: Vector) -> Vector {
+        self.velocity + self.turning.cross(point - self.pose.translation)
+    }
+}
+
+/// The robot at a posture, whose attitude has a length.
+pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (Sets, Handles) {
+    let mut sets = Sets::new();
+    let attitude = rotation(posture.attitude).unwrap_or(Rotation::IDENTITY);
+    let trunk = Motion {
+        pose: Pose::from_parts(inside(&posture.position), attitude),
+        velocity: inside(&posture.velocity),
+        turning: attitude * inside(&posture.angular_velocity),
+    };
+    let handle = insert_trunk(model, options, &trunk, &mut sets);
+    let mut legs = Vec::new();
+    for (i, leg) in model.legs.iter().enumerate() {
+        let at = posture.legs.iter().find(|(name, _)| *name == leg.name);
+        let at = at.map_or_else(LegPosture::default, |(_, at)| *at);
+        legs.push(insert_leg(model, options, (i, leg, &at), (&trunk, handle), &mut sets));
+    }
+    if options.joints == Joints::Multibody {
+        bend(model, posture, &trunk, handle, &mut sets);
+    }
+    let handles = Handles {
+        trunk: handle,
+        legs,
+    };
+    (sets, handles)
+}
+
+fn insert_trunk(
+    model: &Model,
+    options: &Options,
+    trunk: &Motion,
+    sets: &mut Sets,
+) -> RigidBodyHandle {
+    if model.base == Base::Fixed {
+        return sets.bodies.insert(RigidBodyBuilder::fixed().pose(trunk.pose));
+    }
+    let mut body = dynamic(trunk, model.mass, model.inertia);
+    if model.base == Base::Free {
+        return sets.bodies.insert(body);
+    }
+    if options.joints == Joints::Impulse {
+        let locked =
+            LockedAxes::TRANSLATION_LOCKED_Y | LockedAxes::ROTATION_LOCKED_X | LockedAxes::ROTATION_LOCKED_Z;
+        body = body.locked_axes(locked);
+    }
+    let handle = sets.bodies.insert(body);
+    if options.joints == Joints::Multibody {
+        let world = sets.bodies.insert(RigidBodyBuilder::fixed());
+        let plane = JointAxesMask::LIN_Y | JointAxesMask::ANG_X | JointAxesMask::ANG_Z;
+        let joint = GenericJointBuilder::new(plane).build();
+        sets.multibody_joints.insert(world, handle, joint, true);
+    }
+    handle
+}
+
+/// A body whose centre of mass is its origin.
+fn dynamic(motion: &Motion, mass: f64, inertia: Vector) -> RigidBodyBuilder {
+    RigidBodyBuilder::dynamic()
+        .pose(motion.pose)
+        .linvel(motion.velocity)
+        .angvel(motion.turning)
+        .additional_mass_properties(MassProperties::new(Vector::ZERO, mass, inertia))
+        .gyroscopic_forces_enabled(true)
+        .allow_fast_rotation(true)
+        .can_sleep(false)
+}
+
+fn insert_leg(
+    model: &Model,
+    options: &Options,
+    (i, leg, at): (usize, &Leg, &LegPosture),
+    (trunk, trunk_handle): (&Motion, RigidBodyHandle),
+    sets: &mut Sets,
+) -> LegHandles {
+    let mut above = *trunk;
+    let mut joint = trunk.pose.transform_point(leg.hip);
+    let mut handles = [trunk_handle; 3];
+    for (k, segment) in leg.segments.iter().enumerate() {
+        let attitude = trunk.pose.rotation * swung(at.angles[k]);
+        let down = attitude * Vector::new(0.0, 0.0, -1.0);
+        let turning = trunk.turning + trunk.pose.rotation * AXIS * at.rates[k];
+        let centre = joint + down * segment.centre;
+        let motion = Motion {
+            pose: Pose::from_parts(centre, attitude),
+            velocity: above.at(joint) + turning.cross(centre - joint),
+            turning,
+        };
+        let along = options.axial_share * segment.moment;
+        let inertia = Vector::new(segment.moment, segment.moment, along);
+        handles[k] = sets.bodies.insert(dynamic(&motion, segment.mass, inertia));
+        let upper = if k == 0 { trunk_handle } else { handles[k - 1] };
+        let revolute = RevoluteJointBuilder::new(AXIS)
+            .local_anchor1(above.pose.inverse_transform_point(joint))
+            .local_anchor2(Vector::new(0.0, 0.0, segment.centre));
+        let mut revolute: GenericJoint = revolute.build().into();
+        // The anchor on the body above is that of the parts, whatever the posture rounds it to.
+        let anchor = if k == 0 {
+            leg.hip
+        } else {
+            let upper = &leg.segments[k - 1];
+            Vector::new(0.0, 0.0, upper.centre - upper.length)
+        };
+        revolute.set_local_anchor1(anchor);
+        revolute.softness = options.solver.joint_softness.coefficients();
+        match options.joints {
+            Joints::Impulse => {
+                sets.impulse_joints.insert(upper, handles[k], revolute, true);
+            }
+            Joints::Multibody => {
+                sets.multibody_joints.insert(upper, handles[k], revolute, true);
+            }
+        }
+        joint += down * segment.length;
+        above = motion;
+    }
+    let ropes = insert_ropes(model, options, leg, (trunk_handle, handles), sets);
+    LegHandles {
+        segments: handles,
+        ropes,
+        hip: model.drives.is_some().then(|| {
+            let drive = GenericJointBuilder::new(JointAxesMask::empty())
+                .local_axis1(AXIS)
+                .local_axis2(AXIS)
+                .motor_model(JointAxis::AngX, MotorModel::ForceBased)
+                .build();
+            sets.impulse_joints.insert(trunk_handle, handles[0], drive, true)
+        }),
+        contact: insert_foot(model, leg, i, handles[2], sets),
+    }
+}
+
+fn insert_ropes(
+    model: &Model,
+    options: &Options,
+    leg: &Leg,
+    (trunk, segments): (RigidBodyHandle, [RigidBodyHandle; 3]),
+    sets: &mut Sets,
+) -> [Option<ImpulseJointHandle>; ROPES] {
+    let body = |body: usize| if body == TRUNK { trunk } else { segments[body] };
+    std::array::from_fn(|k| {
+        if k == CABLE && model.drives.is_none() {
+            return None;
+        }
+        let rope = &leg.ropes[k];
+        let [from, to] = rope.ends;
+        let mut joint: GenericJoint = match options.joints {
+            Joints::Impulse => RopeJointBuilder::new(rope.length).build().into(),
+            Joints::Multibody => GenericJoint::default(),
+        };
+        joint.set_local_anchor1(from.at).set_local_anchor2(to.at);
+        joint.softness = options.solver.joint_softness.coefficients();
+        Some(sets.impulse_joints.insert(body(from.body), body(to.body), joint, true))
+    })
+}
+
+fn insert_foot(
+    model: &Model,
+    leg: &Leg,
+    i: usize,
+    segment: RigidBodyHandle,
+    sets: &mut Sets,
+) -> Option<[ColliderHandle; 2]> {
+    let ground = model.ground.as_ref()?;
+    let groups = |own: usize, other: usize| {
+        let bit = |n: usize| Group::from_bits_truncate(1 << n);
+        InteractionGroups::new(bit(own), bit(other), InteractionTestMode::And)
+    };
+    // Each foot meets the ground below it and nothing else.
+    let [foot, floor] = [2 * i, 2 * i + 1];
+    let made = |builder: ColliderBuilder, groups| {
+        builder
+            .density(0.0)
+            .friction(ground.friction)
+            .restitution(ground.restitution)
+            .collision_groups(groups)
+    };
+    let ball = made(ColliderBuilder::ball(FOOT), groups(foot, floor)).translation(leg.foot.at);
+    let ball = sets
+        .colliders
+        .insert_with_parent(ball, segment, &mut sets.bodies);
+    let plane = made(ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)), groups(floor, foot))
+        .translation(Vector::new(0.0, 0.0, -FOOT));
+    Some([ball, sets.colliders.insert(plane)])
+}
+
+/// Bends the tree to the posture: its coordinates are zero with all links in line below the trunk.
+fn bend(
+    model: &Model,
+    posture: &Posture,
+    trunk: &Motion,
+    handle: RigidBodyHandle,
+    sets: &mut Sets,
+) {
+    let (mut places, mut rates) = (Vec::new(), Vec::new());
+    match model.base {
+        Base::Fixed => {}
+        Base::Free => {
+            places.extend([0.0; 6]);
+            rates.extend(trunk.velocity.to_array());
+            rates.extend(trunk.turning.to_array());
+        }
+        Base::Planar => {
+            let [w, _, y, _] = posture.attitude;
+            let at = trunk.pose.translation;
+            places.extend([at.x, at.z, 2.0 * libm::atan2(y, w)]);
+            rates.extend([trunk.velocity.x, trunk.velocity.z, trunk.turning.y]);
+        }
+    }
+    for leg in &model.legs {
+        let at = posture.legs.iter().find(|(name, _)| *name == leg.name);
+        let at = at.map_or_else(LegPosture::default, |(_, at)| *at);
+        let relative = |of: [f64; 3]| [of[0], of[1] - of[0], of[2] - of[1]];
+        places.extend(relative(at.angles));
+        rates.extend(relative(at.rates));
+    }
+    let Some(link) = sets.multibody_joints.rigid_body_link(handle).copied() else {
+        return;
+    };
+    if let Some(tree) = sets.multibody_joints.get_multibody_mut(link.multibody) {
+        tree.forward_kinematics(&sets.bodies, true);
+        // The engine damps every turning joint unless told otherwise.
+        tree.damping_mut().fill(0.0);
+        tree.apply_displacements(&places);
+        tree.generalized_velocity_mut().copy_from_slice(&rates);
+        tree.forward_kinematics(&sets.bodies, false);
+        tree.update_rigid_bodies(&mut sets.bodies, true);
+    }
+}

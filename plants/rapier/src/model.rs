@@ -1,0 +1,168 @@
+//! What the robot is made of, as bodies and points on them.
+
+use rapier3d_f64::math::Vector;
+use twinrig_contact::Ground;
+use twinrig_leg::Pantograph;
+use twinrig_legged::{Base, Fitted, Segment, positive};
+use twinrig_robot::{LegMount, Robot};
+
+use crate::options::{Options, RapierError};
+
+/// The trunk, where a body of a leg is asked for.
+pub(crate) const TRUNK: usize = 3;
+
+/// A point of a body, from its centre of mass in its own axes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point {
+    /// A segment of the leg, or [`TRUNK`].
+    pub(crate) body: usize,
+    pub(crate) at: Vector,
+}
+
+/// A spring between two points.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spring {
+    pub(crate) ends: [Point; 2],
+    /// \[N/m\]
+    pub(crate) stiffness: f64,
+    /// Unloaded \[m\].
+    pub(crate) rest: f64,
+}
+
+/// A rope: two points are no farther apart than it is long.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rope {
+    pub(crate) ends: [Point; 2],
+    /// \[m\]; of a cable, with the pulley at zero.
+    pub(crate) length: f64,
+}
+
+/// The ropes of a leg, by their place.
+pub(crate) const ROPES: usize = 5;
+pub(crate) const CABLE: usize = 4;
+
+/// A leg.
+#[derive(Debug, Clone)]
+pub(crate) struct Leg {
+    pub(crate) name: String,
+    pub(crate) pantograph: Pantograph,
+    /// Hip on the trunk.
+    pub(crate) hip: Vector,
+    pub(crate) segments: [Segment; 3],
+    /// Of hip, knee and ankle \[N·m·s/rad\].
+    pub(crate) friction: [f64; 3],
+    /// Diagonal and parallel.
+    pub(crate) springs: [Spring; 2],
+    /// Stops: closed, open, extended, bottomed; then the cable.
+    pub(crate) ropes: [Rope; ROPES],
+    pub(crate) foot: Point,
+    /// Of the pulley \[m\].
+    pub(crate) radius: f64,
+    /// Offset of the pantograph \[m\].
+    pub(crate) l_delta: f64,
+}
+
+/// The robot.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub(crate) base: Base,
+    pub(crate) mass: f64,
+    pub(crate) inertia: Vector,
+    pub(crate) legs: Vec<Leg>,
+    pub(crate) drives: Option<Fitted>,
+    pub(crate) ground: Option<Ground>,
+}
+
+impl Model {
+    pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, RapierError> {
+        options.check()?;
+        let setup = &options.setup;
+        let mut legs = Vec::new();
+        for mount in setup.chosen(robot)? {
+            legs.push(Leg::new(mount)?);
+        }
+        if setup.base != Base::Fixed {
+            positive("mass of the trunk", robot.trunk.mass)?;
+            for (moment, axis) in robot.trunk.inertia.iter().zip(["roll", "pitch", "yaw"]) {
+                positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
+            }
+        }
+        Ok(Self {
+            base: setup.base,
+            mass: robot.trunk.mass,
+            inertia: Vector::from_array(robot.trunk.inertia),
+            legs,
+            drives: setup.fitted(robot)?,
+            ground: setup.ground.clone(),
+        })
+    }
+}
+
+impl Leg {
+    fn new(mount: &LegMount) -> Result<Self, RapierError> {
+        let leg = &mount.leg;
+        let pantograph =
+            Pantograph::new(leg).map_err(twinrig_legged::LeggedError::of_leg(&mount.name))?;
+        let segments = Segment::of(leg);
+        for (segment, what) in segments.iter().zip(["first", "second", "third"]) {
+            let what = format!("{what} segment of leg {}", mount.name);
+            positive(&format!("mass of the {what}"), segment.mass)?;
+            positive(&format!("moment of inertia of the {what}"), segment.moment)?;
+        }
+        let hip = Vector::from_array(mount.hip);
+        // Along its link from the joint above.
+        let on = |body: usize, along: f64| Point {
+            body,
+            at: Vector::new(0.0, 0.0, segments[body].centre - along),
+        };
+        let ld = leg.l_delta;
+        let inner = on(0, leg.l1 - ld);
+        let ankle = on(1, leg.l2);
+        let outer = on(2, -ld);
+        // What lies as far beyond knee and ankle as the pantograph's points lie before them.
+        let [beyond_knee, beyond_ankle] = [on(0, leg.l1 + ld), on(2, ld)];
+        let squares = 2.0 * (ld * ld + leg.l2 * leg.l2);
+        let rope = |from: Point, to: Point, length: f64| Rope {
+            ends: [from, to],
+            length,
+        };
+        let hip_point = Point {
+            body: TRUNK,
+            at: hip,
+        };
+        let bottomed = libm::sqrt(squares - leg.diagonal_min * leg.diagonal_min);
+        Ok(Self {
+            name: mount.name.clone(),
+            hip,
+            segments,
+            friction: [
+                leg.joint_friction.hip,
+                leg.joint_friction.knee,
+                leg.joint_friction.ankle,
+            ],
+            springs: [
+                Spring {
+                    ends: [inner, ankle],
+                    stiffness: leg.diagonal.stiffness,
+                    rest: pantograph.diagonal_max() + leg.diagonal.preload,
+                },
+                Spring {
+                    ends: [inner, outer],
+                    stiffness: leg.parallel.stiffness,
+                    rest: leg.l2 - leg.parallel.preload,
+                },
+            ],
+            ropes: [
+                rope(beyond_knee, beyond_ankle, leg.l2),
+                rope(inner, outer, leg.l2 + leg.parallel_travel),
+                rope(inner, ankle, pantograph.diagonal_max()),
+                rope(beyond_knee, ankle, bottomed),
+                rope(hip_point, ankle, pantograph.cable_length(0.0)),
+            ],
+            foot: on(2, segments[2].length),
+            radius: leg.pulley_radius,
+            l_delta: ld,
+            pantograph,
+        })
+    }
+}

@@ -1,0 +1,186 @@
+//! What to simulate, and how the engine shall solve it.
+
+use rapier3d_f64::dynamics::SpringCoefficients;
+use twinrig_legged::{LeggedError, Setup};
+
+/// What holds the segments together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Joints {
+    /// Impulses on bodies that know nothing of each other: maximal coordinates, gaps in the joints.
+    Impulse,
+    /// A tree in the coordinates of its joints: no gaps.
+    Multibody,
+}
+
+impl Joints {
+    /// Both, the default first.
+    pub const ALL: [Self; 2] = [Self::Impulse, Self::Multibody];
+
+    /// Its name in scenarios.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Impulse => "impulse",
+            Self::Multibody => "multibody",
+        }
+    }
+}
+
+/// How stiffly the engine takes back what a constraint is off by, as if a spring did.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Softness {
+    /// Of that spring \[Hz\].
+    pub natural_frequency: f64,
+    /// Of that spring \[1\].
+    pub damping_ratio: f64,
+}
+
+impl Softness {
+    pub(crate) fn coefficients(self) -> SpringCoefficients<f64> {
+        SpringCoefficients::new(self.natural_frequency, self.damping_ratio)
+    }
+}
+
+/// How the engine solves a step; the names are its own.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Solver {
+    /// Steps of the engine in one of ours, for each of which the forces are computed anew.
+    pub substeps: u32,
+    /// Substeps of the engine's own (`num_solver_iterations`), over which it holds the forces.
+    pub solver_iterations: u32,
+    /// Sweeps over the constraints in each of them (`num_internal_pgs_iterations`).
+    pub pgs_iterations: u32,
+    /// Sweeps after each that take back the speed with which errors were corrected (`num_internal_stabilization_iterations`).
+    pub stabilization_iterations: u32,
+    /// Whether a step starts from the impulses of the last (`warmstart_joints`; impulse joints alone can).
+    pub warmstart: bool,
+    /// Of joints, stops and cables.
+    pub joint_softness: Softness,
+    /// Of feet on the ground.
+    pub contact_softness: Softness,
+}
+
+impl Solver {
+    /// The settings that measured best for these joints (`examples/settings.rs`).
+    pub const fn best(joints: Joints) -> Self {
+        let sweeps = match joints {
+            Joints::Impulse => 40,
+            Joints::Multibody => 10,
+        };
+        Self {
+            substeps: 1,
+            solver_iterations: 1,
+            pgs_iterations: sweeps,
+            stabilization_iterations: 0,
+            warmstart: true,
+            joint_softness: Softness {
+                natural_frequency: 1e6,
+                damping_ratio: 1.0,
+            },
+            contact_softness: Softness {
+                natural_frequency: 1e6,
+                damping_ratio: 1.0,
+            },
+        }
+    }
+
+    /// Those that the engine comes with.
+    pub const fn of_the_engine() -> Self {
+        Self {
+            substeps: 1,
+            solver_iterations: 4,
+            pgs_iterations: 1,
+            stabilization_iterations: 1,
+            warmstart: false,
+            joint_softness: Softness {
+                natural_frequency: 1e6,
+                damping_ratio: 1.0,
+            },
+            contact_softness: Softness {
+                natural_frequency: 60.0,
+                damping_ratio: 10.0,
+            },
+        }
+    }
+
+    fn check(&self) -> Result<(), RapierError> {
+        let counts = [
+            ("substeps", self.substeps),
+            ("solver_iterations", self.solver_iterations),
+            ("pgs_iterations", self.pgs_iterations),
+        ];
+        if let Some((what, _)) = counts.into_iter().find(|(_, count)| *count == 0) {
+            return Err(RapierError::Count(what));
+        }
+        for (of, soft) in [
+            ("joint", self.joint_softness),
+            ("contact", self.contact_softness),
+        ] {
+            let Softness {
+                natural_frequency: hertz,
+                damping_ratio: ratio,
+            } = soft;
+            if !(hertz.is_finite() && hertz > 0.0) {
+                return Err(RapierError::Softness(of, "natural frequency", hertz));
+            }
+            if !(ratio.is_finite() && ratio > 0.0) {
+                return Err(RapierError::Softness(of, "damping ratio", ratio));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What to simulate of a robot, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// What every plant of the robot is told.
+    pub setup: Setup,
+    /// What holds the segments together.
+    pub joints: Joints,
+    /// How the engine solves a step.
+    pub solver: Solver,
+    /// Moment of inertia of a segment about itself, as a share of that across: a thin rod has none, which the engine cannot
+    /// have.
+    pub axial_share: f64,
+}
+
+impl Options {
+    /// Small beside the rest of the robot's inertia, and large enough for the sweeps to converge.
+    pub const AXIAL_SHARE: f64 = 0.05;
+
+    /// The best settings for these joints.
+    pub fn new(setup: Setup, joints: Joints) -> Self {
+        Self {
+            setup,
+            joints,
+            solver: Solver::best(joints),
+            axial_share: Self::AXIAL_SHARE,
+        }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), RapierError> {
+        self.solver.check()?;
+        if self.axial_share.is_finite() && self.axial_share > 0.0 {
+            Ok(())
+        } else {
+            Err(RapierError::AxialShare(self.axial_share))
+        }
+    }
+}
+
+/// Why a plant cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RapierError {
+    /// Robot and setup do not fit together.
+    #[error(transparent)]
+    Legged(#[from] LeggedError),
+    /// A number of steps or sweeps is zero.
+    #[error("{0} is 0; it has to be 1 or more")]
+    Count(&'static str),
+    /// A softness that is none.
+    #[error("the {1} of the {0} softness is {2}; it has to be positive")]
+    Softness(&'static str, &'static str, f64),
+    /// A share of inertia that the engine cannot have.
+    #[error("segments have {0} of their inertia about themselves; it has to be positive")]
+    AxialShare(f64),
+}

@@ -1,0 +1,243 @@
+//! The plant as the rig sees it.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_legged::{Fitted, Signals, Window};
+use twinrig_robot::Robot;
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
+
+use crate::assembly::Handles;
+use crate::border::rotation;
+use crate::model::CABLE;
+use crate::options::{Options, RapierError};
+use crate::robot::{Machine, State};
+use crate::world::Sets;
+
+/// A robot in Rapier.
+pub struct Rapier {
+    machine: Machine,
+    now: SimTime,
+    step: SimDuration,
+    signals: Signals,
+    window: Window,
+}
+
+/// Everything the way ahead depends on.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    now: SimTime,
+    window: Window,
+    state: State,
+    handles: Handles,
+    sets: Sets,
+}
+
+impl Rapier {
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
+    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
+    /// needs.
+    ///
+    /// # Errors
+    /// [`RapierError`] where robot and options do not fit together.
+    pub fn new(
+        robot: &Robot,
+        options: &Options,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, RapierError> {
+        let machine = Machine::new(robot, options)?;
+        let legs = machine.model.legs.iter();
+        let legs: Vec<&str> = legs.map(|leg| leg.name.as_str()).collect();
+        Ok(Self {
+            signals: Signals::new(&legs, machine.setup(), wanted),
+            now: SimTime::ZERO,
+            step: options.setup.step,
+            window: Window::default(),
+            machine,
+        })
+    }
+
+    fn fault(&self, part: &str, why: &str) -> PlantFault {
+        PlantFault {
+            time: self.now,
+            part: part.to_owned(),
+            energy: self.energy().stored(),
+            why: why.to_owned(),
+        }
+    }
+
+    fn inputs(&self) -> usize {
+        let ports = self.signals.ports().iter();
+        ports
+            .filter(|port| port.direction == Direction::Input)
+            .count()
+    }
+
+    fn command(&mut self, inputs: &[f64]) {
+        let machine = &mut self.machine;
+        let legs = machine.state.legs.iter_mut().zip(&machine.model.legs);
+        match &machine.model.drives {
+            None => {}
+            Some(Fitted::Servos(_)) => {
+                for ((known, leg), told) in legs.zip(inputs.chunks_exact(2)) {
+                    known.drives[0].told[0] = told[0] + leg.pantograph.hip_reference();
+                    known.drives[1].told[0] = told[1];
+                }
+            }
+            Some(Fitted::Motors(_)) => {
+                for ((known, _), told) in legs.zip(inputs.chunks_exact(4)) {
+                    known.drives[0].told = [told[0], told[1]];
+                    known.drives[1].told = [told[2], told[3]];
+                }
+            }
+        }
+    }
+
+    /// Moves on by one step of ours.
+    fn run(&mut self, seconds: f64) -> bool {
+        let substeps = self.machine.options.solver.substeps;
+        let each = seconds / f64::from(substeps);
+        (0..substeps).all(|_| self.machine.step(each))
+    }
+}
+
+impl Plant for Rapier {
+    fn name(&self) -> &'static str {
+        "rapier"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.signals.ports().to_vec()
+    }
+
+    fn first_inputs(&self, inputs: &mut [f64]) {
+        inputs.fill(0.0);
+        if let Some(Fitted::Servos(_)) = self.machine.model.drives {
+            let legs = self.machine.state.legs.iter().zip(&self.machine.model.legs);
+            for ((known, leg), told) in legs.zip(inputs.chunks_exact_mut(2)) {
+                told[0] = known.drives[0].told[0] - leg.pantograph.hip_reference();
+                told[1] = known.drives[1].told[0];
+            }
+        }
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        self.signals
+            .check_inputs(inputs, self.now, || self.energy().stored())?;
+        self.command(&inputs[..self.inputs().min(inputs.len())]);
+        while self.now < to {
+            let next = to.min(self.now + self.step);
+            if !self.run((next - self.now).as_secs_f64()) {
+                return Err(self.fault("engine", "its velocities are no numbers any more: shorten the step"));
+            }
+            self.now = next;
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        let now_s = self.now.as_secs_f64();
+        self.signals
+            .write(&self.machine, &self.window, now_s, outputs);
+    }
+
+    fn begin_window(&mut self) {
+        let legs = self.machine.state.legs.iter();
+        self.window
+            .begin(self.now.as_secs_f64(), legs.map(|leg| &leg.ground));
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        self.machine.state.ledger.books()
+    }
+
+    fn work(&self) -> WorkCounts {
+        self.machine.state.counts
+    }
+
+    fn drift(&self) -> Option<f64> {
+        Some(self.machine.drift())
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            now: self.now,
+            window: self.window,
+            state: self.machine.state.clone(),
+            handles: self.machine.handles.clone(),
+            sets: self.machine.world.sets.clone(),
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved = snapshot.read()?;
+        let legs = self.machine.state.legs.len();
+        if saved.state.legs.len() != legs || saved.handles.legs.len() != legs {
+            return Err(SnapshotError::Mismatch {
+                expected: format!("rapier with {legs} legs"),
+                found: format!("{} legs", saved.state.legs.len()),
+            });
+        }
+        (self.now, self.window) = (saved.now, saved.window);
+        self.machine.state = saved.state;
+        self.machine.handles = saved.handles;
+        self.machine.world.replace(saved.sets);
+        Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        Some(self.machine.posture().state(self.now))
+    }
+
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let mut posture = self.machine.posture();
+        let missing = posture.take_over(from);
+        if rotation(posture.attitude).is_none() {
+            return Err(self.fault("body/orientation", "the quaternion has no length"));
+        }
+        if from.iter().any(|(_, values)| values.iter().any(|x| !x.is_finite())) {
+            return Err(self.fault("state", "it has what is no number"));
+        }
+        let (model, options) = (self.machine.model.clone(), self.machine.options.clone());
+        self.machine = Machine::at(model, options, &posture);
+        self.machine.hold_commands();
+        self.now = from.time;
+        self.window = Window::default();
+        self.begin_window();
+        Ok(missing)
+    }
+}
+
+impl Machine {
+    /// The worst of what must be closed and is not: joints apart, stops passed, feet in the ground \[m\].
+    fn drift(&self) -> f64 {
+        let mut worst = 0.0_f64;
+        for (i, leg) in self.model.legs.iter().enumerate() {
+            let view = self.view(i);
+            let known = &self.state.legs[i];
+            let hip = self.trunk().pose.transform_point(leg.hip);
+            let mut joint = hip;
+            for (k, segment) in leg.segments.iter().enumerate() {
+                let end = |along: f64| crate::model::Point {
+                    body: k,
+                    at: rapier3d_f64::math::Vector::new(0.0, 0.0, segment.centre - along),
+                };
+                worst = worst.max((view.place(&end(0.0)) - joint).length());
+                joint = view.place(&end(segment.length));
+            }
+            worst = worst.max(leg.l_delta * (known.angles[0] - known.angles[2]));
+            for (k, rope) in leg.ropes.iter().enumerate().skip(1) {
+                let most = match (k, self.model.drives.is_some()) {
+                    (CABLE, false) => continue,
+                    (CABLE, true) => rope.length - leg.radius * known.drives[1].angle,
+                    _ => rope.length,
+                };
+                worst = worst.max(view.line(&rope.ends).0 - most);
+            }
+            if let Some(ground) = &self.model.ground {
+                let foot = crate::border::outside(view.place(&leg.foot));
+                worst = worst.max(-ground.below(&foot).gap);
+            }
+        }
+        worst
+    }
+}

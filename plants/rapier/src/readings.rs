@@ -1,0 +1,96 @@
+//! What can be measured of the robot.
+
+use nalgebra::{Matrix3, Vector3};
+use twinrig_legged::Readings;
+use twinrig_runtime::EnergyBooks;
+
+use crate::border::{outside, wxyz};
+use crate::robot::Machine;
+
+impl Readings for Machine {
+    fn position(&self) -> Vector3<f64> {
+        outside(self.trunk().pose.translation)
+    }
+
+    fn attitude(&self) -> [f64; 4] {
+        wxyz(self.trunk().pose.rotation)
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        let rotation = self.trunk().pose.rotation;
+        let column = |axis| outside(rotation * axis);
+        use rapier3d_f64::math::Vector;
+        Matrix3::from_columns(&[column(Vector::X), column(Vector::Y), column(Vector::Z)])
+    }
+
+    fn velocity(&self) -> Vector3<f64> {
+        outside(self.trunk().velocity)
+    }
+
+    fn angular_velocity(&self) -> Vector3<f64> {
+        let trunk = self.trunk();
+        outside(trunk.pose.rotation.inverse() * trunk.turning)
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        self.state.ledger.books()
+    }
+
+    fn hip(&self, leg: usize) -> f64 {
+        self.state.legs[leg].angles[0] - self.model.legs[leg].pantograph.hip_reference()
+    }
+
+    fn hip_rate(&self, leg: usize) -> f64 {
+        self.state.legs[leg].drives[0].rate
+    }
+
+    fn hip_torque(&self, leg: usize) -> f64 {
+        self.state.legs[leg].drives[0].torque
+    }
+
+    fn pulley(&self, leg: usize) -> f64 {
+        self.state.legs[leg].drives[1].angle
+    }
+
+    fn pulley_rate(&self, leg: usize) -> f64 {
+        self.state.legs[leg].drives[1].rate
+    }
+
+    fn knee_torque(&self, leg: usize) -> f64 {
+        self.state.legs[leg].drives[1].torque
+    }
+
+    fn cable_tension(&self, leg: usize) -> f64 {
+        self.state.legs[leg].tension
+    }
+
+    fn angles(&self, leg: usize) -> [f64; 3] {
+        self.state.legs[leg].angles
+    }
+
+    fn foot_position(&self, leg: usize) -> Vector3<f64> {
+        outside(self.view(leg).place(&self.model.legs[leg].foot))
+    }
+
+    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
+        outside(self.view(leg).speed(&self.model.legs[leg].foot))
+    }
+
+    fn ground_impulse(&self, leg: usize) -> [f64; 3] {
+        self.state.legs[leg].ground
+    }
+
+    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
+        let ground = self.model.ground.as_ref();
+        ground.map_or_else(Vector3::z, |ground| {
+            ground.below(&self.foot_position(leg)).normal
+        })
+    }
+
+    fn clearance(&self, leg: usize) -> f64 {
+        let ground = self.model.ground.as_ref();
+        ground.map_or(f64::INFINITY, |ground| {
+            ground.below(&self.foot_position(leg)).gap
+        })
+    }
+}

@@ -1,0 +1,253 @@
+//! The robot between two steps: what is known of it beside the engine's own bodies.
+
+use rapier3d_f64::math::{Pose, Vector};
+use serde::{Deserialize, Serialize};
+use twinrig_legged::{Fitted, Ledger, LegPosture, Posture, Setup, Stored};
+use twinrig_robot::{GRAVITY, Robot};
+use twinrig_runtime::WorkCounts;
+
+use crate::assembly::{AXIS, Handles, assemble};
+use crate::border::{outside, wxyz};
+use crate::drives::Drive;
+use crate::model::{Model, Point, ROPES, TRUNK};
+use crate::options::{Options, RapierError};
+use crate::world::World;
+
+/// A body as the engine has it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    pub(crate) pose: Pose,
+    pub(crate) velocity: Vector,
+    pub(crate) turning: Vector,
+}
+
+impl Seen {
+    pub(crate) fn place(&self, point: &Point) -> Vector {
+        self.pose.transform_point(point.at)
+    }
+
+    pub(crate) fn speed(&self, point: &Point) -> Vector {
+        self.velocity + self.turning.cross(self.pose.rotation * point.at)
+    }
+}
+
+/// A leg and its trunk as the engine has them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View {
+    pub(crate) bodies: [Seen; 4],
+}
+
+impl View {
+    pub(crate) fn place(&self, point: &Point) -> Vector {
+        self.bodies[point.body].place(point)
+    }
+
+    pub(crate) fn speed(&self, point: &Point) -> Vector {
+        self.bodies[point.body].speed(point)
+    }
+
+    /// The joints' axis in the world.
+    pub(crate) fn axis(&self) -> Vector {
+        self.bodies[TRUNK].pose.rotation * AXIS
+    }
+
+    /// How fast each segment turns against the trunk \[rad/s\].
+    pub(crate) fn rates(&self) -> [f64; 3] {
+        let axis = self.axis();
+        let trunk = self.bodies[TRUNK].turning;
+        std::array::from_fn(|k| (self.bodies[k].turning - trunk).dot(axis))
+    }
+
+    /// Absolute angles of the segments, the turn of each nearest to what it was.
+    pub(crate) fn angles(&self, last: &[f64; 3]) -> [f64; 3] {
+        const TURN: f64 = 2.0 * core::f64::consts::PI;
+        let upright = self.bodies[TRUNK].pose.rotation.inverse();
+        std::array::from_fn(|k| {
+            let relative = upright * self.bodies[k].pose.rotation;
+            let angle = -2.0 * libm::atan2(relative.y, relative.w);
+            angle + TURN * libm::round((last[k] - angle) / TURN)
+        })
+    }
+
+    /// From one end of a line to the other: its length, its direction, and how fast it grows.
+    pub(crate) fn line(&self, ends: &[Point; 2]) -> (f64, Vector, f64) {
+        let span = self.place(&ends[1]) - self.place(&ends[0]);
+        let length = span.length();
+        let along = span / length;
+        let rate = (self.speed(&ends[1]) - self.speed(&ends[0])).dot(along);
+        (length, along, rate)
+    }
+}
+
+/// What is known of a leg beside its bodies.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct LegState {
+    /// Absolute angles of the segments \[rad\].
+    pub(crate) angles: [f64; 3],
+    /// Hip and pulley; the hip's angle is that of the first segment.
+    pub(crate) drives: [Drive; 2],
+    /// Of the cable, mean over the last step \[N\].
+    pub(crate) tension: f64,
+    /// Impulses of the ropes in the last step \[N·s\].
+    pub(crate) pulls: [f64; ROPES],
+    /// Force and torque of each joint on the segment below it, in the last step \[N\], \[N·m\].
+    pub(crate) carried: [[[f64; 3]; 2]; 3],
+    /// Whether the foot was pushed in the last step.
+    pub(crate) stands: bool,
+    /// Impulse of the ground since the start \[N·s\].
+    pub(crate) ground: [f64; 3],
+}
+
+/// What is known beside the engine's sets.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct State {
+    pub(crate) legs: Vec<LegState>,
+    pub(crate) ledger: Ledger,
+    pub(crate) counts: WorkCounts,
+    /// The last step; zero before the first \[s\].
+    pub(crate) last_s: f64,
+}
+
+/// A robot in the engine.
+pub(crate) struct Machine {
+    pub(crate) model: Model,
+    pub(crate) options: Options,
+    pub(crate) handles: Handles,
+    pub(crate) world: World,
+    pub(crate) state: State,
+}
+
+impl Machine {
+    pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, RapierError> {
+        let model = Model::new(robot, options)?;
+        let posture = options.setup.posture(robot)?;
+        let mut machine = Self::at(model, options.clone(), &posture);
+        machine.hold_commands();
+        Ok(machine)
+    }
+
+    /// The robot at a posture, its drives told nothing.
+    pub(crate) fn at(model: Model, options: Options, posture: &Posture) -> Self {
+        let (sets, handles) = assemble(&model, &options, posture);
+        let world = World::new(sets, &options.solver);
+        let legs = model.legs.iter().map(|leg| {
+            let at = posture.legs.iter().find(|(name, _)| *name == leg.name);
+            let at = at.map_or_else(LegPosture::default, |(_, at)| *at);
+            let drive = |angle, rate| Drive {
+                angle,
+                rate,
+                ..Drive::default()
+            };
+            LegState {
+                angles: at.angles,
+                drives: [
+                    drive(at.angles[0], at.rates[0]),
+                    drive(at.pulley, at.pulley_rate),
+                ],
+                ..LegState::default()
+            }
+        });
+        let state = State {
+            legs: legs.collect(),
+            ..State::default()
+        };
+        let mut machine = Self {
+            model,
+            options,
+            handles,
+            world,
+            state,
+        };
+        machine.state.ledger = Ledger::opened(machine.stored());
+        machine
+    }
+
+    /// Tells servos to stay where they are.
+    pub(crate) fn hold_commands(&mut self) {
+        if let Some(Fitted::Servos(_)) = self.model.drives {
+            for drive in self.state.legs.iter_mut().flat_map(|leg| &mut leg.drives) {
+                drive.told[0] = drive.angle;
+            }
+        }
+    }
+
+    fn seen(&self, handle: rapier3d_f64::dynamics::RigidBodyHandle) -> Seen {
+        let body = &self.world.sets.bodies[handle];
+        Seen {
+            pose: *body.position(),
+            velocity: body.linvel(),
+            turning: body.angvel(),
+        }
+    }
+
+    pub(crate) fn trunk(&self) -> Seen {
+        self.seen(self.handles.trunk)
+    }
+
+    pub(crate) fn view(&self, leg: usize) -> View {
+        let [a, b, c] = self.handles.legs[leg].segments;
+        View {
+            bodies: [a, b, c, self.handles.trunk].map(|handle| self.seen(handle)),
+        }
+    }
+
+    /// Kinetic, spring and gravity energy \[J\].
+    pub(crate) fn stored(&self) -> Stored {
+        let [mut kinetic, mut spring, mut gravity] = [0.0; 3];
+        let mut body = |seen: &Seen, mass: f64, inertia: Vector| {
+            let own = seen.pose.rotation.inverse() * seen.turning;
+            kinetic += 0.5 * (mass * seen.velocity.length_squared() + own.dot(inertia * own));
+            gravity += mass * GRAVITY * seen.pose.translation.z;
+        };
+        if self.model.base != twinrig_legged::Base::Fixed {
+            body(&self.trunk(), self.model.mass, self.model.inertia);
+        }
+        for (i, leg) in self.model.legs.iter().enumerate() {
+            let view = self.view(i);
+            for (seen, segment) in view.bodies.iter().zip(&leg.segments) {
+                let along = self.options.axial_share * segment.moment;
+                let inertia = Vector::new(segment.moment, segment.moment, along);
+                body(seen, segment.mass, inertia);
+            }
+            for wire in &leg.springs {
+                let stretch = view.line(&wire.ends).0 - wire.rest;
+                spring += 0.5 * wire.stiffness * stretch * stretch;
+            }
+        }
+        if let Some(drives) = &self.model.drives {
+            let inertias = drives.inertias();
+            for leg in &self.state.legs {
+                for (drive, inertia) in leg.drives.iter().zip(inertias) {
+                    kinetic += 0.5 * inertia * drive.rate * drive.rate;
+                }
+            }
+        }
+        [kinetic, spring, gravity]
+    }
+
+    /// Where it is, in coordinates that every plant knows.
+    pub(crate) fn posture(&self) -> Posture {
+        let trunk = self.trunk();
+        let legs = self.model.legs.iter().enumerate().map(|(i, leg)| {
+            let known = &self.state.legs[i];
+            let posture = LegPosture {
+                angles: known.angles,
+                rates: self.view(i).rates(),
+                pulley: known.drives[1].angle,
+                pulley_rate: known.drives[1].rate,
+            };
+            (leg.name.clone(), posture)
+        });
+        Posture {
+            position: outside(trunk.pose.translation),
+            attitude: wxyz(trunk.pose.rotation),
+            velocity: outside(trunk.velocity),
+            angular_velocity: outside(trunk.pose.rotation.inverse() * trunk.turning),
+            legs: legs.collect(),
+        }
+    }
+
+    pub(crate) fn setup(&self) -> &Setup {
+        &self.options.setup
+    }
+}

@@ -1,0 +1,429 @@
+//! A step of the engine: what it is told before, and what it tells afterwards.
+//!
+//! The engine takes velocities first and positions by them (v⁺ = v + h a, x⁺ = x + h v⁺). Seen as velocities half a step
+//! apart from the positions, that is the leapfrog, of second order while nothing opens or closes; so the first step, which
+//! has only half a step to get up speed, gets half the forces, and one after a longer or shorter step the mean.
+
+use rapier3d_f64::dynamics::{JointAxesMask, MotorModel, RigidBodyHandle};
+use rapier3d_f64::math::{Pose, Rotation, Vector};
+use twinrig_contact::Terrain;
+
+use crate::assembly::FOOT;
+use crate::border::{inside, outside};
+use crate::drives::{Effort, kinds};
+use crate::model::{CABLE, ROPES};
+use crate::options::Joints;
+use crate::robot::{Machine, View};
+
+/// Index of a linear x axis in the engine's lists, and of an angular one.
+const LINEAR: usize = 0;
+const ANGULAR: usize = 3;
+
+/// A gap that counts as closed \[m\].
+const TOUCHING: f64 = 1e-9;
+
+/// More than what the engine's measure of a length and ours differ by \[m\].
+const ROUNDING: f64 = 1e-12;
+
+/// A stop that pushed in the last step is held on to while its gap is smaller \[m\].
+const HELD: f64 = 1e-4;
+
+/// A velocity that the engine holds has a damper so large that nothing but its greatest torque counts \[N·m·s/rad\].
+const RIGID: f64 = 1e12;
+
+/// What a step began with.
+pub(crate) struct Before {
+    pub(crate) view: View,
+    /// Rates of the ropes \[m/s\].
+    rates: [f64; ROPES],
+    efforts: Option<[Effort; 2]>,
+    /// Where the pulley would be in the end if no cable pulled, and how much a unit of impulse holds it back \[rad\],
+    /// \[rad/(N·s·s)\].
+    pulley: [f64; 2],
+    /// Velocity of the foot \[m/s\].
+    foot: Vector,
+}
+
+impl Machine {
+    /// Moves on by a step of the engine; says whether everything is still a number.
+    pub(crate) fn step(&mut self, seconds: f64) -> bool {
+        let share = 0.5 * (self.state.last_s + seconds) / seconds;
+        let mut before = Vec::with_capacity(self.model.legs.len());
+        for leg in 0..self.model.legs.len() {
+            before.push(self.prepare(leg, seconds, share));
+        }
+        let sound = self.world.step(seconds, share);
+        self.state.last_s = seconds;
+        for (leg, before) in before.iter().enumerate() {
+            self.finish(leg, before, seconds, share);
+        }
+        let stored = self.stored();
+        self.state.ledger.balance(stored);
+        let counts = &mut self.state.counts;
+        counts.steps += 1;
+        counts.evaluations += 1;
+        let solver = &self.options.solver;
+        let sweeps = solver.pgs_iterations + solver.stabilization_iterations;
+        counts.solver_iterations += u64::from(solver.solver_iterations * sweeps);
+        sound && stored.iter().sum::<f64>().is_finite()
+    }
+
+    fn prepare(&mut self, leg: usize, seconds: f64, share: f64) -> Before {
+        let view = self.view(leg);
+        let efforts = self.model.drives.as_ref().map(|drives| {
+            let kinds = kinds(drives);
+            let drives = &self.state.legs[leg].drives;
+            [0, 1].map(|k| drives[k].effort(kinds[k], seconds))
+        });
+        let pulley = efforts.map_or([0.0; 2], |[_, knee]| {
+            let at = self.state.legs[leg].drives[1].angle;
+            match knee {
+                Effort::Follows { mean, .. } => [at + seconds * mean, 0.0],
+                Effort::Drags { damping, towards } => {
+                    [at + seconds * towards, self.model.legs[leg].radius / damping]
+                }
+            }
+        });
+        let rates = std::array::from_fn(|k| view.line(&self.model.legs[leg].ropes[k].ends).2);
+        self.push(leg, &view, share);
+        if self.options.solver.warmstart && self.options.joints == Joints::Impulse {
+            self.carry(leg, &view, share);
+        }
+        if let Some([hip, _]) = efforts {
+            self.drive_hip(leg, hip, &view, share);
+        }
+        self.pay_out(leg, &view, pulley, seconds);
+        self.lay_ground(leg, &view);
+        Before {
+            view,
+            rates,
+            efforts,
+            pulley,
+            foot: view.speed(&self.model.legs[leg].foot),
+        }
+    }
+
+    /// Forces of the springs and of friction in the joints.
+    fn push(&mut self, leg: usize, view: &View, share: f64) {
+        let (mut forces, mut torques) = ([Vector::ZERO; 4], [Vector::ZERO; 4]);
+        let parts = &self.model.legs[leg];
+        for spring in &parts.springs {
+            let (length, along, _) = view.line(&spring.ends);
+            let pull = along * (share * spring.stiffness * (length - spring.rest));
+            for (end, force) in spring.ends.iter().zip([pull, -pull]) {
+                forces[end.body] += force;
+                let arm = view.bodies[end.body].pose.rotation * end.at;
+                torques[end.body] += arm.cross(force);
+            }
+        }
+        let [first, second, third] = view.rates();
+        let turns = [first, second - first, third - second];
+        for k in 0..3 {
+            let torque = view.axis() * (share * parts.friction[k] * turns[k]);
+            torques[k] -= torque;
+            torques[if k == 0 { 3 } else { k - 1 }] += torque;
+        }
+        for k in 0..4 {
+            let handle = self.handles.legs[leg].body(self.handles.trunk, k);
+            self.push_body(handle, forces[k], torques[k], k != 3 || leg == 0);
+        }
+    }
+
+    /// Adds to the forces on a body, or begins anew.
+    pub(crate) fn push_body(&mut self, handle: RigidBodyHandle, force: Vector, torque: Vector, anew: bool) {
+        if let Some(body) = self.world.sets.bodies.get_mut(handle) {
+            if anew {
+                body.reset_forces(false);
+                body.reset_torques(false);
+            }
+            body.add_force(force, false);
+            body.add_torque(torque, false);
+        }
+    }
+
+    fn drive_hip(&mut self, leg: usize, effort: Effort, view: &View, share: f64) {
+        let (damping, towards, most) = match effort {
+            Effort::Follows {
+                mean, rotor, most, ..
+            } => {
+                if most.is_finite() {
+                    // What the rotor takes of the torque does not reach the leg.
+                    let torque = view.axis() * rotor;
+                    let first = self.handles.legs[leg].segments[0];
+                    self.push_body(first, Vector::ZERO, -torque, false);
+                    self.push_body(self.handles.trunk, Vector::ZERO, torque, false);
+                }
+                (RIGID, mean, most)
+            }
+            Effort::Drags { damping, towards } => (damping, towards, f64::INFINITY),
+        };
+        let _ = share;
+        let joints = &mut self.world.sets.impulse_joints;
+        let Some(handle) = self.handles.legs[leg].hip else {
+            return;
+        };
+        if let Some(joint) = joints.get_mut(handle, false) {
+            joint.data.motor_axes = JointAxesMask::ANG_X;
+            let motor = &mut joint.data.motors[ANGULAR];
+            motor.model = MotorModel::ForceBased;
+            (motor.stiffness, motor.damping) = (0.0, damping);
+            motor.target_vel = towards;
+            motor.max_force = if most.is_finite() { most } else { f64::MAX };
+        }
+    }
+
+    /// Sets how long the ropes are in the end of the step.
+    fn pay_out(&mut self, leg: usize, view: &View, pulley: [f64; 2], seconds: f64) {
+        for k in 0..ROPES {
+            let Some(handle) = self.handles.legs[leg].ropes[k] else {
+                continue;
+            };
+            let parts = &self.model.legs[leg];
+            let rope = &parts.ropes[k];
+            let (mut most, mut give) = (rope.length, 0.0);
+            if k == CABLE {
+                most -= parts.radius * pulley[0];
+                give = parts.radius * pulley[1];
+            }
+            let tied = Tied {
+                most,
+                give,
+                line: view.line(&rope.ends),
+                pulled: self.state.legs[leg].pulls[k] > 0.0,
+                seconds,
+            };
+            match self.options.joints {
+                Joints::Impulse => {
+                    let response = self.response(leg, k, view);
+                    tied.rope(self.world.sets.impulse_joints.get_mut(handle, false), response, &self.options);
+                }
+                Joints::Multibody => {
+                    let upright = view.bodies[rope.ends[0].body].pose.rotation;
+                    tied.line(self.world.sets.impulse_joints.get_mut(handle, false), upright);
+                }
+            }
+        }
+    }
+
+    /// How fast the ends of a rope part for a unit of impulse along it, if nothing but their two bodies moved \[1/kg\].
+    fn response(&self, leg: usize, k: usize, view: &View) -> f64 {
+        let rope = &self.model.legs[leg].ropes[k];
+        let (_, along, _) = view.line(&rope.ends);
+        let mut sum = 0.0;
+        for end in &rope.ends {
+            let handle = self.handles.legs[leg].body(self.handles.trunk, end.body);
+            let Some(body) = self.world.sets.bodies.get(handle) else {
+                continue;
+            };
+            let properties = body.mass_properties();
+            let masses = properties.effective_inv_mass;
+            let turn = (view.bodies[end.body].pose.rotation * end.at).cross(along);
+            sum += along.dot(masses * along)
+                + turn.dot(properties.effective_world_inv_inertia * turn);
+        }
+        sum
+    }
+
+    /// Puts the ground's tangent plane below the foot.
+    fn lay_ground(&mut self, leg: usize, view: &View) {
+        let (Some(ground), Some([_, floor])) = (&self.model.ground, self.handles.legs[leg].contact)
+        else {
+            return;
+        };
+        if matches!(ground.terrain, Terrain::Flat) {
+            return;
+        }
+        let foot = view.place(&self.model.legs[leg].foot);
+        let below = ground.below(&outside(foot));
+        let normal = inside(&below.normal);
+        let pose = Pose::from_parts(
+            foot - normal * (below.gap + FOOT),
+            Rotation::from_rotation_arc(Vector::Z, normal),
+        );
+        if let Some(collider) = self.world.sets.colliders.get_mut(floor)
+            && *collider.position() != pose
+        {
+            collider.set_position(pose);
+        }
+    }
+
+    /// Reads what the step did to a leg.
+    fn finish(&mut self, leg: usize, before: &Before, seconds: f64, share: f64) {
+        let view = self.view(leg);
+        let angles = view.angles(&self.state.legs[leg].angles);
+        self.rub(leg, before, &angles, share);
+        self.finish_ropes(leg, before, &view);
+        if let Some(efforts) = before.efforts {
+            self.finish_drives(leg, before, efforts, angles[0], seconds);
+        }
+        self.state.legs[leg].angles = angles;
+        if self.options.solver.warmstart && self.options.joints == Joints::Impulse {
+            self.weigh(leg, before, &view, seconds, share);
+        }
+        self.finish_ground(leg, before, &view);
+    }
+
+    /// Writes up what friction in the joints took.
+    fn rub(&mut self, leg: usize, before: &Before, angles: &[f64; 3], share: f64) {
+        let turned: [f64; 3] = std::array::from_fn(|k| angles[k] - self.state.legs[leg].angles[k]);
+        let rates = before.view.rates();
+        let relative = |of: &[f64; 3]| [of[0], of[1] - of[0], of[2] - of[1]];
+        let (turned, rates) = (relative(&turned), relative(&rates));
+        for (k, friction) in self.model.legs[leg].friction.iter().enumerate() {
+            self.state.ledger.dissipated += share * friction * rates[k] * turned[k];
+        }
+    }
+
+    fn finish_ropes(&mut self, leg: usize, before: &Before, view: &View) {
+        for k in 0..ROPES {
+            let Some(handle) = self.handles.legs[leg].ropes[k] else {
+                continue;
+            };
+            let joint = self.world.sets.impulse_joints.get(handle);
+            let pull = joint.map_or(0.0, |joint| {
+                if joint.data.motor_axes.is_empty() {
+                    joint.data.limits[LINEAR].impulse
+                } else {
+                    joint.data.motors[LINEAR].impulse
+                }
+            });
+            let rate = view.line(&self.model.legs[leg].ropes[k].ends).2;
+            let known = &mut self.state.legs[leg];
+            if pull > 0.0 && known.pulls[k] <= 0.0 {
+                self.state.counts.events += 1;
+            }
+            known.pulls[k] = pull;
+            self.state.ledger.impact += 0.5 * pull * (before.rates[k] + rate);
+        }
+    }
+
+    fn finish_drives(
+        &mut self,
+        leg: usize,
+        before: &Before,
+        efforts: [Effort; 2],
+        hip: f64,
+        seconds: f64,
+    ) {
+        let Some(drives) = &self.model.drives else {
+            return;
+        };
+        let kinds = kinds(drives);
+        let radius = self.model.legs[leg].radius;
+        let mut given = self.hip_impulse(leg) / seconds;
+        if let Effort::Follows { rotor, most, .. } = efforts[0]
+            && most.is_finite()
+        {
+            given -= rotor;
+        }
+        let known = &mut self.state.legs[leg];
+        let pull = known.pulls[CABLE];
+        known.tension = pull / seconds;
+        let pulley = before.pulley[0] - before.pulley[1] * pull;
+        // The cable's share of what its ends and the pulley did in the meantime.
+        let drives = &mut known.drives;
+        let was = drives.map(|drive| (drive.angle, drive.rate));
+        drives[0].finish(kinds[0], efforts[0], hip, given, seconds);
+        drives[1].finish(kinds[1], efforts[1], pulley, radius * pull / seconds, seconds);
+        let wound = 0.5 * (was[1].1 + drives[1].rate);
+        self.state.ledger.impact += pull * radius * wound;
+        for (drive, (angle, _)) in drives.iter().zip(was) {
+            self.state.ledger.actuator += drive.torque * (drive.angle - angle);
+        }
+    }
+
+    /// Impulse of the hip's drive on the leg in the last step, about the joint's axis \[N·m·s\].
+    pub(crate) fn hip_impulse(&self, leg: usize) -> f64 {
+        let joint = self.handles.legs[leg].hip;
+        let joint = joint.and_then(|handle| self.world.sets.impulse_joints.get(handle));
+        joint.map_or(0.0, |joint| -joint.data.motors[ANGULAR].impulse)
+    }
+
+    fn finish_ground(&mut self, leg: usize, before: &Before, view: &View) {
+        let Some([foot, floor]) = self.handles.legs[leg].contact else {
+            return;
+        };
+        let Some((normal, along)) = self.impulse_on(foot, floor) else {
+            self.state.legs[leg].stands = false;
+            return;
+        };
+        let mean = 0.5 * (before.foot + view.speed(&self.model.legs[leg].foot));
+        self.state.ledger.impact -= normal.dot(mean);
+        self.state.ledger.dissipated -= along.dot(mean);
+        let known = &mut self.state.legs[leg];
+        for (sum, part) in known.ground.iter_mut().zip((normal + along).to_array()) {
+            *sum += part;
+        }
+        let stands = normal.length_squared() > 0.0;
+        if stands && !known.stands {
+            self.state.counts.events += 1;
+        }
+        self.state.legs[leg].stands = stands;
+    }
+}
+
+/// A rope in a step.
+struct Tied {
+    /// How long it is in the end \[m\], and how much longer a unit of impulse makes it, per second \[1/kg\].
+    most: f64,
+    give: f64,
+    /// Length, direction, rate.
+    line: (f64, Vector, f64),
+    pulled: bool,
+    seconds: f64,
+}
+
+type Joint<'a> = Option<&'a mut rapier3d_f64::dynamics::ImpulseJoint>;
+
+impl Tied {
+    /// As the engine's own rope, which looks ahead: its end is not passed.
+    fn rope(&self, joint: Joint<'_>, response: f64, options: &crate::options::Options) {
+        let Some(joint) = joint else {
+            return;
+        };
+        joint.data.limits[LINEAR].max = self.most;
+        joint.data.softness = options.solver.joint_softness.coefficients();
+        if self.give > 0.0 {
+            // Undamped, a softness of this frequency gives so much and corrects all of an error.
+            let compliance = self.give / response;
+            let turn = 2.0 * core::f64::consts::PI * self.seconds;
+            joint.data.softness.natural_frequency = 1.0 / (turn * libm::sqrt(compliance));
+            joint.data.softness.damping_ratio = 0.0;
+        }
+    }
+
+    /// As a limit along a line, since the engine has no ropes between the links of a tree. It does not look ahead either: a
+    /// rope that will be taut in this step is tied to be so just at its end.
+    fn line(&self, joint: Joint<'_>, upright: Rotation) {
+        let Some(joint) = joint else {
+            return;
+        };
+        let (length, along, rate) = self.line;
+        // The engine measures the length anew and may round it down; only a limit that is reached counts.
+        let reached = length - ROUNDING;
+        let gap = self.most - length;
+        let ahead = gap + TOUCHING < self.seconds * rate;
+        let held = self.pulled && gap < HELD;
+        let data = &mut joint.data;
+        data.local_frame1.rotation = upright.inverse() * Rotation::from_rotation_arc(Vector::X, along);
+        (data.limit_axes, data.motor_axes) = (JointAxesMask::LIN_X, JointAxesMask::empty());
+        if self.give > 0.0 && (ahead || held || gap <= TOUCHING) {
+            data.limit_axes = JointAxesMask::empty();
+            data.motor_axes = JointAxesMask::LIN_X;
+            let motor = &mut data.motors[LINEAR];
+            motor.model = MotorModel::ForceBased;
+            motor.stiffness = 0.0;
+            motor.damping = 1.0 / (self.seconds * self.give);
+            motor.target_vel = gap / self.seconds;
+            motor.max_force = f64::MAX;
+        } else if ahead || held {
+            (data.limits[LINEAR].min, data.limits[LINEAR].max) = (self.most.max(length + ROUNDING), reached);
+        } else if gap <= TOUCHING {
+            let reach = self.most.min(reached);
+            (data.limits[LINEAR].min, data.limits[LINEAR].max) = (-f64::MAX, reach);
+        } else {
+            data.limit_axes = JointAxesMask::empty();
+            data.limits[LINEAR].impulse = 0.0;
+        }
+    }
+}

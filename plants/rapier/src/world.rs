@@ -1,0 +1,107 @@
+//! The engine: its sets of bodies, joints and contacts, and a step of it.
+
+use rapier3d_f64::dynamics::{
+    CCDSolver, FrictionModel, ImpulseJointSet, IntegrationParameters, IslandManager,
+    MultibodyJointSet, RigidBodySet, SoftBodySet,
+};
+use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderSet, NarrowPhase};
+use rapier3d_f64::math::Vector;
+use rapier3d_f64::pipeline::PhysicsPipeline;
+use serde::{Deserialize, Serialize};
+use twinrig_robot::GRAVITY;
+
+use crate::options::Solver;
+
+/// What the way ahead depends on.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct Sets {
+    pub(crate) bodies: RigidBodySet,
+    pub(crate) colliders: ColliderSet,
+    pub(crate) impulse_joints: ImpulseJointSet,
+    pub(crate) multibody_joints: MultibodyJointSet,
+    pub(crate) islands: IslandManager,
+    broad_phase: BroadPhaseBvh,
+    pub(crate) narrow_phase: NarrowPhase,
+}
+
+/// The engine at work.
+pub(crate) struct World {
+    pub(crate) sets: Sets,
+    soft_bodies: SoftBodySet,
+    ccd: CCDSolver,
+    pipeline: PhysicsPipeline,
+    pub(crate) parameters: IntegrationParameters,
+}
+
+impl Sets {
+    pub(crate) fn new() -> Self {
+        Self {
+            bodies: RigidBodySet::new(),
+            colliders: ColliderSet::new(),
+            impulse_joints: ImpulseJointSet::new(),
+            multibody_joints: MultibodyJointSet::new(),
+            islands: IslandManager::new(),
+            broad_phase: BroadPhaseBvh::new(),
+            narrow_phase: NarrowPhase::new(),
+        }
+    }
+}
+
+impl World {
+    pub(crate) fn new(sets: Sets, solver: &Solver) -> Self {
+        let contacts = solver.contact_softness.coefficients();
+        let parameters = IntegrationParameters {
+            num_solver_iterations: solver.solver_iterations as usize,
+            num_internal_pgs_iterations: solver.pgs_iterations as usize,
+            num_internal_stabilization_iterations: solver.stabilization_iterations as usize,
+            warmstart_joints: solver.warmstart,
+            contact_softness: contacts,
+            static_contact_softness: contacts,
+            // A cable that is wound in is a correction to the engine, and no speed of it is too high.
+            normalized_max_corrective_velocity: f64::MAX,
+            // A foot is a point: what touches is looked for anew at each step, and is one point.
+            contact_recycling: false,
+            contact_clustering: false,
+            max_ccd_substeps: 0,
+            friction_model: FrictionModel::Coulomb,
+            ..IntegrationParameters::default()
+        };
+        Self {
+            sets,
+            soft_bodies: SoftBodySet::new(),
+            ccd: CCDSolver::new(),
+            pipeline: PhysicsPipeline::new(),
+            parameters,
+        }
+    }
+
+    /// Moves on by `seconds`, with gravity times `share`; says whether everything is still a number.
+    pub(crate) fn step(&mut self, seconds: f64, share: f64) -> bool {
+        self.parameters.dt = seconds;
+        let sets = &mut self.sets;
+        self.pipeline.step(
+            Vector::new(0.0, 0.0, -GRAVITY * share),
+            &self.parameters,
+            &mut sets.islands,
+            &mut sets.broad_phase,
+            &mut sets.narrow_phase,
+            &mut sets.bodies,
+            &mut sets.colliders,
+            &mut sets.impulse_joints,
+            &mut sets.multibody_joints,
+            &mut self.soft_bodies,
+            &mut self.ccd,
+            &(),
+            &(),
+        );
+        self.pipeline.quarantine().is_empty()
+    }
+
+    /// Goes back to saved sets, with working memory that knows of no others.
+    pub(crate) fn replace(&mut self, sets: Sets) {
+        self.sets = sets;
+        self.soft_bodies = SoftBodySet::new();
+        self.ccd = CCDSolver::new();
+        self.pipeline = PhysicsPipeline::new();
+    }
+}

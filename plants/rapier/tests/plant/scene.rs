@@ -1,0 +1,129 @@
+//! Robots, setups and plants for the other tests.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_legged::{Base, Drives, Setup, StartPose};
+use twinrig_rapier::{Joints, Options, Rapier};
+use twinrig_robot::{Robot, RobotFile};
+use twinrig_runtime::Plant;
+
+/// A trajectory of `plants/lcp/tests/reference`: other coordinates, other integrators, another language; right to 1e-9 m.
+pub struct Golden(pub Value);
+
+impl Golden {
+    pub fn read(name: &str) -> Self {
+        let folder =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../lcp/tests/reference/golden");
+        let text = fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
+        Self(serde_json::from_str(&text).unwrap())
+    }
+
+    pub fn number(&self, key: &str) -> f64 {
+        self.0[key].as_f64().unwrap()
+    }
+
+    /// Rows of numbers, one for each instant; what is nested deeper is flattened.
+    pub fn rows(&self, key: &str) -> Vec<Vec<f64>> {
+        self.0[key].as_array().unwrap().iter().map(flat).collect()
+    }
+
+    /// Joint angles and rates at the start.
+    pub fn start(&self) -> StartPose {
+        let three = |value: &Value| <[f64; 3]>::try_from(flat(value)).unwrap();
+        StartPose {
+            q: three(&self.0["start"]["angles_deg"]).map(f64::to_radians),
+            rates: three(&self.0["start"]["rates"]),
+        }
+    }
+
+    /// The robot with the leg of a passive scene.
+    pub fn robot(&self) -> Robot {
+        let mut robot = robot();
+        let given = |key: &str| self.0["leg"][key].as_f64().unwrap();
+        let leg = &mut robot.legs[0].leg;
+        (leg.diagonal.stiffness, leg.parallel.stiffness) = (given("k_d"), given("k_p"));
+        (leg.diagonal.preload, leg.parallel.preload) = (given("preload_d"), given("preload_p"));
+        leg.parallel_travel = given("travel");
+        let friction = flat(&self.0["leg"]["friction"]);
+        let joints = &mut leg.joint_friction;
+        (joints.hip, joints.knee, joints.ankle) = (friction[0], friction[1], friction[2]);
+        robot
+    }
+}
+
+pub fn flat(value: &Value) -> Vec<f64> {
+    match value.as_array() {
+        Some(items) => items.iter().flat_map(flat).collect(),
+        None => vec![value.as_f64().unwrap()],
+    }
+}
+
+pub fn robot() -> Robot {
+    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    RobotFile::find("cheetah-cub", beside)
+        .unwrap()
+        .robot()
+        .unwrap()
+}
+
+/// Legs that hang from a trunk that is held.
+pub fn hanging(legs: &[&str], start: StartPose, step_us: u64) -> Setup {
+    Setup {
+        base: Base::Fixed,
+        legs: legs.iter().map(|leg| (*leg).to_owned()).collect(),
+        ground: None,
+        step: SimDuration::from_micros(step_us),
+        drives: Drives::None,
+        start: start.into(),
+    }
+}
+
+/// A plant, its signals by name, and where it is in time.
+pub struct Scene {
+    pub plant: Rapier,
+    layout: Layout,
+    pub now_us: u64,
+    pub commands: Vec<f64>,
+}
+
+impl Scene {
+    pub fn new(robot: &Robot, options: &Options) -> Self {
+        let plant = Rapier::new(robot, options, &|_| true).unwrap();
+        let ports = plant.ports();
+        let mut commands = vec![0.0; Layout::of(&ports, Direction::Input).len()];
+        plant.first_inputs(&mut commands);
+        Self {
+            layout: Layout::of(&ports, Direction::Output),
+            plant,
+            now_us: 0,
+            commands,
+        }
+    }
+
+    pub fn of(robot: &Robot, setup: Setup, joints: Joints) -> Self {
+        Self::new(robot, &Options::new(setup, joints))
+    }
+
+    pub fn to_us(&mut self, us: u64) {
+        if us > self.now_us {
+            let at = SimTime::ZERO + SimDuration::from_micros(us);
+            self.plant.advance(at, &self.commands).unwrap();
+            self.now_us = us;
+        }
+    }
+
+    pub fn read(&mut self, signal: &str) -> Vec<f64> {
+        let mut outputs = vec![0.0; self.layout.len()];
+        self.plant.observe(&mut outputs);
+        outputs[self.layout.find(signal).unwrap()].to_vec()
+    }
+
+    pub fn all(&mut self) -> Vec<f64> {
+        let mut outputs = vec![0.0; self.layout.len()];
+        self.plant.observe(&mut outputs);
+        outputs
+    }
+}
