@@ -4,6 +4,9 @@ use crate::stopwatch::{Deadline, Stopwatch};
 
 /// A part may take so many times its even share of what is left: most take less.
 const GENEROSITY: f64 = 4.0;
+/// However much those before it take, a part is left this share of what an even one of the whole would be: what is slow, or comes
+/// first, does not starve what is to come.
+const KEPT: f64 = 0.5;
 /// No part gets less than this \[s\]: enough for what is quick, and little enough for hundreds of parts after time is up.
 const LEAST_S: f64 = 0.02;
 
@@ -50,7 +53,7 @@ impl Budget {
         let left = self.parts.saturating_sub(self.begun).max(1);
         self.begun += 1;
         let rest = (self.total_s - self.watch.elapsed_s()).max(0.0);
-        let seconds = (GENEROSITY * rest / left as f64).min(rest).max(LEAST_S);
+        let seconds = allowed(self.total_s, self.parts, left, rest);
         Share {
             seconds,
             deadline: Deadline::within(seconds),
@@ -60,5 +63,41 @@ impl Budget {
     /// How many parts have begun, and of how many.
     pub(crate) fn progress(&self) -> (usize, usize) {
         (self.begun, self.parts)
+    }
+}
+
+/// What the next of `left` parts may take of the `rest` of a budget for so many `parts` \[s\].
+fn allowed(total_s: f64, parts: usize, left: usize, rest_s: f64) -> f64 {
+    let even = rest_s / left as f64;
+    let kept = KEPT * total_s / parts.max(1) as f64 * (left - 1) as f64;
+    let most = (rest_s - kept).max(even);
+    (GENEROSITY * even).min(most).min(rest_s).max(LEAST_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn no_part_is_starved_by_those_before_it_and_all_stay_within_the_budget(
+            greed in prop::collection::vec(0.0_f64..1.0, 1..300),
+            // A part that takes all it may, in every study.
+            greedy in 0_usize..300,
+        ) {
+            // Enough for the least of each to be no matter.
+            let parts = greed.len();
+            let total = parts as f64;
+            let mut rest = total;
+            for (n, greed) in greed.iter().enumerate() {
+                let seconds = allowed(total, parts, parts - n, rest);
+                prop_assert!(seconds >= KEPT * (1.0 - 1e-9), "{n}: {seconds}");
+                prop_assert!(seconds <= GENEROSITY * rest / (parts - n) as f64 + 1e-9);
+                rest -= if n <= greedy { seconds } else { greed * seconds };
+                prop_assert!(rest >= -1e-9);
+            }
+        }
     }
 }

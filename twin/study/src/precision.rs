@@ -104,14 +104,18 @@ pub fn precision(
         notes.push(note);
         references.push(reference);
     }
+    let transports = if walks {
+        job.transports(plants)?
+    } else {
+        Vec::new()
+    };
     for (plant, reference) in plants.iter().zip(&references) {
         job.plant(plant, reference.as_deref())?;
     }
     job.models(plants, &references);
-    let (mut footsteps, mut transports) = (Vec::new(), Vec::new());
+    let mut footsteps = Vec::new();
     if walks {
         footsteps = job.footsteps(plants, &references)?;
-        transports = job.transports(plants)?;
     } else {
         job.limit()?;
     }

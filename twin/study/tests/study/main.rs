@@ -5,3 +5,4 @@ mod oscillator;
 mod pages;
 mod precision;
 mod stability;
+mod walker;

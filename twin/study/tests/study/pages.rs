@@ -3,7 +3,7 @@
 use twinrig_study::{Factor, Machine, html};
 
 use crate::oscillator::Oscillators;
-use crate::{precision, stability};
+use crate::{precision, stability, walker};
 
 fn machine() -> Machine {
     Machine {
@@ -23,14 +23,19 @@ const METHODS: [&str; 5] = [
     "brittle",
 ];
 
-fn pages() -> [String; 2] {
+fn pages() -> [String; 3] {
     let precise = precision::study(&METHODS);
-    let oscillators = Oscillators::new(&METHODS, 200);
+    let oscillators = Oscillators::new(&METHODS, 200).with_engine(&["rk4"]);
     let stable = stability::study(&oscillators, &[Factor::Stiffness, Factor::Damping]);
-    [precise, stable].map(|study| {
+    let walked = walker::study(&["steady", "leaking", "falling", "unbuildable"], 5);
+    [precise, stable, walked].map(|study| {
         let page = html(&study, &machine(), "twin study <&> it");
         if let Some(folder) = std::env::var_os("STUDY_PAGES") {
-            let path = std::path::Path::new(&folder).join(format!("{}.html", study.kind.name()));
+            let path = std::path::Path::new(&folder).join(format!(
+                "{} of {}.html",
+                study.kind.name(),
+                study.scenario
+            ));
             std::fs::write(path, &page).unwrap();
         }
         page
@@ -85,9 +90,34 @@ fn pages_are_well_formed_whatever_things_are_called_and_need_nothing_else() {
 
 #[test]
 fn what_failed_is_shown_and_not_left_out() {
-    let [precise, stable] = pages();
+    let [precise, stable, _] = pages();
     assert!(precise.contains("class=\"strip\"") && precise.contains("it snapped"));
     assert!(stable.contains("class=\"strip\"") && stable.contains("it snapped"));
-    assert!(precise.contains("no step makes it smaller"));
+    assert!(
+        precise.contains("no step makes it smaller") && !precise.contains("What walking costs")
+    );
     assert!(stable.contains("wrong"));
+}
+
+#[test]
+fn a_page_tells_what_a_walk_costs_and_whose_a_limit_is() {
+    let walked = walker::study(&["steady", "leaking", "falling", "unbuildable"], 5);
+    let walked = html(&walked, &machine(), "");
+    for told in [
+        "What walking costs",
+        "from nowhere",
+        // 4 s of 30 mW, of 4 J net.
+        "over the window 120 mJ appears from nowhere, 3.00 % of the net work",
+        "fell at 4 s",
+        "there is no such walker",
+    ] {
+        assert!(walked.contains(told), "{told}");
+    }
+    let oscillators = Oscillators::new(&["rk4", "explicit-euler"], 200);
+    let stable = html(
+        &stability::study(&oscillators, &[Factor::Stiffness]),
+        &machine(),
+        "",
+    );
+    assert!(stable.contains("Is it the springs?") && stable.contains("<td>yes</td>"));
 }

@@ -1,0 +1,292 @@
+//! Something that walks at a pace and a price that are known in closed form.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_study::{
+    Commands, Cost, MethodOffer, PlantOffer, PrecisionPlan, Scene, SetBy, Status, Transport,
+    Variant, Workshop, precision,
+};
+
+const SPEED: f64 = 0.5;
+const WEIGHT: f64 = 10.0;
+/// Torque and rate of the hip, which always gives.
+const HIP: (f64, f64) = (0.25, 4.0);
+/// Torque, amplitude \[rad\] and frequency \[Hz\] of the knee, which gives one way and takes back the other.
+const KNEE: (f64, f64, f64) = (0.125, 0.5, 5.0);
+/// Power from nowhere of the plant that leaks \[W\].
+const LEAK: f64 = 0.03;
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Walker {
+    method: String,
+    step: SimDuration,
+    now: SimTime,
+}
+
+impl Walker {
+    fn now_s(&self) -> f64 {
+        self.now.as_secs_f64()
+    }
+
+    fn knee(&self) -> f64 {
+        KNEE.1 * libm::sin(core::f64::consts::TAU * KNEE.2 * self.now_s())
+    }
+
+    fn leak(&self) -> f64 {
+        match self.method.as_str() {
+            "leaking" => LEAK,
+            "losing" => -LEAK,
+            _ => 0.0,
+        }
+    }
+}
+
+impl Plant for Walker {
+    fn name(&self) -> &'static str {
+        "walker"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        vec![
+            Port::input("leg/A/hip/position", Unit::Radian, 1),
+            Port::output("body/position", Unit::Meter, 3),
+            Port::output("leg/A/foot/position", Unit::Meter, 3),
+            Port::output("leg/A/hip/position", Unit::Radian, 1),
+            Port::output("leg/A/hip/torque", Unit::NewtonMeter, 1),
+            Port::output("leg/A/knee/position", Unit::Radian, 1),
+            Port::output("leg/A/knee/torque", Unit::NewtonMeter, 1),
+        ]
+    }
+
+    fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        self.now = to;
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        let t = self.now_s();
+        let height = if self.method == "falling" && t > 4.0 {
+            0.05
+        } else {
+            0.15
+        };
+        // Along a line that is no axis: 3, 4, 5.
+        let [x, y] = [0.6, 0.8].map(|share| share * SPEED * t);
+        let all = [
+            x,
+            y,
+            height,
+            x,
+            y,
+            0.0,
+            HIP.1 * t,
+            HIP.0,
+            self.knee(),
+            KNEE.0,
+        ];
+        outputs.copy_from_slice(&all);
+    }
+
+    fn energy(&self) -> EnergyBooks {
+        let t = self.now_s();
+        let actuator = HIP.0 * HIP.1 * t + KNEE.0 * self.knee();
+        let impact = 0.2 * t;
+        let gravity = KNEE.0 * self.knee();
+        let dissipated = actuator + self.leak() * t - impact - gravity;
+        EnergyBooks {
+            gravity,
+            actuator,
+            impact,
+            dissipated,
+            residual: self.leak() * t,
+            ..EnergyBooks::default()
+        }
+    }
+
+    fn work(&self) -> WorkCounts {
+        WorkCounts::default()
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(self)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        *self = snapshot.read()?;
+        Ok(())
+    }
+}
+
+struct Walkers {
+    scene: Scene,
+    plants: Vec<PlantOffer>,
+}
+
+impl Walkers {
+    fn new(methods: &[&str], seconds: u64) -> Self {
+        let method = |&name: &&str| MethodOffer {
+            name: name.to_owned(),
+            about: String::new(),
+            set_by: SetBy::Step,
+            reference: None,
+        };
+        let mut commands = Commands::of(&[Port::input("leg/A/hip/position", Unit::Radian, 1)]);
+        for n in 0..10_u64 {
+            let at = SimTime::ZERO + SimDuration::from_millis(4) * n;
+            commands.hold(at, &[if n.is_multiple_of(2) { 0.0 } else { 1.0 }]);
+        }
+        Self {
+            scene: Scene {
+                name: "a walk".to_owned(),
+                file: "walk.toml".to_owned(),
+                duration: SimDuration::from_secs(seconds),
+                ground: true,
+                servos: true,
+                commands,
+                step: SimDuration::from_millis(2),
+                weight: WEIGHT,
+            },
+            plants: vec![PlantOffer {
+                name: "walker".to_owned(),
+                about: String::new(),
+                segment_masses: true,
+                model_of: None,
+                methods: methods.iter().map(method).collect(),
+            }],
+        }
+    }
+}
+
+impl Workshop for Walkers {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn plants(&self) -> &[PlantOffer] {
+        &self.plants
+    }
+
+    fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        if variant.method == "unbuildable" {
+            return Err("there is no such walker".to_owned());
+        }
+        Ok(Box::new(Walker {
+            method: variant.method.clone(),
+            step: SimDuration::from_millis(1),
+            now: SimTime::ZERO,
+        }))
+    }
+}
+
+fn transports(methods: &[&str], seconds: u64) -> Vec<Transport> {
+    study(methods, seconds).transports
+}
+
+pub fn study(methods: &[&str], seconds: u64) -> twinrig_study::Study {
+    let plan = PrecisionPlan {
+        steps: vec![SimDuration::from_millis(2)],
+        tolerances: Vec::new(),
+        repetitions: 1,
+        budget_s: 1e9,
+        ..PrecisionPlan::default()
+    };
+    precision(&Walkers::new(methods, seconds), &plan, &mut ()).unwrap()
+}
+
+fn assert_near(found: f64, expected: f64, within: f64) {
+    assert!(
+        (found - expected).abs() <= within,
+        "{found} instead of {expected}"
+    );
+}
+
+/// Sums of some thousand numbers near one.
+const ROUNDING: f64 = 1e-9;
+
+#[test]
+fn a_walk_costs_what_its_drives_give_by_weight_and_distance() {
+    let found = transports(&["steady"], 10);
+    let [one] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!(
+        (one.status, one.step_s, one.fell_at_s),
+        (Status::Ok, Some(2e-3), None)
+    );
+    let cost: Cost = one.cost.unwrap();
+    // The last four fifths, over which the knee swings whole turns and so gives nothing in the end.
+    assert_eq!((cost.from_s, cost.to_s), (2.0, 10.0));
+    assert_near(cost.distance_m, 8.0 * SPEED, ROUNDING);
+    assert_near(cost.speed_m_s, SPEED, ROUNDING);
+    let net = 8.0 * HIP.0 * HIP.1;
+    assert_near(cost.work_j, net, ROUNDING);
+    assert_near(cost.drive_work_j.unwrap(), net, ROUNDING);
+    assert_near(
+        cost.cost_of_transport.unwrap(),
+        HIP.0 * HIP.1 / (WEIGHT * SPEED),
+        ROUNDING,
+    );
+    // Each turn the knee goes two amplitudes with its torque and as many against it. Its turning points lie at 50 ms and so
+    // on, which are looked at.
+    let knee = 8.0 * KNEE.2 * 2.0 * KNEE.1 * KNEE.0;
+    assert_near(cost.positive_work_j.unwrap(), net + knee, ROUNDING);
+    let positive = (net + knee) / (WEIGHT * 8.0 * SPEED);
+    assert_near(cost.positive_cost_of_transport.unwrap(), positive, ROUNDING);
+    assert_near(cost.impact_j, 8.0 * 0.2, ROUNDING);
+    assert_near(cost.dissipated_j, net - 8.0 * 0.2, ROUNDING);
+    assert_near(cost.stored_j, 0.0, ROUNDING);
+    assert_near(cost.residual_j, 0.0, ROUNDING);
+}
+
+#[test]
+fn energy_from_nowhere_and_energy_that_vanishes_are_told_apart() {
+    let found = transports(&["leaking", "losing"], 10);
+    let [leaking, losing] = [0, 1].map(|n| found[n].cost.unwrap());
+    assert_near(leaking.residual_j, 8.0 * LEAK, ROUNDING);
+    assert_near(losing.residual_j, -8.0 * LEAK, ROUNDING);
+    assert_near(leaking.appears_most_j, 0.8 * LEAK, ROUNDING);
+    assert_near(leaking.vanishes_most_j, 0.0, 0.0);
+    assert_near(losing.vanishes_most_j, 0.8 * LEAK, ROUNDING);
+    assert_near(losing.appears_most_j, 0.0, 0.0);
+    for cost in [leaking, losing] {
+        let balance = cost.work_j - cost.dissipated_j - cost.impact_j + cost.residual_j;
+        assert_near(balance, cost.stored_j, ROUNDING);
+    }
+}
+
+#[test]
+fn a_short_scene_counts_its_last_four_fifths_and_what_falls_or_fails_says_so() {
+    let found = transports(&["steady", "falling", "unbuildable"], 5);
+    let [steady, falling, unbuildable] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert_near(steady.cost.unwrap().from_s, 1.0, ROUNDING);
+    assert_near(falling.fell_at_s.unwrap(), 4.002, ROUNDING);
+    assert!(
+        falling.why.as_ref().unwrap().contains("fell at 4 s"),
+        "{falling:?}"
+    );
+    assert_eq!(
+        (unbuildable.status, unbuildable.cost),
+        (Status::Failed, None)
+    );
+    assert_eq!(unbuildable.why.as_deref(), Some("there is no such walker"));
+}
+
+#[test]
+fn what_does_not_walk_costs_nothing_that_is_told() {
+    let plan = PrecisionPlan {
+        repetitions: 1,
+        budget_s: 1e9,
+        ..PrecisionPlan::default()
+    };
+    let mut still = Walkers::new(&["steady"], 5);
+    still.scene.commands = Commands::none();
+    assert!(
+        precision(&still, &plan, &mut ())
+            .unwrap()
+            .transports
+            .is_empty()
+    );
+}
