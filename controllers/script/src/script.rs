@@ -98,15 +98,6 @@ impl Script {
     /// # Errors
     /// A leg that the robot does not have, or a phase lag out of range.
     pub fn new(robot: &Robot, legs: &[&str], plan: &Plan) -> Result<Self, ScriptError> {
-        let lags = -Plan::PHASE_LAG_MAX..=Plan::PHASE_LAG_MAX;
-        if !lags.contains(&plan.phase_lag) {
-            return Err(ScriptError::OutOfRange {
-                what: "phase_lag",
-                value: plan.phase_lag,
-                min: *lags.start(),
-                max: *lags.end(),
-            });
-        }
         let known = || robot.legs.iter().map(|mount| mount.name.as_str());
         if let Some(&name) = legs
             .iter()
@@ -117,15 +108,35 @@ impl Script {
                 known: known().collect::<Vec<_>>().join(", "),
             });
         }
-        let mounts = robot.legs.iter().enumerate();
-        let commanded = mounts.filter(|(_, mount)| legs.contains(&mount.name.as_str()));
-        let legs = commanded.map(|(index, mount)| Leg {
-            name: mount.name.clone(),
+        let mounts = robot.legs.iter();
+        let all = mounts.map(|mount| (mount.name.as_str(), mount.hip[1] >= 0.0));
+        let mut script = Self::of_legs(&all.collect::<Vec<_>>(), plan)?;
+        script.legs.retain(|leg| legs.contains(&leg.name.as_str()));
+        Ok(script)
+    }
+
+    /// A controller for `legs` of no robot file: the name of each, and whether it is on the left, in the order in which one
+    /// is behind the other.
+    ///
+    /// # Errors
+    /// A phase lag out of range.
+    pub fn of_legs(legs: &[(&str, bool)], plan: &Plan) -> Result<Self, ScriptError> {
+        let lags = -Plan::PHASE_LAG_MAX..=Plan::PHASE_LAG_MAX;
+        if !lags.contains(&plan.phase_lag) {
+            return Err(ScriptError::OutOfRange {
+                what: "phase_lag",
+                value: plan.phase_lag,
+                min: *lags.start(),
+                max: *lags.end(),
+            });
+        }
+        let leg = |(index, (name, left)): (usize, &(&str, bool))| Leg {
+            name: (*name).to_owned(),
             behind: index as f64 * plan.phase_lag / TAU,
-            side: if mount.hip[1] >= 0.0 { 1.0 } else { -1.0 },
-        });
+            side: if *left { 1.0 } else { -1.0 },
+        };
         Ok(Self {
-            legs: legs.collect(),
+            legs: legs.iter().enumerate().map(leg).collect(),
             shapes: [plan.hip, plan.knee],
             abduction: plan.abduction,
             variables: declare(),

@@ -6,15 +6,15 @@ use twinrig_document::Document;
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing};
-use twinrig_scenario::{
-    ActuatorSpec, ChangeAmount, Facts, LegFact, PlantSpec, Scenario, Scene, Setting, TimeModel,
-};
+use twinrig_scenario::{ActuatorSpec, ChangeAmount, Facts, PlantSpec, Scenario, Scene, Setting};
 
+use crate::body::Body;
 use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
-use crate::registry::{Given, Physics, Registry};
-use crate::sources::{self, SCENARIO_FILE, Sources};
+use crate::registry::{Given, GivenLegs, NO_ROBOT, Physics, Registry};
+use crate::sources::{SCENARIO_FILE, Sources};
+use crate::timing::timing;
 
 /// The signals that poses are drawn from.
 const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/angles"];
@@ -35,9 +35,7 @@ const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/an
 pub struct Assembly<'r> {
     pub(crate) registry: &'r Registry,
     scene: Scene,
-    robot: Robot,
-    robot_file: String,
-    robot_text: String,
+    body: Body,
     plant_outputs: Vec<Port>,
     gauges: Vec<Port>,
 }
@@ -56,6 +54,7 @@ impl<'r> Assembly<'r> {
             document: Document::read(path)?,
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             robot: None,
+            kept: None,
         };
         Self::new(registry, &sources, settings)
     }
@@ -70,10 +69,22 @@ impl<'r> Assembly<'r> {
         robot: &str,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
+        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings)
+    }
+
+    /// Of texts and of the files of a plant that stands alone.
+    pub(crate) fn of_kept(
+        registry: &'r Registry,
+        scenario: &str,
+        robot: Option<&str>,
+        kept: Vec<(String, Vec<u8>)>,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
         let sources = Sources {
             document: Document::parse(SCENARIO_FILE, scenario)?,
             folder: PathBuf::new(),
-            robot: Some(robot.to_owned()),
+            robot: robot.map(str::to_owned),
+            kept: Some(kept),
         };
         Self::new(registry, &sources, settings)
     }
@@ -84,26 +95,22 @@ impl<'r> Assembly<'r> {
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
         let (scenario, file) = sources.read(registry, settings)?;
-        let robot = file
-            .robot()
-            .map_err(|error| sources::placed(error, &scenario))?;
-        let legs = scenario.legs(&legs(&robot))?;
+        let body = Body::of(registry, &scenario, file.as_ref(), sources.kept.as_deref())?;
+        let legs = scenario.legs(&body.legs())?;
         let mut assembly = Self {
             registry,
             // Nothing is left out until it is known what there is.
             scene: Scene {
-                weight: robot.weight(),
+                weight: body.weight(),
                 wanted: Vec::new(),
                 recorded: Vec::new(),
                 left_out: Vec::new(),
                 scenario,
                 legs,
             },
-            robot_file: file.file().to_owned(),
-            robot_text: file.text().to_owned(),
+            body,
             plant_outputs: Vec::new(),
             gauges: Vec::new(),
-            robot,
         };
         assembly.check_fault_places()?;
         let plant_outputs = outputs(&*assembly.plant(&|_| true)?);
@@ -133,14 +140,19 @@ impl<'r> Assembly<'r> {
         &self.scene.scenario
     }
 
-    /// The robot, with what the scenario overrides.
-    pub fn robot(&self) -> &Robot {
-        &self.robot
+    /// The robot, with what the scenario overrides; none where the plant stands alone and the scenario names none.
+    pub fn robot(&self) -> Option<&Robot> {
+        self.body.robot()
     }
 
     /// The robot file: its name and its text.
-    pub fn robot_file(&self) -> (&str, &str) {
-        (&self.robot_file, &self.robot_text)
+    pub fn robot_file(&self) -> Option<(&str, &str)> {
+        self.body.robot_file()
+    }
+
+    /// What is simulated, before anything is left out.
+    pub(crate) fn body(&self) -> &Body {
+        &self.body
     }
 
     /// What drivers and boards count.
@@ -162,9 +174,7 @@ impl<'r> Assembly<'r> {
                 scenario: self.scene.scenario.without_changes(),
                 ..self.scene.clone()
             },
-            robot: self.robot.clone(),
-            robot_file: self.robot_file.clone(),
-            robot_text: self.robot_text.clone(),
+            body: self.body.clone(),
             plant_outputs: self.plant_outputs.clone(),
             gauges: self.gauges.clone(),
         }
@@ -251,7 +261,14 @@ impl<'r> Assembly<'r> {
 
     fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {
         let scenario = self.scenario();
-        self.plant_of(&self.robot, &scenario.plant, &scenario.actuator, wanted)
+        let spec = &scenario.plant;
+        if let Some(model) = self.body.own_model() {
+            let built = model.build(spec, wanted);
+            return built.map_err(|source| self.not_built("plant", &spec.model, source));
+        }
+        let robot = self.robot();
+        let robot = robot.ok_or_else(|| self.not_built("plant", &spec.model, NO_ROBOT.into()))?;
+        self.plant_of(robot, spec, &scenario.actuator, wanted)
     }
 
     /// The plant of the scene with another robot, set otherwise.
@@ -306,13 +323,24 @@ impl<'r> Assembly<'r> {
         let Some(spec) = &scenario.controller else {
             return Ok(Box::new(Idle));
         };
-        let given = Given {
-            robot: &self.robot,
-            legs: &self.leg_names(),
-            options: &spec.options,
-            seed: scenario.seed,
+        let (options, seed) = (&spec.options, scenario.seed);
+        let built = if let Some(robot) = self.robot() {
+            let given = Given {
+                robot,
+                legs: &self.leg_names(),
+                options,
+                seed,
+            };
+            self.registry.controller(&spec.kind, &given)
+        } else {
+            let legs = &self.scene.legs;
+            let given = GivenLegs {
+                legs,
+                options,
+                seed,
+            };
+            self.registry.controller_of_legs(&spec.kind, &given)
         };
-        let built = self.registry.controller(&spec.kind, &given);
         let mut process = built
             .unwrap_or_else(|| Err("there is none of that name".into()))
             .map_err(|source| self.not_built("controller", &spec.kind, source))?;
@@ -344,15 +372,6 @@ impl<'r> Assembly<'r> {
     }
 }
 
-fn legs(robot: &Robot) -> Vec<LegFact> {
-    let fact = |mount: &twinrig_robot::LegMount| LegFact {
-        name: mount.name.clone(),
-        fore: mount.hip[0] >= 0.0,
-        left: mount.hip[1] >= 0.0,
-    };
-    robot.legs.iter().map(fact).collect()
-}
-
 fn outputs(plant: &dyn Plant) -> Vec<Port> {
     let mut ports = plant.ports();
     ports.retain(|port| port.direction == Direction::Output);
@@ -373,27 +392,4 @@ fn set(process: &mut dyn Process, name: &str, value: f64) -> Result<(), RigError
         source,
     };
     process.set_variable(index, value).map_err(change)
-}
-
-/// How the executor draws what the scenario says.
-pub(crate) fn timing(model: &TimeModel) -> Timing {
-    match model {
-        TimeModel::Constant(duration) => Timing::Constant(*duration),
-        TimeModel::Uniform { min, max } => Timing::Uniform {
-            min: *min,
-            max: *max,
-        },
-        TimeModel::Normal {
-            mean,
-            deviation,
-            min,
-            max,
-        } => Timing::Normal {
-            mean: *mean,
-            deviation: *deviation,
-            min: *min,
-            max: *max,
-        },
-        TimeModel::Trace(trace) => Timing::Trace(trace.clone()),
-    }
 }

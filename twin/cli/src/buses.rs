@@ -5,9 +5,11 @@ use twinrig_kernel::Port;
 use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, Wire, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
-use crate::assembly::{Assembly, timing};
+use crate::assembly::Assembly;
 use crate::bus_kind::{BusKind, Hookup};
 use crate::error::TwinError;
+use crate::registry::NO_ROBOT;
+use crate::timing::timing;
 
 /// What carries the signals that no bus does.
 const DIRECT: &str = "io";
@@ -132,9 +134,11 @@ impl Assembly<'_> {
             .iter()
             .filter_map(|fault| place(bus, fault).map(|(_, place)| (place, fault)))
             .collect();
+        let robot = self.robot();
+        let robot = robot.ok_or_else(|| self.not_built("bus", &bus.kind, NO_ROBOT.into()))?;
         let hookup = Hookup {
             name: &bus.name.value,
-            robot: self.robot(),
+            robot,
             legs: &self.leg_names(),
             process_ports,
             period: self.period(),

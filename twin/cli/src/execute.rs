@@ -17,6 +17,7 @@ use crate::executor::Executor;
 use crate::hardware;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::registry::OwnModel;
 use crate::report::{Line, Report, Status, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::watch::Watch;
@@ -331,12 +332,15 @@ fn create(
 
 fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
     let scenario = assembly.scenario();
-    let (robot_file, robot_text) = assembly.robot_file();
+    let robot = assembly.robot_file();
     let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
     let notes = [
         ("scenario", scenario.name.clone()),
         ("scenario_file", scenario.file.clone()),
-        ("robot_file", robot_file.to_owned()),
+        (
+            "robot_file",
+            robot.map_or_else(String::new, |(file, _)| file.to_owned()),
+        ),
         ("plant", scenario.plant.model.clone()),
         // Pairs of texts are always JSON.
         (
@@ -347,11 +351,16 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
     let at_hardware = executor
         .at_hardware()
         .then(|| (HARDWARE_NOTE, "true".to_owned()));
+    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
+    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
+    files.extend(
+        assembly
+            .body()
+            .own_model()
+            .map_or_else(Vec::new, OwnModel::files),
+    );
     RunInfo {
-        files: vec![
-            (SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes()),
-            (ROBOT_FILE.to_owned(), robot_text.to_owned().into_bytes()),
-        ],
+        files,
         seed: scenario.seed,
         build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
         notes: notes
@@ -374,8 +383,8 @@ fn pair(setting: &Setting) -> [&str; 2] {
 }
 
 fn skeleton(assembly: &Assembly<'_>) -> Skeleton {
-    let mounts = assembly.robot().legs.iter();
-    let legs = mounts.map(|mount| SkeletonLeg {
+    let mounts = assembly.robot().map_or(&[][..], |robot| &robot.legs);
+    let legs = mounts.iter().map(|mount| SkeletonLeg {
         name: mount.name.clone(),
         hip: mount.hip,
         segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],

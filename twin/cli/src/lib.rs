@@ -28,6 +28,7 @@
 
 mod args;
 mod assembly;
+mod body;
 mod bus_kind;
 mod buses;
 mod commands;
@@ -43,6 +44,7 @@ mod junit;
 mod lcp;
 mod massless;
 mod method;
+mod mjcf;
 #[cfg(feature = "mujoco")]
 mod mujoco;
 mod muted;
@@ -65,6 +67,7 @@ mod studio;
 mod study_table;
 mod table;
 mod tap;
+mod timing;
 mod watch;
 
 pub use twinrig_kernel as kernel;
@@ -80,5 +83,7 @@ pub use execute::{Execution, execute};
 pub use lcp::lcp;
 pub use massless::massless;
 pub use method::Method;
-pub use registry::{BuildError, ControllerKind, Given, Physics, PlantKind, Registry};
+pub use registry::{
+    Bringing, BuildError, ControllerKind, Given, GivenLegs, OwnModel, Physics, PlantKind, Registry,
+};
 pub use report::{Energy, Line, RealTime, Report, Status};

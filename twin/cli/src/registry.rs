@@ -1,11 +1,13 @@
 //! What a build is made of.
 
-use twinrig_document::Range;
+use std::path::Path;
+
+use twinrig_document::{DocumentError, Range};
 use twinrig_kernel::SimDuration;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Plant, Process};
 use twinrig_scenario::{
-    ActuatorSpec, Catalogue, Kind, OptionSpec, Options, PlantSpec, VariableSpec,
+    ActuatorSpec, Catalogue, Kind, LegFact, OptionSpec, Options, PlantSpec, VariableSpec,
 };
 use twinrig_study::PlantOffer;
 
@@ -18,7 +20,14 @@ pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
 
 type BuildController =
     Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
+type BuildOfLegs =
+    Box<dyn Fn(&GivenLegs<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
 type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
+type LoadModel =
+    Box<dyn Fn(&Bringing<'_>) -> Result<Box<dyn OwnModel>, DocumentError> + Send + Sync>;
+
+/// Why a part cannot be built that stands on a robot.
+pub(crate) const NO_ROBOT: &str = "it needs a robot, and the scenario names none: add `robot = …`, or take a part that needs none";
 
 /// What a controller is built from.
 #[derive(Clone, Copy, Debug)]
@@ -54,12 +63,60 @@ pub struct Physics<'a> {
     pub wanted: &'a dyn Fn(&str) -> bool,
 }
 
+/// What a controller is built from that needs no robot.
+#[derive(Clone, Copy, Debug)]
+pub struct GivenLegs<'a> {
+    /// The legs of the scene, in the order of the plant.
+    pub legs: &'a [LegFact],
+    /// As in [`Given`].
+    pub options: &'a Options,
+    /// As in [`Given`].
+    pub seed: u64,
+}
+
+/// What a plant that stands alone makes its model from.
+#[derive(Clone, Copy, Debug)]
+pub struct Bringing<'a> {
+    /// The scenario's `[plant]` table.
+    pub plant: &'a PlantSpec,
+    /// The folder that paths are seen from.
+    pub folder: &'a Path,
+    /// The files of [`OwnModel::files`] that a recording kept, if this is the run of a recording: then nothing else is there.
+    pub kept: Option<&'a [(String, Vec<u8>)]>,
+}
+
+/// The model that a plant brings along instead of standing on a robot file: what a scenario needs to know of it.
+pub trait OwnModel: Send + Sync {
+    /// What it is called, for a person.
+    fn name(&self) -> &str;
+
+    /// Its legs, as the names of its signals have them (`leg/LF/…`).
+    fn legs(&self) -> Vec<LegFact>;
+
+    /// Its weight \[N\].
+    fn weight(&self) -> f64;
+
+    /// What a recording must keep for it to be run again, by name.
+    fn files(&self) -> Vec<(String, Vec<u8>)>;
+
+    /// Builds the plant, which computes the outputs that are wanted.
+    ///
+    /// # Errors
+    /// It refuses what the scenario says.
+    fn build(
+        &self,
+        plant: &PlantSpec,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, BuildError>;
+}
+
 /// A kind of controller.
 pub struct ControllerKind {
     name: String,
     about: String,
     options: Vec<OptionSpec>,
     build: BuildController,
+    build_of_legs: Option<BuildOfLegs>,
 }
 
 /// A kind of plant.
@@ -71,7 +128,13 @@ pub struct PlantKind {
     methods: Vec<Method>,
     segment_masses: bool,
     model_of: Option<String>,
-    build: BuildPlant,
+    build: BuildOfPlant,
+}
+
+/// What a plant stands on.
+enum BuildOfPlant {
+    Robot(BuildPlant),
+    Nothing(LoadModel),
 }
 
 /// The plants, controllers and buses of a build.
@@ -107,7 +170,18 @@ impl ControllerKind {
             about: about.into(),
             options: Vec::new(),
             build: Box::new(move |given| Ok(Box::new(build(given)?))),
+            build_of_legs: None,
         }
+    }
+
+    /// Can be built without a robot, too, for a plant that stands alone.
+    #[must_use]
+    pub fn or_without_robot<P: Process + 'static>(
+        mut self,
+        build: impl Fn(&GivenLegs<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
+    ) -> Self {
+        self.build_of_legs = Some(Box::new(move |given| Ok(Box::new(build(given)?))));
+        self
     }
 
     /// Accepts another key in its table, which [`Given::options`] brings.
@@ -133,8 +207,31 @@ impl PlantKind {
             methods: Vec::new(),
             segment_masses: true,
             model_of: None,
-            build: Box::new(move |physics| Ok(Box::new(build(physics)?))),
+            build: BuildOfPlant::Robot(Box::new(move |physics| Ok(Box::new(build(physics)?)))),
         }
+    }
+
+    /// A kind that stands alone: `load` makes the model that it brings along, and says at which place of the scenario
+    /// something is wrong with it. A scenario with it needs no robot.
+    pub fn alone<M: OwnModel + 'static>(
+        name: impl Into<String>,
+        about: impl Into<String>,
+        load: impl Fn(&Bringing<'_>) -> Result<M, DocumentError> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: about.into(),
+            options: Vec::new(),
+            step: None,
+            methods: Vec::new(),
+            segment_masses: true,
+            model_of: None,
+            build: BuildOfPlant::Nothing(Box::new(move |bringing| Ok(Box::new(load(bringing)?)))),
+        }
+    }
+
+    fn stands_alone(&self) -> bool {
+        matches!(self.build, BuildOfPlant::Nothing(_))
     }
 
     /// Accepts another key in its table, which [`PlantSpec::options`] brings.
@@ -203,10 +300,16 @@ impl Registry {
 
     /// Lists a plant that a build with the cargo feature `feature` would have.
     #[must_use]
-    pub fn without_plant(mut self, name: &str, about: &str, feature: &str) -> Self {
+    pub fn without_plant(self, name: &str, about: &str, feature: &str) -> Self {
+        self.without(Kind::new(name, about), feature)
+    }
+
+    /// The same with what a scenario can say of it, for the schema.
+    #[must_use]
+    pub fn without(mut self, kind: Kind, feature: &str) -> Self {
         self.missing.push(Kind {
             missing_feature: Some(feature.to_owned()),
-            ..Kind::new(name, about)
+            ..kind
         });
         self
     }
@@ -234,6 +337,12 @@ impl Registry {
         self.plants.iter().map(|kind| kind.name.as_str())
     }
 
+    /// The names of those of its plants that stand on a robot.
+    pub(crate) fn plants_on_robots(&self) -> impl Iterator<Item = &str> {
+        let plants = self.plants.iter().filter(|kind| !kind.stands_alone());
+        plants.map(|kind| kind.name.as_str())
+    }
+
     /// The names of its controllers.
     pub fn controllers(&self) -> impl Iterator<Item = &str> {
         self.controllers.iter().map(|kind| kind.name.as_str())
@@ -255,6 +364,32 @@ impl Registry {
         Some((kind.build)(given))
     }
 
+    /// The same without a robot.
+    pub(crate) fn controller_of_legs(
+        &self,
+        name: &str,
+        given: &GivenLegs<'_>,
+    ) -> Option<Result<Box<dyn Process>, BuildError>> {
+        let kind = self.controllers.iter().find(|kind| kind.name == name)?;
+        let Some(build) = &kind.build_of_legs else {
+            return Some(Err(NO_ROBOT.into()));
+        };
+        Some(build(given))
+    }
+
+    /// Makes the model that the plant brings along; none if it stands on a robot, or there is no such plant.
+    pub(crate) fn own_model(
+        &self,
+        bringing: &Bringing<'_>,
+    ) -> Option<Result<Box<dyn OwnModel>, DocumentError>> {
+        let name = &bringing.plant.model;
+        let kind = self.plants.iter().find(|kind| kind.name == *name)?;
+        match &kind.build {
+            BuildOfPlant::Robot(_) => None,
+            BuildOfPlant::Nothing(load) => Some(load(bringing)),
+        }
+    }
+
     /// Builds the plant of `physics`; none if there is no such plant.
     pub(crate) fn plant(
         &self,
@@ -262,7 +397,10 @@ impl Registry {
     ) -> Option<Result<Box<dyn Plant>, BuildError>> {
         let name = &physics.plant.model;
         let kind = self.plants.iter().find(|kind| kind.name == *name)?;
-        Some((kind.build)(physics))
+        Some(match &kind.build {
+            BuildOfPlant::Robot(build) => build(physics),
+            BuildOfPlant::Nothing(_) => Err("it stands alone, on no robot".into()),
+        })
     }
 
     /// What studies can do with the plant `name`; none if there is no such plant.
@@ -293,6 +431,7 @@ impl Registry {
     pub(crate) fn catalogue(&self, robot: Option<&Robot>) -> Catalogue {
         let plants = self.plants.iter().map(|kind| Kind {
             options: kind.options.clone(),
+            stands_alone: kind.stands_alone(),
             ..Kind::new(&kind.name, &kind.about)
         });
         let controllers = self.controllers.iter().map(|kind| Kind {

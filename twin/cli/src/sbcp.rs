@@ -13,10 +13,10 @@ use twinrig_sbcp::{ControllerConfig, Passing};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_wire::{UsbPreset, UsbTiming};
 
-use crate::assembly::timing;
 use crate::bus_kind::{BusKind, Hookup};
 use crate::option::{choice, number, option};
 use crate::registry::BuildError;
+use crate::timing::timing;
 
 /// Bits a second of the bus: what the processor of the boards can make that is next to 3.3 Mbit/s.
 const BAUD: u32 = 3_333_333;

@@ -18,6 +18,11 @@ pub(crate) fn kind() -> ControllerKind {
     ControllerKind::new(Script::NAME, about, |given| {
         Ok(Script::new(given.robot, given.legs, &plan(given.options)?)?)
     })
+    .or_without_robot(|given| {
+        let legs = given.legs.iter().map(|leg| (leg.name.as_str(), leg.left));
+        let plan = plan(given.options)?;
+        Ok(Script::of_legs(&legs.collect::<Vec<_>>(), &plan)?)
+    })
     .with_option(shape())
     .with_option(option(
         PHASE_LAG,

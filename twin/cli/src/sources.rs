@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_document::{Document, Item, Overrides};
+use twinrig_document::{Document, DocumentError, Item, Overrides, Problem};
 use twinrig_robot::{RobotError, RobotFile};
 use twinrig_scenario::{Scenario, Setting};
 
@@ -22,6 +22,8 @@ pub(crate) struct Sources {
     pub(crate) folder: PathBuf,
     /// The text of the robot file; none: it is looked for.
     pub(crate) robot: Option<String>,
+    /// The files of a plant that stands alone, as a recording keeps them; none: they are where the scenario says.
+    pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
 }
 
 impl Sources {
@@ -31,13 +33,18 @@ impl Sources {
         &self,
         registry: &Registry,
         settings: &[Setting],
-    ) -> Result<(Scenario, RobotFile), TwinError> {
+    ) -> Result<(Scenario, Option<RobotFile>), TwinError> {
         let (word, overrides) = self.peek(settings);
         let find = |word: &str| match &self.robot {
             Some(text) => RobotFile::parse(ROBOT_FILE, text),
+            // What a recording does not keep is not looked for elsewhere: it could have become another.
+            None if self.kept.is_some() => Err(RobotError::NotFound {
+                name: word.to_owned(),
+                help: "the recording does not keep it".to_owned(),
+            }),
             None => RobotFile::find(word, &self.folder),
         };
-        let found = find(&word).and_then(|mut file| {
+        let replaced = |mut file: RobotFile| {
             let sound = file.robot().is_ok();
             file.override_with(&overrides)?;
             match file.robot() {
@@ -45,8 +52,10 @@ impl Sources {
                 Err(error) if sound => Err(blamed(error, file.file(), &overrides)),
                 Err(error) => Err(error),
             }
-        });
-        let robot = found.as_ref().ok().map(|(_, robot)| robot.clone());
+        };
+        let found = word.map(|word| find(&word).and_then(replaced)).transpose();
+        let robot = found.as_ref().ok().and_then(Option::as_ref);
+        let robot = robot.map(|(_, robot)| robot.clone());
         // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
         let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
         let catalogue = registry.catalogue(robot.as_ref());
@@ -58,22 +67,22 @@ impl Sources {
             &catalogue,
         )?;
         match found {
-            Ok((file, _)) => Ok((scenario, file)),
+            Ok(found) => Ok((scenario, found.map(|(file, _)| file))),
             Err(error) => Err(placed(error, &scenario)),
         }
     }
 
-    /// The robot that a scenario names, and what it replaces of it, whatever else may be wrong with it.
-    fn peek(&self, settings: &[Setting]) -> (String, Overrides) {
+    /// The robot that a scenario names, if it does, and what it replaces of it, whatever else may be wrong with it.
+    fn peek(&self, settings: &[Setting]) -> (Option<String>, Overrides) {
         let mut document = self.document.clone();
         for setting in settings {
             // A setting that cannot be is reported when the scenario is read.
             let _ = document.set(&setting.origin, &setting.key, &setting.value);
         }
-        let mut found = (ANY_ROBOT.to_owned(), Overrides::default());
+        let mut found = (None, Overrides::default());
         let _ = document.check(|table| {
             if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
-                word.clone_into(&mut found.0);
+                found.0 = Some(word.to_owned());
             }
             if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
                 found.1 = overrides;
@@ -108,9 +117,15 @@ fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
 pub(crate) fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
     match error {
         RobotError::Document(error) => error.into(),
-        RobotError::NotFound { ref name, ref help } => scenario
-            .robot
-            .error(format!("there is no robot `{name}`"), help)
-            .into(),
+        RobotError::NotFound { ref name, ref help } => {
+            let message = format!("there is no robot `{name}`");
+            match &scenario.robot {
+                Some(robot) => robot.error(message, help).into(),
+                // None is looked for then.
+                None => TwinError::Document(DocumentError {
+                    problems: vec![Problem::of_file(&scenario.file, message, help)],
+                }),
+            }
+        }
     }
 }

@@ -8,6 +8,8 @@ use crate::drives;
 use crate::lcp;
 use crate::massless;
 use crate::method::Method;
+#[cfg(not(feature = "mujoco"))]
+use crate::mjcf;
 #[cfg(feature = "mujoco")]
 use crate::mujoco;
 use crate::option::choice;
@@ -42,7 +44,7 @@ fn engines(registry: Registry) -> Registry {
     #[cfg(not(feature = "mujoco"))]
     let registry = registry
         .without_plant("mujoco", MUJOCO, "mujoco")
-        .without_plant("mjcf", MJCF, "mujoco");
+        .without(mjcf::offer(), "mujoco");
     #[cfg(feature = "rapier")]
     let registry = rapier::kinds(registry);
     #[cfg(not(feature = "rapier"))]

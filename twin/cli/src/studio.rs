@@ -11,7 +11,7 @@ use twinrig_study::{Commands, PlantOffer, STROLL, Scales, Scene, Tapped, Variant
 use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::method::Method;
-use crate::registry::Registry;
+use crate::registry::{NO_ROBOT, Registry};
 
 /// Builds the plants of a study out of a scenario.
 pub(crate) struct Studio<'r> {
@@ -43,8 +43,13 @@ impl<'r> Studio<'r> {
         duration: Option<SimDuration>,
     ) -> Result<Self, TwinError> {
         let own = Assembly::of_file(registry, path, settings)?;
+        let spec = &own.scenario().plant;
+        if spec.stands_alone {
+            let why = "a study varies what a robot file says, and this plant brings its own model";
+            return Err(own.not_built("plant", &spec.model, why.into()));
+        }
         let all: Vec<String> = match names {
-            [] => registry.plants().map(str::to_owned).collect(),
+            [] => registry.plants_on_robots().map(str::to_owned).collect(),
             names => names.to_vec(),
         };
         let (mut offers, mut benches) = (Vec::new(), Vec::new());
@@ -92,7 +97,8 @@ impl<'r> Studio<'r> {
             .find(|method| method.is_meant_by(variant));
         let method = method.ok_or_else(|| format!("there is no method `{}`", variant.method))?;
         let scenario = assembly.scenario();
-        let robot = scaled_robot(assembly.robot(), &variant.scales);
+        let robot = assembly.robot().ok_or(NO_ROBOT)?;
+        let robot = scaled_robot(robot, &variant.scales);
         let plant = scaled_plant(method.set(&scenario.plant, variant.knob), &variant.scales);
         let actuator = scaled_actuator(&scenario.actuator, variant.scales.gain);
         assembly
@@ -193,7 +199,7 @@ fn scene(
             duration.map_or(STROLL, |duration| duration.max(STROLL)),
         )?,
         step: step.unwrap_or(scenario.io.step),
-        weight: assembly.robot().weight(),
+        weight: assembly.robot().map_or(0.0, Robot::weight),
     })
 }
 

@@ -27,6 +27,9 @@ pub struct Kind {
     pub about: String,
     /// The cargo feature without which this build does not have it; none if it has it.
     pub missing_feature: Option<String>,
+    /// It brings a model of its own: a scenario needs no robot for it, and has no say in its base, legs, ground, start and
+    /// actuators. Plants only.
+    pub stands_alone: bool,
     /// Keys of its table beside those that every part of its sort has.
     pub options: Vec<OptionSpec>,
     /// Process variables, which are keys of its table too, and may be changed while it runs. Controllers only.
@@ -40,6 +43,7 @@ impl Kind {
             name: name.into(),
             about: about.into(),
             missing_feature: None,
+            stands_alone: false,
             options: Vec::new(),
             variables: Vec::new(),
         }
@@ -88,12 +92,17 @@ pub enum Accepts {
     Boolean,
     /// Any text.
     Text,
+    /// The name of something that only the part itself knows, or of a file: it keeps its place, for the part to say there
+    /// what is wrong with it.
+    Name,
     /// One of these words.
     Choice(Vec<String>),
     /// How long something takes: a duration, a distribution, or a recorded trace.
     Time,
     /// A table of options.
     Group(Vec<OptionSpec>),
+    /// A table with a value for each of the names that it chooses itself.
+    Table(Box<Accepts>),
     /// One value for all members of a set (boards, legs), or a table with a value for each that is named.
     Each(Box<Accepts>),
 }

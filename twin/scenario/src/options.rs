@@ -6,6 +6,7 @@ use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::SimDuration;
 
 use crate::catalogue::{Accepts, OptionSpec};
+use crate::expect::placed_text;
 use crate::read::time_model;
 use crate::scenario::{Placed, TimeModel};
 
@@ -22,6 +23,8 @@ pub enum OptionValue {
     Boolean(bool),
     /// A text, or one of several words.
     Text(String),
+    /// A name, and where it stands.
+    Name(Placed<String>),
     /// How long something takes.
     Time(TimeModel),
     /// Options of a table.
@@ -80,6 +83,22 @@ impl Options {
         match self.get(name)? {
             OptionValue::Text(value) => Some(value),
             _ => None,
+        }
+    }
+
+    /// The name `name` and its place; none if it is absent or no name.
+    pub fn name(&self, name: &str) -> Option<&Placed<String>> {
+        match self.get(name)? {
+            OptionValue::Name(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The members of the set `name` that the scenario names, and their values, in the order of the file.
+    pub fn named(&self, name: &str) -> &[(Placed<String>, OptionValue)] {
+        match self.get(name) {
+            Some(OptionValue::Named(values)) => values,
+            _ => &[],
         }
     }
 
@@ -168,31 +187,37 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
         Accepts::Natural(range) => OptionValue::Natural(natural(item, range)?),
         Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
         Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
+        Accepts::Name => OptionValue::Name(placed_text(item)?),
         Accepts::Choice(words) => {
             let choices: Vec<_> = words.iter().map(|word| (word.as_str(), word)).collect();
             OptionValue::Text(item.choice(&choices)?.clone())
         }
         Accepts::Time => OptionValue::Time(time_model(item)?),
         Accepts::Group(specs) => OptionValue::Group(Options::read(&item.table()?, specs)?),
-        Accepts::Each(accepts) if item.is_table() => {
-            let table = item.table()?;
-            let named: Vec<_> = table
-                .keys()
-                .map(|name| {
-                    let place = table.key_place(name);
-                    let value = table.required(name, |item| value(item, accepts))?;
-                    let name = Placed {
-                        value: name.to_owned(),
-                        place,
-                    };
-                    Ok((name, value))
-                })
-                .collect();
-            let named: Result<Vec<_>, Reported> = named.into_iter().collect();
-            OptionValue::Named(named?)
-        }
+        Accepts::Table(accepts) => OptionValue::Named(named(item, accepts)?),
+        Accepts::Each(accepts) if item.is_table() => OptionValue::Named(named(item, accepts)?),
         Accepts::Each(accepts) => OptionValue::All(Box::new(value(item, accepts)?)),
     })
+}
+
+fn named(
+    item: &Item<'_>,
+    accepts: &Accepts,
+) -> Result<Vec<(Placed<String>, OptionValue)>, Reported> {
+    let table = item.table()?;
+    let named: Vec<_> = table
+        .keys()
+        .map(|name| {
+            let place = table.key_place(name);
+            let value = table.required(name, |item| value(item, accepts))?;
+            let name = Placed {
+                value: name.to_owned(),
+                place,
+            };
+            Ok((name, value))
+        })
+        .collect();
+    named.into_iter().collect()
 }
 
 fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {

@@ -51,8 +51,8 @@ pub struct Scenario {
     pub folder: PathBuf,
     /// A line for a person.
     pub name: String,
-    /// Name or path of the robot file.
-    pub robot: Placed<String>,
+    /// Name or path of the robot file; none: the plant stands alone.
+    pub robot: Option<Placed<String>>,
     /// What replaces values of the robot file.
     pub overrides: Overrides,
     /// How long to run.
@@ -84,8 +84,12 @@ pub struct Scenario {
 /// `[plant]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantSpec {
+    /// Where the table stands.
+    pub place: Place,
     /// One of [`Catalogue::plants`].
     pub model: String,
+    /// Whether it brings a model of its own; nothing between here and `step` is said then.
+    pub stands_alone: bool,
     /// How the trunk may move.
     pub base: Base,
     /// The legs to simulate; none: all that the robot has.

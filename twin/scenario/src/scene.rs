@@ -195,25 +195,8 @@ impl Scenario {
                 why: why.to_owned(),
             });
         };
-        if self.plant.ground.is_none() {
-            leave("ground, contacts and their solver", "[plant] has no ground");
-        }
-        match self.plant.base {
-            Base::Free => {}
-            Base::Planar => leave("sway, roll and yaw of the trunk", "base = \"planar\""),
-            Base::Fixed => leave("motion of the trunk", "base = \"fixed\""),
-        }
-        if self.plant.legs.is_some() {
-            leave(
-                "every leg but the named ones",
-                "[plant] legs does not name them",
-            );
-        }
-        match self.actuator.kind {
-            ActuatorKind::Servo => {}
-            ActuatorKind::Motor => leave("servos", "[actuator] kind = \"motor\""),
-            ActuatorKind::Ideal => leave("servos", "[actuator] kind = \"ideal\""),
-            ActuatorKind::None => leave("drives and knee cables", "[actuator] kind = \"none\""),
+        for (part, why) in self.left_out_of_the_robot() {
+            leave(part, why);
         }
         if self.controller.is_none() {
             leave("controller", "there is no [controller]");
@@ -239,6 +222,39 @@ impl Scenario {
         }
         if self.record.frames.is_none() {
             leave("recording of poses", "[record] frames is 0 Hz");
+        }
+        left_out
+    }
+}
+
+impl Scenario {
+    /// What of a robot the plant leaves out, and why; nothing of a model that is none of our robots.
+    fn left_out_of_the_robot(&self) -> Vec<(&'static str, &'static str)> {
+        let mut left_out = Vec::new();
+        if self.plant.stands_alone {
+            return left_out;
+        }
+        if self.plant.ground.is_none() {
+            left_out.push(("ground, contacts and their solver", "[plant] has no ground"));
+        }
+        match self.plant.base {
+            Base::Free => {}
+            Base::Planar => left_out.push(("sway, roll and yaw of the trunk", "base = \"planar\"")),
+            Base::Fixed => left_out.push(("motion of the trunk", "base = \"fixed\"")),
+        }
+        if self.plant.legs.is_some() {
+            left_out.push((
+                "every leg but the named ones",
+                "[plant] legs does not name them",
+            ));
+        }
+        match self.actuator.kind {
+            ActuatorKind::Servo => {}
+            ActuatorKind::Motor => left_out.push(("servos", "[actuator] kind = \"motor\"")),
+            ActuatorKind::Ideal => left_out.push(("servos", "[actuator] kind = \"ideal\"")),
+            ActuatorKind::None => {
+                left_out.push(("drives and knee cables", "[actuator] kind = \"none\""));
+            }
         }
         left_out
     }

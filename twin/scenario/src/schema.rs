@@ -14,7 +14,7 @@ use crate::expect::CostMeasure;
 pub fn schema(catalogue: &Catalogue) -> Value {
     let properties = json!({
         "name": described("A line for a person.", json!({ "type": "string" })),
-        "robot": described("A robot's name, or the path of its file.", json!({ "type": "string" })),
+        "robot": described("A robot's name, or the path of its file; a plant that stands alone needs none.", json!({ "type": "string" })),
         "override": described("Values of the robot file to replace, by dotted key.", json!({ "type": "object" })),
         "duration": described("How long to run.", duration()),
         "seed": described("What all random streams spring from.", natural()),
@@ -57,7 +57,13 @@ pub fn schema(catalogue: &Catalogue) -> Value {
         }), &["at", "on", "kind"])),
         "expect": list(&expect()),
     });
-    let mut schema = object(&properties, &["robot", "duration", "plant"]);
+    let mut schema = object(&properties, &["duration", "plant"]);
+    let alone = catalogue.plants.iter().filter(|kind| kind.stands_alone);
+    let alone: Vec<&str> = alone.map(|kind| kind.name.as_str()).collect();
+    // Without such a plant no word is one of none, and the robot is always required.
+    schema["if"] =
+        json!({ "properties": { "plant": { "properties": { "model": { "enum": alone } } } } });
+    schema["else"] = json!({ "required": ["robot"] });
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     schema["title"] = json!("Twinrig scenario");
     schema
@@ -164,7 +170,7 @@ fn accepted(accepts: &Accepts) -> Value {
             json!({ "type": "integer", "minimum": range.start(), "maximum": range.end() })
         }
         Accepts::Boolean => json!({ "type": "boolean" }),
-        Accepts::Text => json!({ "type": "string" }),
+        Accepts::Text | Accepts::Name => json!({ "type": "string" }),
         Accepts::Choice(words) => json!({ "enum": words }),
         Accepts::Time => time(),
         Accepts::Group(options) => {
@@ -173,6 +179,9 @@ fn accepted(accepts: &Accepts) -> Value {
                 (option.name.clone(), schema)
             });
             object(&Value::Object(keys.collect()), &[])
+        }
+        Accepts::Table(one) => {
+            json!({ "type": "object", "additionalProperties": accepted(one) })
         }
         Accepts::Each(one) => {
             let one = accepted(one);

@@ -5,7 +5,9 @@ mod common;
 use common::{facts, legs, parse, scene, text};
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
-use twinrig_scenario::{ChangeAmount, LegFact, Profile, Scenario, Setting, StartPose, TimeModel};
+use twinrig_scenario::{
+    ChangeAmount, LegFact, OptionValue, Profile, Scenario, Setting, StartPose, TimeModel,
+};
 
 fn left_out(text: &str) -> Vec<String> {
     let scene = scene(text).unwrap();
@@ -271,4 +273,30 @@ proptest! {
             prop_assert!(error.to_string().contains("run.toml"));
         }
     }
+}
+
+#[test]
+fn a_plant_that_brings_its_own_model_needs_no_robot_and_leaves_nothing_of_one_out() {
+    let text = "duration = \"1 s\"\n\n[plant]\nmodel = \"own\"\nfile = \"pup.xml\"\n\n[plant.outputs]\n\
+                \"leg/LF/hip/position\" = { joint = \"lf_hip\" }\n";
+    let scenario = common::parse(text).unwrap();
+    assert_eq!(scenario.robot, None);
+    let options = &scenario.plant.options;
+    let file = options.name("file").unwrap();
+    assert_eq!((file.value.as_str(), file.place.line()), ("pup.xml", 5));
+    let [(signal, OptionValue::Group(what))] = options.named("outputs") else {
+        panic!("{options:?}");
+    };
+    assert_eq!(signal.value, "leg/LF/hip/position");
+    assert_eq!(what.name("joint").unwrap().value, "lf_hip");
+    let scene = common::scene(text).unwrap();
+    let parts: Vec<&str> = scene.left_out.iter().map(|one| one.part.as_str()).collect();
+    assert!(
+        !parts.contains(&"ground, contacts and their solver"),
+        "{parts:?}"
+    );
+    assert!(parts.contains(&"controller"), "{parts:?}");
+    // One may be named: for a controller that is made for it.
+    let named = common::parse(&format!("robot = \"cheetah-cub\"\n{text}")).unwrap();
+    assert_eq!(named.robot.unwrap().value, "cheetah-cub");
 }

@@ -98,12 +98,14 @@ fn accepts(accepted: &Accepts) -> String {
         }
         Accepts::Boolean => "true or false".to_owned(),
         Accepts::Text => "a text".to_owned(),
+        Accepts::Name => "a name".to_owned(),
         Accepts::Choice(words) => words.join(" | "),
         Accepts::Time => "a duration, a distribution of durations, or a trace of them".to_owned(),
         Accepts::Group(options) => {
             let keys: Vec<_> = options.iter().map(|option| option.name.as_str()).collect();
             format!("{{ {} }}", keys.join(", "))
         }
+        Accepts::Table(one) => format!("{} by name", accepts(one)),
         Accepts::Each(one) => format!("{}, for all or by name", accepts(one)),
     }
 }

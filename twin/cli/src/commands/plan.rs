@@ -22,6 +22,7 @@ struct Plan {
     duration_s: f64,
     plant: String,
     controller: Option<String>,
+    /// The robot file's, or the name of the model that the plant brings along.
     robot: String,
     legs: Vec<String>,
     schedule: Timetable,
@@ -108,7 +109,7 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
         duration_s: seconds(scenario.duration.as_nanos()),
         plant: scenario.plant.model.clone(),
         controller: scenario.controller.as_ref().map(|spec| spec.kind.clone()),
-        robot: assembly.robot().name.clone(),
+        robot: assembly.body().name().to_owned(),
         legs: scene.legs.iter().map(|leg| leg.name.clone()).collect(),
         schedule: Timetable {
             io_step_s: seconds(scenario.io.step.as_nanos()),

@@ -138,7 +138,17 @@ fn assembly<'r>(
         value,
     });
     let settings: Vec<Setting> = settings.collect();
-    Assembly::of_texts(registry, text(SCENARIO_FILE)?, text(ROBOT_FILE)?, &settings)
+    let robot = recorded.attachment(ROBOT_FILE).is_some();
+    let robot = robot.then(|| text(ROBOT_FILE)).transpose()?;
+    let kept = recorded.attachments();
+    let kept = kept.map(|(name, bytes)| (name.to_owned(), bytes.to_vec()));
+    Assembly::of_kept(
+        registry,
+        text(SCENARIO_FILE)?,
+        robot,
+        kept.collect(),
+        &settings,
+    )
 }
 
 fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {

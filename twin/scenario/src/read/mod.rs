@@ -15,7 +15,8 @@ pub(crate) use controller::time_model;
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::{Context, Expectation, expectation, placed_text};
 use crate::scenario::{
-    ControllerSpec, FootstepSpec, IoSpec, LoadThreshold, ObserveSpec, RecordSpec, Scenario, Setting,
+    ControllerSpec, FootstepSpec, IoSpec, LoadThreshold, ObserveSpec, Placed, RecordSpec, Scenario,
+    Setting,
 };
 
 /// Reads a scenario out of a document.
@@ -41,6 +42,34 @@ pub(crate) fn scenario(
     })
 }
 
+/// The robot, which only a plant that stands alone can do without.
+fn robot(table: &Table<'_>, catalogue: &Catalogue) -> Result<Option<Placed<String>>, Reported> {
+    if has(table, "robot") || !stands_alone(table, catalogue) {
+        return table.required("robot", placed_text).map(Some);
+    }
+    table.expect(["robot"]);
+    if has(table, "override") {
+        let message = "there is no robot whose values could be replaced";
+        return Err(table.report("override", message, "name one, or leave the table out"));
+    }
+    Ok(None)
+}
+
+fn has(table: &Table<'_>, key: &str) -> bool {
+    table.keys().any(|known| known == key)
+}
+
+/// Whether the plant is of a kind that stands alone, in this build or in another.
+fn stands_alone(table: &Table<'_>, catalogue: &Catalogue) -> bool {
+    let plant = table.get("plant");
+    let model = plant.and_then(|plant| plant.peek("model"));
+    let Some(Ok(word)) = model.as_ref().map(Item::text) else {
+        return false;
+    };
+    let mut kinds = catalogue.plants.iter();
+    kinds.any(|kind| kind.name == word && kind.stands_alone)
+}
+
 struct Source<'s> {
     file: String,
     text: String,
@@ -54,12 +83,18 @@ fn read(
     catalogue: &Catalogue,
 ) -> Result<Scenario, Reported> {
     let name = table.optional("name", |item| item.text().map(str::to_owned));
-    let robot = table.required("robot", placed_text);
+    let robot = robot(table, catalogue);
     let overrides = table.optional("override", Item::overrides);
     let duration = table.required("duration", Item::positive_duration);
     let seed = table.optional("seed", Item::natural);
     let plant = table.required("plant", |item| plant::plant(item, catalogue));
-    let actuator = table.optional("actuator", |item| plant::actuator(&item.table()?));
+    let actuator = match &plant {
+        Ok(plant) if plant.stands_alone && table.get("actuator").is_some() => {
+            let message = format!("the plant `{}` brings its own actuators", plant.model);
+            Err(table.report("actuator", message, "leave the table out"))
+        }
+        _ => table.optional("actuator", |item| plant::actuator(&item.table()?)),
+    };
     let controller = table.optional("controller", |item| {
         controller::controller(item, &catalogue.controllers)
     });

@@ -4,7 +4,7 @@ use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
 use super::kind;
-use crate::catalogue::Catalogue;
+use crate::catalogue::{Catalogue, Kind};
 use crate::expect::placed_text;
 use crate::options::Options;
 use crate::scenario::{
@@ -15,6 +15,11 @@ use crate::scenario::{
 pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec, Reported> {
     let table = item.table()?;
     let model = table.required("model", |item| kind(item, "plant", &catalogue.plants));
+    if let Ok(model) = model
+        && model.stands_alone
+    {
+        return alone(&table, model);
+    }
     let base = table.optional("base", |item| {
         item.choice(&[
             ("free", Base::Free),
@@ -29,11 +34,30 @@ pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec,
     let model = model.inspect_err(|_| table.give_up())?;
     let options = Options::read(&table, &model.options);
     Ok(PlantSpec {
+        place: item.place(),
         model: model.name.clone(),
+        stands_alone: false,
         base: base?.unwrap_or(Base::Free),
         legs: legs?,
         ground: ground?,
         start: start?,
+        step: step?,
+        options: options?,
+    })
+}
+
+/// That of a plant that brings its own model, which has base, legs, ground and start of its own.
+fn alone(table: &Table<'_>, model: &Kind) -> Result<PlantSpec, Reported> {
+    let step = table.optional("step", step);
+    let options = Options::read(table, &model.options);
+    Ok(PlantSpec {
+        place: table.place(),
+        model: model.name.clone(),
+        stands_alone: true,
+        base: Base::Free,
+        legs: None,
+        ground: None,
+        start: None,
         step: step?,
         options: options?,
     })

@@ -77,9 +77,23 @@ pub fn catalogue() -> Catalogue {
         ),
     ];
     Catalogue {
-        plants: vec![massless, mujoco],
+        plants: vec![massless, mujoco, alone(option)],
         controllers: vec![cpg],
         buses: vec![sbcp, Kind::new("rb110", "pulses")],
+    }
+}
+
+/// A plant that brings its own model.
+fn alone(option: impl Fn(&str, Accepts, Option<OptionValue>) -> OptionSpec) -> Kind {
+    let joint = vec![option("joint", Accepts::Name, None)];
+    let joints = Accepts::Table(Box::new(Accepts::Group(joint)));
+    Kind {
+        stands_alone: true,
+        options: vec![
+            option("file", Accepts::Name, None),
+            option("outputs", joints, None),
+        ],
+        ..Kind::new("own", "a model of one's own")
     }
 }
 
