@@ -250,15 +250,15 @@ impl Numerics {
     /// Refuses what is no setting, and what does not go together.
     pub(crate) fn check(&self) -> Result<(), MujocoError> {
         let (closing, time) = match self.closing {
-            Closing::Steps(steps) => ("closing_steps", steps),
-            Closing::Seconds(seconds) => ("closing", seconds),
+            Closing::Steps(steps) => ("solref_steps", steps),
+            Closing::Seconds(seconds) => ("solref_time", seconds),
         };
         for (setting, value) in [
             (closing, time),
-            ("damping_ratio", self.damping),
+            ("solref_damping", self.damping),
             ("solver_tolerance", self.tolerance),
             ("impratio", self.impratio),
-            ("impedance_width", self.width),
+            ("solimp_width", self.width),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 let why = "it has to be positive";
@@ -269,10 +269,10 @@ impl Numerics {
                 });
             }
         }
-        for value in self.impedance {
+        for (setting, value) in ["solimp_min", "solimp_max"].into_iter().zip(self.impedance) {
             if !(1e-4..=0.9999).contains(&value) {
                 return Err(MujocoError::Setting {
-                    setting: "impedance",
+                    setting,
                     value,
                     why: "it has to be from 0.0001 to 0.9999; MuJoCo would silently take the nearer of both",
                 });
@@ -287,7 +287,7 @@ impl Numerics {
         }
         if self.refsafe && matches!(self.closing, Closing::Steps(steps) if steps < 2.0) {
             return Err(MujocoError::Together(
-                "`closing_steps` below 2 is what MuJoCo raises to 2: take 2, or set `refsafe = false`, with which constraints \
+                "`solref_steps` below 2 is what MuJoCo raises to 2: take 2, or set `refsafe = \"off\"`, with which constraints \
                  that stiff may run away",
             ));
         }
