@@ -23,7 +23,13 @@ fn main() {
             let solver = Solver { pgs_iterations, ..best };
             row(&format!("pgs_iterations {pgs_iterations}"), joints, solver);
         }
-        row("no warm start", joints, Solver { warmstart: false, ..best });
+        for pgs_iterations in [10, 20, 40, 80, 160] {
+            let solver = Solver { pgs_iterations, warmstart: false, cold: 1, ..best };
+            row(&format!("no warm start, pgs_iterations {pgs_iterations}"), joints, solver);
+        }
+        for cold in [1, 2, 10] {
+            row(&format!("cold {cold}"), joints, Solver { cold, ..best });
+        }
         for stabilization_iterations in [1, 4, 40] {
             let solver = Solver { stabilization_iterations, ..best };
             row(&format!("stabilization_iterations {stabilization_iterations}"), joints, solver);

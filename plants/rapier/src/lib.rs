@@ -9,6 +9,7 @@ mod options;
 mod plant;
 mod readings;
 mod robot;
+mod rope;
 mod step;
 mod warm;
 mod world;

@@ -41,6 +41,10 @@ pub(crate) struct Rope {
 pub(crate) const ROPES: usize = 5;
 pub(crate) const CABLE: usize = 4;
 
+/// How far apart, seen from the knee, the ends of a rope are that stops it: so far that the knee can turn by as much without
+/// stretching it the other way, and little enough for it to pull across \[rad\].
+const WIDEST: f64 = 1.8;
+
 /// A leg.
 #[derive(Debug, Clone)]
 pub(crate) struct Leg {
@@ -119,9 +123,6 @@ impl Leg {
         let inner = on(0, leg.l1 - ld);
         let ankle = on(1, leg.l2);
         let outer = on(2, -ld);
-        // What lies as far beyond knee and ankle as the pantograph's points lie before them.
-        let [beyond_knee, beyond_ankle] = [on(0, leg.l1 + ld), on(2, ld)];
-        let squares = 2.0 * (ld * ld + leg.l2 * leg.l2);
         let rope = |from: Point, to: Point, length: f64| Rope {
             ends: [from, to],
             length,
@@ -130,7 +131,28 @@ impl Leg {
             body: TRUNK,
             at: hip,
         };
-        let bottomed = libm::sqrt(squares - leg.diagonal_min * leg.diagonal_min);
+        // Between points that a circle around the knee carries: from first to second segment they are the knee's angle
+        // and a constant apart, so that the chord is longest where the knee stops.
+        let around = |body: usize, joint: f64, angle: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            let arm = Vector::new(sin, 0.0, -cos) * leg.l2;
+            Point {
+                body,
+                at: on(body, joint).at + arm,
+            }
+        };
+        let chord = |apart: f64| {
+            rope(
+                around(0, leg.l1, 0.5 * apart),
+                around(1, 0.0, -0.5 * apart),
+                2.0 * leg.l2 * libm::sin(0.5 * WIDEST),
+            )
+        };
+        let most_bent = (leg.diagonal_min * leg.diagonal_min - leg.l2 * leg.l2 - ld * ld)
+            / (2.0 * leg.l2 * ld);
+        // Which are parallel where the pantograph is closed, and nearer to each other where it is open.
+        let beyond = 0.5 * leg.l2;
+        let closed = rope(on(0, leg.l1 + beyond), on(2, beyond), leg.l2);
         Ok(Self {
             name: mount.name.clone(),
             hip,
@@ -153,10 +175,10 @@ impl Leg {
                 },
             ],
             ropes: [
-                rope(beyond_knee, beyond_ankle, leg.l2),
+                closed,
                 rope(inner, outer, leg.l2 + leg.parallel_travel),
-                rope(inner, ankle, pantograph.diagonal_max()),
-                rope(beyond_knee, ankle, bottomed),
+                chord(-WIDEST - leg.q2_ref),
+                chord(WIDEST - libm::acos(most_bent)),
                 rope(hip_point, ankle, pantograph.cable_length(0.0)),
             ],
             foot: on(2, segments[2].length),

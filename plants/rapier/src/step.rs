@@ -14,16 +14,10 @@ use crate::drives::{Effort, kinds};
 use crate::model::{CABLE, ROPES};
 use crate::options::Joints;
 use crate::robot::{Machine, View};
+use crate::rope::{LINEAR, Tied};
 
-/// Index of a linear x axis in the engine's lists, and of an angular one.
-const LINEAR: usize = 0;
+/// Index of an angular x axis in the engine's lists.
 const ANGULAR: usize = 3;
-
-/// A gap that counts as closed \[m\].
-const TOUCHING: f64 = 1e-9;
-
-/// More than what the engine's measure of a length and ours differ by \[m\].
-const ROUNDING: f64 = 1e-12;
 
 /// A stop that pushed in the last step is held on to while its gap is smaller \[m\].
 const HELD: f64 = 1e-4;
@@ -38,10 +32,14 @@ pub(crate) struct Before {
     rates: [f64; ROPES],
     efforts: Option<[Effort; 2]>,
     /// Where the pulley would be in the end if no cable pulled, and how much a unit of impulse holds it back \[rad\],
-    /// \[rad/(N·s·s)\].
+    /// \[rad/(N·s)\].
     pulley: [f64; 2],
     /// Velocity of the foot \[m/s\].
     foot: Vector,
+    /// Forces and torques that we gave the segments, what they carried in the last step apart \[N\], \[N·m\].
+    pub(crate) given: [[Vector; 2]; 3],
+    /// Impulses of the ropes that we gave beforehand \[N·s\].
+    warm: [f64; ROPES],
 }
 
 impl Machine {
@@ -50,9 +48,20 @@ impl Machine {
         let share = 0.5 * (self.state.last_s + seconds) / seconds;
         let mut before = Vec::with_capacity(self.model.legs.len());
         for leg in 0..self.model.legs.len() {
-            before.push(self.prepare(leg, seconds, share));
+            before.push(self.look(leg, seconds));
         }
-        let sound = self.world.step(seconds, share);
+        let hit = (0..).zip(&before).any(|(leg, before)| self.closes(leg, before, seconds));
+        let warm = self.options.solver.warmstart
+            && self.options.joints == Joints::Impulse
+            && !hit
+            && !self.state.hit;
+        self.state.hit = hit;
+        for (leg, before) in before.iter_mut().enumerate() {
+            self.prepare(leg, before, seconds, warm.then_some(share), share);
+        }
+        let solver = &self.options.solver;
+        let sweeps = if warm { solver.pgs_iterations } else { solver.pgs_iterations * solver.cold };
+        let sound = self.world.step(seconds, share, sweeps);
         self.state.last_s = seconds;
         for (leg, before) in before.iter().enumerate() {
             self.finish(leg, before, seconds, share);
@@ -63,12 +72,13 @@ impl Machine {
         counts.steps += 1;
         counts.evaluations += 1;
         let solver = &self.options.solver;
-        let sweeps = solver.pgs_iterations + solver.stabilization_iterations;
+        let sweeps = sweeps + solver.stabilization_iterations;
         counts.solver_iterations += u64::from(solver.solver_iterations * sweeps);
         sound && stored.iter().sum::<f64>().is_finite()
     }
 
-    fn prepare(&mut self, leg: usize, seconds: f64, share: f64) -> Before {
+    /// What a step begins with.
+    fn look(&self, leg: usize, seconds: f64) -> Before {
         let view = self.view(leg);
         let efforts = self.model.drives.as_ref().map(|drives| {
             let kinds = kinds(drives);
@@ -84,27 +94,63 @@ impl Machine {
                 }
             }
         });
-        let rates = std::array::from_fn(|k| view.line(&self.model.legs[leg].ropes[k].ends).2);
-        self.push(leg, &view, share);
-        if self.options.solver.warmstart && self.options.joints == Joints::Impulse {
-            self.carry(leg, &view, share);
-        }
-        if let Some([hip, _]) = efforts {
-            self.drive_hip(leg, hip, &view, share);
-        }
-        self.pay_out(leg, &view, pulley, seconds);
-        self.lay_ground(leg, &view);
         Before {
-            view,
-            rates,
+            rates: std::array::from_fn(|k| view.line(&self.model.legs[leg].ropes[k].ends).2),
             efforts,
             pulley,
             foot: view.speed(&self.model.legs[leg].foot),
+            given: [[Vector::ZERO; 2]; 3],
+            warm: [0.0; ROPES],
+            view,
         }
     }
 
+    /// Whether a stop, a cable or a foot meets something in this step that it did not touch in the last.
+    fn closes(&self, leg: usize, before: &Before, seconds: f64) -> bool {
+        let parts = &self.model.legs[leg];
+        let known = &self.state.legs[leg];
+        let ropes = (0..ROPES).any(|k| {
+            let (length, _, rate) = before.view.line(&parts.ropes[k].ends);
+            self.handles.legs[leg].ropes[k].is_some()
+                && known.pulls[k] <= 0.0
+                && self.reach(leg, k, before) < length + seconds * rate
+        });
+        let lands = self.model.ground.as_ref().is_some_and(|ground| {
+            let below = ground.below(&outside(before.view.place(&parts.foot)));
+            let falling = inside(&below.normal).dot(before.foot);
+            !known.stands && below.gap + seconds * falling < 0.0
+        });
+        ropes || lands
+    }
+
+    /// How long a rope is in the end of the step, if nothing pulls at its pulley.
+    fn reach(&self, leg: usize, k: usize, before: &Before) -> f64 {
+        let parts = &self.model.legs[leg];
+        let wound = if k == CABLE { parts.radius * before.pulley[0] } else { 0.0 };
+        parts.ropes[k].length - wound
+    }
+
+    fn prepare(
+        &mut self,
+        leg: usize,
+        before: &mut Before,
+        seconds: f64,
+        warm: Option<f64>,
+        share: f64,
+    ) {
+        before.given = self.push(leg, &before.view, share);
+        if let Some(share) = warm {
+            self.carry(leg, &before.view, share);
+        }
+        if let Some([hip, _]) = before.efforts {
+            before.given[0][1] += self.drive_hip(leg, hip, &before.view);
+        }
+        self.pay_out(leg, before, seconds, warm);
+        self.lay_ground(leg, &before.view);
+    }
+
     /// Forces of the springs and of friction in the joints.
-    fn push(&mut self, leg: usize, view: &View, share: f64) {
+    fn push(&mut self, leg: usize, view: &View, share: f64) -> [[Vector; 2]; 3] {
         let (mut forces, mut torques) = ([Vector::ZERO; 4], [Vector::ZERO; 4]);
         let parts = &self.model.legs[leg];
         for spring in &parts.springs {
@@ -127,6 +173,7 @@ impl Machine {
             let handle = self.handles.legs[leg].body(self.handles.trunk, k);
             self.push_body(handle, forces[k], torques[k], k != 3 || leg == 0);
         }
+        [0, 1, 2].map(|k| [forces[k], torques[k]])
     }
 
     /// Adds to the forces on a body, or begins anew.
@@ -141,28 +188,27 @@ impl Machine {
         }
     }
 
-    fn drive_hip(&mut self, leg: usize, effort: Effort, view: &View, share: f64) {
+    /// Tells the engine what the hip's drive does; returns the torque that we give the first segment ourselves.
+    fn drive_hip(&mut self, leg: usize, effort: Effort, view: &View) -> Vector {
+        let mut given = Vector::ZERO;
         let (damping, towards, most) = match effort {
             Effort::Follows {
                 mean, rotor, most, ..
             } => {
                 if most.is_finite() {
                     // What the rotor takes of the torque does not reach the leg.
-                    let torque = view.axis() * rotor;
+                    given = view.axis() * -rotor;
                     let first = self.handles.legs[leg].segments[0];
-                    self.push_body(first, Vector::ZERO, -torque, false);
-                    self.push_body(self.handles.trunk, Vector::ZERO, torque, false);
+                    self.push_body(first, Vector::ZERO, given, false);
+                    self.push_body(self.handles.trunk, Vector::ZERO, -given, false);
                 }
                 (RIGID, mean, most)
             }
             Effort::Drags { damping, towards } => (damping, towards, f64::INFINITY),
         };
-        let _ = share;
         let joints = &mut self.world.sets.impulse_joints;
-        let Some(handle) = self.handles.legs[leg].hip else {
-            return;
-        };
-        if let Some(joint) = joints.get_mut(handle, false) {
+        let joint = self.handles.legs[leg].hip;
+        if let Some(joint) = joint.and_then(|handle| joints.get_mut(handle, false)) {
             joint.data.motor_axes = JointAxesMask::ANG_X;
             let motor = &mut joint.data.motors[ANGULAR];
             motor.model = MotorModel::ForceBased;
@@ -170,37 +216,46 @@ impl Machine {
             motor.target_vel = towards;
             motor.max_force = if most.is_finite() { most } else { f64::MAX };
         }
+        given
     }
 
-    /// Sets how long the ropes are in the end of the step.
-    fn pay_out(&mut self, leg: usize, view: &View, pulley: [f64; 2], seconds: f64) {
+    /// Sets how long the ropes are in the end of the step, and pulls at those beforehand that pulled in the last.
+    fn pay_out(&mut self, leg: usize, before: &mut Before, seconds: f64, warm: Option<f64>) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
             };
-            let parts = &self.model.legs[leg];
-            let rope = &parts.ropes[k];
-            let (mut most, mut give) = (rope.length, 0.0);
-            if k == CABLE {
-                most -= parts.radius * pulley[0];
-                give = parts.radius * pulley[1];
+            let rope = self.model.legs[leg].ropes[k];
+            let line = before.view.line(&rope.ends);
+            let mut most = self.reach(leg, k, before);
+            let radius = self.model.legs[leg].radius;
+            let give = if k == CABLE { radius * before.pulley[1] } else { 0.0 };
+            let last = self.state.legs[leg].pulls[k];
+            let held = last > 0.0 && most - line.0 < HELD;
+            if let Some(share) = warm.filter(|_| held) {
+                before.warm[k] = last * share * seconds;
+                most += give * before.warm[k];
+                let force = line.1 * (last * share);
+                for (end, force) in rope.ends.iter().zip([force, -force]) {
+                    let arm = before.view.bodies[end.body].pose.rotation * end.at;
+                    let handle = self.handles.legs[leg].body(self.handles.trunk, end.body);
+                    self.push_body(handle, force, arm.cross(force), false);
+                }
             }
             let tied = Tied {
                 most,
                 give,
-                line: view.line(&rope.ends),
-                pulled: self.state.legs[leg].pulls[k] > 0.0,
+                line,
+                held: held && (warm.is_some() || self.options.joints == Joints::Multibody),
                 seconds,
+                upright: before.view.bodies[rope.ends[0].body].pose.rotation,
             };
-            match self.options.joints {
-                Joints::Impulse => {
-                    let response = self.response(leg, k, view);
-                    tied.rope(self.world.sets.impulse_joints.get_mut(handle, false), response, &self.options);
-                }
-                Joints::Multibody => {
-                    let upright = view.bodies[rope.ends[0].body].pose.rotation;
-                    tied.line(self.world.sets.impulse_joints.get_mut(handle, false), upright);
-                }
+            let response = self.response(leg, k, &before.view);
+            let joint = self.world.sets.impulse_joints.get_mut(handle, false);
+            match (joint, self.options.joints) {
+                (None, _) => {}
+                (Some(joint), Joints::Impulse) => tied.rope(&mut joint.data, response, &self.options),
+                (Some(joint), Joints::Multibody) => tied.line(&mut joint.data),
             }
         }
     }
@@ -252,9 +307,9 @@ impl Machine {
         let view = self.view(leg);
         let angles = view.angles(&self.state.legs[leg].angles);
         self.rub(leg, before, &angles, share);
-        self.finish_ropes(leg, before, &view);
+        self.finish_ropes(leg, before, &view, seconds * share);
         if let Some(efforts) = before.efforts {
-            self.finish_drives(leg, before, efforts, angles[0], seconds);
+            self.finish_drives(leg, before, efforts, angles[0], seconds, share);
         }
         self.state.legs[leg].angles = angles;
         if self.options.solver.warmstart && self.options.joints == Joints::Impulse {
@@ -274,7 +329,7 @@ impl Machine {
         }
     }
 
-    fn finish_ropes(&mut self, leg: usize, before: &Before, view: &View) {
+    fn finish_ropes(&mut self, leg: usize, before: &Before, view: &View, per: f64) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
@@ -287,12 +342,13 @@ impl Machine {
                     joint.data.motors[LINEAR].impulse
                 }
             });
+            let pull = pull + before.warm[k];
             let rate = view.line(&self.model.legs[leg].ropes[k].ends).2;
             let known = &mut self.state.legs[leg];
             if pull > 0.0 && known.pulls[k] <= 0.0 {
                 self.state.counts.events += 1;
             }
-            known.pulls[k] = pull;
+            known.pulls[k] = pull / per;
             self.state.ledger.impact += 0.5 * pull * (before.rates[k] + rate);
         }
     }
@@ -304,6 +360,7 @@ impl Machine {
         efforts: [Effort; 2],
         hip: f64,
         seconds: f64,
+        share: f64,
     ) {
         let Some(drives) = &self.model.drives else {
             return;
@@ -317,7 +374,7 @@ impl Machine {
             given -= rotor;
         }
         let known = &mut self.state.legs[leg];
-        let pull = known.pulls[CABLE];
+        let pull = known.pulls[CABLE] * share * seconds;
         known.tension = pull / seconds;
         let pulley = before.pulley[0] - before.pulley[1] * pull;
         // The cable's share of what its ends and the pulley did in the meantime.
@@ -359,71 +416,5 @@ impl Machine {
             self.state.counts.events += 1;
         }
         self.state.legs[leg].stands = stands;
-    }
-}
-
-/// A rope in a step.
-struct Tied {
-    /// How long it is in the end \[m\], and how much longer a unit of impulse makes it, per second \[1/kg\].
-    most: f64,
-    give: f64,
-    /// Length, direction, rate.
-    line: (f64, Vector, f64),
-    pulled: bool,
-    seconds: f64,
-}
-
-type Joint<'a> = Option<&'a mut rapier3d_f64::dynamics::ImpulseJoint>;
-
-impl Tied {
-    /// As the engine's own rope, which looks ahead: its end is not passed.
-    fn rope(&self, joint: Joint<'_>, response: f64, options: &crate::options::Options) {
-        let Some(joint) = joint else {
-            return;
-        };
-        joint.data.limits[LINEAR].max = self.most;
-        joint.data.softness = options.solver.joint_softness.coefficients();
-        if self.give > 0.0 {
-            // Undamped, a softness of this frequency gives so much and corrects all of an error.
-            let compliance = self.give / response;
-            let turn = 2.0 * core::f64::consts::PI * self.seconds;
-            joint.data.softness.natural_frequency = 1.0 / (turn * libm::sqrt(compliance));
-            joint.data.softness.damping_ratio = 0.0;
-        }
-    }
-
-    /// As a limit along a line, since the engine has no ropes between the links of a tree. It does not look ahead either: a
-    /// rope that will be taut in this step is tied to be so just at its end.
-    fn line(&self, joint: Joint<'_>, upright: Rotation) {
-        let Some(joint) = joint else {
-            return;
-        };
-        let (length, along, rate) = self.line;
-        // The engine measures the length anew and may round it down; only a limit that is reached counts.
-        let reached = length - ROUNDING;
-        let gap = self.most - length;
-        let ahead = gap + TOUCHING < self.seconds * rate;
-        let held = self.pulled && gap < HELD;
-        let data = &mut joint.data;
-        data.local_frame1.rotation = upright.inverse() * Rotation::from_rotation_arc(Vector::X, along);
-        (data.limit_axes, data.motor_axes) = (JointAxesMask::LIN_X, JointAxesMask::empty());
-        if self.give > 0.0 && (ahead || held || gap <= TOUCHING) {
-            data.limit_axes = JointAxesMask::empty();
-            data.motor_axes = JointAxesMask::LIN_X;
-            let motor = &mut data.motors[LINEAR];
-            motor.model = MotorModel::ForceBased;
-            motor.stiffness = 0.0;
-            motor.damping = 1.0 / (self.seconds * self.give);
-            motor.target_vel = gap / self.seconds;
-            motor.max_force = f64::MAX;
-        } else if ahead || held {
-            (data.limits[LINEAR].min, data.limits[LINEAR].max) = (self.most.max(length + ROUNDING), reached);
-        } else if gap <= TOUCHING {
-            let reach = self.most.min(reached);
-            (data.limits[LINEAR].min, data.limits[LINEAR].max) = (-f64::MAX, reach);
-        } else {
-            data.limit_axes = JointAxesMask::empty();
-            data.limits[LINEAR].impulse = 0.0;
-        }
     }
 }

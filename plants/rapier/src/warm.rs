@@ -17,14 +17,13 @@ impl Machine {
     /// Pushes the bodies as the joints did in the last step.
     pub(crate) fn carry(&mut self, leg: usize, view: &View, share: f64) {
         for k in 0..3 {
-            let [force, torque] = self.state.legs[leg].carried[k].map(Vector::from_array);
-            let (force, torque) = (force * share, torque * share);
+            let force = Vector::from_array(self.state.legs[leg].carried[k]) * share;
             let [above, below] = self.arms(leg, k, view);
             let upper = if k == 0 { TRUNK } else { k - 1 };
             let handles = &self.handles.legs[leg];
             let [lower, upper] = [k, upper].map(|body| handles.body(self.handles.trunk, body));
-            self.push_body(lower, force, torque + below.cross(force), false);
-            self.push_body(upper, -force, -torque - above.cross(force), false);
+            self.push_body(lower, force, below.cross(force), false);
+            self.push_body(upper, -force, -above.cross(force), false);
         }
     }
 
@@ -55,7 +54,7 @@ impl Machine {
     ) {
         let (mut force, mut torque) = ([Vector::ZERO; 4], [Vector::ZERO; 4]);
         for k in 0..3 {
-            (force[k], torque[k]) = self.unexplained(leg, k, before, view, seconds, share);
+            [force[k], torque[k]] = self.unexplained(leg, k, before, view, seconds, share);
         }
         let mut known = |body: usize, arm: Vector, impulse: Vector| {
             force[body] -= impulse;
@@ -65,7 +64,8 @@ impl Machine {
         let state = &self.state.legs[leg];
         for (rope, pull) in parts.ropes.iter().zip(state.pulls) {
             let (_, along, _) = before.view.line(&rope.ends);
-            for (end, impulse) in rope.ends.iter().zip([along * pull, -along * pull]) {
+            let pull = along * (pull * share * seconds);
+            for (end, impulse) in rope.ends.iter().zip([pull, -pull]) {
                 known(end.body, before.view.bodies[end.body].pose.rotation * end.at, impulse);
             }
         }
@@ -89,7 +89,8 @@ impl Machine {
             // A joint carries nothing about its own axis.
             lower = (force[k], turning - axis * axis.dot(turning));
             let by = 1.0 / (share * seconds);
-            self.state.legs[leg].carried[k] = [lower.0 * by, lower.1 * by].map(|v| v.to_array());
+            let across = axis * axis.dot(lower.0);
+            self.state.legs[leg].carried[k] = ((lower.0 - across) * by).to_array();
         }
     }
 
@@ -102,34 +103,17 @@ impl Machine {
         view: &View,
         seconds: f64,
         share: f64,
-    ) -> (Vector, Vector) {
+    ) -> [Vector; 2] {
         let segment = &self.model.legs[leg].segments[k];
         let (then, now) = (&before.view.bodies[k], &view.bodies[k]);
         let along = self.options.axial_share * segment.moment;
         let inertia = Vector::new(segment.moment, segment.moment, along);
         let turned = then.pose.rotation.inverse() * (now.turning - then.turning);
         let weight = Vector::new(0.0, 0.0, -GRAVITY * segment.mass * share);
-        let body = &self.world.sets.bodies[self.handles.legs[leg].segments[k]];
-        let given = (body.user_force() + weight, body.user_torque());
-        let warm = self.warmth(leg, k, &before.view, share);
-        (
-            (now.velocity - then.velocity) * segment.mass - (given.0 - warm.0) * seconds,
-            then.pose.rotation * (inertia * turned) - (given.1 - warm.1) * seconds,
-        )
-    }
-
-    /// What [`Machine::carry`] gave a segment.
-    fn warmth(&self, leg: usize, k: usize, view: &View, share: f64) -> (Vector, Vector) {
-        let carried = &self.state.legs[leg].carried;
-        let [force, torque] = carried[k].map(Vector::from_array);
-        let [_, below] = self.arms(leg, k, view);
-        let mut sum = (force, torque + below.cross(force));
-        if let Some(lower) = carried.get(k + 1) {
-            let [force, torque] = lower.map(Vector::from_array);
-            let [above, _] = self.arms(leg, k + 1, view);
-            sum.0 -= force;
-            sum.1 -= torque + above.cross(force);
-        }
-        (sum.0 * share, sum.1 * share)
+        let [force, torque] = before.given[k];
+        [
+            (now.velocity - then.velocity) * segment.mass - (force + weight) * seconds,
+            then.pose.rotation * (inertia * turned) - torque * seconds,
+        ]
     }
 }

@@ -75,8 +75,9 @@ impl World {
         }
     }
 
-    /// Moves on by `seconds`, with gravity times `share`; says whether everything is still a number.
-    pub(crate) fn step(&mut self, seconds: f64, share: f64) -> bool {
+    /// Moves on by `seconds` in so many sweeps, with gravity times `share`; says whether everything is still a number.
+    pub(crate) fn step(&mut self, seconds: f64, share: f64, sweeps: u32) -> bool {
+        self.parameters.num_internal_pgs_iterations = sweeps as usize;
         self.parameters.dt = seconds;
         let sets = &mut self.sets;
         self.pipeline.step(

@@ -26,9 +26,9 @@ pub fn error(name: &str, options: impl Fn(Options) -> Options, joints: Joints, s
 
 #[test]
 fn look() {
-    for name in ["passive"] {
+    for name in ["passive", "hard-hit", "between"] {
         for joints in Joints::ALL {
-            for step_us in [2000, 1000, 500, 250] {
+            for step_us in [2000, 1000, 750, 500, 400, 250, 100] {
                 let [rms, worst] = error(name, |o| o, joints, step_us);
                 println!("{name:10} {joints:?} {step_us:5}: {rms:.2e} {worst:.2e}");
             }
