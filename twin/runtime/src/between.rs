@@ -6,20 +6,21 @@ use twinrig_kernel::{Field, Unit};
 /// Rows of outputs that are kept: as many as a cubic takes.
 const ROWS: usize = 4;
 
-/// What a plant said at the last instants of its grid, and what it would have said between the last two.
+/// What a plant said at the last instants of its grid, and what it would say between the last two or after the last.
 ///
-/// | signal | between two instants |
-/// |---|---|
-/// | length or angle whose rate the plant tells | Hermite's cubic |
-/// | length or angle without | the cubic through the last four |
-/// | orientation, a quaternion | the same, component by component on one side of the sphere, made a unit again |
-/// | all others: rates, forces, torques, energies | a straight line |
+/// | signal | between two instants | less than a step after the last |
+/// |---|---|---|
+/// | length or angle whose rate the plant tells | Hermite's cubic | along its rate |
+/// | length or angle without | the cubic through the last four | along the line through the last two |
+/// | orientation, a quaternion | the same, component by component on one side of the sphere, made a unit again | the same |
+/// | all others: rates, forces, torques, energies | a straight line | what it was |
 ///
-/// Positions have no jumps; what has, would ring for three steps after one if a cubic went through it, and a controller would
-/// feel forces that never were. Of a smooth signal a straight line is of second order, cubics are of fourth: H⁴|x⁗|/384 the
-/// first, H⁴|x⁗|/24 the second, which extrapolates nothing but has all its points on one side. Where a velocity jumps within a
-/// step, every curve is wrong by what the jump covers in it; Hermite's is right again from the next instant on, the other only
-/// when the jump is three steps behind.
+/// Positions have no jumps. What has, would ring for three steps after one if a cubic went through it, and overshoot
+/// on a line beyond its end: a controller would feel forces that never were. Of a smooth position cubics are of fourth order,
+/// H⁴|x⁗|/384 and H⁴|x⁗|/24, and going along the rate is of second, H²|ẍ|/2; going along a parabola would be of third, but half of what a velocity
+/// has jumped by in the step before would then still be in it, and loops with much gain and little phase feel that. Where a
+/// velocity jumps within a step, every curve is wrong by what the jump covers in it; one that has the rate is right again from
+/// the next instant on, the cubic through four only when the jump is three steps behind.
 #[derive(Clone, Debug)]
 pub(crate) struct Between {
     /// Seconds between two rows.
@@ -52,7 +53,7 @@ enum Curve {
 }
 
 impl Rows {
-    pub(crate) fn new(width: usize) -> Self {
+    fn new(width: usize) -> Self {
         Self {
             values: vec![0.0; ROWS * width],
             newest: 0,
@@ -60,10 +61,14 @@ impl Rows {
         }
     }
 
-    /// Whether they are of as many values.
-    pub(crate) fn fits(&self, other: &Self) -> bool {
-        let sound = self.newest < ROWS && self.known <= ROWS;
-        sound && self.values.len() == other.values.len()
+    /// How many values a row has.
+    pub(crate) fn width(&self) -> usize {
+        self.values.len() / ROWS
+    }
+
+    /// Whether they can be rows: a snapshot may be of anything.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.newest < ROWS && self.known <= ROWS
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -78,13 +83,13 @@ impl Rows {
     pub(crate) fn push(&mut self) -> &mut [f64] {
         self.newest = (self.newest + 1) % ROWS;
         self.known = (self.known + 1).min(ROWS);
-        let width = self.values.len() / ROWS;
+        let width = self.width();
         &mut self.values[self.newest * width..][..width]
     }
 
     /// The row that was pushed so many before the newest.
     fn row(&self, before: usize) -> &[f64] {
-        let width = self.values.len() / ROWS;
+        let width = self.width();
         &self.values[(self.newest + ROWS - before) % ROWS * width..][..width]
     }
 }
@@ -134,10 +139,10 @@ impl Between {
         Rows::new(self.width)
     }
 
-    /// Writes the values at `at`, 0 at the last row but one and 1 at the last, of the signals at `range` of a row.
+    /// Writes a signal, the one of number `field`, at `at`: 0 at the last row but one, 1 at the last.
     ///
-    /// There are at least two rows; as long as there are no four, the curve through what there is.
-    pub(crate) fn write(&self, rows: &Rows, at: f64, field: usize, out: &mut [f64]) {
+    /// There are at least two rows; as long as there are no four, it is the curve through what there is.
+    pub(crate) fn interpolate(&self, rows: &Rows, at: f64, field: usize, out: &mut [f64]) {
         let Some((range, curve)) = self.curves.get(field) else {
             return;
         };
@@ -161,6 +166,35 @@ impl Between {
                     *out = from + at * (to - from);
                 }
             }
+        }
+    }
+
+    /// Writes a signal at `at`: 0 at the last row, 1 a step later. There is at least one row.
+    pub(crate) fn extrapolate(&self, rows: &Rows, at: f64, field: usize, out: &mut [f64]) {
+        let Some((range, curve)) = self.curves.get(field) else {
+            return;
+        };
+        // One step on from the last row is two on from the one before.
+        let line = lagrange(1.0 + at, rows.known.min(2));
+        let newest = rows.row(0);
+        match *curve {
+            Curve::Hermite { rate, .. } => {
+                let rates = &newest[rate..];
+                for ((out, value), rate) in out.iter_mut().zip(&newest[range.clone()]).zip(rates) {
+                    *out = value + at * self.step_s * rate;
+                }
+            }
+            Curve::Cubic { turns } => {
+                let last = rows.row(rows.known.min(2) - 1);
+                for (place, out) in range.clone().zip(out) {
+                    let way = newest[place] - last[place];
+                    let turned = turns && way.abs() > PI;
+                    let way = if turned { within_a_turn(way) } else { way };
+                    *out = newest[place] + at * way;
+                }
+            }
+            Curve::Orientation => orientation(rows, &line, range.clone(), out),
+            Curve::Straight => out.copy_from_slice(&newest[range.clone()]),
         }
     }
 
@@ -205,7 +239,7 @@ fn cubic(rows: &Rows, weights: &[f64; ROWS], place: usize, turns: bool) -> f64 {
 
 /// A quaternion and its negative are the same: those on the other side of the sphere are turned round first.
 fn orientation(rows: &Rows, weights: &[f64; ROWS], range: std::ops::Range<usize>, out: &mut [f64]) {
-    let base = &rows.row(1)[range.clone()];
+    let base = &rows.row(0)[range.clone()];
     out.fill(0.0);
     for (before, weight) in weights.iter().enumerate().take(rows.known) {
         let row = &rows.row(before)[range.clone()];
