@@ -278,7 +278,9 @@ impl Walk {
             stored_j: flow(EnergyBooks::stored),
             residual_j: flow(|books| books.residual),
             appears_most_j: tenths.iter().copied().fold(0.0, f64::max),
-            vanishes_most_j: -tenths.iter().copied().fold(0.0, f64::min),
+            vanishes_most_j: tenths
+                .iter()
+                .fold(0.0, |most, tenth| f64::max(most, -tenth)),
             cost_of_transport: per_way(work),
             positive_cost_of_transport: drives[1].and_then(per_way),
         })

@@ -23,7 +23,7 @@ pub(crate) fn section(study: &Study) -> String {
          It belongs to something else that is as stiff as before: the closure of a loop, a joint, a stop, a contact. An \
          engine that closes loops by springs of its own with a fixed stiffness has such a limit; one that makes them softer as \
          its step becomes longer carries no limit of theirs, and pays in error. The thesis found 9 ms at every stiffness \
-         for its model in maximal coordinates (section 2.5.2).",
+         for its model in maximal coordinates (sections 2.5.2 and 2.6.1).",
     );
     let mut table = Table::new(
         &[
