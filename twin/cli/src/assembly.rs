@@ -9,6 +9,7 @@ use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing};
 use twinrig_scenario::{ActuatorSpec, ChangeAmount, Facts, PlantSpec, Scenario, Scene, Setting};
 
 use crate::body::Body;
+use crate::coupling;
 use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
@@ -254,9 +255,13 @@ impl<'r> Assembly<'r> {
             .collect()
     }
 
-    /// The plant, which computes what somebody wants of it.
+    /// The plant, which computes what somebody wants of it, coupled as the scenario says.
     pub(crate) fn wanted_plant(&self) -> Result<Box<dyn Plant>, TwinError> {
-        self.plant(&|name| self.scene.wanted.iter().any(|other| other == name))
+        let wanted = |name: &str| self.scene.wanted.iter().any(|other| other == name);
+        let spec = &self.scenario().plant;
+        let plant = self.plant(&|name| coupling::needs(spec.coupling, name, &wanted))?;
+        coupling::coupled(spec.coupling, plant, &wanted)
+            .map_err(|source| self.not_built("plant", &spec.model, source))
     }
 
     fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {

@@ -32,6 +32,7 @@ mod body;
 mod bus_kind;
 mod buses;
 mod commands;
+mod coupling;
 mod drives;
 mod error;
 mod execute;

@@ -78,9 +78,10 @@ pub use judge::{Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, Ru
 pub use limits::{Comparison, Limits};
 pub use options::{OptionValue, Options};
 pub use scenario::{
-    ActuatorKind, ActuatorSpec, Base, BusSpec, Change, ChangeAmount, ControllerSpec, FaultKind,
-    FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, Placed,
-    PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting, StartPose, TimeModel,
+    ActuatorKind, ActuatorSpec, Base, BusSpec, Change, ChangeAmount, ControllerSpec, Coupling,
+    FaultKind, FaultSpec, FootstepSpec, GridInputs, Ground, Heights, IoSpec, LoadThreshold,
+    ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting,
+    StartPose, TimeModel,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

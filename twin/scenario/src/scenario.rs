@@ -100,8 +100,36 @@ pub struct PlantSpec {
     pub start: Option<StartPose>,
     /// The time step; none: the plant's own.
     pub step: Option<SimDuration>,
+    /// How it meets those who sample and actuate.
+    pub coupling: Coupling,
     /// What the model declares.
     pub options: Options,
+}
+
+/// `[plant] coupling`
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coupling {
+    /// It is moved to every instant at which somebody samples or actuates.
+    #[default]
+    Exact,
+    /// It keeps a step of its own.
+    Grid {
+        /// That step.
+        step: SimDuration,
+        /// What becomes of a command that is given between two instants of the grid.
+        inputs: GridInputs,
+    },
+}
+
+/// What becomes of a command that is given between two instants of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GridInputs {
+    /// The plant takes a step when it is over, under the mean of what was given in it; samples in it are extrapolated.
+    #[default]
+    Mean,
+    /// The plant takes a step when somebody wants to know of it; samples are interpolated, and a command acts from the next
+    /// instant on.
+    Held,
 }
 
 /// How the trunk may move.

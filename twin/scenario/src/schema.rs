@@ -101,8 +101,20 @@ fn plant(kinds: &[Kind]) -> Value {
         "ground": described("Without it, the robot hangs in the air.", ground),
         "start": described("Joint angles and rates of all legs; without it, where the controller first wants them.", start),
         "step": duration(),
+        "coupling": described("How the plant meets boards: moved to each instant of theirs, or on a grid.", coupling()),
     });
     with_kinds(kinds, "model", &common)
+}
+
+fn coupling() -> Value {
+    let grid = object(
+        &json!({
+            "grid": described("Its step; it divides the observation period.", duration()),
+            "inputs": { "enum": ["mean", "held"] },
+        }),
+        &["grid"],
+    );
+    json!({ "anyOf": [{ "enum": ["exact"] }, grid] })
 }
 
 fn actuator() -> Value {

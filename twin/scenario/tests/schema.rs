@@ -6,7 +6,7 @@ use serde_json::Value;
 use twinrig_scenario::schema;
 
 /// An unknown key in each table of a scenario, and where the schema has that table.
-const TABLES: [(&str, &str); 21] = [
+const TABLES: [(&str, &str); 22] = [
     ("zzzzzzzz = 1\nrobot = 1", ""),
     ("[actuator]\nzzzzzzzz = 1", "/properties/actuator"),
     (
@@ -16,6 +16,10 @@ const TABLES: [(&str, &str); 21] = [
     (
         "[plant.start]\nzzzzzzzz = 1",
         "/properties/plant/properties/start",
+    ),
+    (
+        "[plant.coupling]\nzzzzzzzz = 1",
+        "/properties/plant/properties/coupling/anyOf/1",
     ),
     ("[io]\nzzzzzzzz = 1", "/properties/io"),
     (

@@ -3,11 +3,12 @@
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::{Group, Rig};
-use twinrig_scenario::LeftOut;
+use twinrig_scenario::{Coupling, LeftOut};
 
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
+use crate::coupling;
 use crate::error::TwinError;
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
@@ -26,6 +27,7 @@ struct Plan {
     robot: String,
     legs: Vec<String>,
     schedule: Timetable,
+    coupling: String,
     wires: Vec<Wire>,
     signals: Vec<Signal>,
     gauges: Vec<Gauge>,
@@ -41,6 +43,8 @@ struct Timetable {
     observe_period_s: f64,
     frames_hz: Option<f64>,
     plant_step_s: Option<f64>,
+    /// The step of the grid on which plant and boards meet; none: they meet wherever a board wants to.
+    coupling_grid_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -119,7 +123,12 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
             plant_step_s: registry
                 .plant_step(&scenario.plant)
                 .map(|step| seconds(step.as_nanos())),
+            coupling_grid_s: match scenario.plant.coupling {
+                Coupling::Exact => None,
+                Coupling::Grid { step, .. } => Some(seconds(step.as_nanos())),
+            },
         },
+        coupling: coupling::told(scenario.plant.coupling),
         wires: wires(&rig),
         signals: signals.collect(),
         gauges: gauges.collect(),
@@ -179,6 +188,7 @@ fn text(plan: &Plan, paint: Paint) -> String {
             ms(times.observe_period_s)
         ),
     );
+    fact("coupling", plan.coupling.clone());
     let controller = plan.controller.as_deref().unwrap_or("none");
     let period = ms(times.control_period_s);
     fact(

@@ -3,6 +3,7 @@
 mod bus;
 mod changes;
 mod controller;
+mod coupling;
 mod plant;
 
 use std::path::Path;
@@ -87,7 +88,10 @@ fn read(
     let overrides = table.optional("override", Item::overrides);
     let duration = table.required("duration", Item::positive_duration);
     let seed = table.optional("seed", Item::natural);
-    let plant = table.required("plant", |item| plant::plant(item, catalogue));
+    let observe = table.optional("observe", |item| observe(&item.table()?));
+    let observed = observe.as_ref().ok().copied().flatten();
+    let observed = observed.unwrap_or(OBSERVE_PERIOD);
+    let plant = table.required("plant", |item| plant::plant(item, catalogue, observed));
     let actuator = match &plant {
         Ok(plant) if plant.stands_alone && table.get("actuator").is_some() => {
             let message = format!("the plant `{}` brings its own actuators", plant.model);
@@ -99,7 +103,6 @@ fn read(
         controller::controller(item, &catalogue.controllers)
     });
     let buses = table.optional("bus", |item| bus::buses(item, &catalogue.buses));
-    let observe = table.optional("observe", |item| observe(&item.table()?));
     let footsteps = table.optional("footsteps", |item| footsteps(&item.table()?));
     let record = table.optional("record", |item| record(&item.table()?));
     let controller = controller.map(Option::flatten);

@@ -3,22 +3,29 @@
 use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
+use super::coupling::coupling;
 use super::kind;
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::placed_text;
 use crate::options::Options;
 use crate::scenario::{
-    ActuatorKind, ActuatorSpec, Base, Ground, Heights, PlantSpec, Profile, ServoOverride, StartPose,
+    ActuatorKind, ActuatorSpec, Base, Coupling, Ground, Heights, PlantSpec, Profile, ServoOverride,
+    StartPose,
 };
 
 /// `[plant]`
-pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec, Reported> {
+pub(super) fn plant(
+    item: &Item<'_>,
+    catalogue: &Catalogue,
+    observe: SimDuration,
+) -> Result<PlantSpec, Reported> {
     let table = item.table()?;
+    let coupling = table.optional("coupling", |item| coupling(item, observe));
     let model = table.required("model", |item| kind(item, "plant", &catalogue.plants));
     if let Ok(model) = model
         && model.stands_alone
     {
-        return alone(&table, model);
+        return alone(&table, model, coupling?.unwrap_or_default());
     }
     let base = table.optional("base", |item| {
         item.choice(&[
@@ -42,12 +49,13 @@ pub(super) fn plant(item: &Item<'_>, catalogue: &Catalogue) -> Result<PlantSpec,
         ground: ground?,
         start: start?,
         step: step?,
+        coupling: coupling?.unwrap_or_default(),
         options: options?,
     })
 }
 
 /// That of a plant that brings its own model, which has base, legs, ground and start of its own.
-fn alone(table: &Table<'_>, model: &Kind) -> Result<PlantSpec, Reported> {
+fn alone(table: &Table<'_>, model: &Kind, coupling: Coupling) -> Result<PlantSpec, Reported> {
     let step = table.optional("step", step);
     let options = Options::read(table, &model.options);
     Ok(PlantSpec {
@@ -59,6 +67,7 @@ fn alone(table: &Table<'_>, model: &Kind) -> Result<PlantSpec, Reported> {
         ground: None,
         start: None,
         step: step?,
+        coupling,
         options: options?,
     })
 }

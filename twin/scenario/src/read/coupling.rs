@@ -1,0 +1,42 @@
+//! Reading `[plant] coupling`.
+
+use twinrig_document::{Item, Reported};
+use twinrig_kernel::SimDuration;
+
+use crate::scenario::{Coupling, GridInputs};
+
+const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
+
+/// `coupling`, where the plant is observed every so often.
+pub(super) fn coupling(item: &Item<'_>, observe: SimDuration) -> Result<Coupling, Reported> {
+    if item.is_text() {
+        if item.text()? == "grid" {
+            return Err(item.report("a grid has a step", HELP));
+        }
+        return item.choice(&[("exact", Coupling::Exact)]);
+    }
+    if !item.is_table() {
+        let message = format!("`{}` says no coupling", item.key());
+        return Err(item.report(message, HELP));
+    }
+    let table = item.table()?;
+    let grid = table.required("grid", |item| grid(item, observe));
+    let inputs = table.optional("inputs", |item| {
+        item.choice(&[("mean", GridInputs::Mean), ("held", GridInputs::Held)])
+    });
+    Ok(Coupling::Grid {
+        step: grid?,
+        inputs: inputs?.unwrap_or_default(),
+    })
+}
+
+/// What is observed shall be what the plant computes, and means shall be over the time between observations.
+fn grid(item: &Item<'_>, observe: SimDuration) -> Result<SimDuration, Reported> {
+    let step = item.positive_duration()?;
+    if !observe.is_multiple_of(step) {
+        let message = format!("a grid of {step} passes by instants at which the plant is observed");
+        let help = format!("it must divide the observation period, {observe}");
+        return Err(item.report(message, help));
+    }
+    Ok(step)
+}
