@@ -2,11 +2,18 @@
 
 use mujoco_rs::prelude::{MjData, MjModel, MjtDisableBit, MjtIntegrator, MjtObjBase, MjtState};
 
+use crate::stages::Stages;
+
 /// Beyond this MuJoCo takes a number for gone wild.
 const WILD: f64 = 1e10;
 
 /// All that the way ahead depends on: positions, velocities, activations, warm start, controls, applied forces.
 const STATE: u32 = MjtState::mjSTATE_INTEGRATION as u32;
+
+/// Stages of the method of fourth order: where they are in the step, and their shares in it.
+pub(crate) const STAGES: usize = 4;
+const NODES: [f64; STAGES] = [0.0, 0.5, 0.5, 1.0];
+const WEIGHTS: [f64; STAGES] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
 /// A model and its state.
 ///
@@ -19,6 +26,7 @@ pub struct Engine {
     /// A twin of the model, whose parameters are set while the other one is in use; then they change places.
     spare: Option<Box<MjModel>>,
     before: Vec<f64>,
+    stages: Stages,
     warnings: [i32; Warned::ALL.len()],
     steps: u64,
     forwards: u64,
@@ -118,10 +126,12 @@ impl Engine {
         }
         spare.opt_mut().disableflags = data.model_opt().disableflags;
         let before = vec![0.0; data.model().state_size(STATE)];
+        let stages = Stages::new(data.qpos().len(), data.qvel().len());
         let mut engine = Self {
             data,
             spare: Some(spare),
             before,
+            stages,
             warnings: [0; Warned::ALL.len()],
             steps: 0,
             forwards: 0,
@@ -190,16 +200,57 @@ impl Engine {
             }
             _ => self.data.euler(),
         }
+        self.settle()
+    }
+
+    /// Looks at what a step has made of the state, and goes back where it is none.
+    fn settle(&mut self) -> Result<(), EngineFault> {
         self.steps += 1;
         let sound = self.sound(self.data.qvel(), "velocity");
         let sound = sound.and_then(|()| self.sound_places());
         if sound.is_err() {
-            let before = std::mem::take(&mut self.before);
-            let restored = self.data.set_state(&before, STATE);
-            debug_assert!(restored.is_ok(), "its own state fits");
-            self.before = before;
+            self.step_back();
         }
         sound
+    }
+
+    fn step_back(&mut self) {
+        let restored = self.data.set_state(&self.before, STATE);
+        debug_assert!(restored.is_ok(), "its own state fits");
+    }
+
+    /// Goes on to a stage of MuJoCo's method of fourth order, the second (1) to the last (3), and finds forces and
+    /// accelerations there: for who wants to see what acts in each. Stage 0 is where [`Engine::forward`] was last.
+    ///
+    /// # Errors
+    /// [`EngineFault`]; the state is then what it was before the step.
+    pub fn stage(&mut self, stage: usize, seconds: f64) -> Result<(), EngineFault> {
+        if stage == 1 {
+            self.data.read_state_into(STATE, &mut self.before);
+            self.stages.begin(&self.data);
+        }
+        self.stages.note(&self.data, WEIGHTS[stage - 1]);
+        self.stages.go(&mut self.data, NODES[stage], seconds);
+        let found = self.forward();
+        if found.is_err() {
+            self.step_back();
+        }
+        found
+    }
+
+    /// The share of a stage in the step.
+    pub fn weight(&self, stage: usize) -> f64 {
+        WEIGHTS[stage]
+    }
+
+    /// Ends a step of stages.
+    ///
+    /// # Errors
+    /// [`EngineFault`]; the state is then what it was before the step.
+    pub fn finish_stages(&mut self, seconds: f64) -> Result<(), EngineFault> {
+        self.stages.note(&self.data, WEIGHTS[STAGES - 1]);
+        self.stages.end(&mut self.data, seconds);
+        self.settle()
     }
 
     /// [`Engine::forward`] and [`Engine::integrate`].
@@ -219,17 +270,15 @@ impl Engine {
     }
 
     /// Changes parameters of the model between steps: numbers that MuJoCo reads anew in every step (losses of friction,
-    /// damping, armature, gains), and nothing that has a size. `change` is called twice, and has to do the same both times.
-    pub fn retune(&mut self, mut change: impl FnMut(&mut MjModel)) {
-        let timestep = self.data.model_opt().timestep;
-        for _ in 0..2 {
-            let Some(mut fresh) = self.spare.take() else {
-                return;
-            };
-            change(&mut fresh);
-            fresh.opt_mut().timestep = timestep;
-            self.spare = Some(self.data.swap_model(fresh));
-        }
+    /// damping, armature, gains), and nothing that has a size. Two models take turns, so `change` has to set whatever is ever
+    /// changed, each time.
+    pub fn retune(&mut self, change: impl FnOnce(&mut MjModel)) {
+        let Some(mut fresh) = self.spare.take() else {
+            return;
+        };
+        change(&mut fresh);
+        fresh.opt_mut().timestep = self.data.model_opt().timestep;
+        self.spare = Some(self.data.swap_model(fresh));
     }
 
     /// The model.

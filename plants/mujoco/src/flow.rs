@@ -9,11 +9,13 @@ use twinrig_runtime::WorkCounts;
 
 use crate::addresses::Addresses;
 use crate::drives::{self, Inputs, Limits, Tuned, Turned};
-use crate::engine::{Engine, EngineError, EngineFault};
+use crate::engine::{Engine, EngineError, EngineFault, STAGES};
+use crate::felt::{LegForces, constraint_power, feel};
 use crate::frame::{LegFrame, TrunkFrame, place, spatial};
 use crate::mjcf::written;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
+use crate::rates::{self, LegRates, Powers, mean};
 
 /// A trunk that another plant has so much farther out of this one's way than this cannot be taken over \[m, 1\].
 const OFF: f64 = 1e-6;
@@ -32,18 +34,6 @@ pub(crate) enum FlowFault {
     Beyond { leg: usize, axis: char, at: f64 },
 }
 
-/// What acts on a leg during a step, in its mean.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct LegForces {
-    /// Torques of hip and knee drive \[N·m\].
-    pub(crate) torques: [f64; 2],
-    /// Of the cable \[N\].
-    pub(crate) tension: f64,
-    /// Of the ground on the foot, world axes: along the contact's normal, and along the ground \[N\].
-    normal: [f64; 3],
-    along: [f64; 3],
-}
-
 /// Everything that moves.
 pub(crate) struct Flow {
     pub(crate) model: Model,
@@ -60,9 +50,8 @@ pub(crate) struct Flow {
     events: u64,
     fallbacks: u64,
     tuned: Tuned,
-    /// Velocities before a step, and forces of constraints in it, without the flywheels'.
+    /// Velocities before a step.
     qvel: Vec<f64>,
-    held: Vec<f64>,
 }
 
 /// Everything that the way ahead depends on.
@@ -101,7 +90,6 @@ impl Flow {
             fallbacks: 0,
             tuned: [[[0.0; 2]; 2]; LEGS],
             qvel: vec![0.0; engine.data().qvel().len()],
-            held: vec![0.0; engine.data().qvel().len()],
             model,
             engine,
             at,
@@ -192,7 +180,6 @@ impl Flow {
     /// Moves on.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowFault> {
         self.check_area()?;
-        let before = (self.trunk, self.legs);
         self.qvel.copy_from_slice(self.engine.data().qvel());
         self.engine.set_timestep(seconds);
         let limits = self.drive(seconds)?;
@@ -201,8 +188,7 @@ impl Flow {
             self.unlimit();
         }
         done?;
-        self.look();
-        self.book(&before, seconds);
+        self.close(seconds);
         Ok(())
     }
 
@@ -282,126 +268,91 @@ impl Flow {
         }
     }
 
+    /// Moves on with the forces that were found, and enters their work.
     fn step(&mut self, seconds: f64) -> Result<(), FlowFault> {
-        self.read_forces(1.0);
-        let stages = self.model.numerics.integrator == Integrator::Rk4;
-        self.engine.integrate(seconds)?;
-        if stages {
-            // What there is by now are the forces of the last stage, at the end of the step.
-            self.read_forces(0.5);
+        self.forces = [LegForces::default(); LEGS];
+        if self.model.numerics.integrator == Integrator::Rk4 {
+            return self.stages(seconds);
         }
+        let before = self.rates();
+        self.engine.integrate(seconds)?;
+        self.look();
+        let after = self.rates();
+        let rates = mean(&before, &after);
+        let rubbing = rates::rubbing(&self.model, &before, &after);
+        let now = self.engine.data().qvel();
+        let between = self
+            .qvel
+            .iter()
+            .zip(now)
+            .map(|(old, new)| 0.5 * (old + new));
+        let held = constraint_power(&self.engine, &self.at, between);
+        let forces = feel(&self.engine, &self.model, &self.at, &self.inputs, &rates);
+        self.enter(1.0, seconds, &forces, [&rates, &rubbing], held);
         Ok(())
     }
 
-    /// Reads the forces that MuJoCo found, and weighs them against those read before.
-    fn read_forces(&mut self, weight: f64) {
-        let data = self.engine.data();
-        let blend = |old: &mut f64, new: f64| *old += weight * (new - *old);
-        for (held, new) in self.held.iter_mut().zip(data.qfrc_constraint()) {
-            blend(held, *new);
-        }
-        for (leg, at) in self.at.legs.iter().enumerate() {
-            let forces = &mut self.forces[leg];
-            let mut torques = [0.0; 2];
-            if let Some(flywheels) = &at.flywheels {
-                torques = drives::transmitted(&self.engine, flywheels);
-                for [_, dof] in flywheels {
-                    self.held[*dof] = 0.0;
+    /// The same by the method of fourth order, whose stages each have forces of their own.
+    fn stages(&mut self, seconds: f64) -> Result<(), FlowFault> {
+        let ledger = self.ledger;
+        for stage in 0..STAGES {
+            if stage > 0 {
+                if let Err(fault) = self.engine.stage(stage, seconds) {
+                    self.ledger = ledger;
+                    self.look();
+                    return Err(fault.into());
                 }
-            } else if let Some(motors) = at.motors {
-                torques = motors.map(|motor| data.ctrl()[motor]);
+                self.look();
             }
-            for (old, new) in forces.torques.iter_mut().zip(torques) {
-                blend(old, new);
-            }
-            let (_, pulley) = drives::driven(at);
-            if let Some(pulley) = pulley {
-                let own = if at.flywheels.is_some() {
-                    torques[1]
-                } else {
-                    0.0
-                };
-                let pull =
-                    own / self.model.legs[leg].pulley_radius - data.qfrc_constraint()[pulley];
-                blend(&mut forces.tension, pull);
-            }
-            let [normal, along] = at
-                .foot
-                .map_or([[0.0; 3]; 2], |foot| felt(&self.engine, foot));
-            for axis in 0..3 {
-                blend(&mut forces.normal[axis], normal[axis]);
-                blend(&mut forces.along[axis], along[axis]);
-            }
+            let rates = self.rates();
+            let own = self.engine.data().qvel().iter().copied();
+            let held = constraint_power(&self.engine, &self.at, own);
+            let forces = feel(&self.engine, &self.model, &self.at, &self.inputs, &rates);
+            let share = self.engine.weight(stage);
+            self.enter(share, seconds, &forces, [&rates, &rates], held);
         }
+        let done = self.engine.finish_stages(seconds);
+        if done.is_err() {
+            self.ledger = ledger;
+        }
+        self.look();
+        Ok(done?)
     }
 
-    /// Enters a step into the books.
-    fn book(&mut self, before: &(TrunkFrame, [Option<LegFrame>; LEGS]), seconds: f64) {
-        let mut held = 0.0;
-        for ((force, old), new) in self
-            .held
-            .iter()
-            .zip(&self.qvel)
-            .zip(self.engine.data().qvel())
-        {
-            held += force * 0.5 * (old + new) * seconds;
+    /// Enters forces that act for a share of a step.
+    fn enter(
+        &mut self,
+        share: f64,
+        seconds: f64,
+        forces: &[LegForces; LEGS],
+        rates: [&[LegRates; LEGS]; 2],
+        held: f64,
+    ) {
+        for (mean, forces) in self.forces.iter_mut().zip(forces) {
+            mean.add(share, forces);
         }
-        let turned_before = turned_of(&self.model, &before.1);
-        let turned = self.turned();
+        let clutches = matches!(self.model.drives, Some(Fitted::Servos(_)));
+        let powers = Powers::new(&self.model, forces, rates, held, clutches);
+        powers.enter(share * seconds, &mut self.ledger);
+    }
+
+    fn rates(&self) -> [LegRates; LEGS] {
+        rates::of_all(&self.model, &self.trunk, &self.legs)
+    }
+
+    /// Closes the books of a step.
+    fn close(&mut self, seconds: f64) {
         for leg in 0..self.model.legs.len() {
-            let (Some(then), Some(now)) = (before.1[leg], self.legs[leg]) else {
-                continue;
-            };
-            self.lose_torque(leg, [turned_before[leg], turned[leg]]);
-            let own = &self.model.legs[leg];
-            let forces = self.forces[leg];
-            for (i, torque) in forces.torques.iter().enumerate() {
-                let rate = 0.5 * (turned_before[leg][i][1] + turned[leg][i][1]);
-                let work = torque * rate * seconds;
-                self.ledger.actuator += work;
-                if self.at.legs[leg].flywheels.is_some() {
-                    held -= work;
-                }
-            }
-            let mut above = 0.0;
-            for (which, friction) in own.friction.iter().enumerate() {
-                let rate = 0.5 * (then.bars[which].rate + now.bars[which].rate);
-                self.ledger.dissipated += friction * (rate - above) * (rate - above) * seconds;
-                above = rate;
-            }
-            let speeds = [(&before.0, &then), (&self.trunk, &now)].map(|(trunk, frame)| {
-                let [foot, speed] = frame.foot(own);
-                trunk.carried(&spatial(foot, own.hip[1]), &spatial(speed, 0.0))
-            });
-            let moved = 0.5 * (speeds[0] + speeds[1]) * seconds;
-            let [normal, along] = [forces.normal, forces.along].map(Vector3::from);
-            let (pressed, rubbed) = (normal.dot(&moved), along.dot(&moved));
-            self.ledger.impact -= pressed;
-            self.ledger.dissipated -= rubbed;
-            held -= pressed + rubbed;
+            let forces = &self.forces[leg];
             for axis in 0..3 {
-                self.impulses[leg][axis] += (normal[axis] + along[axis]) * seconds;
+                self.impulses[leg][axis] += (forces.normal[axis] + forces.along[axis]) * seconds;
             }
-            let stands = normal.norm_squared() > 0.0;
+            let stands = forces.normal != [0.0; 3];
             self.events += u64::from(stands != self.standing[leg]);
             self.standing[leg] = stands;
         }
-        // What is left is the work of stops, cables and pins.
-        self.ledger.impact -= held;
         let stored = self.stored();
         self.ledger.balance(stored);
-    }
-
-    /// A motor's torque in the mean of the step: what damps it is not in what it was set to.
-    fn lose_torque(&mut self, leg: usize, turned: [Turned; 2]) {
-        let Some(Fitted::Motors(motors)) = self.model.drives else {
-            return;
-        };
-        for (i, motor) in motors.both().into_iter().enumerate() {
-            let [voltage, bridge] = [self.inputs[leg][2 * i], self.inputs[leg][2 * i + 1]];
-            let rate = 0.5 * (turned[0][i][1] + turned[1][i][1]);
-            self.forces[leg].torques[i] = motor.line(voltage, bridge).torque_at(rate);
-        }
     }
 
     /// Angle and rate of all that drives turn.
@@ -530,26 +481,4 @@ fn turned_of(model: &Model, legs: &[Option<LegFrame>; LEGS]) -> [Turned; LEGS] {
         *turned = [[angle, hip.rate], [frame.pulley, frame.pulley_rate]];
     }
     turned
-}
-
-/// Forces of the ground on a foot: along the normals of its contacts, and across them \[N\].
-fn felt(engine: &Engine, foot: usize) -> [[f64; 3]; 2] {
-    let mut felt = [[0.0; 3]; 2];
-    for (id, contact) in engine.data().contact().iter().enumerate() {
-        let of = |geom: i32| usize::try_from(geom).is_ok_and(|geom| geom == foot);
-        let [first, second] = contact.geom.map(of);
-        if !(first || second) {
-            continue;
-        }
-        // A contact's force is that on its second body.
-        let sign = if second { 1.0 } else { -1.0 };
-        let force = engine.data().contact_force(id);
-        for axis in 0..3 {
-            felt[0][axis] += sign * force[0] * contact.frame[axis];
-            for tangent in 1..3 {
-                felt[1][axis] += sign * force[tangent] * contact.frame[3 * tangent + axis];
-            }
-        }
-    }
-    felt
 }

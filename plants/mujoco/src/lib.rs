@@ -3,13 +3,16 @@
 mod addresses;
 mod drives;
 mod engine;
+mod felt;
 mod flow;
 mod frame;
 mod mjcf;
 mod model;
 mod options;
 mod plant;
+mod rates;
 mod readings;
+mod stages;
 
 pub use engine::{Engine, EngineError, EngineFault, Warned};
 pub use mjcf::mjcf;

@@ -171,7 +171,7 @@ impl Numerics {
     pub const fn of(coordinates: Coordinates) -> Self {
         Self {
             integrator: match coordinates {
-                Coordinates::Maximal => Integrator::ImplicitFast,
+                Coordinates::Maximal => Integrator::Euler,
                 Coordinates::Minimal => Integrator::Rk4,
             },
             solver: Solver::Newton,

@@ -6,20 +6,10 @@ mod scene;
 #[test]
 fn probe() {
     use twinrig_mujoco::*;
-    for name in [
-        "between",
-        "passive",
-        "passive-free",
-        "hard-hit",
-        "loose",
-        "hard-light",
-        "undamped",
-        "stiff",
-        "stiff-between",
-    ] {
+    for name in ["between", "passive", "hard-hit", "loose", "hard-light"] {
         for c in Coordinates::ALL {
-            for i in Integrator::ALL {
-                for us in [2000, 100] {
+            for i in [Integrator::Euler, Integrator::Rk4] {
+                for us in [2000, 1000, 500, 100] {
                     let r = std::panic::catch_unwind(|| {
                         golden::far(
                             name,
