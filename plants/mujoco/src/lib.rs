@@ -8,6 +8,7 @@ mod flow;
 mod frame;
 mod mjcf;
 mod model;
+pub mod model_file;
 mod options;
 mod plant;
 mod rates;

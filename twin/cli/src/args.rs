@@ -40,6 +40,8 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Find out how precise, how fast and how stable plants are
     Study(StudyArgs),
+    /// Write a robot in the language of another program
+    Export(ExportArgs),
 }
 
 /// What is set on top of a scenario file.
@@ -161,6 +163,34 @@ pub struct ReplayArgs {
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// `twin export`
+#[derive(Clone, Debug, Args)]
+pub struct ExportArgs {
+    /// Which language
+    #[command(subcommand)]
+    pub language: ExportCommand,
+}
+
+/// Which language.
+#[derive(Clone, Debug, Subcommand)]
+pub enum ExportCommand {
+    /// MuJoCo's: the robot on flat ground, its drives held where they start
+    Mjcf(MjcfArgs),
+}
+
+/// `twin export mjcf`
+#[derive(Clone, Debug, Args)]
+pub struct MjcfArgs {
+    /// A robot's name, or the path of its file
+    pub robot: String,
+    /// Segments that pins hold together, or joint angles
+    #[arg(long, value_name = "WHICH", value_parser = ["maximal", "minimal"], default_value = "maximal")]
+    pub coordinates: String,
+    /// Write to FILE instead of to where commands write
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
 }
 
 /// `twin study`

@@ -82,6 +82,24 @@ pub enum TwinError {
         /// What is missing.
         why: String,
     },
+    /// This build lacks it.
+    #[error("error: this build cannot {what}\n  = help: build with `--features {feature}`")]
+    MissingFeature {
+        /// What it cannot do.
+        what: &'static str,
+        /// The cargo feature that it lacks.
+        feature: &'static str,
+    },
+    /// A robot cannot be written in another language.
+    #[error("error: {robot} cannot be written as {language}: {}", chain(source.as_ref()))]
+    Export {
+        /// The robot.
+        robot: String,
+        /// The language.
+        language: &'static str,
+        /// Why not.
+        source: BuildError,
+    },
     /// There is no study.
     #[error("error: {source}\n --> {file}")]
     Study {

@@ -47,6 +47,8 @@ mod massless;
 mod method;
 mod mjcf;
 #[cfg(feature = "mujoco")]
+mod model_file;
+#[cfg(feature = "mujoco")]
 mod mujoco;
 mod muted;
 mod option;

@@ -1,18 +1,21 @@
 //! A model of one's own, out of a scenario's words.
 
-use twinrig_scenario::{Accepts, Kind, OptionSpec};
+#[cfg(not(feature = "mujoco"))]
+use twinrig_scenario::Kind;
+use twinrig_scenario::{Accepts, OptionSpec};
 
 use crate::option::option;
+#[cfg(not(feature = "mujoco"))]
 use crate::standard::MJCF;
 
-const NAME: &str = "mjcf";
-const FILE: &str = "file";
-const KEYFRAME: &str = "keyframe";
-const INPUTS: &str = "inputs";
-const OUTPUTS: &str = "outputs";
-const ACTUATOR: &str = "actuator";
-const AS: &str = "as";
-const UNIT: &str = "unit";
+pub(crate) const NAME: &str = "mjcf";
+pub(crate) const FILE: &str = "file";
+pub(crate) const KEYFRAME: &str = "keyframe";
+pub(crate) const INPUTS: &str = "inputs";
+pub(crate) const OUTPUTS: &str = "outputs";
+pub(crate) const ACTUATOR: &str = "actuator";
+pub(crate) const AS: &str = "as";
+pub(crate) const UNIT: &str = "unit";
 
 /// The kind as a build lists it that cannot simulate it.
 #[cfg(not(feature = "mujoco"))]
@@ -24,7 +27,8 @@ pub(crate) fn offer() -> Kind {
     }
 }
 
-fn options() -> Vec<OptionSpec> {
+/// The keys of its table.
+pub(crate) fn options() -> Vec<OptionSpec> {
     let name = |key: &str, about: &str| option(key, about, Accepts::Name);
     let unit = name(UNIT, "its unit, where the model does not say (1)");
     let input = vec![

@@ -22,7 +22,9 @@ const SWITCH: [&str; 2] = ["on", "off"];
 const OWN: &str = "own";
 
 pub(crate) fn kinds(registry: Registry) -> Registry {
-    registry.with_plant(kind())
+    registry
+        .with_plant(kind())
+        .with_plant(crate::model_file::kind())
 }
 
 fn kind() -> PlantKind {

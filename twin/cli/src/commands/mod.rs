@@ -3,6 +3,7 @@
 mod check;
 mod devices;
 mod diff;
+mod export;
 mod list;
 mod plan;
 mod replay;
@@ -139,6 +140,7 @@ fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
         Command::Serve(args) => serve::serve(registry, &args, terminal),
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),
+        Command::Export(args) => export::export(&args, terminal),
     }
 }
 

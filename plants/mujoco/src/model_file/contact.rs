@@ -1,0 +1,58 @@
+//! What is a mean over the window of observation: forces, which jump from step to step.
+
+use std::ops::Range;
+
+use mujoco_rs::prelude::{MjData, MjModel};
+
+/// What a mean is of.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Mean {
+    /// Sum of the normal forces of all contacts of these geoms \[N\].
+    Load(Vec<i32>),
+    /// Sum of all forces on these geoms, world axes \[N\].
+    Force(Vec<i32>),
+    /// A sensor.
+    Sensor(Range<usize>),
+}
+
+impl Mean {
+    /// How many numbers it has.
+    pub(crate) fn size(&self) -> usize {
+        match self {
+            Self::Load(_) => 1,
+            Self::Force(_) => 3,
+            Self::Sensor(range) => range.len(),
+        }
+    }
+
+    /// Writes what there is now.
+    pub(crate) fn write(&self, data: &MjData<Box<MjModel>>, out: &mut [f64]) {
+        out.fill(0.0);
+        match self {
+            Self::Load(geoms) => {
+                for (id, contact) in data.contact().iter().enumerate() {
+                    if contact.geom.iter().any(|geom| geoms.contains(geom)) {
+                        out[0] += data.contact_force(id)[0];
+                    }
+                }
+            }
+            Self::Force(geoms) => {
+                for (id, contact) in data.contact().iter().enumerate() {
+                    // A contact's force is that on its second geom; within the set, it is none.
+                    let sign = match contact.geom.map(|geom| geoms.contains(&geom)) {
+                        [false, true] => 1.0,
+                        [true, false] => -1.0,
+                        _ => continue,
+                    };
+                    let force = data.contact_force(id);
+                    for (axis, out) in out.iter_mut().enumerate() {
+                        for direction in 0..3 {
+                            *out += sign * force[direction] * contact.frame[3 * direction + axis];
+                        }
+                    }
+                }
+            }
+            Self::Sensor(range) => out.copy_from_slice(&data.sensordata()[range.clone()]),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! `twin export`
+
+use super::{FINE, Terminal, WRONG};
+use crate::args::{ExportArgs, ExportCommand, MjcfArgs};
+use crate::error::TwinError;
+
+pub(super) fn export(args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let ExportCommand::Mjcf(args) = &args.language;
+    match mjcf(args, terminal) {
+        Ok(()) => FINE,
+        Err(error) => {
+            terminal.complain(&error);
+            WRONG
+        }
+    }
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn mjcf(_: &MjcfArgs, _: &mut Terminal<'_>) -> Result<(), TwinError> {
+    Err(TwinError::MissingFeature {
+        what: "write MJCF",
+        feature: "mujoco",
+    })
+}
+
+#[cfg(feature = "mujoco")]
+fn mjcf(args: &MjcfArgs, terminal: &mut Terminal<'_>) -> Result<(), TwinError> {
+    let text = with_mujoco::written(args)?;
+    let Some(path) = &args.out else {
+        terminal.print(&text);
+        return Ok(());
+    };
+    std::fs::write(path, text).map_err(|source| TwinError::Write {
+        path: path.clone(),
+        source,
+    })
+}
+
+#[cfg(feature = "mujoco")]
+mod with_mujoco {
+    use std::path::Path;
+
+    use twinrig_contact::{Ground, Terrain};
+    use twinrig_document::{DocumentError, Problem};
+    use twinrig_kernel::SimDuration;
+    use twinrig_legged::{Base, Drives, Setup, Start};
+    use twinrig_mujoco::{Coordinates, Engine, Numerics, Options, mjcf};
+    use twinrig_robot::{Robot, RobotError, RobotFile};
+
+    use crate::args::MjcfArgs;
+    use crate::error::TwinError;
+    use crate::registry::BuildError;
+
+    /// The step that the model asks for; pins are as stiff as it allows.
+    const STEP: SimDuration = SimDuration::from_millis(1);
+
+    /// The model, which MuJoCo has compiled once.
+    pub(super) fn written(args: &MjcfArgs) -> Result<String, TwinError> {
+        let robot = RobotFile::find(&args.robot, Path::new("")).and_then(|file| file.robot());
+        let robot = robot.map_err(not_found)?;
+        let text = model(&robot, &args.coordinates);
+        text.map_err(|source| TwinError::Export {
+            robot: args.robot.clone(),
+            language: "MJCF",
+            source,
+        })
+    }
+
+    fn model(robot: &Robot, coordinates: &str) -> Result<String, BuildError> {
+        let mut all = Coordinates::ALL.into_iter();
+        let coordinates = all.find(|one| one.name() == coordinates);
+        let coordinates = coordinates.ok_or("there are no such coordinates")?;
+        let servos = &robot.actuators;
+        let setup = Setup {
+            base: Base::Free,
+            legs: robot.legs.iter().map(|leg| leg.name.clone()).collect(),
+            ground: Some(Ground::new(Terrain::Flat, robot.friction, 0.0)?),
+            step: STEP,
+            drives: Drives::Servos {
+                hip: servos.hip,
+                knee: servos.knee,
+            },
+            // Every leg stands upright.
+            start: Start::Commands(Vec::new()),
+        };
+        let options = Options {
+            setup,
+            coordinates,
+            numerics: Numerics::of(coordinates),
+        };
+        let text = mjcf(robot, &options)?;
+        Engine::compile(&text)?;
+        Ok(text)
+    }
+
+    fn not_found(error: RobotError) -> TwinError {
+        match error {
+            RobotError::Document(error) => error.into(),
+            RobotError::NotFound { name, help } => {
+                let message = format!("there is no robot `{name}`");
+                let problems = vec![Problem::of_file(name, message, help)];
+                DocumentError { problems }.into()
+            }
+        }
+    }
+}
