@@ -19,16 +19,9 @@ fn main() {
         let best = Solver::best(joints);
         row("best", joints, best);
         row("the engine's own", joints, Solver::of_the_engine());
-        for pgs_iterations in [1, 2, 5, 10, 20, 50, 100, 500] {
+        for pgs_iterations in [1, 5, 10, 20, 50, 100, 200, 500] {
             let solver = Solver { pgs_iterations, ..best };
             row(&format!("pgs_iterations {pgs_iterations}"), joints, solver);
-        }
-        for pgs_iterations in [10, 20, 40, 80, 160] {
-            let solver = Solver { pgs_iterations, warmstart: false, cold: 1, ..best };
-            row(&format!("no warm start, pgs_iterations {pgs_iterations}"), joints, solver);
-        }
-        for cold in [1, 2, 10] {
-            row(&format!("cold {cold}"), joints, Solver { cold, ..best });
         }
         for stabilization_iterations in [1, 4, 40] {
             let solver = Solver { stabilization_iterations, ..best };
@@ -75,7 +68,10 @@ fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
     let (mut square, mut spent) = (0.0, 0.0);
     for (k, foot) in (0_u64..).zip(&feet) {
         let begun = Instant::now();
-        scene.to_us((1e6 * apart_s * k as f64).round() as u64);
+        let sound = scene.goes_to_us((1e6 * apart_s * k as f64).round() as u64);
+        if !sound {
+            return (f64::INFINITY, spent / k as f64);
+        }
         spent += begun.elapsed().as_secs_f64();
         let (found, trunk) = (scene.read("leg/LF/foot/position"), scene.read("body/position"));
         for (axis, expected) in [0, 2].into_iter().zip(foot) {

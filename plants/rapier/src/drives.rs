@@ -1,7 +1,7 @@
 //! Drives over a step of the engine.
 //!
 //! A servo turns as it is told while it has the torque for it: at the hip the engine holds the rate, and the pulley is
-//! simply where it will be. One whose torque is used up, and a motor that is given a voltage, has a torque that falls with
+//! simply where it will be; one that turns out to have given more than it has is used up from the next step on. One whose torque is used up, and a motor that is given a voltage, has a torque that falls with
 //! the rate, τ₀ − c q̇ (thesis, eq. 2.20), and a rotor. A rotor of inertia J with that torque over a step h is
 //!
 //! ```text
@@ -32,13 +32,8 @@ pub(crate) struct Drive {
 /// What a drive does in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Effort {
-    /// It turns at this mean rate, to have this rate in the end, and gives on at most this torque beside what its rotor takes.
-    Follows {
-        mean: f64,
-        last: f64,
-        rotor: f64,
-        most: f64,
-    },
+    /// It turns at this mean rate, to have this rate in the end; its rotor takes so much of its torque.
+    Follows { mean: f64, last: f64, rotor: f64 },
     /// It drags towards a rate with a torque for the difference.
     Drags { damping: f64, towards: f64 },
 }
@@ -77,7 +72,6 @@ impl Drive {
                     mean: 0.5 * (self.rate + last),
                     last,
                     rotor: servo.inertia() * (last - self.rate) / seconds,
-                    most: servo.torque(),
                 }
             }
             Kind::Servo(servo) => {
@@ -112,17 +106,13 @@ impl Drive {
         let mean = (angle - self.angle) / seconds;
         self.angle = angle;
         match effort {
-            Effort::Follows {
-                last, rotor, most, ..
-            } => {
+            Effort::Follows { last, rotor, .. } => {
                 self.rate = last;
                 self.torque = given + rotor;
-                if let Kind::Servo(servo) = kind
-                    && most.is_finite()
-                {
+                if let Kind::Servo(servo) = kind {
                     let way = self.torque.signum();
-                    if self.torque.abs() > spent_line(servo, way, before.rate).torque_at(before.rate).abs()
-                    {
+                    let most = spent_line(servo, way, before.rate).torque_at(before.rate);
+                    if self.torque.abs() > most.abs() {
                         self.spent = way;
                     }
                 }
@@ -146,7 +136,7 @@ impl Drive {
 /// The torque–speed line of a servo that is used up, with its clamp.
 pub(crate) fn spent_line(servo: &PositionServo, way: f64, rate: f64) -> MotorLine {
     let along = way * rate;
-    if along < 0.0 {
+    if along < 0.0 || servo.torque().is_infinite() {
         return MotorLine {
             torque: way * servo.torque(),
             damping: 0.0,

@@ -11,7 +11,6 @@ mod readings;
 mod robot;
 mod rope;
 mod step;
-mod warm;
 mod world;
 
 pub use options::{Joints, Options, RapierError, Softness, Solver};

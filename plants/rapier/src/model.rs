@@ -29,7 +29,8 @@ pub(crate) struct Spring {
     pub(crate) rest: f64,
 }
 
-/// A rope: two points are no farther apart than it is long.
+/// A rope: two points are no farther apart than it is long. That between the points of which the engine finds the pull in
+/// the fewest sweeps is not the shortest: a rope of little leverage has to find how little its light ends may move.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rope {
     pub(crate) ends: [Point; 2],
@@ -57,13 +58,18 @@ pub(crate) struct Leg {
     pub(crate) friction: [f64; 3],
     /// Diagonal and parallel.
     pub(crate) springs: [Spring; 2],
-    /// Stops: closed, open, extended, bottomed; then the cable.
+    /// Stops: closed, open, extended, bottomed; then what stands for the cable.
     pub(crate) ropes: [Rope; ROPES],
     pub(crate) foot: Point,
+    /// First and second segment \[m\], and the knee's angle in the reference pose \[rad\].
+    lengths: [f64; 2],
+    bend: f64,
     /// Of the pulley \[m\].
     pub(crate) radius: f64,
-    /// Offset of the pantograph \[m\].
+    /// Offset of the pantograph, its greatest parallel rod and its least diagonal \[m\].
     pub(crate) l_delta: f64,
+    pub(crate) parallel_max: f64,
+    pub(crate) diagonal_min: f64,
 }
 
 /// The robot.
@@ -127,10 +133,6 @@ impl Leg {
             ends: [from, to],
             length,
         };
-        let hip_point = Point {
-            body: TRUNK,
-            at: hip,
-        };
         // Between points that a circle around the knee carries: from first to second segment they are the knee's angle
         // and a constant apart, so that the chord is longest where the knee stops.
         let around = |body: usize, joint: f64, angle: f64| {
@@ -179,12 +181,50 @@ impl Leg {
                 rope(inner, outer, leg.l2 + leg.parallel_travel),
                 chord(-WIDEST - leg.q2_ref),
                 chord(WIDEST - libm::acos(most_bent)),
-                rope(hip_point, ankle, pantograph.cable_length(0.0)),
+                chord(-WIDEST - leg.q2_ref),
             ],
             foot: on(2, segments[2].length),
+            lengths: [leg.l1, leg.l2],
+            bend: leg.q2_ref,
             radius: leg.pulley_radius,
             l_delta: ld,
+            parallel_max: leg.l2 + leg.parallel_travel,
+            diagonal_min: leg.diagonal_min,
             pantograph,
         })
+    }
+}
+
+impl Leg {
+    /// How wide, seen from the knee, a rope that stops the knee's stretching is with the knee so bent \[rad\].
+    fn width(&self, bent: f64) -> f64 {
+        WIDEST + self.bend - bent
+    }
+
+    /// The length of the rope that stands for the cable, where the cable has this length \[m\]. The cable runs from hip to
+    /// ankle, and its length is a matter of the knee's angle alone; so is that of a rope around the knee.
+    pub(crate) fn chord_of_cable(&self, cable: f64) -> f64 {
+        /// A cable that is wound farther than any knee can bend holds the knee as bent as it can be \[rad\].
+        const NARROWEST: f64 = 0.01;
+        let [l1, l2] = self.lengths;
+        let cosine = (cable.max(0.0) * cable.max(0.0) - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
+        let bent = libm::acos(cosine.clamp(-1.0, 1.0));
+        let width = self.width(bent).clamp(NARROWEST, core::f64::consts::PI);
+        2.0 * l2 * libm::sin(0.5 * width)
+    }
+
+    /// How much faster the cable's length grows than that of the rope that stands for it: what a pull of the rope is over
+    /// the cable's tension.
+    pub(crate) fn leverage(&self, angles: [f64; 3]) -> f64 {
+        let [l1, l2] = self.lengths;
+        let bent = angles[0] - angles[1];
+        let cable = libm::sqrt(l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * libm::cos(bent));
+        l1 * libm::sin(bent) / (cable * libm::cos(0.5 * self.width(bent)))
+    }
+
+    /// The length of the taut cable at these angles \[m\].
+    pub(crate) fn cable(&self, angles: [f64; 3]) -> f64 {
+        self.pantograph
+            .cable_of_knee(self.pantograph.joints(angles).q2)
     }
 }

@@ -49,12 +49,8 @@ pub struct Solver {
     pub solver_iterations: u32,
     /// Sweeps over the constraints in each of them (`num_internal_pgs_iterations`).
     pub pgs_iterations: u32,
-    /// How many times as many in a step that cannot start from the last, since something is met in it.
-    pub cold: u32,
     /// Sweeps after each that take back the speed with which errors were corrected (`num_internal_stabilization_iterations`).
     pub stabilization_iterations: u32,
-    /// Whether a step starts from the impulses of the last (`warmstart_joints`; impulse joints alone can).
-    pub warmstart: bool,
     /// Of joints, stops and cables.
     pub joint_softness: Softness,
     /// Of feet on the ground.
@@ -65,16 +61,14 @@ impl Solver {
     /// The settings that measured best for these joints (`examples/settings.rs`).
     pub const fn best(joints: Joints) -> Self {
         let sweeps = match joints {
-            Joints::Impulse => 40,
-            Joints::Multibody => 10,
+            Joints::Impulse => 100,
+            Joints::Multibody => 20,
         };
         Self {
             substeps: 1,
             solver_iterations: 1,
             pgs_iterations: sweeps,
-            cold: 5,
             stabilization_iterations: 0,
-            warmstart: true,
             joint_softness: Softness {
                 natural_frequency: 1e6,
                 damping_ratio: 1.0,
@@ -92,9 +86,7 @@ impl Solver {
             substeps: 1,
             solver_iterations: 4,
             pgs_iterations: 1,
-            cold: 1,
             stabilization_iterations: 1,
-            warmstart: false,
             joint_softness: Softness {
                 natural_frequency: 1e6,
                 damping_ratio: 1.0,
@@ -111,7 +103,6 @@ impl Solver {
             ("substeps", self.substeps),
             ("solver_iterations", self.solver_iterations),
             ("pgs_iterations", self.pgs_iterations),
-            ("cold", self.cold),
         ];
         if let Some((what, _)) = counts.into_iter().find(|(_, count)| *count == 0) {
             return Err(RapierError::Count(what));

@@ -8,7 +8,6 @@ use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::assembly::Handles;
 use crate::border::rotation;
-use crate::model::CABLE;
 use crate::options::{Options, RapierError};
 use crate::robot::{Machine, State};
 use crate::world::Sets;
@@ -225,13 +224,15 @@ impl Machine {
                 joint = view.place(&end(segment.length));
             }
             worst = worst.max(leg.l_delta * (known.angles[0] - known.angles[2]));
-            for (k, rope) in leg.ropes.iter().enumerate().skip(1) {
-                let most = match (k, self.model.drives.is_some()) {
-                    (CABLE, false) => continue,
-                    (CABLE, true) => rope.length - leg.radius * known.drives[1].angle,
-                    _ => rope.length,
-                };
-                worst = worst.max(view.line(&rope.ends).0 - most);
+            // Stops of the knee are measured as the lengths that they are lengths of.
+            let knee = leg.pantograph.joints(known.angles);
+            let diagonal = leg.pantograph.diagonal_of(knee).value;
+            worst = worst.max(leg.pantograph.parallel_of(knee).value - leg.parallel_max);
+            worst = worst.max(diagonal - leg.pantograph.diagonal_max());
+            worst = worst.max(leg.diagonal_min - diagonal);
+            if self.model.drives.is_some() {
+                let most = leg.pantograph.cable_length(known.drives[1].angle);
+                worst = worst.max(leg.cable(known.angles) - most);
             }
             if let Some(ground) = &self.model.ground {
                 let foot = crate::border::outside(view.place(&leg.foot));

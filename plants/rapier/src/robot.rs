@@ -88,10 +88,8 @@ pub(crate) struct LegState {
     pub(crate) drives: [Drive; 2],
     /// Of the cable, mean over the last step \[N\].
     pub(crate) tension: f64,
-    /// Pulls of the ropes in the last step \[N\].
+    /// Impulses of the ropes in the last step \[N·s\].
     pub(crate) pulls: [f64; ROPES],
-    /// Force of each joint on the segment below it, in the leg's plane and the last step \[N\].
-    pub(crate) carried: [[f64; 3]; 3],
     /// Whether the foot was pushed in the last step.
     pub(crate) stands: bool,
     /// Impulse of the ground since the start \[N·s\].
@@ -106,8 +104,6 @@ pub(crate) struct State {
     pub(crate) counts: WorkCounts,
     /// The last step; zero before the first \[s\].
     pub(crate) last_s: f64,
-    /// Whether something was met in the last step.
-    pub(crate) hit: bool,
 }
 
 /// A robot in the engine.

@@ -21,7 +21,7 @@ pub(crate) struct Tied {
     pub(crate) give: f64,
     /// Length, direction, rate.
     pub(crate) line: (f64, Vector, f64),
-    /// It pulled in the last step, and is to be as long as it can in the end of this one, whichever way that takes.
+    /// It pulled in the last step and is still all but taut.
     pub(crate) held: bool,
     pub(crate) seconds: f64,
     /// Attitude of the body that it begins at.
@@ -39,13 +39,7 @@ impl Tied {
             joint.softness.natural_frequency = 1.0 / (turn * libm::sqrt(compliance));
             joint.softness.damping_ratio = 0.0;
         }
-        if self.held {
-            joint.coupled_axes = JointAxesMask::empty();
-            self.tie(joint);
-        } else {
-            joint.coupled_axes = JointAxesMask::LIN_AXES;
-            (joint.limits[LINEAR].min, joint.limits[LINEAR].max) = (0.0, self.most);
-        }
+        (joint.limits[LINEAR].min, joint.limits[LINEAR].max) = (0.0, self.most);
     }
 
     /// As a limit along a line, since the engine has no ropes between the links of a tree. It does not look ahead either: a

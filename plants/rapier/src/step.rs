@@ -26,20 +26,18 @@ const HELD: f64 = 1e-4;
 const RIGID: f64 = 1e12;
 
 /// What a step began with.
-pub(crate) struct Before {
-    pub(crate) view: View,
+struct Before {
+    view: View,
     /// Rates of the ropes \[m/s\].
     rates: [f64; ROPES],
     efforts: Option<[Effort; 2]>,
     /// Where the pulley would be in the end if no cable pulled, and how much a unit of impulse holds it back \[rad\],
     /// \[rad/(N·s)\].
     pulley: [f64; 2],
+    /// Rate of the cable over that of the rope that stands for it.
+    leverage: f64,
     /// Velocity of the foot \[m/s\].
     foot: Vector,
-    /// Forces and torques that we gave the segments, what they carried in the last step apart \[N\], \[N·m\].
-    pub(crate) given: [[Vector; 2]; 3],
-    /// Impulses of the ropes that we gave beforehand \[N·s\].
-    warm: [f64; ROPES],
 }
 
 impl Machine {
@@ -50,18 +48,10 @@ impl Machine {
         for leg in 0..self.model.legs.len() {
             before.push(self.look(leg, seconds));
         }
-        let hit = (0..).zip(&before).any(|(leg, before)| self.closes(leg, before, seconds));
-        let warm = self.options.solver.warmstart
-            && self.options.joints == Joints::Impulse
-            && !hit
-            && !self.state.hit;
-        self.state.hit = hit;
-        for (leg, before) in before.iter_mut().enumerate() {
-            self.prepare(leg, before, seconds, warm.then_some(share), share);
+        for (leg, before) in before.iter().enumerate() {
+            self.prepare(leg, before, seconds, share);
         }
-        let solver = &self.options.solver;
-        let sweeps = if warm { solver.pgs_iterations } else { solver.pgs_iterations * solver.cold };
-        let sound = self.world.step(seconds, share, sweeps);
+        let sound = self.world.step(seconds, share);
         self.state.last_s = seconds;
         for (leg, before) in before.iter().enumerate() {
             self.finish(leg, before, seconds, share);
@@ -72,7 +62,7 @@ impl Machine {
         counts.steps += 1;
         counts.evaluations += 1;
         let solver = &self.options.solver;
-        let sweeps = sweeps + solver.stabilization_iterations;
+        let sweeps = solver.pgs_iterations + solver.stabilization_iterations;
         counts.solver_iterations += u64::from(solver.solver_iterations * sweeps);
         sound && stored.iter().sum::<f64>().is_finite()
     }
@@ -98,59 +88,33 @@ impl Machine {
             rates: std::array::from_fn(|k| view.line(&self.model.legs[leg].ropes[k].ends).2),
             efforts,
             pulley,
+            leverage: self.model.legs[leg].leverage(self.state.legs[leg].angles),
             foot: view.speed(&self.model.legs[leg].foot),
-            given: [[Vector::ZERO; 2]; 3],
-            warm: [0.0; ROPES],
             view,
         }
-    }
-
-    /// Whether a stop, a cable or a foot meets something in this step that it did not touch in the last.
-    fn closes(&self, leg: usize, before: &Before, seconds: f64) -> bool {
-        let parts = &self.model.legs[leg];
-        let known = &self.state.legs[leg];
-        let ropes = (0..ROPES).any(|k| {
-            let (length, _, rate) = before.view.line(&parts.ropes[k].ends);
-            self.handles.legs[leg].ropes[k].is_some()
-                && known.pulls[k] <= 0.0
-                && self.reach(leg, k, before) < length + seconds * rate
-        });
-        let lands = self.model.ground.as_ref().is_some_and(|ground| {
-            let below = ground.below(&outside(before.view.place(&parts.foot)));
-            let falling = inside(&below.normal).dot(before.foot);
-            !known.stands && below.gap + seconds * falling < 0.0
-        });
-        ropes || lands
     }
 
     /// How long a rope is in the end of the step, if nothing pulls at its pulley.
     fn reach(&self, leg: usize, k: usize, before: &Before) -> f64 {
         let parts = &self.model.legs[leg];
-        let wound = if k == CABLE { parts.radius * before.pulley[0] } else { 0.0 };
-        parts.ropes[k].length - wound
+        if k == CABLE {
+            parts.chord_of_cable(parts.pantograph.cable_length(before.pulley[0]))
+        } else {
+            parts.ropes[k].length
+        }
     }
 
-    fn prepare(
-        &mut self,
-        leg: usize,
-        before: &mut Before,
-        seconds: f64,
-        warm: Option<f64>,
-        share: f64,
-    ) {
-        before.given = self.push(leg, &before.view, share);
-        if let Some(share) = warm {
-            self.carry(leg, &before.view, share);
-        }
+    fn prepare(&mut self, leg: usize, before: &Before, seconds: f64, share: f64) {
+        self.push(leg, &before.view, share);
         if let Some([hip, _]) = before.efforts {
-            before.given[0][1] += self.drive_hip(leg, hip, &before.view);
+            self.drive_hip(leg, hip);
         }
-        self.pay_out(leg, before, seconds, warm);
+        self.pay_out(leg, before, seconds);
         self.lay_ground(leg, &before.view);
     }
 
     /// Forces of the springs and of friction in the joints.
-    fn push(&mut self, leg: usize, view: &View, share: f64) -> [[Vector; 2]; 3] {
+    fn push(&mut self, leg: usize, view: &View, share: f64) {
         let (mut forces, mut torques) = ([Vector::ZERO; 4], [Vector::ZERO; 4]);
         let parts = &self.model.legs[leg];
         for spring in &parts.springs {
@@ -173,11 +137,10 @@ impl Machine {
             let handle = self.handles.legs[leg].body(self.handles.trunk, k);
             self.push_body(handle, forces[k], torques[k], k != 3 || leg == 0);
         }
-        [0, 1, 2].map(|k| [forces[k], torques[k]])
     }
 
     /// Adds to the forces on a body, or begins anew.
-    pub(crate) fn push_body(&mut self, handle: RigidBodyHandle, force: Vector, torque: Vector, anew: bool) {
+    fn push_body(&mut self, handle: RigidBodyHandle, force: Vector, torque: Vector, anew: bool) {
         if let Some(body) = self.world.sets.bodies.get_mut(handle) {
             if anew {
                 body.reset_forces(false);
@@ -188,23 +151,11 @@ impl Machine {
         }
     }
 
-    /// Tells the engine what the hip's drive does; returns the torque that we give the first segment ourselves.
-    fn drive_hip(&mut self, leg: usize, effort: Effort, view: &View) -> Vector {
-        let mut given = Vector::ZERO;
-        let (damping, towards, most) = match effort {
-            Effort::Follows {
-                mean, rotor, most, ..
-            } => {
-                if most.is_finite() {
-                    // What the rotor takes of the torque does not reach the leg.
-                    given = view.axis() * -rotor;
-                    let first = self.handles.legs[leg].segments[0];
-                    self.push_body(first, Vector::ZERO, given, false);
-                    self.push_body(self.handles.trunk, Vector::ZERO, -given, false);
-                }
-                (RIGID, mean, most)
-            }
-            Effort::Drags { damping, towards } => (damping, towards, f64::INFINITY),
+    /// Tells the engine what the hip's drive does.
+    fn drive_hip(&mut self, leg: usize, effort: Effort) {
+        let (damping, towards) = match effort {
+            Effort::Follows { mean, .. } => (RIGID, mean),
+            Effort::Drags { damping, towards } => (damping, towards),
         };
         let joints = &mut self.world.sets.impulse_joints;
         let joint = self.handles.legs[leg].hip;
@@ -214,39 +165,29 @@ impl Machine {
             motor.model = MotorModel::ForceBased;
             (motor.stiffness, motor.damping) = (0.0, damping);
             motor.target_vel = towards;
-            motor.max_force = if most.is_finite() { most } else { f64::MAX };
         }
-        given
     }
 
-    /// Sets how long the ropes are in the end of the step, and pulls at those beforehand that pulled in the last.
-    fn pay_out(&mut self, leg: usize, before: &mut Before, seconds: f64, warm: Option<f64>) {
+    /// Sets how long the ropes are in the end of the step.
+    fn pay_out(&mut self, leg: usize, before: &Before, seconds: f64) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
             };
-            let rope = self.model.legs[leg].ropes[k];
+            let parts = &self.model.legs[leg];
+            let rope = parts.ropes[k];
             let line = before.view.line(&rope.ends);
-            let mut most = self.reach(leg, k, before);
-            let radius = self.model.legs[leg].radius;
-            let give = if k == CABLE { radius * before.pulley[1] } else { 0.0 };
-            let last = self.state.legs[leg].pulls[k];
-            let held = last > 0.0 && most - line.0 < HELD;
-            if let Some(share) = warm.filter(|_| held) {
-                before.warm[k] = last * share * seconds;
-                most += give * before.warm[k];
-                let force = line.1 * (last * share);
-                for (end, force) in rope.ends.iter().zip([force, -force]) {
-                    let arm = before.view.bodies[end.body].pose.rotation * end.at;
-                    let handle = self.handles.legs[leg].body(self.handles.trunk, end.body);
-                    self.push_body(handle, force, arm.cross(force), false);
-                }
-            }
+            let most = self.reach(leg, k, before);
+            let give = if k == CABLE {
+                parts.radius * before.pulley[1] / (before.leverage * before.leverage)
+            } else {
+                0.0
+            };
             let tied = Tied {
                 most,
                 give,
                 line,
-                held: held && (warm.is_some() || self.options.joints == Joints::Multibody),
+                held: self.state.legs[leg].pulls[k] > 0.0 && most - line.0 < HELD,
                 seconds,
                 upright: before.view.bodies[rope.ends[0].body].pose.rotation,
             };
@@ -254,7 +195,9 @@ impl Machine {
             let joint = self.world.sets.impulse_joints.get_mut(handle, false);
             match (joint, self.options.joints) {
                 (None, _) => {}
-                (Some(joint), Joints::Impulse) => tied.rope(&mut joint.data, response, &self.options),
+                (Some(joint), Joints::Impulse) => {
+                    tied.rope(&mut joint.data, response, &self.options);
+                }
                 (Some(joint), Joints::Multibody) => tied.line(&mut joint.data),
             }
         }
@@ -307,14 +250,11 @@ impl Machine {
         let view = self.view(leg);
         let angles = view.angles(&self.state.legs[leg].angles);
         self.rub(leg, before, &angles, share);
-        self.finish_ropes(leg, before, &view, seconds * share);
+        self.finish_ropes(leg, before, &view);
         if let Some(efforts) = before.efforts {
-            self.finish_drives(leg, before, efforts, angles[0], seconds, share);
+            self.finish_drives(leg, before, efforts, angles[0], seconds);
         }
         self.state.legs[leg].angles = angles;
-        if self.options.solver.warmstart && self.options.joints == Joints::Impulse {
-            self.weigh(leg, before, &view, seconds, share);
-        }
         self.finish_ground(leg, before, &view);
     }
 
@@ -329,7 +269,7 @@ impl Machine {
         }
     }
 
-    fn finish_ropes(&mut self, leg: usize, before: &Before, view: &View, per: f64) {
+    fn finish_ropes(&mut self, leg: usize, before: &Before, view: &View) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
@@ -342,13 +282,12 @@ impl Machine {
                     joint.data.motors[LINEAR].impulse
                 }
             });
-            let pull = pull + before.warm[k];
             let rate = view.line(&self.model.legs[leg].ropes[k].ends).2;
             let known = &mut self.state.legs[leg];
             if pull > 0.0 && known.pulls[k] <= 0.0 {
                 self.state.counts.events += 1;
             }
-            known.pulls[k] = pull / per;
+            known.pulls[k] = pull;
             self.state.ledger.impact += 0.5 * pull * (before.rates[k] + rate);
         }
     }
@@ -360,21 +299,15 @@ impl Machine {
         efforts: [Effort; 2],
         hip: f64,
         seconds: f64,
-        share: f64,
     ) {
         let Some(drives) = &self.model.drives else {
             return;
         };
         let kinds = kinds(drives);
         let radius = self.model.legs[leg].radius;
-        let mut given = self.hip_impulse(leg) / seconds;
-        if let Effort::Follows { rotor, most, .. } = efforts[0]
-            && most.is_finite()
-        {
-            given -= rotor;
-        }
+        let given = self.hip_impulse(leg) / seconds;
         let known = &mut self.state.legs[leg];
-        let pull = known.pulls[CABLE] * share * seconds;
+        let pull = known.pulls[CABLE] / before.leverage;
         known.tension = pull / seconds;
         let pulley = before.pulley[0] - before.pulley[1] * pull;
         // The cable's share of what its ends and the pulley did in the meantime.
@@ -390,7 +323,7 @@ impl Machine {
     }
 
     /// Impulse of the hip's drive on the leg in the last step, about the joint's axis \[N·m·s\].
-    pub(crate) fn hip_impulse(&self, leg: usize) -> f64 {
+    fn hip_impulse(&self, leg: usize) -> f64 {
         let joint = self.handles.legs[leg].hip;
         let joint = joint.and_then(|handle| self.world.sets.impulse_joints.get(handle));
         joint.map_or(0.0, |joint| -joint.data.motors[ANGULAR].impulse)

@@ -54,7 +54,6 @@ impl World {
             num_solver_iterations: solver.solver_iterations as usize,
             num_internal_pgs_iterations: solver.pgs_iterations as usize,
             num_internal_stabilization_iterations: solver.stabilization_iterations as usize,
-            warmstart_joints: solver.warmstart,
             contact_softness: contacts,
             static_contact_softness: contacts,
             // A cable that is wound in is a correction to the engine, and no speed of it is too high.
@@ -75,9 +74,8 @@ impl World {
         }
     }
 
-    /// Moves on by `seconds` in so many sweeps, with gravity times `share`; says whether everything is still a number.
-    pub(crate) fn step(&mut self, seconds: f64, share: f64, sweeps: u32) -> bool {
-        self.parameters.num_internal_pgs_iterations = sweeps as usize;
+    /// Moves on by `seconds` with gravity times `share`; says whether everything is still a number.
+    pub(crate) fn step(&mut self, seconds: f64, share: f64) -> bool {
         self.parameters.dt = seconds;
         let sets = &mut self.sets;
         self.pipeline.step(

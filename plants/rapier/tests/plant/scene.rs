@@ -107,12 +107,16 @@ impl Scene {
         Self::new(robot, &Options::new(setup, joints))
     }
 
+    /// Goes on; says whether the plant got there.
+    pub fn goes_to_us(&mut self, us: u64) -> bool {
+        let at = SimTime::ZERO + SimDuration::from_micros(us);
+        let sound = us <= self.now_us || self.plant.advance(at, &self.commands).is_ok();
+        self.now_us = us;
+        sound
+    }
+
     pub fn to_us(&mut self, us: u64) {
-        if us > self.now_us {
-            let at = SimTime::ZERO + SimDuration::from_micros(us);
-            self.plant.advance(at, &self.commands).unwrap();
-            self.now_us = us;
-        }
+        assert!(self.goes_to_us(us), "a fault before {us} µs");
     }
 
     pub fn read(&mut self, signal: &str) -> Vec<f64> {
