@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use twinrig_study::{Row, RowKind, Scales, Status, Study, StudyKind, brief};
+use twinrig_study::{
+    Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
+};
 
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
@@ -30,6 +32,12 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
     for note in &study.references {
         fact("reference", reference(note));
     }
+    for one in &study.transports {
+        fact("walking", walking(one));
+    }
+    for trend in study.stiffnesses() {
+        fact("stiffness", stiffness(&trend));
+    }
     let cut = study.cut().count();
     if cut > 0 {
         let plural = if cut == 1 { "row was" } else { "rows were" };
@@ -51,6 +59,55 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
     lines.join("\n")
 }
 
+/// What a walk costs, or why that is not known.
+fn walking(one: &Transport) -> String {
+    let setting = match (one.step_s, one.tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
+    };
+    let way = format!("{} {} {setting}", one.plant, one.method);
+    let why = one
+        .why
+        .as_ref()
+        .map_or(String::new(), |why| format!(", {why}"));
+    let Some(cost) = &one.cost else {
+        return format!("{way}{why}");
+    };
+    let transport = cost.cost_of_transport.map_or(String::new(), |cost| {
+        format!(", cost of transport {cost:.3}")
+    });
+    let open = if cost.residual_j < 0.0 {
+        "vanishes"
+    } else {
+        "from nowhere"
+    };
+    format!(
+        "{way}: {:.3} m/s{transport}, {} of {} {open}{why}",
+        cost.speed_m_s,
+        brief(cost.residual_j.abs(), "J"),
+        brief(cost.work_j, "J"),
+    )
+}
+
+/// Whether a limit is that of the springs.
+fn stiffness(trend: &StiffnessTrend) -> String {
+    let way = format!("{} {}", trend.plant, trend.method);
+    match (trend.depends, trend.exponent, trend.unlimited) {
+        (Some(true), Some(exponent), _) => {
+            format!("{way}: the limit goes as stiffness to the power {exponent:.2}")
+        }
+        (Some(false), Some(exponent), _) => {
+            format!("{way}: the limit does not depend on stiffness (power {exponent:.2})")
+        }
+        (_, _, 0) => format!("{way}: too few limits to tell"),
+        (_, _, unlimited) => {
+            format!(
+                "{way}: stable to the longest step at {unlimited} stiffnesses, too few limits to tell"
+            )
+        }
+    }
+}
+
 fn reference(note: &twinrig_study::ReferenceNote) -> String {
     let knob = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
         (Some(step), _) => brief(step, "s"),
@@ -70,7 +127,11 @@ fn reference(note: &twinrig_study::ReferenceNote) -> String {
             knob(check.step_s, check.tolerance)
         )
     });
-    format!("{}: {own}{check}", note.plant)
+    let of = note
+        .of_plant
+        .as_ref()
+        .map_or(String::new(), |plant| format!("{plant} "));
+    format!("{}: {of}{own}{check}", note.plant)
 }
 
 fn precision(study: &Study) -> Grid {

@@ -10,6 +10,9 @@ const KEPT: f64 = 0.5;
 /// No part gets less than this \[s\]: enough for what is quick, and little enough for hundreds of parts after time is up.
 const LEAST_S: f64 = 0.02;
 
+/// What all else is measured against is worth so many parts.
+const HEAVY: usize = 8;
+
 /// The time of a study, shared out among its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
@@ -17,6 +20,9 @@ pub(crate) struct Budget {
     watch: Stopwatch,
     parts: usize,
     begun: usize,
+    /// The same with heavy parts counted for as many as they are worth.
+    worth: usize,
+    worth_begun: usize,
 }
 
 /// What a part may take.
@@ -39,21 +45,26 @@ impl Share {
 }
 
 impl Budget {
-    pub(crate) fn new(total_s: f64, parts: usize) -> Self {
+    /// For so many parts, of which so many are heavy.
+    pub(crate) fn new(total_s: f64, parts: usize, heavy: usize) -> Self {
         Self {
             total_s,
             watch: Stopwatch::start(),
             parts,
             begun: 0,
+            worth: parts + heavy * (HEAVY - 1),
+            worth_begun: 0,
         }
     }
 
-    /// The share of the next part.
-    pub(crate) fn next(&mut self) -> Share {
-        let left = self.parts.saturating_sub(self.begun).max(1);
+    /// The share of the next part, a heavy one or not.
+    pub(crate) fn next(&mut self, heavy: bool) -> Share {
+        let worth = if heavy { HEAVY } else { 1 };
+        let left = self.worth.saturating_sub(self.worth_begun).max(worth);
         self.begun += 1;
+        self.worth_begun += worth;
         let rest = (self.total_s - self.watch.elapsed_s()).max(0.0);
-        let seconds = allowed(self.total_s, self.parts, left, rest);
+        let seconds = allowed(self.total_s, self.worth, left, worth, rest);
         Share {
             seconds,
             deadline: Deadline::within(seconds),
@@ -66,10 +77,10 @@ impl Budget {
     }
 }
 
-/// What the next of `left` parts may take of the `rest` of a budget for so many `parts` \[s\].
-fn allowed(total_s: f64, parts: usize, left: usize, rest_s: f64) -> f64 {
-    let even = rest_s / left as f64;
-    let kept = KEPT * total_s / parts.max(1) as f64 * (left - 1) as f64;
+/// What the next part, worth `worth` of the `left` ones, may take of the `rest` of a budget for `all` of them \[s\].
+fn allowed(total_s: f64, all: usize, left: usize, worth: usize, rest_s: f64) -> f64 {
+    let even = rest_s * worth as f64 / left as f64;
+    let kept = KEPT * total_s / all.max(1) as f64 * (left - worth) as f64;
     let most = (rest_s - kept).max(even);
     (GENEROSITY * even).min(most).min(rest_s).max(LEAST_S)
 }
@@ -83,19 +94,22 @@ mod tests {
     proptest! {
         #[test]
         fn no_part_is_starved_by_those_before_it_and_all_stay_within_the_budget(
-            greed in prop::collection::vec(0.0_f64..1.0, 1..300),
-            // A part that takes all it may, in every study.
+            parts in prop::collection::vec((0.0_f64..1.0, any::<bool>()), 1..300),
+            // The first so many take all they may.
             greedy in 0_usize..300,
         ) {
+            let worth = |heavy: bool| if heavy { HEAVY } else { 1 };
+            let all: usize = parts.iter().map(|&(_, heavy)| worth(heavy)).sum();
             // Enough for the least of each to be no matter.
-            let parts = greed.len();
-            let total = parts as f64;
-            let mut rest = total;
-            for (n, greed) in greed.iter().enumerate() {
-                let seconds = allowed(total, parts, parts - n, rest);
-                prop_assert!(seconds >= KEPT * (1.0 - 1e-9), "{n}: {seconds}");
-                prop_assert!(seconds <= GENEROSITY * rest / (parts - n) as f64 + 1e-9);
+            let total = all as f64;
+            let (mut rest, mut left) = (total, all);
+            for (n, &(greed, heavy)) in parts.iter().enumerate() {
+                let own = worth(heavy);
+                let seconds = allowed(total, all, left, own, rest);
+                prop_assert!(seconds >= KEPT * own as f64 * (1.0 - 1e-9), "{n}: {seconds}");
+                prop_assert!(seconds <= GENEROSITY * rest * own as f64 / left as f64 + 1e-9);
                 rest -= if n <= greedy { seconds } else { greed * seconds };
+                left -= own;
                 prop_assert!(rest >= -1e-9);
             }
         }

@@ -87,10 +87,10 @@ pub fn precision(
     let mut job = Job {
         stage,
         plan,
-        // A reference is worth a few rows.
         budget: Budget::new(
             plan.budget_s,
             rows + plants.len() + compared.min(1) * limits + walked,
+            plants.len(),
         ),
         watcher,
         rows: Vec::new(),
@@ -99,7 +99,7 @@ pub fn precision(
     let mut references = Vec::new();
     let mut notes = Vec::new();
     for plant in plants {
-        let share = job.begin(&format!("{}, reference", plant.name))?;
+        let share = job.begin_heavy(&format!("{}, reference", plant.name))?;
         let Standard { reference, note } = known.of(plant, share);
         notes.push(note);
         references.push(reference);
@@ -202,7 +202,16 @@ pub(crate) struct Job<'a> {
 
 impl Job<'_> {
     pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
-        let share = self.budget.next();
+        self.begin_part(doing, false)
+    }
+
+    /// What all else is measured against.
+    fn begin_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
+        self.begin_part(doing, true)
+    }
+
+    fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
+        let share = self.budget.next(heavy);
         let (part, of) = self.budget.progress();
         if self.watcher.at(part, of, doing) {
             Ok(share)

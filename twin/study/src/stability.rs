@@ -94,7 +94,7 @@ pub fn stability(
             grid: REFERENCE_GRID,
         },
         plan,
-        budget: Budget::new(plan.budget_s, parts),
+        budget: Budget::new(plan.budget_s, parts, 0),
         watcher,
     };
     let trust = Trust {
@@ -148,7 +148,7 @@ pub(crate) struct Job<'a> {
 
 impl Job<'_> {
     fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
-        let share = self.budget.next();
+        let share = self.budget.next(false);
         let (part, of) = self.budget.progress();
         if self.watcher.at(part, of, doing) {
             Ok(share)

@@ -76,6 +76,8 @@ pub struct Cost {
     pub vanishes_most_j: f64,
     /// Work by weight and distance; none of what does not move.
     pub cost_of_transport: Option<f64>,
+    /// The same had the drives given what appeared from nowhere, and kept what vanished.
+    pub covered_cost_of_transport: Option<f64>,
     /// The same with positive work.
     pub positive_cost_of_transport: Option<f64>,
 }
@@ -261,6 +263,7 @@ impl Walk {
         let tenths: Vec<f64> = tenths.collect();
         let per_way =
             |work: f64| (distance > 0.0 && weight > 0.0).then(|| work / (weight * distance));
+        let residual = flow(|books| books.residual);
         Some(Cost {
             from_s: from.at_s,
             to_s: to.at_s,
@@ -276,12 +279,13 @@ impl Walk {
             dissipated_j: flow(|books| books.dissipated),
             impact_j: flow(|books| books.impact),
             stored_j: flow(EnergyBooks::stored),
-            residual_j: flow(|books| books.residual),
+            residual_j: residual,
             appears_most_j: tenths.iter().copied().fold(0.0, f64::max),
             vanishes_most_j: tenths
                 .iter()
                 .fold(0.0, |most, tenth| f64::max(most, -tenth)),
             cost_of_transport: per_way(work),
+            covered_cost_of_transport: per_way(work + residual),
             positive_cost_of_transport: drives[1].and_then(per_way),
         })
     }

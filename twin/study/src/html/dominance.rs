@@ -107,15 +107,11 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
             "plant",
             "method",
             &format!("{of} ahead at"),
-            "× less time at no greater error",
+            "less time at no greater error",
             "its smallest RMS",
-            "at",
             "levels off from",
-            &format!("{of}, no further off"),
-            "× less time",
-            &format!("{of}, no slower"),
-            "RMS",
-            "× less error",
+            "less time, no further off",
+            "less error, no slower",
         ],
         2,
     );
@@ -148,26 +144,34 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
                 escaped(method.1),
                 format!("{won} of {}", ours().count()),
                 range.map_or("none".to_owned(), |(least, most)| spread(least, most)),
-                si(best.error_rms_m, "m"),
-                setting(best.step_s, best.tolerance),
+                beside(
+                    &si(best.error_rms_m, "m"),
+                    &setting(best.step_s, best.tolerance),
+                ),
                 levels.map_or(String::new(), |floor| rows::time(floor.levels_off_from_s)),
-                closer.map_or("none".to_owned(), name),
-                closer.map_or(String::new(), |rival| grouped_factor(rival.times_less_time)),
-                faster.map_or("none".to_owned(), name),
-                faster.map_or(String::new(), |rival| si(rival.error_rms_m, "m")),
-                faster.map_or(String::new(), |rival| {
-                    grouped_factor(rival.times_less_error)
+                closer.map_or("none".to_owned(), |rival| {
+                    beside(&grouped_factor(rival.times_less_time), &name(rival))
+                }),
+                faster.map_or("none".to_owned(), |rival| {
+                    let error = si(rival.error_rms_m, "m");
+                    let factor = grouped_factor(rival.times_less_error);
+                    beside(&factor, &format!("{}: {error}", name(rival)))
                 }),
             ],
         );
     }
     table.html()
         + &paragraph(
-            "To the right, what does better than the smallest error of the method: the fastest that is no further from the \
+            "To the right, what does better than the smallest error of the method: the fastest setting that is no further from the \
              reference, and the closest that takes no more time. A method levels off where shorter steps, though there are some a \
              quarter as long, do not halve its error any more: that is the engine's own softness, or whatever else of it does not \
              go with the step.",
         )
+}
+
+/// A figure, and what belongs to it.
+fn beside(figure: &str, more: &str) -> String {
+    format!("{figure}<br/>{}", element("span", "soft", more))
 }
 
 /// `3.1 × to 40 ×`

@@ -9,6 +9,9 @@ use super::plot::{Curve, Look, Plot, Point, swatch};
 use super::text::paragraph;
 use super::{figure, precision, rows};
 
+/// Less is rounding of lengths of a tenth of a metre \[m\].
+const ROUNDING_M: f64 = 1e-15;
+
 /// Drift over step.
 pub(crate) fn section(study: &Study) -> String {
     let lines = study.numbered_lines().into_iter();
@@ -24,9 +27,13 @@ pub(crate) fn section(study: &Study) -> String {
             .into_iter()
             .map(|(step, drift, row)| Point {
                 x: step,
-                y: drift,
+                y: drift.max(ROUNDING_M),
                 title: format!("{}; drift {}", rows::title(row), si(drift, "m")),
-                look: Look::Plain,
+                look: if drift > ROUNDING_M {
+                    Look::Plain
+                } else {
+                    Look::Hollow
+                },
             })
             .collect(),
         failed: Vec::new(),
@@ -46,7 +53,7 @@ pub(crate) fn section(study: &Study) -> String {
         .iter()
         .map(|&(number, line)| {
             let points = points(study, line);
-            let logarithms = points.iter().filter(|(_, drift, _)| *drift > 0.0);
+            let logarithms = points.iter().filter(|(_, drift, _)| *drift > ROUNDING_M);
             let logarithms =
                 logarithms.map(|(step, drift, _)| (libm::log(*step), libm::log(*drift)));
             let fit = Fit::through(&logarithms.collect::<Vec<_>>());
@@ -55,8 +62,8 @@ pub(crate) fn section(study: &Study) -> String {
             (swatch(number, false), format!("{}{order}", line.name()))
         })
         .collect();
-    let caption = "The worst of all instants of the grid. A plant whose coordinates cannot leave a loop open has stops, cables and \
-                   contacts alone to drift; methods that find events hold those to rounding.";
+    let caption = "The worst of all instants of the grid, hollow where it is no more than rounding. A plant whose coordinates cannot \
+                   leave a loop open has stops, cables and contacts alone to drift.";
     "<h2>What is open that must be closed</h2>\n".to_owned()
         + &paragraph(
             "How far loops are open, stops passed and contacts overlapped, in metres of the worst of them, as each plant tells of \
@@ -68,8 +75,5 @@ pub(crate) fn section(study: &Study) -> String {
 fn points<'a>(study: &'a Study, line: Line<'a>) -> Vec<(f64, f64, &'a Row)> {
     let rows = precision::of_line(study, line).filter(|row| row.status == Status::Ok);
     let known = rows.filter_map(|row| Some((row.step_s?, row.drift_m?, row)));
-    // A drift that rounding alone makes has no place that means anything, and stands at the lower end.
-    known
-        .map(|(step, drift, row)| (step, drift.max(precision::LEAST_M), row))
-        .collect()
+    known.collect()
 }

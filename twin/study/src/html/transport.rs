@@ -19,8 +19,8 @@ pub(crate) fn section(study: &Study) -> String {
          counted from {} on. Work is that of the drives on the robot, without losses of motors and gears; the cost of transport is \
          work by weight and distance. Net work is by the energy books; positive work is torque by turning of every drive for \
          itself where it gives, so a drive that brakes gets nothing back. What the drives give is taken by friction and impacts or \
-         is stored: what is then left over has appeared from nowhere or vanished, and a plant in which that is not small says \
-         nothing about consumption.",
+         is stored: what is then left over has appeared from nowhere or vanished. The cost is covered had the drives given \
+         that, too; where it differs much from the net cost, a plant says nothing about consumption.",
         si(cost.to_s, "s"),
         si(cost.from_s, "s"),
     ));
@@ -37,7 +37,8 @@ fn table(study: &Study) -> String {
             "set to",
             "speed",
             "cost, net",
-            "cost, positive",
+            "covered",
+            "positive",
             "work, net",
             "positive",
             "friction",
@@ -62,7 +63,7 @@ fn table(study: &Study) -> String {
         cells.extend(
             one.cost
                 .as_ref()
-                .map_or([(); 10].map(|()| String::new()), numbers),
+                .map_or([(); 11].map(|()| String::new()), numbers),
         );
         let why = one.why.as_ref();
         cells.push(why.map_or(String::new(), |why| element("span", "why", &escaped(why))));
@@ -89,13 +90,14 @@ fn apart(cost: &Cost) -> Option<f64> {
     (most > 0.0).then(|| (drives - cost.work_j).abs() / most)
 }
 
-fn numbers(cost: &Cost) -> [String; 10] {
+fn numbers(cost: &Cost) -> [String; 11] {
     let known = apart(cost).is_some_and(|apart| apart <= KNOWN);
     let ratio = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
     let joule = |value: f64| si(value, "J");
     [
         format!("{:.3} m/s", cost.speed_m_s),
         ratio(cost.cost_of_transport),
+        ratio(cost.covered_cost_of_transport),
         ratio(cost.positive_cost_of_transport.filter(|_| known)),
         joule(cost.work_j),
         cost.positive_work_j
@@ -136,23 +138,7 @@ fn told(study: &Study) -> String {
             most / least
         ));
     }
-    let open = |cost: &Cost| share(cost).unwrap_or(0.0).abs();
-    if let Some((one, cost)) = sound().max_by(|a, b| open(a.1).total_cmp(&open(b.1))) {
-        let way = if cost.residual_j > 0.0 {
-            "appears from nowhere"
-        } else {
-            "vanishes"
-        };
-        out += &paragraph(&format!(
-            "The books are furthest open in {}: over the window {} {way}, {:.2} % of the net work; in the worst tenth of it {} \
-             appear or {} vanish.",
-            name(one),
-            si(cost.residual_j.abs(), "J"),
-            100.0 * open(cost),
-            si(cost.appears_most_j, "J"),
-            si(cost.vanishes_most_j, "J"),
-        ));
-    }
+    out += &opened(study);
     let apart = sound().filter_map(|(one, cost)| Some((one, apart(cost)?)));
     if let Some((one, apart)) = apart.max_by(|a, b| a.1.total_cmp(&b.1)) {
         out += &paragraph(&format!(
@@ -164,6 +150,47 @@ fn told(study: &Study) -> String {
         ));
     }
     out
+}
+
+/// Where the books are furthest open, upright or not, and what that does to the cost.
+fn opened(study: &Study) -> String {
+    let ended = study.transports.iter();
+    let ended = ended.filter(|one| one.status == Status::Ok);
+    let known = ended.filter_map(|one| {
+        let cost = one.cost.as_ref()?;
+        Some((one, cost, share(cost)?))
+    });
+    let furthest = known.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
+    let Some((one, cost, share)) = furthest else {
+        return String::new();
+    };
+    let fell = one.fell_at_s.map_or(String::new(), |at| {
+        format!(", which fell at {},", si(at, "s"))
+    });
+    let way = if cost.residual_j > 0.0 {
+        "appear from nowhere"
+    } else {
+        "vanish"
+    };
+    let mut text = format!(
+        "The books are furthest open in {}{fell}: the drives give {}, and {} {way}, {:.2} % of that; at most {} appear and {} vanish in \
+         a tenth of the window.",
+        name(one),
+        si(cost.work_j, "J"),
+        si(cost.residual_j.abs(), "J"),
+        100.0 * share.abs(),
+        si(cost.appears_most_j, "J"),
+        si(cost.vanishes_most_j, "J"),
+    );
+    if let (Some(net), Some(covered)) = (cost.cost_of_transport, cost.covered_cost_of_transport)
+        && net > 0.0
+    {
+        text += &format!(
+            " A cost of {net:.3} would be {covered:.3}, {:.2} times as much, had the drives covered it.",
+            covered / net
+        );
+    }
+    paragraph(&text)
 }
 
 fn name(one: &Transport) -> String {

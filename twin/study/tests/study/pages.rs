@@ -106,8 +106,9 @@ fn a_page_tells_what_a_walk_costs_and_whose_a_limit_is() {
     for told in [
         "What walking costs",
         "from nowhere",
-        // 4 s of 30 mW, of 4 J net.
-        "over the window 120 mJ appears from nowhere, 3.00 % of the net work",
+        // 4 s of 30 mW, of 4 W; 1 W and 1.03 W at 5 W of weight by speed.
+        "the drives give 4 J, and 120 mJ appear from nowhere, 3.00 % of that",
+        "A cost of 0.200 would be 0.206, 1.03 times as much",
         "fell at 4 s",
         "there is no such walker",
     ] {

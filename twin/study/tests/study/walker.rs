@@ -249,6 +249,13 @@ fn energy_from_nowhere_and_energy_that_vanishes_are_told_apart() {
     assert_near(leaking.vanishes_most_j, 0.0, 0.0);
     assert_near(losing.vanishes_most_j, 0.8 * LEAK, ROUNDING);
     assert_near(losing.appears_most_j, 0.0, 0.0);
+    // As if the drives had given what appeared.
+    let covered = (HIP.0 * HIP.1 + LEAK) / (WEIGHT * SPEED);
+    assert_near(
+        leaking.covered_cost_of_transport.unwrap(),
+        covered,
+        ROUNDING,
+    );
     for cost in [leaking, losing] {
         let balance = cost.work_j - cost.dissipated_j - cost.impact_j + cost.residual_j;
         assert_near(balance, cost.stored_j, ROUNDING);
