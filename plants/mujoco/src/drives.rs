@@ -1,7 +1,7 @@
 //! What servos and motors do in a step.
 
 use twinrig_actuator::PositionServo;
-use twinrig_legged::{Fitted, LEGS, Motors, Servos};
+use twinrig_legged::{LEGS, Motors, Servos};
 
 use crate::addresses::{Address, LegAddresses};
 use crate::engine::Engine;
@@ -21,8 +21,27 @@ struct Winding {
 /// A servo turned at so much more than its clutch may transmit \[N·m\].
 const BEYOND: f64 = 1e-9;
 
-/// What the model's parameters are set to for motors: extra inertia, and damping, of hip and pulley of each leg.
-pub(crate) type Tuned = [[[f64; 2]; 2]; LEGS];
+/// What the model's parameters are set to for motors.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tuned {
+    /// Extra inertia, and damping, of hip and pulley of each leg.
+    wanted: [[[f64; 2]; 2]; LEGS],
+    /// Armature and inertia at rest of both, as they were compiled.
+    rest: [[[f64; 2]; 2]; LEGS],
+}
+
+impl Tuned {
+    pub(crate) fn new(engine: &Engine, legs: &[LegAddresses]) -> Self {
+        let mut tuned = Self::default();
+        let model = engine.model();
+        for (rest, at) in tuned.rest.iter_mut().zip(legs) {
+            let (hip, pulley) = driven(at);
+            *rest = [hip, pulley.unwrap_or(hip)]
+                .map(|dof| [model.dof_armature()[dof], model.dof_m0()[dof]]);
+        }
+        tuned
+    }
+}
 
 /// Torques that clutches may transmit, hip and knee of each leg.
 pub(crate) type Limits = [[f64; 2]; LEGS];
@@ -114,7 +133,7 @@ pub(crate) fn power(
     seconds: f64,
     tuned: &mut Tuned,
 ) {
-    let mut wanted = *tuned;
+    let mut wanted = tuned.wanted;
     for (leg, at) in legs.iter().enumerate() {
         let radius = model.legs[leg].pulley_radius;
         // The pulley is a slide at its radius.
@@ -145,24 +164,24 @@ pub(crate) fn power(
             }
         }
     }
-    if wanted == *tuned {
+    if wanted == tuned.wanted {
         return;
     }
-    *tuned = wanted;
-    let own = Fitted::Motors(*motors).inertias()[0];
-    let friction = legs
-        .iter()
-        .enumerate()
-        .map(|(leg, _)| model.legs[leg].friction[0]);
+    tuned.wanted = wanted;
+    let frictions = model.legs.iter().map(|leg| leg.friction[0]);
     engine.retune(|compiled| {
-        for ((at, wanted), friction) in legs.iter().zip(&wanted).zip(friction.clone()) {
+        let all = legs.iter().zip(&wanted).zip(&tuned.rest);
+        for (((at, wanted), rest), friction) in all.zip(frictions) {
             let (hip, pulley) = driven(at);
-            let [[hip_inertia, hip_damping], [pulley_inertia, pulley_damping]] = *wanted;
-            compiled.dof_armature_mut()[hip] = own + hip_inertia;
-            compiled.dof_damping_mut()[hip] = friction + hip_damping;
-            if let Some(pulley) = pulley {
-                compiled.dof_armature_mut()[pulley] = pulley_inertia;
-                compiled.dof_damping_mut()[pulley] = pulley_damping;
+            let dofs = [Some((hip, friction)), pulley.map(|pulley| (pulley, 0.0))];
+            for ((dof, [inertia, damping]), [armature, whole]) in
+                dofs.into_iter().zip(wanted).zip(rest)
+            {
+                let Some((dof, friction)) = dof else { continue };
+                compiled.dof_armature_mut()[dof] = armature + inertia;
+                // Of bodies whose inertia is always the same MuJoCo takes this and does not look again.
+                compiled.dof_m0_mut()[dof] = whole + inertia;
+                compiled.dof_damping_mut()[dof] = friction + damping;
             }
         }
     });

@@ -7,7 +7,7 @@ use crate::addresses::Addresses;
 use crate::drives::{self, Inputs};
 use crate::engine::Engine;
 use crate::model::Model;
-use crate::rates::LegRates;
+use crate::rates::{Held, LegRates};
 
 /// What acts on a leg, at an instant or in the mean of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -68,19 +68,18 @@ pub(crate) fn feel(
     all
 }
 
-/// Power of all constraints but the clutches' on their flywheels \[W\].
-pub(crate) fn constraint_power(
-    engine: &Engine,
-    at: &Addresses,
-    qvel: impl Iterator<Item = f64>,
-) -> f64 {
-    let forces = engine.data().qfrc_constraint();
+/// What all constraints do at these velocities, but for the clutches on their flywheels.
+pub(crate) fn held(engine: &Engine, at: &Addresses, qvel: impl Iterator<Item = f64>) -> Held {
+    let data = engine.data();
     let wheels = at.legs.iter().filter_map(|leg| leg.flywheels);
     let is_wheel = |dof: usize| wheels.clone().flatten().any(|[_, wheel]| wheel == dof);
-    let all = forces.iter().zip(qvel).enumerate();
-    all.filter(|(dof, _)| !is_wheel(*dof))
-        .map(|(_, (force, rate))| force * rate)
-        .sum()
+    let all = data.qfrc_constraint().iter().zip(qvel).enumerate();
+    let felt = all.filter(|(dof, _)| !is_wheel(*dof));
+    Held {
+        power: felt.map(|(_, (force, rate))| force * rate).sum(),
+        clutches: wheels.clone().next().is_some(),
+        limits: data.nl() > 0,
+    }
 }
 
 /// Forces of the ground on a foot: along the normals of its contacts, and across them \[N\].

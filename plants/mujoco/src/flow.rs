@@ -10,12 +10,12 @@ use twinrig_runtime::WorkCounts;
 use crate::addresses::Addresses;
 use crate::drives::{self, Inputs, Limits, Tuned, Turned};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
-use crate::felt::{LegForces, constraint_power, feel};
+use crate::felt::{LegForces, feel, held};
 use crate::frame::{LegFrame, TrunkFrame, place, spatial};
 use crate::mjcf::written;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
-use crate::rates::{self, LegRates, Powers, mean};
+use crate::rates::{self, Held, LegRates, Powers, mean};
 
 /// A trunk that another plant has so much farther out of this one's way than this cannot be taken over \[m, 1\].
 const OFF: f64 = 1e-6;
@@ -88,7 +88,7 @@ impl Flow {
             standing: [false; LEGS],
             events: 0,
             fallbacks: 0,
-            tuned: [[[0.0; 2]; 2]; LEGS],
+            tuned: Tuned::new(&engine, &at.legs),
             qvel: vec![0.0; engine.data().qvel().len()],
             model,
             engine,
@@ -286,9 +286,9 @@ impl Flow {
             .iter()
             .zip(now)
             .map(|(old, new)| 0.5 * (old + new));
-        let held = constraint_power(&self.engine, &self.at, between);
+        let held = held(&self.engine, &self.at, between);
         let forces = feel(&self.engine, &self.model, &self.at, &self.inputs, &rates);
-        self.enter(1.0, seconds, &forces, [&rates, &rubbing], held);
+        self.enter(1.0, seconds, &forces, [&rates, &rubbing], &held);
         Ok(())
     }
 
@@ -306,10 +306,10 @@ impl Flow {
             }
             let rates = self.rates();
             let own = self.engine.data().qvel().iter().copied();
-            let held = constraint_power(&self.engine, &self.at, own);
+            let held = held(&self.engine, &self.at, own);
             let forces = feel(&self.engine, &self.model, &self.at, &self.inputs, &rates);
             let share = self.engine.weight(stage);
-            self.enter(share, seconds, &forces, [&rates, &rates], held);
+            self.enter(share, seconds, &forces, [&rates, &rates], &held);
         }
         let done = self.engine.finish_stages(seconds);
         if done.is_err() {
@@ -326,13 +326,12 @@ impl Flow {
         seconds: f64,
         forces: &[LegForces; LEGS],
         rates: [&[LegRates; LEGS]; 2],
-        held: f64,
+        held: &Held,
     ) {
         for (mean, forces) in self.forces.iter_mut().zip(forces) {
             mean.add(share, forces);
         }
-        let clutches = matches!(self.model.drives, Some(Fitted::Servos(_)));
-        let powers = Powers::new(&self.model, forces, rates, held, clutches);
+        let powers = Powers::new(&self.model, forces, rates, held);
         powers.enter(share * seconds, &mut self.ledger);
     }
 

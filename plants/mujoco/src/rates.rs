@@ -81,6 +81,18 @@ pub(crate) fn mean(one: &[LegRates; LEGS], other: &[LegRates; LEGS]) -> [LegRate
     std::array::from_fn(|leg| one[leg].between(&other[leg]))
 }
 
+/// What MuJoCo holds by constraints.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held {
+    /// Power of all of them \[W\].
+    pub(crate) power: f64,
+    /// Whether clutches are among them.
+    pub(crate) clutches: bool,
+    /// Whether stops or cables are. Else what ground and clutches have no part in is the pins': they should do no work, and what
+    /// they do is an error of the engine, for the residual to show.
+    pub(crate) limits: bool,
+}
+
 /// Where power goes \[W\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Powers {
@@ -90,34 +102,34 @@ pub(crate) struct Powers {
 }
 
 impl Powers {
-    /// Of forces at these rates, and of the friction that joints have at the rates `rubbing`. `held` is the power of all that MuJoCo knows as constraints: what the clutches and the ground
-    /// have no part in is that of stops, cables and pins.
+    /// Of forces at these rates, and of the friction that joints have at the rates `rubbing`.
     pub(crate) fn new(
         model: &Model,
         forces: &[LegForces; LEGS],
         [rates, rubbing]: [&[LegRates; LEGS]; 2],
-        held: f64,
-        clutches: bool,
+        held: &Held,
     ) -> Self {
-        let mut powers = Self {
-            impact: -held,
-            ..Self::default()
-        };
+        let mut powers = Self::default();
+        let mut stops = held.power;
         for (i, leg) in model.legs.iter().enumerate() {
             let (forces, rates) = (&forces[i], &rates[i]);
             let [hip, knee] = rates.driven();
             let driven = forces.torques[0] * hip + forces.torques[1] * knee;
             powers.actuator += driven;
-            if clutches {
-                powers.impact += driven;
+            if held.clutches {
+                stops -= driven;
             }
             for (joint, friction) in leg.friction.iter().enumerate() {
                 powers.dissipated += friction * rubbing[i].joints[joint] * rates.joints[joint];
             }
-            // What presses the foot is in the impacts already; what rubs it is something else.
-            let rubbed = Vector3::from(forces.along).dot(&Vector3::from(rates.foot));
-            powers.impact += rubbed;
+            let along = |force: [f64; 3]| Vector3::from(force).dot(&Vector3::from(rates.foot));
+            let (pressed, rubbed) = (along(forces.normal), along(forces.along));
+            powers.impact -= pressed;
             powers.dissipated -= rubbed;
+            stops -= pressed + rubbed;
+        }
+        if held.limits {
+            powers.impact -= stops;
         }
         powers
     }

@@ -66,9 +66,8 @@ impl Golden {
 /// How far a leg is from its reference.
 #[derive(Debug)]
 pub struct Far {
-    /// Of the foot, root of the mean square and greatest \[m\].
+    /// Of the foot, root of the mean square \[m\].
     pub rms: f64,
-    pub worst: f64,
     /// Lost in impacts, and by the reference \[J\].
     pub lost: [f64; 2],
     /// Greatest of what should be closed and was open \[m\].
@@ -78,33 +77,25 @@ pub struct Far {
 }
 
 pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Far {
-    far_until(name, with, step_us, f64::INFINITY)
-}
-
-/// The same, up to a time \[s\].
-pub fn far_until(name: &str, with: impl Fn(Setup) -> Options, step_us: u64, until_s: f64) -> Far {
     let golden = Golden::read(name);
     let robot = golden.robot();
     let mut scene = Scene::new(&robot, &with(golden.setup(step_us)));
     let every = golden.0["step_s"].as_f64().unwrap();
     let us = SimDuration::try_from_secs_f64(every).unwrap().as_nanos() / 1000;
     let hip = robot.legs[0].hip;
-    let (mut sum, mut worst, mut count, mut drift) = (0.0, 0.0_f64, 0, 0.0_f64);
+    let (mut sum, mut count, mut drift) = (0.0, 0, 0.0_f64);
     let feet = golden.rows("foot");
     for (k, foot) in feet.iter().enumerate() {
-        if k as f64 * every > until_s {
-            break;
-        }
         if k > 0 {
             scene.go(us);
         }
         let found = scene.read("leg/LF/foot/position");
         let trunk = scene.read("body/position");
         let apart = [0, 2].map(|axis| found[axis] - trunk[axis] - hip[axis]);
-        let square = (apart[0] - foot[0]).powf(2.0) + (apart[1] - foot[1]).powf(2.0);
+        let [x, z] = [apart[0] - foot[0], apart[1] - foot[1]];
+        let square = x * x + z * z;
         assert!(square.is_finite());
         sum += square;
-        worst = worst.max(square.sqrt());
         drift = drift.max(scene.plant.drift().unwrap());
         count += 1;
     }
@@ -112,7 +103,6 @@ pub fn far_until(name: &str, with: impl Fn(Setup) -> Options, step_us: u64, unti
     let books = scene.plant.energy();
     Far {
         rms: (sum / f64::from(count)).sqrt(),
-        worst,
         lost: [books.impact, lost[lost.len() - 1]],
         drift,
         residual: books.residual.abs() / books.exchanged.max(1e-12),

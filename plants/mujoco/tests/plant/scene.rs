@@ -94,6 +94,11 @@ impl Scene {
         Self::new(&robot(), &Options::new(setup, coordinates))
     }
 
+    /// Takes it to be so many microseconds later than it was built.
+    pub fn skip(&mut self, us: u64) {
+        self.now += SimDuration::from_micros(us);
+    }
+
     /// Goes on by so many microseconds.
     pub fn go(&mut self, us: u64) {
         self.now += SimDuration::from_micros(us);
