@@ -216,6 +216,13 @@ pub enum StudyCommand {
     /// restitution of the robot and its ground are varied, one at a time. A limit at which the feet are not where they
     /// should be is marked as wrong.
     Stability(StudyOptions),
+    /// What it costs, and what it saves, if plant and boards meet on a grid
+    ///
+    /// Runs the whole rig, controller, drivers and boards included, with the plant moved to each of their instants and with
+    /// the plant on grids of many steps, and compares where feet and trunk are with exact coupling at a fine step of the
+    /// plant, which a step twice as long checks.
+    #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
+    Coupling(StudyOptions),
 }
 
 /// What a study is told.
@@ -230,7 +237,7 @@ pub struct StudyOptions {
     /// Set a key of the scenario: duration="300 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Simulate so much: "300 ms" [default: precision the first 300 ms, stability 2 s]
+    /// Simulate so much: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s]
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
     /// Take at most about so many seconds; what is cut for it is shown

@@ -33,6 +33,8 @@ mod bus_kind;
 mod buses;
 mod commands;
 mod coupling;
+mod coupling_studio;
+mod coupling_table;
 mod drives;
 mod error;
 mod execute;

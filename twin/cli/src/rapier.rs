@@ -122,7 +122,9 @@ fn solver(given: &Given, joints: Joints) -> Solver {
         Solver::best(joints)
     };
     let count = |name, other| {
-        let count = given.natural(name).and_then(|count| u32::try_from(count).ok());
+        let count = given
+            .natural(name)
+            .and_then(|count| u32::try_from(count).ok());
         count.unwrap_or(other)
     };
     let soft = |what: &str, of: Softness| Softness {

@@ -1,11 +1,18 @@
 //! Rows as comma-separated values.
 
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::row::Row;
 
 /// The rows as CSV (RFC 4180), with the keys of the JSON as its first line; what does not apply is empty.
 pub fn csv(rows: &[Row]) -> String {
+    // Two that are left out where they do not apply stand together.
+    table(rows, &["step_s", "tolerance"])
+}
+
+/// The same of rows of any kind, whose values are texts, numbers or lists; `settings` are the third column and those after it.
+pub(crate) fn table(rows: &[impl Serialize], settings: &[&str]) -> String {
     let rows: Vec<Value> = rows
         .iter()
         .filter_map(|row| serde_json::to_value(row).ok())
@@ -18,10 +25,9 @@ pub fn csv(rows: &[Row]) -> String {
             }
         }
     }
-    // The two that are left out where they do not apply stand together.
-    keys.retain(|&key| key != "step_s" && key != "tolerance");
+    keys.retain(|key| !settings.contains(key));
     let place = keys.len().min(2);
-    keys.splice(place..place, ["step_s", "tolerance"]);
+    keys.splice(place..place, settings.iter().copied());
     let mut text = keys.join(",") + "\n";
     for row in &rows {
         let cells: Vec<String> = keys
@@ -41,6 +47,7 @@ fn cell(value: &Value) -> String {
             format!("\"{}\"", text.replace('"', "\"\""))
         }
         Value::String(text) => text.clone(),
+        Value::Array(_) => cell(&Value::String(value.to_string())),
         other => other.to_string(),
     }
 }

@@ -21,6 +21,7 @@
 
 mod budget;
 mod commands;
+mod coupling;
 mod criteria;
 mod csv;
 mod dominance;
@@ -55,6 +56,10 @@ mod watcher;
 mod workshop;
 
 pub use commands::{Commands, Tape, Tapped};
+pub use coupling::{
+    CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow, CouplingStudy, RigMake,
+    RigScene, RigWorkshop, Way, coupling,
+};
 pub use csv::csv;
 pub use dominance::{Dominance, Duel, Rival};
 pub use error::StudyError;

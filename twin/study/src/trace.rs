@@ -5,7 +5,7 @@ use twinrig_runtime::{Plant, PlantEvent, WorkCounts};
 
 use crate::outing::{Ending, Go, Outing};
 
-const TRUNK: &str = "body/position";
+pub(crate) const TRUNK: &str = "body/position";
 const FOOT: (&str, &str) = ("leg/", "/foot/position");
 
 /// What was seen of a run.
@@ -45,6 +45,11 @@ pub(crate) struct Errors {
     pub(crate) trunk: Option<(f64, f64)>,
 }
 
+/// Whether a signal is where a foot is.
+pub(crate) fn is_foot(name: &str) -> bool {
+    name.starts_with(FOOT.0) && name.ends_with(FOOT.1)
+}
+
 /// Where what is compared lies among the outputs of a plant.
 struct Places {
     feet: Vec<(String, usize)>,
@@ -56,7 +61,6 @@ impl Places {
     fn of(plant: &dyn Plant) -> Self {
         let ports = plant.ports();
         let layout = Layout::of(&ports, Direction::Output);
-        let is_foot = |name: &str| name.starts_with(FOOT.0) && name.ends_with(FOOT.1);
         let vectors = || layout.fields().filter(|field| field.port.size == 3);
         let feet = vectors().filter(|field| is_foot(&field.port.name));
         let trunk = vectors().find(|field| field.port.name == TRUNK);
@@ -71,17 +75,26 @@ impl Places {
 }
 
 impl Trace {
-    /// Leads `plant` through a scene and sees where it goes. `enough` is asked with the kinetic energy at every sample and
-    /// ends the run if it says so.
-    pub(crate) fn record(
-        plant: &mut dyn Plant,
-        outing: &Outing<'_>,
-        mut enough: impl FnMut(f64) -> bool,
-    ) -> (Self, Ending) {
-        let mut places = Places::of(plant);
-        let mut trace = Self {
+    /// Of what somebody else saw: where feet and trunk were, sample by sample, foot by foot.
+    pub(crate) fn seen(
+        feet: Vec<String>,
+        at_s: Vec<f64>,
+        feet_at: Vec<[f64; 3]>,
+        trunk_at: Vec<[f64; 3]>,
+    ) -> Self {
+        Self {
+            at_s,
+            feet,
+            feet_at,
+            trunk_at,
+            ..Self::empty()
+        }
+    }
+
+    fn empty() -> Self {
+        Self {
             at_s: Vec::new(),
-            feet: places.feet.iter().map(|(name, _)| name.clone()).collect(),
+            feet: Vec::new(),
             feet_at: Vec::new(),
             trunk_at: Vec::new(),
             trusted: usize::MAX,
@@ -93,6 +106,20 @@ impl Trace {
             events: Vec::new(),
             work: WorkCounts::default(),
             took_s: 0.0,
+        }
+    }
+
+    /// Leads `plant` through a scene and sees where it goes. `enough` is asked with the kinetic energy at every sample and
+    /// ends the run if it says so.
+    pub(crate) fn record(
+        plant: &mut dyn Plant,
+        outing: &Outing<'_>,
+        mut enough: impl FnMut(f64) -> bool,
+    ) -> (Self, Ending) {
+        let mut places = Places::of(plant);
+        let mut trace = Self {
+            feet: places.feet.iter().map(|(name, _)| name.clone()).collect(),
+            ..Self::empty()
         };
         plant.log_events(true);
         let watch = crate::stopwatch::Stopwatch::start();

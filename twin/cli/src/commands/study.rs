@@ -4,13 +4,17 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 use twinrig_study::{
-    Machine, PrecisionPlan, StabilityPlan, Study, Watcher, csv, html, precision, stability,
+    CouplingPlan, CouplingStudy, Machine, PrecisionPlan, StabilityPlan, Study, Watcher, coupling,
+    csv, html, precision, stability,
 };
 
 use super::{FINE, Terminal, WRONG};
 use crate::args::{StudyArgs, StudyCommand, StudyOptions};
+use crate::coupling_studio::RigStudio;
+use crate::coupling_table;
 use crate::error::TwinError;
 use crate::interrupt;
+use crate::paint::Paint;
 use crate::progress::Progress;
 use crate::registry::Registry;
 use crate::studio::Studio;
@@ -26,13 +30,14 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
     let (name, options) = match &args.study {
         StudyCommand::Precision(options) => ("precision", options),
         StudyCommand::Stability(options) => ("stability", options),
+        StudyCommand::Coupling(options) => ("coupling", options),
     };
-    match done(registry, &args.study, options, terminal) {
-        Ok((study, machine, files)) => {
+    match done(registry, &args.study, name, options, terminal) {
+        Ok((found, machine, files)) => {
             if options.json {
-                terminal.print_json(&study.json(&machine, &command(name, options)));
+                terminal.print_json(&found.json(&machine, &command(name, options)));
             } else {
-                let text = study_table::text(&study, &files, terminal.paint);
+                let text = found.text(&files, terminal.paint);
                 terminal.print(&text);
             }
             FINE
@@ -44,12 +49,49 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
     }
 }
 
+/// What a study found, of whatever kind.
+enum Found {
+    Plants(Study),
+    Coupling(CouplingStudy),
+}
+
+impl Found {
+    fn json(&self, machine: &Machine, command: &str) -> serde_json::Value {
+        match self {
+            Self::Plants(study) => study.json(machine, command),
+            Self::Coupling(study) => study.json(machine, command),
+        }
+    }
+
+    fn html(&self, machine: &Machine, command: &str) -> String {
+        match self {
+            Self::Plants(study) => html(study, machine, command),
+            Self::Coupling(study) => study.html(machine, command),
+        }
+    }
+
+    fn csv(&self) -> String {
+        match self {
+            Self::Plants(study) => csv(&study.rows),
+            Self::Coupling(study) => study.csv(),
+        }
+    }
+
+    fn text(&self, files: &[PathBuf], paint: Paint) -> String {
+        match self {
+            Self::Plants(study) => study_table::text(study, files, paint),
+            Self::Coupling(study) => coupling_table::text(study, files, paint),
+        }
+    }
+}
+
 fn done(
     registry: &Registry,
     which: &StudyCommand,
+    name: &'static str,
     options: &StudyOptions,
     terminal: &Terminal<'_>,
-) -> Result<(Study, Machine, Vec<PathBuf>), TwinError> {
+) -> Result<(Found, Machine, Vec<PathBuf>), TwinError> {
     let settings: Vec<Setting> = options
         .set
         .iter()
@@ -62,23 +104,20 @@ fn done(
     // What cannot be written is known before the work.
     create(&options.out)?;
     let machine = Machine::here(BUILD);
-    let studio = Studio::new(
-        registry,
-        &options.scenario,
-        &settings,
-        &options.plant,
-        options.duration,
-    )?;
     let wanted = terminal.watched && !options.json;
-    let (name, study) = match which {
+    let looker = &mut Looker(Progress::of_parts(name, wanted));
+    let studio = |names| {
+        let path = &options.scenario;
+        Studio::new(registry, path, &settings, names, options.duration)
+    };
+    let found = match which {
         StudyCommand::Precision(_) => {
             let plan = PrecisionPlan {
                 duration: options.duration,
                 budget_s: options.budget,
                 ..PrecisionPlan::default()
             };
-            let mut looker = Looker(Progress::of_parts("precision", wanted));
-            ("precision", precision(&studio, &plan, &mut looker))
+            precision(&studio(&options.plant)?, &plan, looker).map(Found::Plants)
         }
         StudyCommand::Stability(_) => {
             let mut plan = StabilityPlan {
@@ -86,16 +125,24 @@ fn done(
                 ..StabilityPlan::default()
             };
             plan.duration = options.duration.unwrap_or(plan.duration);
-            let mut looker = Looker(Progress::of_parts("stability", wanted));
-            ("stability", stability(&studio, &plan, &mut looker))
+            stability(&studio(&options.plant)?, &plan, looker).map(Found::Plants)
+        }
+        StudyCommand::Coupling(_) => {
+            let plan = CouplingPlan {
+                duration: options.duration,
+                budget_s: options.budget,
+                ..CouplingPlan::default()
+            };
+            let rigs = RigStudio::new(registry, &options.scenario, &settings, &options.plant)?;
+            coupling(&rigs, &plan, looker).map(Found::Coupling)
         }
     };
-    let study = study.map_err(|source| TwinError::Study {
+    let found = found.map_err(|source| TwinError::Study {
         file: options.scenario.display().to_string(),
         source,
     })?;
-    let files = write(&study, &machine, &command(name, options), options)?;
-    Ok((study, machine, files))
+    let files = write(name, &found, &machine, options)?;
+    Ok((found, machine, files))
 }
 
 /// Shows progress, and ends a study when somebody presses Ctrl-C.
@@ -134,23 +181,24 @@ fn create(folder: &Path) -> Result<(), TwinError> {
 
 /// Writes page, table and JSON, and says where they are.
 fn write(
-    study: &Study,
+    name: &str,
+    found: &Found,
     machine: &Machine,
-    command: &str,
     options: &StudyOptions,
 ) -> Result<Vec<PathBuf>, TwinError> {
     let stem = options.scenario.file_stem();
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
-    let json = study.json(machine, command);
+    let command = command(name, options);
+    let json = found.json(machine, &command);
     let texts = [
-        ("html", html(study, machine, command)),
-        ("csv", csv(&study.rows)),
+        ("html", found.html(machine, &command)),
+        ("csv", found.csv()),
         ("json", format!("{json:#}\n")),
     ];
     let mut files = Vec::new();
     for (ending, text) in texts {
-        let name = format!("{}-{stem}.{ending}", study.kind.name());
-        let path = options.out.join(name);
+        let file = format!("{name}-{stem}.{ending}");
+        let path = options.out.join(file);
         std::fs::write(&path, text).map_err(|source| TwinError::Write {
             path: path.clone(),
             source,

@@ -296,3 +296,76 @@ fn what_is_wrong_is_said_and_is_exit_code_2() {
             .contains("nowhere.toml")
     );
 }
+
+#[test]
+fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
+    let folder = Folder::new("study-coupling");
+    let words = [
+        "coupling",
+        "--plant",
+        "spring",
+        "--duration",
+        "60 ms",
+        "--json",
+    ];
+    let done = study(&folder, &words, DRIVEN);
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    let printed = &json(&done.out)[0];
+    assert_eq!(printed["study"], "coupling");
+    assert!(printed["left_out"][0].as_str().unwrap().contains("no bus"));
+    let rows = printed["rows"].as_array().unwrap();
+    // Three ways together and two alone, at eight steps each.
+    assert_eq!(rows.len(), 40);
+    assert!(rows.iter().all(|row| row["status"] == "ok"), "{rows:?}");
+    let error = |method: &str, step: f64| {
+        let mut ours = rows.iter().filter(|row| {
+            row["method"] == method && row["step_s"] == step && row["kind"] == "alone"
+        });
+        ours.next().unwrap()["error_max_m"].as_f64().unwrap()
+    };
+    // The controller meets the plant every 2 ms: on a grid that divides that nothing is made up, and nothing is wrong.
+    for method in ["grid", "grid-held"] {
+        for step in [2e-3, 1e-3, 5e-4, 1e-4] {
+            assert_eq!(error(method, step), 0.0, "{method} {step}");
+        }
+        assert!(error(method, 5e-3) > 0.0, "{method}");
+    }
+    for ending in ["html", "csv", "json"] {
+        let path = folder.join(&format!("out/coupling-spring.{ending}"));
+        assert!(Path::new(&path).exists(), "{path}");
+    }
+    let table = study(&folder, &words[..5], DRIVEN);
+    for wanted in ["grid-held: RMS", "5 ms", "no bus", "coupling-spring.html"] {
+        assert!(table.out.contains(wanted), "no {wanted} in\n{}", table.out);
+    }
+}
+
+#[test]
+fn a_plan_tells_how_plant_and_boards_meet() {
+    let folder = Folder::new("plan-coupling");
+    let scenario = folder.file("spring.toml", DRIVEN);
+    let plan = |more: &[&str]| twin_of(&springs(), &[&["plan", &scenario], more].concat());
+    let exact = plan(&["--json"]);
+    assert_eq!(
+        json(&exact.out)[0]["schedule"]["coupling_grid_s"],
+        serde_json::Value::Null
+    );
+    let set = [
+        "--set",
+        "plant.coupling={ grid = \"0.5 ms\", inputs = \"held\" }",
+    ];
+    let grid = plan(&[&set[..], &["--json"]].concat());
+    assert_eq!(json(&grid.out)[0]["schedule"]["coupling_grid_s"], 5e-4);
+    let text = plan(&set).out;
+    assert!(
+        text.contains("on a grid of 0.5 ms: commands act from its next"),
+        "{text}"
+    );
+    let wrong = plan(&["--set", "plant.coupling={ grid = \"3 ms\" }"]);
+    assert_eq!(wrong.code, 2);
+    assert!(
+        wrong.err.contains("must divide the observation period"),
+        "{}",
+        wrong.err
+    );
+}

@@ -1,6 +1,7 @@
 //! A study as one page that needs nothing else: no script, no font, no network.
 
 mod axis;
+mod coupling;
 mod dominance;
 mod drift;
 mod footsteps;
@@ -18,6 +19,7 @@ mod transport;
 use std::fmt::Write as _;
 
 use crate::machine::Machine;
+use crate::reference::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};
@@ -31,74 +33,104 @@ pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
         StudyKind::Precision => ("Error against run time", precision::body(study)),
         StudyKind::Stability => ("The largest stable step", stability::body(study)),
     };
-    let heading = format!(
-        "<header><p class=\"kind\">Study of {}</p><h1>{}: {}</h1><p class=\"headline\">{}</p></header>\n",
-        study.kind.name(),
-        escaped(title),
-        escaped(&study.scenario),
-        escaped(&study.headline())
-    );
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{}: {}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{heading}{body}{}</main>\n</body>\n</html>\n",
-        escaped(title),
-        escaped(&study.scenario),
-        how(study, machine, command)
-    )
+    let left_out = study.left_out.iter();
+    let left_out = left_out.map(|left| ("left out".to_owned(), left.clone()));
+    let cut = study
+        .cut()
+        .map(|row| format!("{} {} {}", row.plant, row.method, rows::setting(row)));
+    Page {
+        kind: study.kind.name(),
+        title,
+        scenario: &study.scenario,
+        file: &study.file,
+        headline: study.headline(),
+        body,
+        terms: study.criteria.iter().cloned().chain(left_out).collect(),
+        cut: cut.collect(),
+        budget_s: study.budget_s,
+    }
+    .html(machine, command)
 }
 
-/// What it was run on, what its words mean, and how to run it again.
-fn how(study: &Study, machine: &Machine, command: &str) -> String {
-    let load = machine.load.map_or(String::new(), |load| {
+/// What a page is made of, whichever study it is of.
+struct Page<'a> {
+    kind: &'a str,
+    title: &'a str,
+    scenario: &'a str,
+    file: &'a str,
+    headline: String,
+    /// HTML.
+    body: String,
+    /// What words mean, and what was left out.
+    terms: Vec<(String, String)>,
+    /// What would have taken too long.
+    cut: Vec<String>,
+    budget_s: f64,
+}
+
+impl Page<'_> {
+    fn html(&self, machine: &Machine, command: &str) -> String {
+        let (title, scenario) = (escaped(self.title), escaped(self.scenario));
+        let heading = format!(
+            "<header><p class=\"kind\">Study of {}</p><h1>{title}: {scenario}</h1><p class=\"headline\">{}</p></header>\n",
+            self.kind,
+            escaped(&self.headline)
+        );
         format!(
-            "; load {load:.2} as the study began{}",
-            if load > 1.0 {
-                ", so others took part of the time"
-            } else {
-                ""
-            }
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+             <title>{title}: {scenario}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{heading}{}{}</main>\n</body>\n</html>\n",
+            self.body,
+            self.how(machine, command)
         )
-    });
-    let mut terms = String::new();
-    let mut term = |name: &str, html: &str| {
-        // Writing to a text cannot fail.
-        let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
-    };
-    term("repeat it", &element("code", "", &escaped(command)));
-    term("scenario", &element("code", "", &escaped(&study.file)));
-    term(
-        "machine",
-        &escaped(&format!("{}, {}", machine.cpu, machine.system)),
-    );
-    term(
-        "cores",
-        &escaped(&format!(
-            "{}, of which a study uses one{load}",
-            machine.cores
-        )),
-    );
-    term("build", &escaped(&machine.build));
-    for (name, text) in &study.criteria {
-        term(name, &escaped(text));
     }
-    for left in &study.left_out {
-        term("left out", &escaped(left));
+
+    /// What it was run on, what its words mean, and how to run it again.
+    fn how(&self, machine: &Machine, command: &str) -> String {
+        let load = machine.load.map_or(String::new(), |load| {
+            format!(
+                "; load {load:.2} as the study began{}",
+                if load > 1.0 {
+                    ", so others took part of the time"
+                } else {
+                    ""
+                }
+            )
+        });
+        let mut terms = String::new();
+        let mut term = |name: &str, html: &str| {
+            // Writing to a text cannot fail.
+            let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
+        };
+        term("repeat it", &element("code", "", &escaped(command)));
+        term("scenario", &element("code", "", &escaped(self.file)));
+        term(
+            "machine",
+            &escaped(&format!("{}, {}", machine.cpu, machine.system)),
+        );
+        term(
+            "cores",
+            &escaped(&format!(
+                "{}, of which a study uses one{load}",
+                machine.cores
+            )),
+        );
+        term("build", &escaped(&machine.build));
+        for (name, text) in &self.terms {
+            term(name, &escaped(text));
+        }
+        let cut = if self.cut.is_empty() {
+            format!("nothing was cut; the study was allowed {} s", self.budget_s)
+        } else {
+            format!(
+                "for a budget of {} s: {}",
+                self.budget_s,
+                self.cut.join(", ")
+            )
+        };
+        term("cut", &escaped(&cut));
+        format!("<h2>How this came about</h2>\n<dl>\n{terms}</dl>\n")
     }
-    let cut: Vec<String> = study
-        .cut()
-        .map(|row| format!("{} {} {}", row.plant, row.method, rows::setting(row)))
-        .collect();
-    let cut = if cut.is_empty() {
-        format!(
-            "nothing was cut; the study was allowed {} s",
-            study.budget_s
-        )
-    } else {
-        format!("for a budget of {} s: {}", study.budget_s, cut.join(", "))
-    };
-    term("cut", &escaped(&cut));
-    format!("<h2>How this came about</h2>\n<dl>\n{terms}</dl>\n")
 }
 
 /// What the plants were commanded, in a sentence.
@@ -112,7 +144,7 @@ fn commanded(study: &Study) -> &'static str {
 }
 
 /// The references of the plants.
-fn references(study: &Study) -> String {
+fn references(notes: &[ReferenceNote]) -> String {
     let mut table = table::Table::new(
         &[
             "plant",
@@ -124,7 +156,7 @@ fn references(study: &Study) -> String {
         ],
         3,
     );
-    for note in &study.references {
+    for note in notes {
         let knob = number::knob(note.step_s, note.tolerance);
         let of = note.of_plant.as_ref();
         let of = of.map_or(String::new(), |plant| format!("{} ", escaped(plant)));

@@ -52,7 +52,7 @@ pub(crate) fn body(study: &Study) -> String {
          another's model by other means is that one's. Errors below the disagreement of the two are at the floor: less is not \
          known of them.",
     );
-    out += &references(study);
+    out += &references(&study.references);
     out += &models::section(study);
     out += &footsteps::section(study);
     out += &transport::section(study);

@@ -36,7 +36,7 @@ pub(crate) fn body(study: &Study) -> String {
         out += &thesis::section(study);
     }
     out += "<h2>What they are measured against</h2>\n";
-    out += &references(study);
+    out += &references(&study.references);
     out += "<h2>All searches</h2>\n";
     out += &all(study);
     out

@@ -1,5 +1,6 @@
 //! Studies of oscillators, of which all is known.
 
+mod coupling;
 mod engines;
 mod oscillator;
 mod pages;

@@ -5,7 +5,7 @@ use twinrig_study::{Factor, Machine, html};
 use crate::oscillator::Oscillators;
 use crate::{precision, stability, walker};
 
-fn machine() -> Machine {
+pub(crate) fn machine() -> Machine {
     Machine {
         cpu: "Any <CPU> & \"co\"".to_owned(),
         cores: 2,
@@ -43,7 +43,7 @@ fn pages() -> [String; 3] {
 }
 
 /// The names of the elements of `page`, which must close in the order they opened.
-fn elements(page: &str) -> Vec<String> {
+pub(crate) fn elements(page: &str) -> Vec<String> {
     let mut open: Vec<String> = Vec::new();
     let mut all = Vec::new();
     let mut rest = page.strip_prefix("<!DOCTYPE html>\n").unwrap();

@@ -1,0 +1,286 @@
+//! Exact against grid coupling of plant and boards: error against run time.
+
+mod found;
+mod row;
+mod run;
+mod workshop;
+
+pub use found::{CouplingOrder, CouplingStudy};
+pub use row::{CouplingKind, CouplingRow};
+pub use workshop::{CouplingMethod, RigMake, RigScene, RigWorkshop, Way};
+
+use twinrig_kernel::SimDuration;
+
+use crate::budget::{Budget, Share};
+use crate::error::StudyError;
+use crate::number::si;
+use crate::reference::{CheckNote, ReferenceNote};
+use crate::row::Status;
+use crate::watcher::Watcher;
+use run::Run;
+
+/// How coupling is studied.
+#[derive(Clone, Debug)]
+pub struct CouplingPlan {
+    /// How much of the scene; none: its first second, as far as it goes.
+    pub duration: Option<SimDuration>,
+    /// Steps of the grid, the longest first, all of which divide the first: what is compared is compared at its multiples.
+    pub steps: Vec<SimDuration>,
+    /// The step of the plant in the reference; that in its check is twice as long.
+    pub fine: SimDuration,
+    /// Runs whose median is the run time.
+    pub repetitions: u64,
+    /// What the study may take in all \[s\]. What is cut for it is a row, too.
+    pub budget_s: f64,
+}
+
+impl Default for CouplingPlan {
+    fn default() -> Self {
+        let micros = [10_000, 5_000, 2_000, 1_000, 500, 200, 100, 50];
+        Self {
+            duration: None,
+            steps: micros.map(SimDuration::from_micros).into(),
+            fine: SimDuration::from_micros(25),
+            repetitions: 3,
+            budget_s: 200.0,
+        }
+    }
+}
+
+/// So much of a scene is studied where nobody says how much.
+const WINDOW: SimDuration = SimDuration::from_secs(1);
+/// The reference is trusted as long as its check is this near: a loop that is closed through contacts and whole counts of
+/// encoders takes no two runs the same way for long \[m\].
+const NEAR_M: f64 = 1e-4;
+
+/// Studies what coupling on a grid costs and what it saves.
+///
+/// # Errors
+/// [`StudyError`] if there is nothing to study, or `watcher` ended it.
+pub fn coupling(
+    workshop: &dyn RigWorkshop,
+    plan: &CouplingPlan,
+    watcher: &mut dyn Watcher,
+) -> Result<CouplingStudy, StudyError> {
+    let plants = workshop.plants();
+    let (Some(observe), false) = (plan.steps.first().copied(), plants.is_empty()) else {
+        return Err(StudyError::NoPlant);
+    };
+    let scene = workshop.scene();
+    let duration = plan.duration.unwrap_or(WINDOW).min(scene.duration);
+    if duration < observe || observe.is_zero() {
+        return Err(StudyError::TooShort {
+            duration,
+            least: observe,
+        });
+    }
+    let duration = observe * (duration.as_nanos() / observe.as_nanos());
+    let trials = trials(plan);
+    let mut job = Job {
+        workshop,
+        plan,
+        observe,
+        duration,
+        budget: Budget::new(plan.budget_s, plants.len() * (2 + trials.len())),
+        watcher,
+    };
+    let mut study = CouplingStudy::new(scene, plan, duration, observe);
+    for plant in plants {
+        let (reference, note) = job.reference(plant)?;
+        study.references.push(note);
+        let reference = reference.as_ref().map(|run| (run, study.floor_of(plant)));
+        for trial in &trials {
+            let row = job.row(plant, trial, reference)?;
+            study.rows.push(row);
+        }
+    }
+    Ok(study)
+}
+
+/// What is tried with every plant.
+#[derive(Clone, Copy, Debug)]
+struct Trial {
+    kind: CouplingKind,
+    method: CouplingMethod,
+    step: SimDuration,
+    plant_step: SimDuration,
+}
+
+fn trials(plan: &CouplingPlan) -> Vec<Trial> {
+    let mut trials = Vec::new();
+    for kind in [CouplingKind::Together, CouplingKind::Alone] {
+        for method in CouplingMethod::ALL {
+            // Exact coupling by itself has no error.
+            let nothing = kind == CouplingKind::Alone && method == CouplingMethod::Exact;
+            let steps = plan.steps.iter().filter(|_| !nothing);
+            trials.extend(steps.map(|&step| Trial {
+                kind,
+                method,
+                step,
+                plant_step: match kind {
+                    CouplingKind::Together => step,
+                    CouplingKind::Alone => plan.fine.min(step),
+                },
+            }));
+        }
+    }
+    trials
+}
+
+/// A study on its way.
+struct Job<'a> {
+    workshop: &'a dyn RigWorkshop,
+    plan: &'a CouplingPlan,
+    observe: SimDuration,
+    duration: SimDuration,
+    budget: Budget,
+    watcher: &'a mut dyn Watcher,
+}
+
+impl Job<'_> {
+    fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next();
+        let (part, of) = self.budget.progress();
+        if self.watcher.at(part, of, doing) {
+            Ok(share)
+        } else {
+            Err(StudyError::Interrupted { done: part, of })
+        }
+    }
+
+    fn make<'p>(&self, plant: &'p str, way: Way, step: SimDuration) -> RigMake<'p> {
+        RigMake {
+            plant,
+            way,
+            step,
+            observe: self.observe,
+            duration: self.duration,
+        }
+    }
+
+    /// A run that came to the end of the scene.
+    fn whole(
+        &mut self,
+        plant: &str,
+        step: SimDuration,
+        doing: &str,
+    ) -> Result<Result<Run, String>, StudyError> {
+        let share = self.begin(&format!("{plant}, {doing}"))?;
+        let run = Run::of(self.workshop, &self.make(plant, Way::Exact, step), share);
+        Ok(run.and_then(|run| match &run.ended {
+            Some((_, why)) => Err(why.clone()),
+            None => Ok(run),
+        }))
+    }
+
+    /// The reference of a plant, no further than its check agrees.
+    fn reference(&mut self, plant: &str) -> Result<(Option<Run>, ReferenceNote), StudyError> {
+        let fine = self.plan.fine;
+        let reference = self.whole(plant, fine, "reference")?;
+        let check = self.whole(plant, fine * 2, "check of the reference")?;
+        let mut reference = match reference {
+            Ok(reference) => reference,
+            Err(why) => return Ok((None, ReferenceNote::missing(plant, why))),
+        };
+        let mut note = ReferenceNote {
+            method: Some(CouplingMethod::Exact.word().to_owned()),
+            step_s: Some(fine.as_secs_f64()),
+            ..ReferenceNote::missing(plant, String::new())
+        };
+        let mut why = vec!["it is checked by itself, at steps twice as long".to_owned()];
+        match check {
+            Ok(check) => {
+                note.holds_until_s = reference.trace.trust_while_near(&check.trace, NEAR_M);
+                let errors = check.trace.errors(&reference.trace);
+                note.check = errors.map(|errors| CheckNote {
+                    method: CouplingMethod::Exact.word().to_owned(),
+                    step_s: Some((fine * 2).as_secs_f64()),
+                    tolerance: None,
+                    independent: false,
+                    disagreement_rms_m: errors.foot_rms,
+                    disagreement_max_m: errors.foot_max,
+                });
+            }
+            Err(failed) => why = vec![format!("nothing checks it: {failed}")],
+        }
+        if let Some(until_s) = note.holds_until_s {
+            why.push(format!(
+                "its check leaves it after {}: nothing is compared from there on",
+                si(until_s, "s")
+            ));
+        }
+        note.why = Some(why.join("; "));
+        Ok((Some(reference), note))
+    }
+
+    fn row(
+        &mut self,
+        plant: &str,
+        trial: &Trial,
+        reference: Option<(&Run, f64)>,
+    ) -> Result<CouplingRow, StudyError> {
+        let doing = format!(
+            "{plant}, {} {}",
+            trial.method.word(),
+            si(trial.step.as_secs_f64(), "s")
+        );
+        let share = self.begin(&doing)?;
+        let make = self.make(plant, trial.method.way(trial.step), trial.plant_step);
+        let mut row = CouplingRow::new(
+            trial.kind,
+            plant,
+            trial.method,
+            trial.step.as_secs_f64(),
+            trial.plant_step.as_secs_f64(),
+        );
+        let run = match Run::of(self.workshop, &make, share) {
+            Ok(run) => run,
+            Err(why) => return Ok(row.ended(Status::Failed, why)),
+        };
+        let reached_s = run.trace.reached_s();
+        row.note_work(&run.work, reached_s);
+        if let Some((status, why)) = &run.ended {
+            row.note_time(run.took_s, reached_s, 1);
+            row.cut = run.cut;
+            return Ok(row.ended(*status, why.as_str()));
+        }
+        match reference {
+            Some((reference, floor_m)) => compare(&mut row, &run, reference, floor_m),
+            None => row.why = Some("there is no reference to compare with".to_owned()),
+        }
+        self.time(&mut row, &make, &run, share);
+        Ok(row)
+    }
+
+    /// Times a rig that is known to come to its end: the median of several runs without looking, of fewer where they take long.
+    fn time(&self, row: &mut CouplingRow, make: &RigMake<'_>, run: &Run, share: Share) {
+        let (mut times, mut spent_s) = (Vec::new(), run.took_s);
+        for _ in 0..self.plan.repetitions.max(1) {
+            if spent_s + run.took_s > share.seconds {
+                break;
+            }
+            let Some(took_s) = Run::time(self.workshop, make) else {
+                break;
+            };
+            spent_s += took_s;
+            times.push(took_s);
+        }
+        if times.is_empty() {
+            times.push(run.took_s);
+        }
+        times.sort_by(f64::total_cmp);
+        let median = times[times.len() / 2];
+        row.note_time(median, make.duration.as_secs_f64(), times.len() as u64);
+    }
+}
+
+fn compare(row: &mut CouplingRow, run: &Run, reference: &Run, floor_m: f64) {
+    match run.trace.errors(&reference.trace) {
+        Some(errors) => {
+            row.note_errors(&errors);
+            row.at_floor = errors.foot_rms <= floor_m;
+        }
+        None => row.why = Some("it tells of no foot that the reference has, too".to_owned()),
+    }
+    row.counters_changed = Some(run.counted_otherwise(reference));
+}

@@ -1,0 +1,316 @@
+//! The page of a study of coupling.
+
+use crate::coupling::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy};
+use crate::machine::Machine;
+use crate::number::{grouped, grouped_factor, knob, si};
+use crate::row::Status;
+
+use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
+use super::precision::LEAST_M;
+use super::rows;
+use super::table::Table;
+use super::text::{element, escaped, paragraph};
+use super::{Page, card, figure, lead, references};
+
+impl CouplingStudy {
+    /// The page, with the machine it ran on and the command that repeats it.
+    pub fn html(&self, machine: &Machine, command: &str) -> String {
+        let errors = "distance of the feet from where they are with exact coupling at a fine step of the plant, in the same closed loop";
+        let left_out = self.left_out.iter();
+        let left_out = left_out.map(|left| ("left out".to_owned(), left.clone()));
+        let mut terms = vec![("error".to_owned(), errors.to_owned())];
+        terms.extend(left_out);
+        Page {
+            kind: "coupling",
+            title: "Exact and grid coupling",
+            scenario: &self.scenario,
+            file: &self.file,
+            headline: self.headline(),
+            body: body(self),
+            terms,
+            cut: self.cut().map(name).collect(),
+            budget_s: self.budget_s,
+        }
+        .html(machine, command)
+    }
+}
+
+fn name(row: &CouplingRow) -> String {
+    format!(
+        "{} {} {}",
+        row.plant,
+        row.method.word(),
+        si(row.step_s, "s")
+    )
+}
+
+fn body(study: &CouplingStudy) -> String {
+    let boards = if study.buses.is_empty() {
+        format!(
+            "The scenario has no bus: nobody meets the plant but the controller's transfers, every {}. A grid that divides that is \
+             exact, and what is left of its errors is the plant's own step.",
+            si(study.period_s, "s")
+        )
+    } else {
+        format!(
+            "Its boards sample and actuate at instants of their own: {}.",
+            study.buses.join(", ")
+        )
+    };
+    let mut out = lead(&format!(
+        "The whole rig, controller, drivers and boards included, goes through {} of the scenario's {}; where its feet are is compared every {}. {boards}",
+        si(study.simulated_s, "s"),
+        si(study.scene_s, "s"),
+        si(study.grid_s, "s"),
+    ));
+    out += &cards(study);
+    out += "<h2>Error against run time</h2>\n";
+    out += &paragraph(
+        "The plant steps as far as its grid does; with exact coupling its step is cut by every instant of a board.",
+    );
+    for plant in study.plants() {
+        out += &cost(study, plant);
+    }
+    out += "<h2>The coupling alone</h2>\n";
+    out += &paragraph(
+        "The plant steps as the reference does, whatever the grid: what is left is what the coupling does. Held commands are half a \
+         step late in the mean, which is of first order; their means lose no impulse, which is of second.",
+    );
+    for plant in study.plants() {
+        out += &alone(study, plant);
+    }
+    out += "<h2>What they are measured against</h2>\n";
+    out += &references(&study.references);
+    out += "<h2>All runs</h2>\n";
+    out += &all(study);
+    out
+}
+
+fn cards(study: &CouplingStudy) -> String {
+    let mut out = String::new();
+    for order in study.orders() {
+        let what = format!("order of {} with {}", order.method.word(), order.plant);
+        out += &card(
+            &what,
+            &format!("{:.1}", order.order),
+            &format!("by {} steps, coupling alone", order.points),
+        );
+    }
+    let rows = || study.rows.iter().filter(|row| row.status == Status::Ok);
+    let changed = rows().filter(|row| {
+        row.counters_changed
+            .as_ref()
+            .is_some_and(|changed| !changed.is_empty())
+    });
+    let more =
+        "runs in which a counter of a driver or a board ended elsewhere than in the reference";
+    out += &card("timing", &changed.count().to_string(), more);
+    out += &card(
+        "runs",
+        &study.rows.len().to_string(),
+        &format!("{} came to the end", rows().count()),
+    );
+    element("div", "cards", &out)
+}
+
+fn curve(
+    study: &CouplingStudy,
+    kind: CouplingKind,
+    plant: &str,
+    number: usize,
+    x: impl Fn(&CouplingRow) -> Option<f64>,
+) -> Curve {
+    let method = CouplingMethod::ALL[number];
+    let rows: Vec<&CouplingRow> = study.line(kind, plant, method).collect();
+    let sound = rows.iter().filter(|row| row.status == Status::Ok);
+    Curve {
+        number,
+        dashed: method == CouplingMethod::GridHeld,
+        points: sound
+            .filter_map(|row| {
+                Some(Point {
+                    x: x(row)?,
+                    y: row.error_rms_m?.max(LEAST_M),
+                    title: title(row),
+                    look: if row.at_floor {
+                        Look::Hollow
+                    } else {
+                        Look::Plain
+                    },
+                })
+            })
+            .collect(),
+        failed: rows
+            .iter()
+            .filter(|row| row.status != Status::Ok)
+            .filter_map(|row| Some((x(row)?, title(row))))
+            .collect(),
+    }
+}
+
+fn plot(
+    study: &CouplingStudy,
+    kind: CouplingKind,
+    plant: &str,
+    x_label: &str,
+    x: &dyn Fn(&CouplingRow) -> Option<f64>,
+) -> Plot {
+    let curves = (0..CouplingMethod::ALL.len()).map(|number| curve(study, kind, plant, number, x));
+    let floor = study.floor_of(plant);
+    Plot {
+        title: format!("error of the feet of {plant}"),
+        width: 1080.0,
+        height: 460.0,
+        x_label: x_label.to_owned(),
+        y_label: "distance of the feet, RMS  [m]".to_owned(),
+        curves: curves
+            .filter(|curve| !curve.points.is_empty() || !curve.failed.is_empty())
+            .collect(),
+        marks: vec![Mark::Below(
+            floor,
+            format!(
+                "the reference and its check are so far apart: {}",
+                si(floor, "m")
+            ),
+        )],
+        beside: Vec::new(),
+        strip: "failed".to_owned(),
+    }
+}
+
+fn entries(methods: &[usize]) -> Vec<(String, String)> {
+    let entry = |&number: &usize| {
+        let method = CouplingMethod::ALL[number];
+        let dashed = method == CouplingMethod::GridHeld;
+        (
+            swatch(number, dashed),
+            format!("{}: {}", method.word(), method.about()),
+        )
+    };
+    methods.iter().map(entry).collect()
+}
+
+fn cost(study: &CouplingStudy, plant: &str) -> String {
+    let x = |row: &CouplingRow| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
+    let plot = plot(
+        study,
+        CouplingKind::Together,
+        plant,
+        "run time of the whole rig per simulated second  [s/s]",
+        &x,
+    );
+    let caption = "Down and to the left is better. A point is a step, shorter ones further to the right. Point at one to see it.";
+    figure(plant, &entries(&[0, 1, 2]), &plot, caption)
+}
+
+fn alone(study: &CouplingStudy, plant: &str) -> String {
+    let plot = plot(
+        study,
+        CouplingKind::Alone,
+        plant,
+        "step of the grid  [s]",
+        &|row| Some(row.step_s),
+    );
+    let order = |method| {
+        study.order(plant, method).map_or_else(
+            || "no order".to_owned(),
+            |order| format!("order {order:.1}"),
+        )
+    };
+    let caption = format!(
+        "The slope of a curve is its order: {} by means, {} held.",
+        order(CouplingMethod::Grid),
+        order(CouplingMethod::GridHeld)
+    );
+    figure(plant, &entries(&[1, 2]), &plot, &caption)
+}
+
+fn title(row: &CouplingRow) -> String {
+    let mut parts = vec![name(row)];
+    parts.extend(
+        row.error_rms_m
+            .map(|error| format!("foot {} RMS", si(error, "m"))),
+    );
+    parts.extend(
+        row.real_time_factor
+            .map(|factor| format!("{} real time", grouped_factor(factor))),
+    );
+    parts.extend(row.why.clone());
+    parts.join("; ")
+}
+
+/// Every run.
+fn all(study: &CouplingStudy) -> String {
+    let mut table = Table::new(
+        &[
+            "plant",
+            "coupling",
+            "step",
+            "plant's own step",
+            "",
+            "feet, RMS",
+            "greatest",
+            "trunk, RMS",
+            "greatest",
+            "steps a second",
+            "evaluations",
+            "handed over",
+            "a step costs",
+            "speed",
+            "counters that differ",
+            "why",
+        ],
+        5,
+    );
+    let mut before: Option<&CouplingRow> = None;
+    for row in &study.rows {
+        let line = |row: &CouplingRow| (row.plant.clone(), row.kind, row.method);
+        let first = before.is_some_and(|before| line(before) != line(row));
+        let class = match (first, row.status) {
+            (true, Status::Ok) => "first",
+            (false, Status::Ok) => "",
+            (true, _) => "first bad",
+            (false, _) => "bad",
+        };
+        let tag = if row.status == Status::Ok {
+            "tag ok"
+        } else {
+            "tag bad"
+        };
+        let changed = row.counters_changed.iter().flatten();
+        let changed: Vec<String> = changed
+            .map(|(name, there, here)| format!("{name}: {there} → {here}"))
+            .collect();
+        let per_second = row
+            .steps_per_simulated_s
+            .map(|steps| grouped(&format!("{steps:.0}")));
+        table.row(
+            class,
+            vec![
+                escaped(&row.plant),
+                escaped(row.method.word()),
+                knob(Some(row.step_s), None),
+                knob(Some(row.plant_step_s), None),
+                element("span", tag, row.status.word()),
+                rows::length(row.error_rms_m),
+                rows::length(row.error_max_m),
+                rows::length(row.trunk_error_rms_m),
+                rows::length(row.trunk_error_max_m),
+                per_second.unwrap_or_default(),
+                rows::count(row.evaluations),
+                rows::count(row.fallbacks),
+                rows::time(row.cost_per_step_s),
+                rows::factor(row.real_time_factor),
+                escaped(&changed.join(", ")),
+                row.why
+                    .as_ref()
+                    .map_or(String::new(), |why| element("span", "why", &escaped(why))),
+            ],
+        );
+        before = Some(row);
+    }
+    table.html()
+        + &paragraph(
+            "Speed is simulated time over run time of the whole rig, the median of several runs without looking.",
+        )
+}

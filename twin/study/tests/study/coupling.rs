@@ -1,0 +1,286 @@
+//! Exact and grid coupling of a rig whose plant is exact, so that whatever is wrong is the coupling's.
+
+use std::cell::RefCell;
+
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{
+    DirectIo, EnergyBooks, OnGrid, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
+};
+use twinrig_study::{
+    CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigMake, RigScene, RigWorkshop,
+    Status, StudyError, Way, coupling,
+};
+
+use crate::pages::{elements, machine};
+
+const FOOT: &str = "leg/LF/foot/position";
+const PUSH: &str = "leg/LF/foot/push";
+/// \[rad/s\]
+const OMEGA: f64 = 30.0;
+/// Of the controller, which has nothing to do with any grid.
+const PERIOD: SimDuration = SimDuration::from_micros(1_013);
+
+/// A foot of a kilogram on a spring, moved by the exact solution under a constant push.
+struct Foot {
+    now: SimTime,
+    at: [f64; 2],
+    steps: u64,
+    breaks: bool,
+}
+
+impl Plant for Foot {
+    fn name(&self) -> &'static str {
+        "foot"
+    }
+    fn ports(&self) -> Vec<Port> {
+        vec![
+            Port::input(PUSH, Unit::Newton, 1),
+            Port::output(FOOT, Unit::Meter, 3),
+        ]
+    }
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        if self.breaks && to > SimTime::ZERO + SimDuration::from_millis(30) {
+            return Err(PlantFault {
+                time: self.now,
+                part: "foot".to_owned(),
+                energy: 0.0,
+                why: "it snapped".to_owned(),
+            });
+        }
+        let phase = OMEGA * (to - self.now).as_secs_f64();
+        let (sin, cos) = (libm::sin(phase), libm::cos(phase));
+        let [x, v] = self.at;
+        let rest = inputs[0] / (OMEGA * OMEGA);
+        self.at = [
+            rest + (x - rest) * cos + v / OMEGA * sin,
+            v * cos - (x - rest) * OMEGA * sin,
+        ];
+        (self.now, self.steps) = (to, self.steps + 1);
+        Ok(())
+    }
+    fn observe(&mut self, outputs: &mut [f64]) {
+        outputs.copy_from_slice(&[self.at[0], 0.0, 0.0]);
+    }
+    fn energy(&self) -> EnergyBooks {
+        EnergyBooks::default()
+    }
+    fn work(&self) -> WorkCounts {
+        WorkCounts {
+            steps: self.steps,
+            ..WorkCounts::default()
+        }
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+/// Pushes against where the foot is and goes.
+struct Damper([f64; 2]);
+
+impl Process for Damper {
+    fn name(&self) -> &'static str {
+        "damper"
+    }
+    fn ports(&self) -> Vec<Port> {
+        vec![
+            Port::input(FOOT, Unit::Meter, 3),
+            Port::output(PUSH, Unit::Newton, 1),
+        ]
+    }
+    fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
+        let seconds = elapsed.as_secs_f64().max(1e-3);
+        let went = (inputs[0] - self.0[0]) / seconds;
+        self.0 = [inputs[0], went];
+        outputs[0] = -100.0 * inputs[0] - 5.0 * went;
+    }
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+struct Rigs {
+    scene: RigScene,
+    plants: Vec<String>,
+    /// What was asked for.
+    steps: RefCell<Vec<SimDuration>>,
+}
+
+fn rigs(plants: &[&str], buses: &[&str]) -> Rigs {
+    Rigs {
+        scene: RigScene {
+            name: "a <foot>".to_owned(),
+            file: "foot.toml".to_owned(),
+            duration: SimDuration::from_millis(400),
+            period: PERIOD,
+            buses: buses.iter().map(|&bus| bus.to_owned()).collect(),
+        },
+        plants: plants.iter().map(|&plant| plant.to_owned()).collect(),
+        steps: RefCell::default(),
+    }
+}
+
+impl RigWorkshop for Rigs {
+    fn scene(&self) -> &RigScene {
+        &self.scene
+    }
+    fn plants(&self) -> &[String] {
+        &self.plants
+    }
+    fn rig(&self, make: &RigMake<'_>) -> Result<Rig, String> {
+        self.steps.borrow_mut().push(make.step);
+        if make.plant == "none" {
+            return Err("there is no such foot".to_owned());
+        }
+        let foot = Foot {
+            now: SimTime::ZERO,
+            at: [0.1, 0.0],
+            steps: 0,
+            breaks: make.plant == "brittle",
+        };
+        let plant: Box<dyn Plant> = match make.way {
+            Way::Exact => Box::new(foot),
+            Way::Grid(step, rule) => {
+                Box::new(OnGrid::new(Box::new(foot), step, rule, &|_| true).unwrap())
+            }
+        };
+        let process = Damper([0.1, 0.0]);
+        let transfer = Timing::Constant(SimDuration::from_micros(300));
+        let io = DirectIo::for_process("direct", &process.ports(), transfer, 7).unwrap();
+        let schedule = Schedule {
+            observe: make.observe,
+            ..Schedule::with_period(PERIOD)
+        };
+        let rig = Rig::new(&schedule, Box::new(process), vec![Box::new(io)], plant);
+        rig.map_err(|error| error.to_string())
+    }
+}
+
+fn plan() -> CouplingPlan {
+    CouplingPlan {
+        steps: [4_000, 2_000, 1_000, 500, 250, 125]
+            .map(SimDuration::from_micros)
+            .into(),
+        repetitions: 1,
+        budget_s: 1e6,
+        ..CouplingPlan::default()
+    }
+}
+
+fn found(plants: &[&str], buses: &[&str]) -> CouplingStudy {
+    coupling(&rigs(plants, buses), &plan(), &mut ()).unwrap()
+}
+
+#[test]
+fn orders_are_those_of_the_rules_and_exact_coupling_of_an_exact_plant_has_no_error() {
+    let study = found(&["foot"], &["sbcp"]);
+    // Three ways together, two alone, six steps each.
+    assert_eq!(study.rows.len(), 30);
+    assert!(study.rows.iter().all(|row| row.status == Status::Ok));
+    for row in study.line(CouplingKind::Together, "foot", CouplingMethod::Exact) {
+        // Rounding apart: 400 observations and as many transfers.
+        assert!(row.error_max_m.unwrap() < 1e-12, "{row:?}");
+    }
+    let order = |method| study.order("foot", method).unwrap();
+    let (mean, held) = (order(CouplingMethod::Grid), order(CouplingMethod::GridHeld));
+    // Half of what two neighbouring orders are apart: transfers fall as they fall.
+    assert!((mean - 2.0).abs() < 0.5, "{mean}");
+    assert!((held - 1.0).abs() < 0.3, "{held}");
+    let at = |method| {
+        let mut rows = study.line(CouplingKind::Alone, "foot", method);
+        rows.find(|row| row.step_s == 5e-4).unwrap().clone()
+    };
+    let (mean, held) = (at(CouplingMethod::Grid), at(CouplingMethod::GridHeld));
+    assert!(20.0 * mean.error_rms_m.unwrap() < held.error_rms_m.unwrap());
+    // 2000 a second, whoever meets the plant when.
+    assert_eq!(mean.steps, Some(800));
+    assert_eq!(held.steps, Some(800));
+}
+
+#[test]
+fn a_plant_steps_with_its_grid_or_with_the_reference() {
+    let rigs = rigs(&["foot"], &[]);
+    let plan = plan();
+    let study = coupling(&rigs, &plan, &mut ()).unwrap();
+    for row in &study.rows {
+        let alone = row.kind == CouplingKind::Alone;
+        let own = if alone { 2.5e-5 } else { row.step_s };
+        assert!((row.plant_step_s - own).abs() < 1e-12, "{row:?}");
+    }
+    // The reference and its check, then each row once to look and once to time.
+    let steps = rigs.steps.borrow();
+    assert_eq!(steps[..2], [plan.fine, plan.fine * 2]);
+    assert_eq!(steps.len(), 2 + 2 * study.rows.len());
+}
+
+#[test]
+fn without_a_bus_it_says_so() {
+    assert!(found(&["foot"], &["sbcp"]).left_out.is_empty());
+    let study = found(&["foot"], &[]);
+    assert!(study.left_out[0].contains("no bus"), "{:?}", study.left_out);
+}
+
+#[test]
+fn what_breaks_or_cannot_be_built_is_a_row_that_says_why() {
+    let study = found(&["none", "brittle"], &[]);
+    let (none, brittle) = study.rows.split_at(study.rows.len() / 2);
+    for (rows, why) in [(none, "no such foot"), (brittle, "it snapped")] {
+        for row in rows {
+            assert_eq!(row.status, Status::Failed);
+            assert!(row.why.as_ref().unwrap().contains(why), "{row:?}");
+        }
+    }
+    assert!(study.references.iter().all(|note| note.method.is_none()));
+    assert!(study.headline().contains("Nothing keeps"));
+    let none = coupling(&rigs(&[], &[]), &plan(), &mut ());
+    assert_eq!(none.unwrap_err(), StudyError::NoPlant);
+    let short = CouplingPlan {
+        duration: Some(SimDuration::from_millis(3)),
+        ..plan()
+    };
+    let short = coupling(&rigs(&["foot"], &[]), &short, &mut ());
+    assert!(matches!(short, Err(StudyError::TooShort { .. })));
+}
+
+#[test]
+fn json_csv_and_page_tell_of_every_row() {
+    let study = found(&["foot", "brittle"], &["sbcp"]);
+    let json = study.json(&machine(), "twin study coupling");
+    let keys: Vec<&String> = json.as_object().unwrap().keys().take(5).collect();
+    assert_eq!(keys, ["study", "scenario", "machine", "reference", "rows"]);
+    let row = json["rows"][0].as_object().unwrap();
+    let first: Vec<&String> = row.keys().take(11).collect();
+    assert_eq!(
+        first,
+        [
+            "plant",
+            "method",
+            "step_s",
+            "stiffness",
+            "status",
+            "error_rms_m",
+            "error_max_m",
+            "largest_stable_step_s",
+            "cost_per_step_s",
+            "run_s_per_simulated_s",
+            "evaluations"
+        ]
+    );
+    assert_eq!(json["rows"].as_array().unwrap().len(), study.rows.len());
+    let csv = study.csv();
+    assert_eq!(csv.lines().count(), study.rows.len() + 1);
+    assert!(csv.starts_with("plant,method,step_s,stiffness,status,"));
+    let page = study.html(&machine(), "twin study <coupling>");
+    let elements = elements(&page);
+    for wanted in ["svg", "table", "polyline", "title"] {
+        assert!(elements.iter().any(|name| name == wanted), "no {wanted}");
+    }
+    assert!(page.contains("it snapped") && page.contains("a &lt;foot&gt;"));
+    assert!(!page.contains("NaN"));
+}
