@@ -81,7 +81,11 @@ pub fn coupling(
         plan,
         observe,
         duration,
-        budget: Budget::new(plan.budget_s, plants.len() * (2 + trials.len())),
+        budget: Budget::new(
+            plan.budget_s,
+            plants.len() * (2 + trials.len()),
+            plants.len() * 2,
+        ),
         watcher,
     };
     let mut study = CouplingStudy::new(scene, plan, duration, observe);
@@ -138,8 +142,8 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
-        let share = self.budget.next();
+    fn begin(&mut self, doing: &str, reference: bool) -> Result<Share, StudyError> {
+        let share = self.budget.next(reference);
         let (part, of) = self.budget.progress();
         if self.watcher.at(part, of, doing) {
             Ok(share)
@@ -165,7 +169,7 @@ impl Job<'_> {
         step: SimDuration,
         doing: &str,
     ) -> Result<Result<Run, String>, StudyError> {
-        let share = self.begin(&format!("{plant}, {doing}"))?;
+        let share = self.begin(&format!("{plant}, {doing}"), true)?;
         let run = Run::of(self.workshop, &self.make(plant, Way::Exact, step), share);
         Ok(run.and_then(|run| match &run.ended {
             Some((_, why)) => Err(why.clone()),
@@ -224,7 +228,7 @@ impl Job<'_> {
             trial.method.word(),
             si(trial.step.as_secs_f64(), "s")
         );
-        let share = self.begin(&doing)?;
+        let share = self.begin(&doing, false)?;
         let make = self.make(plant, trial.method.way(trial.step), trial.plant_step);
         let mut row = CouplingRow::new(
             trial.kind,
