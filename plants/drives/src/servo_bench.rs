@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::PositionServo;
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_legged::Ledger;
 use twinrig_robot::Servo;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::error::{DrivesError, once};
 use crate::response::settled;
@@ -81,6 +81,25 @@ impl ServoBench {
             ports,
             wanted: read,
         })
+    }
+
+    /// The legs, in the order of the shafts.
+    fn legs(&self) -> impl Iterator<Item = &str> {
+        let command = |port: &'_ Port| port.direction == Direction::Input;
+        let commands = self.ports.iter().filter(move |port| command(port));
+        commands.filter_map(|port| {
+            let leg = port.name.strip_prefix("leg/")?;
+            leg.strip_suffix("/abduction/command")
+        })
+    }
+
+    /// \[J\]
+    fn kinetic(&self) -> f64 {
+        let inertia = self.servo.inertia();
+        let shafts = self.shafts.iter();
+        shafts
+            .map(|shaft| 0.5 * inertia * shaft.rate * shaft.rate)
+            .sum()
     }
 
     fn step(&mut self, seconds: f64, commands: &[f64]) {
@@ -168,4 +187,42 @@ impl Plant for ServoBench {
         (self.ledger, self.steps) = (saved.ledger, saved.steps);
         Ok(())
     }
+
+    fn state(&self) -> Option<PlantState> {
+        let shafts = self.legs().zip(&self.shafts);
+        Some(
+            shafts.fold(PlantState::at(self.now), |state, (leg, shaft)| {
+                state.with(abduction(leg), &[shaft.position, shaft.rate])
+            }),
+        )
+    }
+
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let mut shafts = self.shafts.clone();
+        let mut lines = Vec::new();
+        for (leg, shaft) in self.legs().zip(&mut shafts) {
+            match from.get(&abduction(leg)) {
+                Some(&[position, rate]) if position.is_finite() && rate.is_finite() => {
+                    (shaft.position, shaft.rate) = (position, rate);
+                }
+                _ => lines.push(format!(
+                    "{} is not told, and stays as it is",
+                    abduction(leg)
+                )),
+            }
+        }
+        let legs: Vec<String> = self.legs().map(abduction).collect();
+        let strange = from
+            .iter()
+            .filter(|(name, _)| !legs.iter().any(|own| own == name));
+        lines.extend(strange.map(|(name, _)| format!("{name} has no place here")));
+        (self.now, self.shafts, self.steps) = (from.time, shafts, 0);
+        self.ledger = Ledger::opened([self.kinetic(), 0.0, 0.0]);
+        Ok(lines)
+    }
+}
+
+/// The name of a leg's abduction in a state: angle and rate.
+fn abduction(leg: &str) -> String {
+    format!("leg/{leg}/abduction")
 }

@@ -4,9 +4,10 @@ mod numbers;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use twinrig_kernel::SimTime;
 use twinrig_legged::{Fitted, Ledger, Readings, Setup};
 use twinrig_robot::Robot;
-use twinrig_runtime::{EnergyBooks, WorkCounts};
+use twinrig_runtime::{EnergyBooks, PlantState, WorkCounts};
 
 use crate::articulated::{into_world, rotation};
 use crate::contacts::CONTACTS;
@@ -15,6 +16,7 @@ use crate::log::Happening;
 use crate::mode::Contact;
 use crate::model::Model;
 use crate::options::{LcpError, Options};
+use crate::posture::Refused;
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State;
@@ -48,6 +50,12 @@ pub(crate) trait Body: Readings + Send {
     fn save(&self) -> SavedBody;
 
     fn restore(&mut self, saved: &SavedBody) -> Result<(), String>;
+
+    /// Where it is, in the words of all plants of the robot.
+    fn state(&self, time: SimTime) -> PlantState;
+
+    /// Goes on from there; returns what it could not take over.
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, Refused>;
 }
 
 /// A robot at rest, so to say.
@@ -285,6 +293,9 @@ impl<const N: usize> Body for Flow<N> {
 
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {
         self.now_s = now_s;
+        if self.fresh {
+            self.regain()?;
+        }
         let before = (self.tally_before, self.tallied);
         (self.tally_before, self.tallied) = (self.tally, seconds);
         let moved = self.step(seconds);
@@ -352,5 +363,18 @@ impl<const N: usize> Body for Flow<N> {
             self.recall(recalled);
         }
         Ok(())
+    }
+
+    fn state(&self, time: SimTime) -> PlantState {
+        let toes = self.toes();
+        let state = self.posture().state(time);
+        toes.iter()
+            .fold(state, |state, (name, values)| state.with(name, values))
+    }
+
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, Refused> {
+        let (next, lines) = self.gone_on_from(from)?;
+        *self = next;
+        Ok(lines)
     }
 }

@@ -10,9 +10,11 @@
 mod closed;
 pub(crate) mod constrained;
 mod impact;
+mod regain;
 mod settle;
 
 pub(crate) use closed::{Entry, PLACES, Role, Stop};
+pub(crate) use regain::Passed;
 
 use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
 

@@ -143,6 +143,8 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) estimate: f64,
     /// Energy that steps have made out of nothing of late \[J\].
     pub(crate) gained: f64,
+    /// Whether it is where another plant was, and what holds there is still to be found.
+    pub(crate) fresh: bool,
 }
 
 impl<const N: usize> Flow<N> {
@@ -194,6 +196,7 @@ impl<const N: usize> Flow<N> {
             track: None,
             estimate: 0.0,
             gained: 0.0,
+            fresh: false,
         };
         flow.ledger = Ledger::opened(flow.stored());
         flow

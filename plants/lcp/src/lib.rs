@@ -77,6 +77,7 @@ mod motion;
 mod motors;
 mod options;
 mod plant;
+mod posture;
 mod real;
 mod rk4;
 mod rodas4;

@@ -15,7 +15,7 @@ pub(crate) struct Happening {
 }
 
 impl Stop {
-    const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Closed => "closed",
             Self::Open => "open",

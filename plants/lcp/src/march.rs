@@ -35,7 +35,7 @@ const TOUCHING: f64 = 1e-8;
 const AT_REST: f64 = 1e-7;
 
 /// The legs by number.
-const ALL: [usize; 4] = [0, 1, 2, 3];
+pub(crate) const ALL: [usize; 4] = [0, 1, 2, 3];
 
 /// Errors of constraints are taken back at this rate per step.
 const RECOVERY: f64 = 0.2;
@@ -332,7 +332,7 @@ impl<const N: usize> Flow<N> {
         if self.model.is_free() { 0..4 } else { island }
     }
 
-    fn scene(&self, recovery: f64) -> Scene<'_, Lanes, N> {
+    pub(crate) fn scene(&self, recovery: f64) -> Scene<'_, Lanes, N> {
         Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery)
     }
 

@@ -4,11 +4,14 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Drives, Signals, Window};
 use twinrig_robot::Robot;
-use twinrig_runtime::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_runtime::{
+    EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
+};
 
 use crate::body::{Body, SavedBody, started};
 use crate::flow::FlowError;
 use crate::options::{LcpError, Method, Options};
+use crate::posture::Refused;
 
 /// A robot whose every segment has inertia.
 pub struct Lcp {
@@ -187,5 +190,24 @@ impl Plant for Lcp {
             })?;
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        Some(self.body.state(self.now))
+    }
+
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let taken = self.body.take_over(from);
+        let lines = taken.map_err(|Refused { part, why }| PlantFault {
+            time: from.time,
+            part,
+            energy: self.energy().stored(),
+            why,
+        })?;
+        self.now = from.time;
+        self.events.clear();
+        self.window = Window::default();
+        self.begin_window();
+        Ok(lines)
     }
 }

@@ -41,6 +41,7 @@ mod readings;
 mod segment;
 mod setup;
 mod signals;
+mod sound;
 mod start;
 mod window;
 

@@ -43,6 +43,7 @@ mod midpoint;
 mod mobility;
 mod model;
 mod plant;
+mod posture;
 mod readings;
 mod rows;
 mod state;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Base, Fitted, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::drives::Inputs;
 use crate::flow::{Flow, FlowError, SavedFlow};
@@ -18,7 +18,7 @@ use crate::state::State;
 pub struct Massless {
     /// What moves by itself: the robot as a whole, or each leg where a fixed trunk leaves them nothing to do with each
     /// other. A leg that is taken out then changes no bit of the others.
-    flows: Vec<Flow>,
+    pub(crate) flows: Vec<Flow>,
     /// The flows at the start of the present step, where one that fails may leave others ahead.
     before: Vec<SavedFlow>,
     now: SimTime,
@@ -70,6 +70,13 @@ impl Massless {
             signals,
             window: Window::default(),
         })
+    }
+
+    /// Puts others in the place of its flows, at a time of theirs.
+    pub(crate) fn begin_at(&mut self, flows: Vec<Flow>, now: SimTime) {
+        (self.flows, self.now) = (flows, now);
+        self.window = Window::default();
+        self.begin_window();
     }
 
     /// Puts everything back to where the step began: other legs may be ahead.
@@ -241,6 +248,14 @@ impl Plant for Massless {
         }
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        Some(self.posture().state(self.now))
+    }
+
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        self.go_on_from(from)
     }
 }
 

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use twinrig_document::parse_duration;
-use twinrig_kernel::SimDuration;
+use twinrig_document::{parse_duration, parse_quantity};
+use twinrig_kernel::{SimDuration, Unit};
 
 /// Runs a legged robot, its controller and its I/O together in virtual time, and judges the run.
 #[derive(Debug, Parser)]
@@ -28,7 +28,7 @@ pub enum Command {
     Check(CheckArgs),
     /// List the plants, controllers and robots of this build
     List(ListArgs),
-    /// Find the first sample in which two recordings differ
+    /// Find the first sample in which two recordings differ, or with --events the first footstep
     Diff(DiffArgs),
     /// Run a recording again and say whether everything happens as it did
     Replay(ReplayArgs),
@@ -61,8 +61,17 @@ pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "SCENARIO")]
     pub scenarios: Vec<PathBuf>,
-    #[command(flatten)]
-    pub settings: Settings,
+    /// Set a key of the scenario: plant.step="0.5 ms"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Run with this plant; short for --set plant.model=MODEL. Given several times, run with each and compare each with the
+    /// first, footstep by footstep
+    #[arg(long, value_name = "MODEL")]
+    pub plant: Vec<String>,
+    /// Run with the first plant to here, and put the others where it is then: they differ from it by themselves and not by
+    /// what came before. What they do from there is compared and not judged
+    #[arg(long, value_name = "TIME", value_parser = any_duration, conflicts_with = "port")]
+    pub from: Option<SimDuration>,
     /// Talk in real time to hardware at DEVICE instead of the emulated boards of a bus and the plant; once for each bus
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value)]
     pub port: Vec<(String, String)>,
@@ -150,6 +159,19 @@ pub struct DiffArgs {
     pub a: PathBuf,
     /// Another
     pub b: PathBuf,
+    /// Compare footstep by footstep what is not meant to be the same bit for bit: which differs first, by how much in time and
+    /// place, and how signals drift apart. Exit code 0 if every footstep is the same within --time and --place
+    #[arg(long)]
+    pub events: bool,
+    /// Footsteps are the same if touch-down and lift-off are no farther apart
+    #[arg(long, value_name = "TIME", value_parser = any_duration, default_value = "5 ms", requires = "events")]
+    pub time: SimDuration,
+    /// Footsteps are the same if their places are no farther apart
+    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "5 mm", requires = "events")]
+    pub place: f64,
+    /// Signals count, too, if they differ by more than this share of their range; 1 % where there are no footsteps
+    #[arg(long, value_name = "SHARE", value_parser = share, requires = "events")]
+    pub share: Option<f64>,
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,
@@ -261,6 +283,22 @@ fn duration(text: &str) -> Result<SimDuration, String> {
         return Err("nothing happens in no time".to_owned());
     }
     Ok(duration)
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    no_less_than_nothing(text, Unit::Meter)
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    no_less_than_nothing(text, Unit::One)
+}
+
+fn no_less_than_nothing(text: &str, unit: Unit) -> Result<f64, String> {
+    let value = parse_quantity(text, unit).map_err(|error| error.to_string())?;
+    if value < 0.0 {
+        return Err("it must not be negative".to_owned());
+    }
+    Ok(value)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -74,6 +74,20 @@ pub enum TwinError {
         /// Why not.
         source: RecordError,
     },
+    /// Recordings cannot be compared.
+    #[error("error: {}", chain(source))]
+    Compare {
+        /// Why not.
+        source: RecordError,
+    },
+    /// What several plants, or a time from which they go on, are given with cannot be.
+    #[error("error: {why}\n  = help: {help}")]
+    Together {
+        /// Why not.
+        why: String,
+        /// What to do.
+        help: String,
+    },
     /// A recording lacks what it takes to run it again.
     #[error("error: this recording cannot be run again: {why}\n --> {}", path.display())]
     NotReplayable {

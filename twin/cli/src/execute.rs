@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::Serialize;
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
 use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts};
 use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
@@ -31,6 +31,9 @@ const FLUSH: SimDuration = SimDuration::from_secs(1);
 pub(crate) const SETTINGS_NOTE: &str = "settings";
 /// Note of a recording that was made at hardware.
 pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
+
+/// Note of a recording whose plant took the place of another: when it did \[s\].
+pub(crate) const EXCHANGED_NOTE: &str = "exchanged_at_s";
 
 /// How a scenario is to be run.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +64,16 @@ pub(crate) fn execute_until(
     execution: &Execution,
     end: SimTime,
 ) -> Result<Report, TwinError> {
+    execute_saving(assembly, execution, end, None).map(|(report, _)| report)
+}
+
+/// The same, and the rig as it was at an instant on the way, if it came there.
+pub(crate) fn execute_saving(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+    save_at: Option<SimTime>,
+) -> Result<(Report, Option<Snapshot>), TwinError> {
     let end = end.min(assembly.end());
     let reference = if assembly.scenario().needs_reference() {
         Some(reference(assembly, execution, end)?)
@@ -77,7 +90,13 @@ pub(crate) fn execute_until(
         reason = "the report says how long it took"
     )]
     let started = Instant::now();
-    let ran = run(assembly, &mut rig, &mut watch, &mut progress, end);
+    let mut saved = None;
+    let mut ran = Ok(SimTime::ZERO);
+    if let Some(at) = save_at {
+        ran = run(assembly, &mut rig, &mut watch, &mut progress, at);
+        saved = ran.is_ok().then(|| rig.save());
+    }
+    let ran = ran.and_then(|_| run(assembly, &mut rig, &mut watch, &mut progress, end));
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
     let (reached, error) = match ran {
@@ -90,13 +109,8 @@ pub(crate) fn execute_until(
         error,
         plant: Some((rig.plant().energy(), rig.plant().work())),
     };
-    Ok(report(
-        assembly,
-        execution,
-        watch,
-        course,
-        reference.as_deref(),
-    ))
+    let report = report(assembly, execution, watch, course, reference.as_deref());
+    Ok((report, saved))
 }
 
 /// How a run went, beside what was looked at.
@@ -154,15 +168,15 @@ struct Closing<'a> {
     expectations: &'a [Line],
 }
 
-/// Runs to the end, or to where the recording can take no more; says where that is.
-fn run<W: Write>(
+/// Runs on to the end, or to where the recording can take no more; says where that is.
+pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
     watch: &mut Watch<W>,
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, String> {
-    let mut now = SimTime::ZERO;
+    let mut now = rig.now();
     while now < end {
         now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
         rig.run_until(now, watch)
@@ -359,6 +373,8 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
             .own_model()
             .map_or_else(Vec::new, OwnModel::files),
     );
+    let exchanged = executor.exchanged();
+    let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
     RunInfo {
         files,
         seed: scenario.seed,
@@ -366,6 +382,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
         notes: notes
             .into_iter()
             .chain(at_hardware)
+            .chain(exchanged)
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
         tasks: executor.tasks(),

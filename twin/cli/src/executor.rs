@@ -1,6 +1,6 @@
 //! What runs a scene, as those see it who look on: in virtual time or at hardware.
 
-use twinrig_kernel::Layout;
+use twinrig_kernel::{Layout, SimTime};
 use twinrig_runtime::real_time::RealTimeRig;
 use twinrig_runtime::{Group, Process, Rig};
 
@@ -16,6 +16,10 @@ pub(crate) trait Executor {
     fn variables(&self) -> Vec<String>;
     /// Whether boards and plant are hardware, so that nobody can do the same again.
     fn at_hardware(&self) -> bool;
+    /// When its plant took the place of another, so that nobody can do the same from the start.
+    fn exchanged(&self) -> Option<SimTime> {
+        None
+    }
 }
 
 fn variables(process: &dyn Process) -> Vec<String> {
@@ -40,6 +44,9 @@ impl Executor for Rig {
     }
     fn at_hardware(&self) -> bool {
         false
+    }
+    fn exchanged(&self) -> Option<SimTime> {
+        self.exchanged()
     }
 }
 

@@ -32,6 +32,7 @@ mod body;
 mod bus_kind;
 mod buses;
 mod commands;
+mod continuation;
 mod coupling;
 mod coupling_studio;
 mod coupling_table;

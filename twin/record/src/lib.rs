@@ -2,7 +2,8 @@
 //! languages read, with every number bit for bit; the same run gives the same bytes of file, every
 //! time. A run that is cut off leaves a file that is readable up to its last flush. What a run did,
 //! in order, is condensed into a [`Fingerprint`]; where two recordings part is found by
-//! [`first_divergence`].
+//! [`first_divergence`], and by how much two that are not meant to be the same differ, footstep by footstep, by
+//! [`compare_events`].
 //!
 //! ```
 //! use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
@@ -44,9 +45,10 @@
 //! # What it does not do
 //!
 //! It does not compress (numbers of a simulation hardly do, and it costs more than all the rest), does
-//! not read compressed files, does not decide what is recorded, does not know what a footstep is, and
-//! does not re-run anything.
+//! not read compressed files, does not decide what is recorded, does not find footsteps (it reads those
+//! that a run has found), and does not re-run anything.
 
+mod aligned;
 mod divergence;
 mod error;
 mod fingerprint;
@@ -58,6 +60,10 @@ mod recording;
 mod schema;
 mod topic;
 
+pub use aligned::{
+    Drift, EventComparison, LegFootsteps, PARTS, RecordedFootstep, SHARES, SignalDrift,
+    compare_events,
+};
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};

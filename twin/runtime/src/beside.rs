@@ -2,6 +2,7 @@ use thiserror::Error;
 use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
 
 use crate::plant::{EnergyBooks, Plant, PlantEvent, PlantFault, WorkCounts};
+use crate::plant_state::PlantState;
 
 /// Two plants as one: side by side, without anything to do with each other. A robot, and drives that its own plant does not
 /// move.
@@ -166,6 +167,31 @@ impl Plant for Beside {
         }
         self.taken = [self.first.events().len(), self.second.events().len()];
         Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        let (first, second) = (self.first.state()?, self.second.state()?);
+        let both = second.iter();
+        Some(both.fold(first, |both, (name, values)| both.with(name, values)))
+    }
+
+    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        // What only the second knows goes there; the first says what nobody knows.
+        let own = self.second.state();
+        let known = |name: &str| own.as_ref().is_some_and(|own| own.get(name).is_some());
+        let before = self.first.save();
+        let mut lines = self.first.take_over(&from.only(|name| !known(name)))?;
+        match self.second.take_over(&from.only(known)) {
+            Ok(more) => lines.extend(more),
+            Err(fault) => {
+                // It is its own, so it fits.
+                let _ = self.first.restore(&before);
+                return Err(fault);
+            }
+        }
+        self.events.clear();
+        self.taken = [self.first.events().len(), self.second.events().len()];
+        Ok(lines)
     }
 }
 

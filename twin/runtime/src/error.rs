@@ -82,6 +82,26 @@ pub enum RigError {
     /// Time stood still.
     #[error(transparent)]
     Livelock(#[from] LivelockError),
+    /// A plant shall take the place of another that has other ports.
+    #[error(
+        "{other} cannot take the place of {present}: where that has {has}, it has {instead}; record and expect the same of both"
+    )]
+    OtherPorts {
+        /// The plant that is there.
+        present: String,
+        /// The one that was to be put there.
+        other: String,
+        /// The first port in which they differ, of the one that is there.
+        has: String,
+        /// And of the other.
+        instead: String,
+    },
+    /// A plant cannot say where it is in words that others understand.
+    #[error("{plant} has no words for where it is, so no other plant can go on from there")]
+    NamelessState {
+        /// The plant.
+        plant: String,
+    },
     /// The system gives no thread.
     #[error("cannot start a thread for {what}: {why}")]
     Thread {

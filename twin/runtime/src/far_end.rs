@@ -22,6 +22,8 @@ pub(crate) struct FarEndState {
     held: SimTime,
     holding: bool,
     observed: Option<SimTime>,
+    /// When another plant was put in the place of the one before.
+    pub(crate) exchanged: Option<SimTime>,
     pub(crate) inputs: Vec<f64>,
     pub(crate) outputs: Vec<f64>,
 }
@@ -37,6 +39,7 @@ impl FarEnd {
             held: SimTime::ZERO,
             holding: true,
             observed: None,
+            exchanged: None,
             inputs,
             outputs: vec![0.0; signals.outputs.len()],
         };
@@ -71,15 +74,25 @@ impl FarEnd {
         }
         let state = &mut self.state;
         if state.moved_to < state.now {
-            let late = |fault: PlantFault| PlantFault {
-                time: state.held + (fault.time - SimTime::ZERO),
-                ..fault
-            };
             let to = SimTime::ZERO + (state.now - state.held);
-            self.plant.advance(to, &state.inputs).map_err(late)?;
-            state.moved_to = state.now;
+            let advanced = self.plant.advance(to, &state.inputs);
+            advanced.map_err(|fault| self.late(fault))?;
+            self.state.moved_to = self.state.now;
         }
         Ok(())
+    }
+
+    /// A fault of the plant in the time of the rig: the plant's own begins when it is let go.
+    pub(crate) fn late(&self, fault: PlantFault) -> PlantFault {
+        PlantFault {
+            time: self.state.held + (fault.time - SimTime::ZERO),
+            ..fault
+        }
+    }
+
+    /// Looks anew when it is asked next, though it be at the same instant.
+    pub(crate) fn forget_look(&mut self) {
+        self.state.observed = None;
     }
 
     /// All outputs at now.

@@ -38,6 +38,14 @@ impl PlantState {
             .map(|(_, values)| values.as_slice())
     }
 
+    /// What of it has a name that `keep` wants.
+    #[must_use]
+    pub fn only(&self, keep: impl Fn(&str) -> bool) -> Self {
+        let mut kept = self.clone();
+        kept.values.retain(|(name, _)| keep(name));
+        kept
+    }
+
     /// Names and values, in the order in which they were given.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &[f64])> {
         let all = self.values.iter();

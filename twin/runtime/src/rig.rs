@@ -12,6 +12,7 @@ use crate::{
 };
 
 mod assembly;
+mod exchange;
 mod snapshot;
 
 /// Events of one instant, in order.

@@ -34,7 +34,7 @@ impl<const N: usize> Flow<N> {
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
         [self.rattles, self.patience] = copy.rattles.map(counted);
-        self.gained = copy.gained;
+        (self.gained, self.fresh) = (copy.gained, copy.fresh != 0.0);
         copy.recalled
     }
 
@@ -62,6 +62,7 @@ impl<const N: usize> Flow<N> {
             tallied: self.tallied,
             rattles: [f64::from(self.rattles), f64::from(self.patience)],
             gained: self.gained,
+            fresh: f64::from(u8::from(self.fresh)),
             recalled: self.recalled(),
             pushed: self.pushed,
         }
@@ -77,6 +78,7 @@ struct Numbers<const N: usize> {
     tallied: f64,
     rattles: [f64; 2],
     gained: f64,
+    fresh: f64,
     recalled: f64,
     pushed: [[f64; PLACES]; 4],
 }
@@ -103,6 +105,7 @@ impl<const N: usize> Numbers<N> {
         to(&mut self.tallied);
         self.rattles.iter_mut().for_each(&mut *to);
         to(&mut self.gained);
+        to(&mut self.fresh);
         to(&mut self.recalled);
         self.pushed.iter_mut().flatten().for_each(&mut *to);
     }

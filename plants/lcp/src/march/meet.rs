@@ -53,7 +53,7 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Chooses anew what holds of these legs, where nothing has struck.
-    pub(super) fn choose(
+    pub(crate) fn choose(
         &mut self,
         legs: core::ops::Range<usize>,
         recovery: f64,

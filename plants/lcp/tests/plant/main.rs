@@ -12,5 +12,6 @@ mod scene;
 mod springs;
 mod stability;
 mod stops;
+mod take_over;
 mod trot;
 mod work;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_record::{Comparison, Divergence, Recording, Topic, divergence_within};
 
+use super::compare::{Bounds, EventDifference};
 use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::DiffArgs;
 use crate::error::TwinError;
@@ -40,6 +41,9 @@ struct First {
 }
 
 pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
+    if args.events {
+        return by_events(args, terminal);
+    }
     let opened = open(&args.a).and_then(|a| Ok((a, open(&args.b)?)));
     match opened {
         Ok((a, b)) => {
@@ -51,6 +55,31 @@ pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
                 terminal.print(&text);
             }
             if difference.identical { FINE } else { NOT_SO }
+        }
+        Err(error) => {
+            terminal.fail(&error, args.json);
+            WRONG
+        }
+    }
+}
+
+/// Footstep by footstep.
+fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let bounds = Bounds {
+        time_s: args.time.as_secs_f64(),
+        place_m: args.place,
+        share: args.share,
+    };
+    let compared = open(&args.a).and_then(|a| EventDifference::of(&a, &open(&args.b)?, bounds));
+    match compared {
+        Ok(difference) => {
+            if args.json {
+                terminal.print_json(&difference);
+            } else {
+                let text = difference.text(terminal.paint);
+                terminal.print(&text);
+            }
+            if difference.same { FINE } else { NOT_SO }
         }
         Err(error) => {
             terminal.fail(&error, args.json);

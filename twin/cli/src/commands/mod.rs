@@ -1,6 +1,7 @@
 //! The commands.
 
 mod check;
+mod compare;
 mod devices;
 mod diff;
 mod export;
@@ -10,6 +11,7 @@ mod replay;
 mod run;
 mod serve;
 mod study;
+mod together;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -11,7 +11,7 @@ use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
 use crate::error::TwinError;
-use crate::execute::{Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
+use crate::execute::{EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
 use crate::interrupt;
 use crate::registry::Registry;
 use crate::report::{Report, Status, seconds};
@@ -128,6 +128,11 @@ fn assembly<'r>(
         return Err(lacks(
             "boards and plant were hardware; the attached scenario runs on the twin".to_owned(),
         ));
+    }
+    if let Some(at_s) = recorded.note(EXCHANGED_NOTE) {
+        return Err(lacks(format!(
+            "its plant took the place of another at {at_s} s, and what came before is not in it; run both again with --from"
+        )));
     }
     let settings = recorded.note(SETTINGS_NOTE).unwrap_or("[]");
     let settings: Vec<[String; 2]> = serde_json::from_str(settings)

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
+use super::together::{self, Together};
 use super::{Terminal, settings};
-use crate::args::RunArgs;
+use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::execute::{Execution, execute};
@@ -18,37 +19,36 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     if terminal.watched {
         interrupt::listen();
     }
-    let settings = settings(&args.settings);
-    let mut recordings = Vec::new();
-    let mut reports: Vec<Report> = Vec::new();
+    if let Err(error) = together::check(args) {
+        terminal.fail(&error, args.json);
+        return Status::Error.exit_code();
+    }
+    let mut session = Session {
+        registry,
+        args,
+        recordings: Vec::new(),
+        reports: Vec::new(),
+    };
+    let mut worst = Status::Pass.exit_code();
     for path in &args.scenarios {
-        let report = one(registry, path, &settings, args, &mut recordings, terminal)
-            .unwrap_or_else(|error| {
-                Report::of_error(&path.display().to_string(), error.to_string())
-            });
-        if args.json {
-            terminal.print_json(&report);
-        } else if let (None, Some(error)) = (&report.fingerprint, &report.error) {
-            // It did not begin: there is nothing to show but what is wrong.
-            let _ = writeln!(terminal.err, "{error}\n");
+        if args.plant.len() > 1 {
+            let code = Together::new(&mut session, path).run(terminal);
+            worst = worst.max(code);
         } else {
-            let text = table::report(&report, terminal.paint);
-            terminal.print(&text);
-            terminal.print("");
+            let report = session.whole(path, args.plant.first(), terminal);
+            session.show(report, terminal);
         }
-        reports.push(report);
         if interrupt::asked() {
             break;
         }
     }
+    let reports = session.reports;
     if !args.json && reports.len() > 1 {
         let text = table::summary(&reports, terminal.paint);
         terminal.print(&text);
     }
-    let mut status = reports
-        .iter()
-        .map(|report| report.verdict.exit_code())
-        .max();
+    let codes = reports.iter().map(|report| report.verdict.exit_code());
+    let mut status = codes.max().map(|code| code.max(worst));
     if let Some(path) = &args.junit
         && let Err(source) = std::fs::write(path, junit::document(&reports))
     {
@@ -61,30 +61,81 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     status.unwrap_or(Status::Error.exit_code())
 }
 
-/// Runs one scenario. An error of one does not keep the others from running.
-fn one(
-    registry: &Registry,
-    path: &Path,
-    settings: &[Setting],
-    args: &RunArgs,
-    recordings: &mut Vec<PathBuf>,
-    terminal: &Terminal<'_>,
-) -> Result<Report, TwinError> {
-    let assembly = Assembly::of_file(registry, path, settings)?;
-    let recording = (!args.no_record).then(|| {
-        let path = recording(&args.out, assembly.scenario(), recordings);
-        recordings.push(path.clone());
-        path
-    });
-    let progress = terminal.watched && !args.json;
-    execute(
-        &assembly,
-        &Execution {
+/// What is run with one command, and what has become of it so far.
+pub(super) struct Session<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) args: &'a RunArgs,
+    /// Where recordings went.
+    recordings: Vec<PathBuf>,
+    pub(super) reports: Vec<Report>,
+}
+
+impl<'a> Session<'a> {
+    /// Runs one scenario. An error of one does not keep the others from running.
+    pub(super) fn whole(
+        &mut self,
+        path: &Path,
+        plant: Option<&String>,
+        terminal: &Terminal<'_>,
+    ) -> Report {
+        let assembly = self.assembly(path, plant);
+        let report = assembly.and_then(|assembly| {
+            let execution = self.execution(&assembly, "", terminal);
+            execute(&assembly, &execution)
+        });
+        report.unwrap_or_else(|error| error_of(path, &error))
+    }
+
+    pub(super) fn assembly(
+        &self,
+        path: &Path,
+        plant: Option<&String>,
+    ) -> Result<Assembly<'a>, TwinError> {
+        let settings: Vec<Setting> = settings(&Settings {
+            set: self.args.set.clone(),
+            plant: plant.cloned(),
+        });
+        Assembly::of_file(self.registry, path, &settings)
+    }
+
+    /// How it is run: where its recording goes, with `mark` behind its name.
+    pub(super) fn execution(
+        &mut self,
+        assembly: &Assembly<'_>,
+        mark: &str,
+        terminal: &Terminal<'_>,
+    ) -> Execution {
+        let recording = (!self.args.no_record).then(|| {
+            let path = recording(&self.args.out, assembly.scenario(), mark, &self.recordings);
+            self.recordings.push(path.clone());
+            path
+        });
+        Execution {
             recording,
-            progress,
-            ports: ports(&args.port),
-        },
-    )
+            progress: terminal.watched && !self.args.json,
+            ports: ports(&self.args.port),
+        }
+    }
+
+    /// Prints a report and keeps it.
+    pub(super) fn show(&mut self, report: Report, terminal: &mut Terminal<'_>) {
+        if self.args.json {
+            terminal.print_json(&report);
+        } else if let (None, Some(error)) = (&report.fingerprint, &report.error) {
+            // It did not begin: there is nothing to show but what is wrong.
+            let _ = writeln!(terminal.err, "{error}\n");
+        } else {
+            let text = table::report(&report, terminal.paint);
+            terminal.print(&text);
+            terminal.print("");
+        }
+        self.reports.push(report);
+    }
+}
+
+/// The report of what did not begin.
+pub(super) fn error_of(path: &Path, error: &TwinError) -> Report {
+    Report::of_error(&path.display().to_string(), error.to_string())
 }
 
 /// Devices by the names of their buses.
@@ -95,7 +146,7 @@ pub(super) fn ports(given: &[(String, String)]) -> Vec<(String, PathBuf)> {
 
 /// Where the recording of a scenario goes: named after its file, its seed and what is set on top of it, never after the
 /// clock, so that the same run goes to the same place; numbered only against others of the same call.
-fn recording(folder: &Path, scenario: &Scenario, taken: &[PathBuf]) -> PathBuf {
+fn recording(folder: &Path, scenario: &Scenario, mark: &str, taken: &[PathBuf]) -> PathBuf {
     let stem = Path::new(&scenario.file).file_stem();
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
     let mut name = format!("{stem}-seed{}", scenario.seed);
@@ -108,8 +159,8 @@ fn recording(folder: &Path, scenario: &Scenario, taken: &[PathBuf]) -> PathBuf {
         name = format!("{name}-set{:.8}", digest.digest().to_string());
     }
     let path = |count: usize| match count {
-        1 => folder.join(format!("{name}.mcap")),
-        _ => folder.join(format!("{name}-{count}.mcap")),
+        1 => folder.join(format!("{name}{mark}.mcap")),
+        _ => folder.join(format!("{name}{mark}-{count}.mcap")),
     };
     let free = (1..=taken.len()).map(path);
     free.into_iter()

@@ -1,0 +1,66 @@
+//! A run that goes on, with another plant, from where a rig was saved.
+
+use std::time::Instant;
+
+use twinrig_kernel::{SimTime, Snapshot};
+
+use crate::assembly::Assembly;
+use crate::error::TwinError;
+use crate::execute::{self, Course, Execution};
+use crate::progress::Progress;
+use crate::report::Report;
+use crate::watch::Watch;
+
+/// What became of it.
+pub(crate) struct Continuation {
+    /// Books, work, recording and fingerprint are those from the exchange on. Nothing is judged: expectations are of whole
+    /// runs, and half of this one is another plant's.
+    pub report: Report,
+    /// What the plant could not take over, a line each.
+    pub lost: Vec<String>,
+}
+
+/// Restores the rig of `first`, puts the plant of `other` in the place of its own, and goes on to the end. Controller, tasks,
+/// boards and the changes that are due are those of the rig that was saved.
+///
+/// # Errors
+/// [`TwinError`] if the plant cannot take that place, or the recording cannot be begun. A run that goes on and does not end is
+/// a report, too.
+pub(crate) fn go_on(
+    first: &Assembly<'_>,
+    other: &Assembly<'_>,
+    saved: &Snapshot,
+    execution: &Execution,
+) -> Result<Continuation, TwinError> {
+    let mut rig = first.rig()?;
+    rig.restore(saved).map_err(|error| first.rig_error(error))?;
+    let lost = rig.exchange_plant(other.wanted_plant()?);
+    let lost = lost.map_err(|error| other.rig_error(error))?;
+    let unjudged = other.without_changes();
+    let end: SimTime = other.end();
+    let recorder = execute::recorder(other, &rig, execution)?;
+    let mut watch = Watch::new(execute::judge(&unjudged, &rig), recorder);
+    let scenario = other.scenario();
+    let title = format!("{}, {} from here on", scenario.name, scenario.plant.model);
+    let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the report says how long it took"
+    )]
+    let started = Instant::now();
+    let ran = execute::run(other, &mut rig, &mut watch, &mut progress, end);
+    let wall_s = started.elapsed().as_secs_f64();
+    drop(progress);
+    let (reached, error) = match ran {
+        Ok(reached) => (reached, None),
+        Err(error) => (rig.now(), Some(error)),
+    };
+    let course = Course {
+        reached,
+        wall_s,
+        error,
+        plant: Some((rig.plant().energy(), rig.plant().work())),
+    };
+    let report = execute::report(&unjudged, execution, watch, course, None);
+    Ok(Continuation { report, lost })
+}

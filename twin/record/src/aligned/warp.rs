@@ -1,0 +1,68 @@
+//! Which time of one run is which of another.
+
+/// Times of one run and the same times of another, straight between the instants that are known; before the first and behind
+/// the last it goes on as far ahead, or behind, as there.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Warp {
+    knots: Vec<[f64; 2]>,
+}
+
+impl Warp {
+    /// Equal times.
+    pub(super) fn none() -> Self {
+        Self { knots: Vec::new() }
+    }
+
+    /// With these instants the same \[s\]. One that would turn time back is left out: it is later than the one before it in
+    /// one run, and not in the other.
+    pub(super) fn through(knots: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let mut rising: Vec<[f64; 2]> = Vec::new();
+        for knot in knots {
+            let last = rising.last();
+            if last.is_none_or(|last| knot[0] > last[0] && knot[1] > last[1]) {
+                rising.push(knot);
+            }
+        }
+        Self { knots: rising }
+    }
+
+    /// The time in the second run that is `at` in the first. `cursor` is where to begin to look: 0, or what an earlier time
+    /// left there.
+    pub(super) fn at(&self, at: f64, cursor: &mut usize) -> f64 {
+        let (Some(first), Some(last)) = (self.knots.first(), self.knots.last()) else {
+            return at;
+        };
+        if at <= first[0] {
+            return at + (first[1] - first[0]);
+        }
+        if at >= last[0] {
+            return at + (last[1] - last[0]);
+        }
+        while self
+            .knots
+            .get(*cursor + 1)
+            .is_some_and(|knot| knot[0] <= at)
+        {
+            *cursor += 1;
+        }
+        let ([a, b], [c, d]) = (self.knots[*cursor], self.knots[*cursor + 1]);
+        b + (at - a) * ((d - b) / (c - a))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_straight_between_knots_and_never_goes_back() {
+        let warp = Warp::through([[0.0, 0.0], [1.0, 1.5], [1.2, 1.4], [2.0, 2.0]]);
+        let mut cursor = 0;
+        let of: Vec<f64> = [-1.0, 0.5, 1.0, 1.5, 2.0, 3.0]
+            .into_iter()
+            .map(|at| warp.at(at, &mut cursor))
+            .collect();
+        assert_eq!(of, [-1.0, 0.75, 1.5, 1.75, 2.0, 3.0]);
+        assert_eq!(Warp::none().at(0.3, &mut 0), 0.3);
+    }
+}
