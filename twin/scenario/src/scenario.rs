@@ -79,6 +79,8 @@ pub struct Scenario {
     pub changes: Vec<Change>,
     /// What is expected, in the order of the file.
     pub expectations: Vec<Expectation>,
+    /// What would be expected of other plants than this one.
+    pub of_other_plants: Vec<Expectation>,
 }
 
 /// `[plant]`

@@ -198,6 +198,14 @@ impl Scenario {
         for (part, why) in self.left_out_of_the_robot() {
             leave(part, why);
         }
+        for expectation in &self.of_other_plants {
+            let about = expectation.plants.join(", ");
+            let part = format!("expectation that {}", expectation.name);
+            leave(
+                &part,
+                &format!("it is about {about}, not {}", self.plant.model),
+            );
+        }
         if self.controller.is_none() {
             leave("controller", "there is no [controller]");
         }

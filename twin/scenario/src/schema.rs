@@ -222,6 +222,7 @@ fn expect() -> Value {
             "after": duration(),
             "before": duration(),
             "optional": { "type": "boolean" },
+            "plants": { "type": "array", "items": { "type": "string" } },
             "footstep": footstep(),
             "body": body(),
             "timing": timing(),

@@ -48,6 +48,28 @@ fn signals_that_nothing_needs_are_left_out_and_said_to_be() {
 }
 
 #[test]
+fn what_is_expected_of_another_plant_is_left_out_and_said_to_be() {
+    let more = "[record]\nframes = '0 Hz'\n\n\
+                [[expect]]\nname = 'books'\nenergy = { residual = { max = 1e-6 } }\nplants = ['massless']\n\n\
+                [[expect]]\nname = 'books'\nenergy = { residual = { max = 1e-3 } }\nplants = ['mujoco']";
+    let scene = scene(&text(more)).unwrap();
+    let [kept] = &scene.scenario.expectations[..] else {
+        panic!("{:?}", scene.scenario.expectations);
+    };
+    // The names differ by their plants: neither is numbered.
+    assert_eq!(
+        (kept.name.as_str(), &kept.plants[..]),
+        ("books", &["massless".to_owned()][..])
+    );
+    let said = "expectation that books: it is about mujoco, not massless";
+    assert!(
+        left_out(&text(more)).contains(&said.to_owned()),
+        "{:?}",
+        left_out(&text(more))
+    );
+}
+
+#[test]
 fn poses_keep_the_signals_they_are_drawn_from() {
     let scene = scene(&text("[record]\nsignals = []\nframes = '50 Hz'")).unwrap();
     assert_eq!(scene.wanted, ["body/position"]);

@@ -21,6 +21,8 @@ pub struct Expectation {
     pub before: Option<SimTime>,
     /// Whether it holds if the run cannot observe it.
     pub optional: bool,
+    /// The plants that it is about; none: whichever it is.
+    pub plants: Vec<String>,
     /// What is claimed.
     pub claim: Claim,
 }

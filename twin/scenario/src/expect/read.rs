@@ -16,7 +16,9 @@ use crate::scenario::Placed;
 const SUBJECTS: [&str; 6] = ["footstep", "body", "timing", "signal", "energy", "cost"];
 
 /// What expectations of one scenario have in common.
-pub(crate) struct Context {
+pub(crate) struct Context<'c> {
+    /// The plants that there are.
+    pub plants: Vec<&'c str>,
     /// The length of the run.
     pub duration: SimDuration,
     /// The time of the first change.
@@ -24,12 +26,13 @@ pub(crate) struct Context {
 }
 
 /// One `[[expect]]`.
-pub(crate) fn expectation(item: &Item<'_>, context: &Context) -> Result<Expectation, Reported> {
+pub(crate) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
     let table = item.table()?;
     let name = table.optional("name", |item| item.text().map(str::to_owned));
     let after = table.optional("after", |item| instant(item, context));
     let before = table.optional("before", |item| instant(item, context));
     let optional = table.optional("optional", Item::boolean);
+    let plants = table.optional("plants", |item| item.each(|item| plant(item, context)));
     let subject = one_of(item, &table, &SUBJECTS, "nothing is expected")?;
     let claim = table.required(subject, |item| match subject {
         "footstep" => read_footstep::claim(item).map(Claim::Footstep),
@@ -45,6 +48,7 @@ pub(crate) fn expectation(item: &Item<'_>, context: &Context) -> Result<Expectat
         after: given_after.unwrap_or(SimTime::ZERO),
         before,
         optional: optional?.unwrap_or(false),
+        plants: plants?.unwrap_or_default(),
         claim,
     };
     if expectation.needs_reference() {
@@ -69,6 +73,17 @@ pub(crate) fn expectation(item: &Item<'_>, context: &Context) -> Result<Expectat
         None => format!("{subject} {measure}").trim_end().replace('_', " "),
     };
     Ok(expectation)
+}
+
+/// The name of a plant.
+fn plant(item: &Item<'_>, context: &Context<'_>) -> Result<String, Reported> {
+    let word = item.text()?;
+    let mut plants = context.plants.iter().copied();
+    if plants.clone().any(|known| known == word) {
+        return Ok(word.to_owned());
+    }
+    let message = format!("there is no plant `{word}`");
+    Err(item.report_word(message, word, "plants", &mut plants))
 }
 
 /// The word that names what is measured, for an expectation without a name.
@@ -119,7 +134,7 @@ pub(super) fn one_of<'k>(
 }
 
 /// A time since the start, within the run.
-fn instant(item: &Item<'_>, context: &Context) -> Result<SimTime, Reported> {
+fn instant(item: &Item<'_>, context: &Context<'_>) -> Result<SimTime, Reported> {
     let since = item.duration()?;
     if since > context.duration {
         let message = format!("`{}` is later than the end of the run", item.key());

@@ -114,6 +114,11 @@ fn read(
     let changes = changes::changes(table, control, catalogue);
     let faults = table.optional("fault", |item| item.each(bus::fault));
     let context = Context {
+        plants: catalogue
+            .plants
+            .iter()
+            .map(|kind| kind.name.as_str())
+            .collect(),
         duration: *duration.as_ref().unwrap_or(&SimDuration::MAX),
         first_change: changes
             .as_ref()
@@ -122,7 +127,14 @@ fn read(
     let expectations = table.optional("expect", |item| {
         item.each(|item| expectation(item, &context))
     });
-    let (controller, io) = (controller?, io?);
+    let (controller, io, plant) = (controller?, io?, plant?);
+    let about = |expectation: &Expectation| {
+        expectation.plants.is_empty() || expectation.plants.contains(&plant.model)
+    };
+    let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations?
+        .unwrap_or_default()
+        .into_iter()
+        .partition(about);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
@@ -136,7 +148,7 @@ fn read(
         overrides: overrides?.unwrap_or_else(Overrides::default),
         duration: duration?,
         seed: seed?.unwrap_or(1),
-        plant: plant?,
+        plant,
         actuator: actuator?.unwrap_or_default(),
         controller,
         io,
@@ -148,7 +160,8 @@ fn read(
         },
         record: record?.unwrap_or(RECORD),
         changes: changes?,
-        expectations: distinct(expectations?.unwrap_or_default()),
+        expectations: distinct(expectations),
+        of_other_plants,
     })
 }
 
