@@ -93,6 +93,9 @@ fn walking(one: &Transport) -> String {
 fn stiffness(trend: &StiffnessTrend) -> String {
     let way = format!("{} {}", trend.plant, trend.method);
     match (trend.depends, trend.exponent, trend.unlimited) {
+        (Some(true), ..) if trend.is_power == Some(false) => {
+            format!("{way}: the limit depends on stiffness, as no one power")
+        }
         (Some(true), Some(exponent), _) => {
             format!("{way}: the limit goes as stiffness to the power {exponent:.2}")
         }

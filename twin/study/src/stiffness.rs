@@ -28,7 +28,10 @@ pub struct StiffnessTrend {
     pub exponent: Option<f64>,
     /// An exponent no further than this from zero is none.
     pub none_below: Option<f64>,
-    /// Whether the limit depends on stiffness; none if too few limits were found.
+    /// Whether the limits are on the line of that exponent: where they are not, there is no one power.
+    pub is_power: Option<bool>,
+    /// Whether the limit depends on stiffness: the exponent is beyond its bound, or limits are further apart than any exponent
+    /// within it makes them. None if too few limits were found.
     pub depends: Option<bool>,
 }
 
@@ -75,6 +78,15 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
         .map(|&(_, step, above)| libm::log(above / step));
     let unsure = unsure.fold(0.0, f64::max);
     let none_below = fit.map(|fit| NO_EXPONENT + fit.unsure(unsure));
+    // What goes up and down again has no exponent, and depends all the same.
+    let spread = |of: fn(&(f64, f64, f64)) -> f64| {
+        let logarithms = || limits.iter().map(|limit| libm::log(of(limit)));
+        logarithms().fold(f64::NEG_INFINITY, f64::max) - logarithms().fold(f64::INFINITY, f64::min)
+    };
+    let depends = fit.zip(none_below).map(|(fit, bound)| {
+        let within = bound * spread(|limit| limit.0) + unsure;
+        fit.slope.abs() > bound || spread(|limit| limit.1) > within
+    });
     let steps = || limits.iter().map(|&(_, step, _)| step);
     StiffnessTrend {
         plant: plant.to_owned(),
@@ -86,8 +98,53 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
         greatest_step_s: steps().max_by(f64::total_cmp),
         exponent: fit.map(|fit| fit.slope),
         none_below,
-        depends: fit
-            .zip(none_below)
-            .map(|(fit, bound)| fit.slope.abs() > bound),
+        is_power: fit.map(|fit| fit.slope_if_straight().is_some()),
+        depends,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_kernel::SimDuration;
+
+    use super::*;
+    use crate::workshop::{Knob, Variant};
+
+    /// The trend of limits \[ms\] at stiffnesses.
+    fn of(limits: &[(f64, f64)]) -> StiffnessTrend {
+        let rows: Vec<Row> = limits
+            .iter()
+            .map(|&(stiffness, limit)| {
+                let variant = Variant {
+                    plant: String::new(),
+                    method: String::new(),
+                    knob: Knob::Step(SimDuration::from_millis(1)),
+                    scales: Factor::Stiffness.scales(stiffness),
+                };
+                let mut row = Row::new(RowKind::Stability, &variant);
+                row.largest_stable_step_s = Some(1e-3 * limit);
+                row.least_unstable_step_s = Some(1.04e-3 * limit);
+                row
+            })
+            .collect();
+        let stiffnesses = limits.iter().map(|limit| limit.0);
+        trend("", "", &stiffnesses.zip(&rows).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_limit_that_goes_down_and_up_again_depends_on_stiffness_though_its_exponent_is_none() {
+        let trend = of(&[(0.01, 24.0), (1.0, 6.0), (100.0, 24.0)]);
+        assert!(trend.exponent.unwrap().abs() < 1e-9, "{trend:?}");
+        assert_eq!((trend.depends, trend.is_power), (Some(true), Some(false)));
+    }
+
+    #[test]
+    fn one_that_stays_within_the_width_of_its_search_does_not() {
+        let trend = of(&[(0.01, 0.8), (1.0, 0.82), (100.0, 0.79)]);
+        assert_eq!(trend.depends, Some(false));
+        let falls = of(&[(0.01, 8.0), (1.0, 0.8), (100.0, 0.08)]);
+        assert!((falls.exponent.unwrap() + 0.5).abs() < 1e-9);
+        assert_eq!((falls.depends, falls.is_power), (Some(true), Some(true)));
+        assert_eq!(of(&[(0.01, 8.0), (1.0, 0.8)]).depends, None);
     }
 }

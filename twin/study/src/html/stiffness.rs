@@ -78,14 +78,16 @@ pub(crate) fn section(study: &Study) -> String {
     out += &table.html();
     out += &paragraph(
         "The exponent is by least squares over the logarithms of all limits found. One is none if it is no further from zero than a \
-         twentieth, a tenth of what springs make of it at the least, and what the width of the search leaves open. Stiffnesses \
-         at which even the longest step is stable have no part in it.",
+         twentieth, a tenth of what springs make of it at the least, and what the width of the search leaves open; and a limit \
+         does not depend on stiffness if it has none and moves no further, either, than such an exponent would move it. \
+         Stiffnesses at which even the longest step is stable have no part in it.",
     );
     out
 }
 
 fn verdict(trend: &StiffnessTrend) -> &'static str {
     match (trend.depends, trend.limits, trend.unlimited) {
+        (Some(true), ..) if trend.is_power == Some(false) => "yes, as no one power",
         (Some(true), ..) => "yes",
         (Some(false), ..) => "no",
         (None, 0, 0) => "no limit is known",
