@@ -4,6 +4,7 @@ use crate::number::si;
 use crate::stiffness::StiffnessTrend;
 use crate::study::Study;
 
+use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 
@@ -35,8 +36,7 @@ pub(crate) fn section(study: &Study) -> String {
             "least limit",
             "greatest",
             "limits found",
-            "stable to the longest",
-            "none known",
+            "beyond the longest",
         ],
         3,
     );
@@ -44,13 +44,8 @@ pub(crate) fn section(study: &Study) -> String {
     for trend in &trends {
         let first = !before.is_empty() && before != trend.plant;
         before = &trend.plant;
-        let count = |count: usize| {
-            if count == 0 {
-                String::new()
-            } else {
-                count.to_string()
-            }
-        };
+        let all = trend.limits + trend.unlimited + trend.unknown;
+        let beyond = Some(trend.unlimited as u64);
         table.row(
             if first { "first" } else { "" },
             vec![
@@ -69,9 +64,8 @@ pub(crate) fn section(study: &Study) -> String {
                 trend
                     .greatest_step_s
                     .map_or(String::new(), |step| si(step, "s")),
-                count(trend.limits),
-                count(trend.unlimited),
-                count(trend.unknown),
+                format!("{} of {all}", trend.limits),
+                rows::count(beyond),
             ],
         );
     }
@@ -80,7 +74,7 @@ pub(crate) fn section(study: &Study) -> String {
         "The exponent is by least squares over the logarithms of all limits found. One is none if it is no further from zero than a \
          twentieth, a tenth of what springs make of it at the least, and what the width of the search leaves open; and a limit \
          does not depend on stiffness if it has none and moves no further, either, than such an exponent would move it. \
-         Stiffnesses at which even the longest step is stable have no part in it.",
+         Stiffnesses at which even the longest step that was tried is stable have no part in it.",
     );
     out
 }

@@ -1,6 +1,6 @@
 //! The part of a page that tells what a walk costs, and where energy appears or vanishes.
 
-use crate::number::si;
+use crate::number::{knob, si};
 use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
@@ -34,39 +34,35 @@ fn table(study: &Study) -> String {
         &[
             "plant",
             "method",
-            "set to",
             "speed",
             "cost, net",
             "covered",
             "positive",
             "work, net",
-            "positive",
+            "from nowhere",
+            "of net work",
             "friction",
             "impacts",
             "stored",
-            "from nowhere",
-            "of net work",
-            "",
         ],
-        3,
+        2,
     );
     let mut before = "";
     for one in &study.transports {
         let first = !before.is_empty() && before != one.plant;
         before = &one.plant;
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
+        let mut about = knob(one.step_s, one.tolerance);
+        if let Some(why) = &one.why {
+            about += &format!("; {why}");
+        }
+        let about = element("span", "wrap soft", &escaped(&about));
         let mut cells = vec![
             element("b", "", &escaped(&one.plant)),
-            escaped(&one.method),
-            crate::number::knob(one.step_s, one.tolerance),
+            escaped(&one.method) + &about,
         ];
-        cells.extend(
-            one.cost
-                .as_ref()
-                .map_or([(); 11].map(|()| String::new()), numbers),
-        );
-        let why = one.why.as_ref();
-        cells.push(why.map_or(String::new(), |why| element("span", "why", &escaped(why))));
+        let numbers = one.cost.as_ref().map(numbers);
+        cells.extend(numbers.into_iter().flatten());
         table.row(
             match (first, bad) {
                 (true, false) => "first",
@@ -90,7 +86,7 @@ fn apart(cost: &Cost) -> Option<f64> {
     (most > 0.0).then(|| (drives - cost.work_j).abs() / most)
 }
 
-fn numbers(cost: &Cost) -> [String; 11] {
+fn numbers(cost: &Cost) -> [String; 10] {
     let known = apart(cost).is_some_and(|apart| apart <= KNOWN);
     let ratio = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
     let joule = |value: f64| si(value, "J");
@@ -100,14 +96,11 @@ fn numbers(cost: &Cost) -> [String; 11] {
         ratio(cost.covered_cost_of_transport),
         ratio(cost.positive_cost_of_transport.filter(|_| known)),
         joule(cost.work_j),
-        cost.positive_work_j
-            .filter(|_| known)
-            .map_or(String::new(), joule),
+        joule(cost.residual_j),
+        share(cost).map_or(String::new(), |share| format!("{:.2} %", 100.0 * share)),
         joule(cost.dissipated_j),
         joule(cost.impact_j),
         joule(cost.stored_j),
-        joule(cost.residual_j),
-        share(cost).map_or(String::new(), |share| format!("{:.2} %", 100.0 * share)),
     ]
 }
 
@@ -198,6 +191,6 @@ fn name(one: &Transport) -> String {
         "{} {}, {}",
         one.plant,
         one.method,
-        crate::number::knob(one.step_s, one.tolerance)
+        knob(one.step_s, one.tolerance)
     )
 }
