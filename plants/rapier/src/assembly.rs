@@ -2,11 +2,13 @@
 
 use nalgebra::Unit;
 use rapier3d_f64::dynamics::{
-    GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis,
-    LockedAxes, MassProperties, MotorModel, RevoluteJointBuilder, RigidBodyBuilder,
-    RigidBodyHandle, RopeJointBuilder,
+    GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis, LockedAxes,
+    MassProperties, MotorModel, RevoluteJointBuilder, RigidBodyBuilder, RigidBodyHandle,
+    RopeJointBuilder,
 };
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode};
+use rapier3d_f64::geometry::{
+    ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode,
+};
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use twinrig_legged::{Base, LegPosture, Posture};
@@ -75,7 +77,17 @@ pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (
     for (i, leg) in model.legs.iter().enumerate() {
         let at = posture.legs.iter().find(|(name, _)| *name == leg.name);
         let at = at.map_or_else(LegPosture::default, |(_, at)| *at);
-        legs.push(insert_leg(model, options, (i, leg, &at), (&trunk, handle), &mut sets));
+        legs.push(insert_leg(
+            model,
+            options,
+            (i, leg, &at),
+            (&trunk, handle),
+            &mut sets,
+        ));
+    }
+    for (_, body) in sets.bodies.iter_mut() {
+        // The engine would do so in its first step, which is too late for those who ask how a body responds before it.
+        body.recompute_mass_properties_from_colliders(&sets.colliders);
     }
     if options.joints == Joints::Multibody {
         bend(model, posture, &trunk, handle, &mut sets);
@@ -94,15 +106,18 @@ fn insert_trunk(
     sets: &mut Sets,
 ) -> RigidBodyHandle {
     if model.base == Base::Fixed {
-        return sets.bodies.insert(RigidBodyBuilder::fixed().pose(trunk.pose));
+        return sets
+            .bodies
+            .insert(RigidBodyBuilder::fixed().pose(trunk.pose));
     }
     let mut body = dynamic(trunk, model.mass, model.inertia);
     if model.base == Base::Free {
         return sets.bodies.insert(body);
     }
     if options.joints == Joints::Impulse {
-        let locked =
-            LockedAxes::TRANSLATION_LOCKED_Y | LockedAxes::ROTATION_LOCKED_X | LockedAxes::ROTATION_LOCKED_Z;
+        let locked = LockedAxes::TRANSLATION_LOCKED_Y
+            | LockedAxes::ROTATION_LOCKED_X
+            | LockedAxes::ROTATION_LOCKED_Z;
         body = body.locked_axes(locked);
     }
     let handle = sets.bodies.insert(body);
@@ -166,10 +181,12 @@ fn insert_leg(
         revolute.softness = options.solver.joint_softness.coefficients();
         match options.joints {
             Joints::Impulse => {
-                sets.impulse_joints.insert(upper, handles[k], revolute, true);
+                sets.impulse_joints
+                    .insert(upper, handles[k], revolute, true);
             }
             Joints::Multibody => {
-                sets.multibody_joints.insert(upper, handles[k], revolute, true);
+                sets.multibody_joints
+                    .insert(upper, handles[k], revolute, true);
             }
         }
         joint += down * segment.length;
@@ -185,7 +202,8 @@ fn insert_leg(
                 .local_axis2(AXIS)
                 .motor_model(JointAxis::AngX, MotorModel::ForceBased)
                 .build();
-            sets.impulse_joints.insert(trunk_handle, handles[0], drive, true)
+            sets.impulse_joints
+                .insert(trunk_handle, handles[0], drive, true)
         }),
         contact: insert_foot(model, leg, i, handles[2], sets),
     }
@@ -211,7 +229,10 @@ fn insert_ropes(
         };
         joint.set_local_anchor1(from.at).set_local_anchor2(to.at);
         joint.softness = options.solver.joint_softness.coefficients();
-        Some(sets.impulse_joints.insert(body(from.body), body(to.body), joint, true))
+        Some(
+            sets.impulse_joints
+                .insert(body(from.body), body(to.body), joint, true),
+        )
     })
 }
 
@@ -240,8 +261,11 @@ fn insert_foot(
     let ball = sets
         .colliders
         .insert_with_parent(ball, segment, &mut sets.bodies);
-    let plane = made(ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)), groups(floor, foot))
-        .translation(Vector::new(0.0, 0.0, -FOOT));
+    let plane = made(
+        ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)),
+        groups(floor, foot),
+    )
+    .translation(Vector::new(0.0, 0.0, -FOOT));
     Some([ball, sets.colliders.insert(plane)])
 }
 

@@ -121,8 +121,7 @@ impl Drive {
                 self.rate = mean;
                 self.torque = given + kind.inertia() * (self.rate - before.rate) / seconds;
                 if let Kind::Servo(servo) = kind {
-                    let wanted =
-                        servo.rate_after(seconds, self.told[0], before.angle, before.rate);
+                    let wanted = servo.rate_after(seconds, self.told[0], before.angle, before.rate);
                     // It would give more than is wanted.
                     if (self.rate - wanted) * self.spent > 0.0 {
                         self.spent = 0.0;

@@ -1,4 +1,94 @@
-//! The robot in Rapier.
+//! The robot in Rapier, an engine for rigid bodies: the same robot as `twinrig-lcp`'s, solved as an engine solves it.
+//!
+//! ```
+//! use twinrig_kernel::{SimDuration, SimTime};
+//! use twinrig_legged::{Base, Drives, Setup, StartPose};
+//! use twinrig_rapier::{Joints, Options, Rapier};
+//! use twinrig_robot::RobotFile;
+//! use twinrig_runtime::Plant;
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = include_str!("../../../robots/cheetah-cub.toml");
+//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! // The legs hang from a trunk that is held, are let go, and swing (thesis, section 2.5.1).
+//! let (hip, knee) = (10_f64.to_radians(), -9.5_f64.to_radians());
+//! let setup = Setup {
+//!     base: Base::Fixed,
+//!     legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
+//!     ground: None,
+//!     step: SimDuration::from_millis(2),
+//!     drives: Drives::None,
+//!     start: StartPose { q: [hip, knee, -knee], rates: [0.0; 3] }.into(),
+//! };
+//! let options = Options::new(setup, Joints::Impulse);
+//! let mut plant = Rapier::new(&robot, &options, &|signal| signal == "leg/LF/foot/position")?;
+//! plant.advance(SimTime::ZERO + SimDuration::from_millis(300), &[])?;
+//! assert!(plant.drift().is_some_and(|open| open < 1e-4), "joints and stops hold");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # What is what in the engine
+//!
+//! Trunk and segments are bodies; joints are impulses between bodies that know nothing of each other, or a tree in the
+//! coordinates of its joints ([`Joints`]). A segment is a thin rod, which has no inertia about itself; here it has a
+//! twentieth of that across ([`Options::AXIAL_SHARE`]), which nothing feels in the leg's plane.
+//!
+//! *Springs and friction in the joints* are forces that we give, anew in each step: the engine holds forces over substeps of
+//! its own, which costs a hundred times the accuracy of as many steps.
+//!
+//! *Stops are ropes*, every one, since ropes are the engine's only stop that looks ahead: a limit of an angle counts once it
+//! has been passed. The knee's stops are ropes across the knee, the lower stop of the pantograph one between two points that
+//! are l₂ apart where it is closed and nearer where it is open, the upper one the parallel rod itself. The cable's length is a
+//! matter of the knee's angle alone, so it is a rope across the knee, too, whose pull is converted to the cable's tension by
+//! virtual work. Where a rope is tied does not matter to the motion and does to the sweeps: with the diagonal's own ends as
+//! ends of the rope, legs at rest on their stops were wrong by 2.4 mm after a hundred. Between the links of a tree
+//! the engine has no ropes; there, a limit along the line stands for each, tied to be taut just at the end of the step in
+//! which it will be.
+//!
+//! *Drives*: the hip's servo is a motor of the engine, the pulley a number of ours, and rotors are dampers (`drives.rs`). All
+//! of [`Drives`](twinrig_legged::Drives) are there. A servo that turns out to have given more torque than it has is used up
+//! from the next step on.
+//!
+//! *Feet* are balls of 0.1 mm, friction and restitution the engine's. Each stands on a plane of its own, which is the ground's
+//! tangent plane below it: terrain is smooth (`twinrig-contact`), while a height field of triangles has edges and, as fine as
+//! it would have to be, some 20 MB that every snapshot would carry. A step is a plane that is lower, without the wall.
+//!
+//! # Settings
+//!
+//! `examples/settings.rs` measures them: root mean square errors of the foot in mm at 2 ms, against a reference that is right
+//! to 1e-9 m.
+//!
+//! ```text
+//!                                      passive  between  hard hit  undamped
+//! impulse joints, 100 sweeps             0.028    0.159     0.583     1.333    the default
+//!                  10 sweeps             3.394    0.157     4.631     5.636
+//!                 500 sweeps             0.025    0.159     0.597     1.352
+//!  substeps 4 (ours)                     0.006    0.011     0.038     0.105
+//!  solver_iterations 4 (the engine's)    0.279    1.983     0.605     0.697
+//!  stabilization_iterations 1            0.032    0.159     0.621     1.212
+//!  joints of 300 Hz, damping ratio 1     4.853    0.870     5.230     6.607
+//!  all as the engine has it              7.334    2.202     6.621    28.828
+//! multibody joints, 20 sweeps            0.776    4.601     4.410     8.074
+//! ```
+//!
+//! Joints, stops and contacts are as stiff as can be: softness only adds error. Corrections of positions keep their speed
+//! (no stabilization): it is then the leapfrog with constraints, of second order between events (`step.rs`), and a cable that
+//! is wound in moves the leg, where stabilization would take its speed away. The engine's warm start of joints
+//! (`warmstart_joints`) is off: it gives each constraint its last impulse just before it solves that same constraint, which
+//! takes it away again. Multibody joints have no gaps, and lose more: how the engine treats the joints' own accelerations
+//! takes energy out of a swing, of second order, too.
+//!
+//! # What the books hold
+//!
+//! Kinetic energy is that of velocities half a step old. Ropes and feet are booked by their impulses and the mean of the
+//! speeds before and after; what the engine does to correct positions it does not tell, and stays in the residual, which
+//! falls with the step.
+//!
+//! # What is not here
+//!
+//! Toe joints (the foot is a point at the end of the third segment), collisions of anything but feet, the wall of a step,
+//! events at the instant at which they happen, and bits that are the same on every machine: the engine promises those, and
+//! nothing here has tried.
 
 mod assembly;
 mod border;

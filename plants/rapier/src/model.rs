@@ -150,8 +150,8 @@ impl Leg {
                 2.0 * leg.l2 * libm::sin(0.5 * WIDEST),
             )
         };
-        let most_bent = (leg.diagonal_min * leg.diagonal_min - leg.l2 * leg.l2 - ld * ld)
-            / (2.0 * leg.l2 * ld);
+        let most_bent =
+            (leg.diagonal_min * leg.diagonal_min - leg.l2 * leg.l2 - ld * ld) / (2.0 * leg.l2 * ld);
         // Which are parallel where the pantograph is closed, and nearer to each other where it is open.
         let beyond = 0.5 * leg.l2;
         let closed = rope(on(0, leg.l1 + beyond), on(2, beyond), leg.l2);

@@ -126,7 +126,10 @@ impl Plant for Rapier {
         while self.now < to {
             let next = to.min(self.now + self.step);
             if !self.run((next - self.now).as_secs_f64()) {
-                return Err(self.fault("engine", "its velocities are no numbers any more: shorten the step"));
+                return Err(self.fault(
+                    "engine",
+                    "its velocities are no numbers any more: shorten the step",
+                ));
             }
             self.now = next;
         }
@@ -193,7 +196,10 @@ impl Plant for Rapier {
         if rotation(posture.attitude).is_none() {
             return Err(self.fault("body/orientation", "the quaternion has no length"));
         }
-        if from.iter().any(|(_, values)| values.iter().any(|x| !x.is_finite())) {
+        if from
+            .iter()
+            .any(|(_, values)| values.iter().any(|x| !x.is_finite()))
+        {
             return Err(self.fault("state", "it has what is no number"));
         }
         let (model, options) = (self.machine.model.clone(), self.machine.options.clone());

@@ -79,9 +79,10 @@ impl Machine {
             let at = self.state.legs[leg].drives[1].angle;
             match knee {
                 Effort::Follows { mean, .. } => [at + seconds * mean, 0.0],
-                Effort::Drags { damping, towards } => {
-                    [at + seconds * towards, self.model.legs[leg].radius / damping]
-                }
+                Effort::Drags { damping, towards } => [
+                    at + seconds * towards,
+                    self.model.legs[leg].radius / damping,
+                ],
             }
         });
         Before {
@@ -216,8 +217,8 @@ impl Machine {
             let properties = body.mass_properties();
             let masses = properties.effective_inv_mass;
             let turn = (view.bodies[end.body].pose.rotation * end.at).cross(along);
-            sum += along.dot(masses * along)
-                + turn.dot(properties.effective_world_inv_inertia * turn);
+            sum +=
+                along.dot(masses * along) + turn.dot(properties.effective_world_inv_inertia * turn);
         }
         sum
     }
@@ -314,7 +315,13 @@ impl Machine {
         let drives = &mut known.drives;
         let was = drives.map(|drive| (drive.angle, drive.rate));
         drives[0].finish(kinds[0], efforts[0], hip, given, seconds);
-        drives[1].finish(kinds[1], efforts[1], pulley, radius * pull / seconds, seconds);
+        drives[1].finish(
+            kinds[1],
+            efforts[1],
+            pulley,
+            radius * pull / seconds,
+            seconds,
+        );
         let wound = 0.5 * (was[1].1 + drives[1].rate);
         self.state.ledger.impact += pull * radius * wound;
         for (drive, (angle, _)) in drives.iter().zip(was) {

@@ -1,4 +1,10 @@
 //! The plant as a whole.
 
+mod books;
+mod drives;
+mod errors;
+mod ground;
 mod passive;
+mod restore;
 mod scene;
+mod starts;

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
+use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
-use twinrig_legged::{Base, Drives, Setup, StartPose};
+use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_rapier::{Joints, Options, Rapier};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -15,8 +16,7 @@ pub struct Golden(pub Value);
 
 impl Golden {
     pub fn read(name: &str) -> Self {
-        let folder =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("../lcp/tests/reference/golden");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lcp/tests/reference/golden");
         let text = fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
         Self(serde_json::from_str(&text).unwrap())
     }
@@ -78,6 +78,18 @@ pub fn hanging(legs: &[&str], start: StartPose, step_us: u64) -> Setup {
         step: SimDuration::from_micros(step_us),
         drives: Drives::None,
         start: start.into(),
+    }
+}
+
+/// The robot on flat ground, its drives holding it.
+pub fn standing(step_us: u64) -> Setup {
+    Setup {
+        base: Base::Free,
+        legs: ["LF", "RF", "LH", "RH"].map(str::to_owned).to_vec(),
+        ground: Some(Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()),
+        step: SimDuration::from_micros(step_us),
+        drives: Drives::Ideal { period: 2e-3 },
+        start: Start::default(),
     }
 }
 
