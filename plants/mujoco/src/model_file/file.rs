@@ -8,6 +8,9 @@ use twinrig_kernel::SimDuration;
 use crate::engine::{Engine, EngineError};
 use crate::model_file::error::ModelFileError;
 
+/// What a compiled model begins with: whose it is. Then comes a checksum.
+const HEADER: &[u8] = b"MuJoCo 3.17.0 model\n";
+
 /// A model, compiled.
 pub struct ModelFile {
     model: MjModel,
@@ -35,7 +38,15 @@ impl ModelFile {
     /// [`ModelFileError::Binary`] for other bytes, or those of another version.
     pub fn of_binary(bytes: &[u8]) -> Result<Self, ModelFileError> {
         Engine::check_version()?;
-        let model = MjModel::from_buffer(bytes);
+        // MuJoCo would say of what it cannot read that it cannot, in a file and on standard error.
+        let rest = bytes.strip_prefix(HEADER);
+        let (sum, model) = rest
+            .and_then(<[u8]>::split_first_chunk)
+            .ok_or(ModelFileError::Binary)?;
+        if u64::from_le_bytes(*sum) != checksum(model) {
+            return Err(ModelFileError::Binary);
+        }
+        let model = MjModel::from_buffer(model);
         Ok(Self::of(model.map_err(|_| ModelFileError::Binary)?))
     }
 
@@ -47,10 +58,10 @@ impl ModelFile {
 
     /// The compiled model with all that it included: the same in every respect, for the same version of MuJoCo.
     pub fn binary(&self) -> Vec<u8> {
-        let mut bytes = vec![0; self.model.size()];
-        let saved = self.model.save_to_buffer(&mut bytes);
+        let mut model = vec![0; self.model.size()];
+        let saved = self.model.save_to_buffer(&mut model);
         debug_assert!(saved.is_ok(), "it has the size that the model said");
-        bytes
+        [HEADER, &checksum(&model).to_le_bytes(), &model].concat()
     }
 
     /// The model's own step, in whole nanoseconds.
@@ -74,6 +85,12 @@ impl ModelFile {
     pub(crate) fn model(&self) -> &MjModel {
         &self.model
     }
+}
+
+/// FNV-1a: tells what is damaged or cut off.
+fn checksum(bytes: &[u8]) -> u64 {
+    let mix = |sum: u64, byte: &u8| (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, mix)
 }
 
 /// What MuJoCo says over several lines, its own prefix first, in one.

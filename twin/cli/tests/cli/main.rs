@@ -6,6 +6,7 @@ mod common;
 mod hardware;
 #[cfg(unix)]
 mod interrupt;
+mod mjcf;
 mod recordings;
 mod schema;
 mod studies;
