@@ -112,11 +112,15 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     let reference = format!("{seconds} {}", numerics.damping);
     let impedance = format!("{first} {last} {}", numerics.width);
     let both = |kind: &str| format!("solref{kind}=\"{reference}\" solimp{kind}=\"{impedance}\"");
+    let contact = numerics.contact_damping;
     line!(text, "  <default>");
     line!(text, "    <joint {}/>", both("limit"));
     line!(text, "    <tendon {} {}/>", both("limit"), both("friction"));
     line!(text, "    <equality {}/>", both(""));
-    line!(text, "    <geom {} condim=\"3\"/>", both(""));
+    line!(
+        text,
+        "    <geom solref=\"{seconds} {contact}\" solimp=\"{impedance}\" condim=\"3\"/>"
+    );
     line!(text, "  </default>");
     text
 }

@@ -154,6 +154,9 @@ pub struct Numerics {
     pub closing: Closing,
     /// Damping ratio of that \[1\].
     pub damping: f64,
+    /// The same of feet on the ground. A foot comes into the ground by what it moves in a step; the more this is above one, the
+    /// slower it is pushed out again, and the less it bounces \[1\].
+    pub contact_damping: f64,
     /// Impedance of a constraint, MuJoCo's d: the share of the wanted acceleration that it insists on, below 1 \[1\]. First
     /// where it is not violated, then where it is violated by `width`.
     pub impedance: [f64; 2],
@@ -180,6 +183,7 @@ impl Numerics {
             cone: Cone::Elliptic,
             closing: Closing::Steps(2.0),
             damping: 1.0,
+            contact_damping: 1.0,
             impedance: [0.9999, 0.9999],
             width: 1e-3,
             impratio: 1.0,
@@ -193,6 +197,7 @@ impl Numerics {
         Self {
             closing: Closing::Seconds(0.02),
             damping: 1.0,
+            contact_damping: 1.0,
             impedance: [0.9, 0.95],
             width: 1e-3,
             ..self
@@ -256,6 +261,7 @@ impl Numerics {
         for (setting, value) in [
             (closing, time),
             ("solref_damping", self.damping),
+            ("contact_damping", self.contact_damping),
             ("solver_tolerance", self.tolerance),
             ("impratio", self.impratio),
             ("solimp_width", self.width),

@@ -95,6 +95,12 @@ fn with_numbers(kind: PlantKind) -> PlantKind {
         own.damping,
     ))
     .with_option(given(
+        "contact_damping",
+        "damping ratio of feet on the ground: above 1 they bounce less",
+        Range::POSITIVE,
+        own.contact_damping,
+    ))
+    .with_option(given(
         "solimp_min",
         "impedance of a constraint that is not violated: MuJoCo's solimp",
         share,
@@ -176,6 +182,7 @@ fn with_methods(kind: PlantKind) -> PlantKind {
                 Numerics::of(maximal).integrator,
             )
             .with_number("solref_time", time)
+            .with_number("contact_damping", soft.contact_damping)
             .with_number("solimp_min", soft.impedance[0])
             .with_number("solimp_max", soft.impedance[1]),
         )
@@ -247,6 +254,7 @@ fn numerics(given: &Given, own: Numerics) -> Result<Numerics, BuildError> {
             .unwrap_or(own.cone),
         closing,
         damping: number("solref_damping", own.damping),
+        contact_damping: number("contact_damping", own.contact_damping),
         impedance: [
             number("solimp_min", own.impedance[0]),
             number("solimp_max", own.impedance[1]),

@@ -77,6 +77,11 @@ pub struct Far {
 }
 
 pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Far {
+    try_far(name, with, step_us).unwrap()
+}
+
+/// The same; none where the plant gives up.
+pub fn try_far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Option<Far> {
     let golden = Golden::read(name);
     let robot = golden.robot();
     let mut scene = Scene::new(&robot, &with(golden.setup(step_us)));
@@ -87,7 +92,7 @@ pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Far {
     let feet = golden.rows("foot");
     for (k, foot) in feet.iter().enumerate() {
         if k > 0 {
-            scene.go(us);
+            scene.try_go(us).ok()?;
         }
         let found = scene.read("leg/LF/foot/position");
         let trunk = scene.read("body/position");
@@ -101,10 +106,10 @@ pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Far {
     }
     let lost = golden.rows("impact").concat();
     let books = scene.plant.energy();
-    Far {
+    Some(Far {
         rms: (sum / f64::from(count)).sqrt(),
         lost: [books.impact, lost[lost.len() - 1]],
         drift,
         residual: books.residual.abs() / books.exchanged.max(1e-12),
-    }
+    })
 }

@@ -27,6 +27,7 @@ fn settings_that_are_none_are_refused_by_name() {
         ("solref_steps", |n| n.closing = Closing::Steps(-1.0)),
         ("solref_time", |n| n.closing = Closing::Seconds(f64::NAN)),
         ("solref_damping", |n| n.damping = 0.0),
+        ("contact_damping", |n| n.contact_damping = -1.0),
         ("solimp_min", |n| n.impedance[0] = 1.0),
         ("solimp_max", |n| n.impedance[1] = 0.0),
         ("solimp_width", |n| n.width = f64::INFINITY),

@@ -7,7 +7,7 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_mujoco::{Coordinates, Mujoco, Options};
 use twinrig_robot::{Robot, RobotFile, Servo};
-use twinrig_runtime::Plant;
+use twinrig_runtime::{Plant, PlantFault};
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
@@ -101,8 +101,13 @@ impl Scene {
 
     /// Goes on by so many microseconds.
     pub fn go(&mut self, us: u64) {
+        self.try_go(us).unwrap();
+    }
+
+    /// The same, as far as the plant can.
+    pub fn try_go(&mut self, us: u64) -> Result<(), PlantFault> {
         self.now += SimDuration::from_micros(us);
-        self.plant.advance(self.now, &self.inputs).unwrap();
+        self.plant.advance(self.now, &self.inputs)
     }
 
     pub fn read(&mut self, signal: &str) -> Vec<f64> {
