@@ -52,10 +52,11 @@ fn table(study: &Study) -> String {
         let first = !before.is_empty() && before != one.plant;
         before = &one.plant;
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
-        let mut about = knob(one.step_s, one.tolerance);
-        if let Some(why) = &one.why {
-            about += &format!("; {why}");
-        }
+        let setting = knob(one.step_s, one.tolerance);
+        let about = match &one.why {
+            Some(why) => format!("{setting}; {why}"),
+            None => setting,
+        };
         let about = element("span", "wrap soft", &escaped(&about));
         let mut cells = vec![
             element("b", "", &escaped(&one.plant)),
