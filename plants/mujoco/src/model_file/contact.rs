@@ -45,9 +45,11 @@ impl Mean {
                         _ => continue,
                     };
                     let force = data.contact_force(id);
-                    for (axis, out) in out.iter_mut().enumerate() {
-                        for direction in 0..3 {
-                            *out += sign * force[direction] * contact.frame[3 * direction + axis];
+                    // Its axes, each a row.
+                    let axes = contact.frame.as_chunks::<3>().0.iter();
+                    for (along, axis) in force.iter().zip(axes) {
+                        for (out, axis) in out.iter_mut().zip(axis) {
+                            *out += sign * along * axis;
                         }
                     }
                 }

@@ -173,10 +173,6 @@ impl Mjcf {
             why: why.to_string(),
         }
     }
-
-    fn ports_of(&self, names: &[Range<usize>]) -> usize {
-        names.iter().map(Range::len).sum()
-    }
 }
 
 impl Plant for Mjcf {
@@ -193,7 +189,7 @@ impl Plant for Mjcf {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        debug_assert_eq!(inputs.len(), self.ports_of(&self.inputs));
+        debug_assert_eq!(inputs.len(), self.first.len());
         let mut rest = inputs;
         for range in &self.inputs {
             let (front, back) = rest.split_at(range.len());
