@@ -166,7 +166,7 @@ fn opened(study: &Study) -> String {
     } else {
         "vanish"
     };
-    let mut text = format!(
+    let text = format!(
         "The books are furthest open in {}{fell}: the drives give {}, and {} {way}, {:.2} % of that; at most {} appear and {} vanish in \
          a tenth of the window.",
         name(one),
@@ -176,15 +176,18 @@ fn opened(study: &Study) -> String {
         si(cost.appears_most_j, "J"),
         si(cost.vanishes_most_j, "J"),
     );
-    if let (Some(net), Some(covered)) = (cost.cost_of_transport, cost.covered_cost_of_transport)
-        && net > 0.0
-    {
-        text += &format!(
+    let covered = cost.covered_cost_of_transport;
+    let covered = cost
+        .cost_of_transport
+        .zip(covered)
+        .filter(|(net, _)| *net > 0.0);
+    let covered = covered.map_or(String::new(), |(net, covered)| {
+        format!(
             " A cost of {net:.3} would be {covered:.3}, {:.2} times as much, had the drives covered it.",
             covered / net
-        );
-    }
-    paragraph(&text)
+        )
+    });
+    paragraph(&(text + &covered))
 }
 
 fn name(one: &Transport) -> String {
