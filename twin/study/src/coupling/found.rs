@@ -57,8 +57,8 @@ pub struct CouplingOrder {
 const ABOVE_FLOOR: f64 = 3.0;
 /// Errors above this have nothing to do with an order any more \[m\].
 const SATURATED_M: f64 = 1e-2;
-/// What a headline is about: as near as the reference and its check have to be \[m\].
-const AIM_M: f64 = super::NEAR_M;
+/// What a headline is about: a tenth of where a reference ends \[m\].
+const AIM_M: f64 = 0.1 * super::NEAR_M;
 
 impl CouplingStudy {
     pub(crate) fn new(
@@ -177,7 +177,8 @@ impl CouplingStudy {
         let grid = fewest(&[CouplingMethod::Grid, CouplingMethod::GridHeld]);
         match (exact, grid) {
             (Some(exact), Some(grid)) => format!(
-                "On a grid of {} ({}) {plant} takes {} steps a second and keeps its feet within {} of where they should be; exact                  coupling takes {} steps{}, and keeps them within {}.",
+                "On a grid of {} ({}) {plant} takes {} steps a second and keeps its feet within {} of where they should be; exact \
+                 coupling takes {} steps{}, and keeps them within {}.",
                 si(grid.step_s, "s"),
                 grid.method.word(),
                 steps(grid),

@@ -58,7 +58,7 @@ pub struct CouplingRow {
     pub trunk_error_max_m: Option<f64>,
     /// Steps of the plant.
     pub steps: Option<u64>,
-    /// The same in a simulated second.
+    /// The same in a second, from when the plant was let go.
     pub steps_per_simulated_s: Option<f64>,
     /// Factorisations of a matrix.
     pub factorisations: Option<u64>,
@@ -131,11 +131,11 @@ impl CouplingRow {
         self.trunk_error_max_m = errors.trunk.map(|(_, max)| max);
     }
 
-    /// Notes the work of a run that came to `reached_s`.
-    pub(crate) fn note_work(&mut self, work: &WorkCounts, reached_s: f64) {
+    /// Notes the work of a run that moved its plant for so long.
+    pub(crate) fn note_work(&mut self, work: &WorkCounts, moved_s: f64) {
         self.evaluations = Some(work.evaluations);
         self.steps = Some(work.steps);
-        self.steps_per_simulated_s = (reached_s > 0.0).then(|| work.steps as f64 / reached_s);
+        self.steps_per_simulated_s = (moved_s > 0.0).then(|| work.steps as f64 / moved_s);
         self.factorisations = Some(work.factorisations);
         self.events = Some(work.events);
         self.solver_iterations = Some(work.solver_iterations);

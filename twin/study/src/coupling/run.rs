@@ -17,6 +17,8 @@ pub(crate) struct Run {
     /// What drivers and boards had counted in the end, by name.
     pub(crate) counters: Vec<(String, f64)>,
     pub(crate) work: WorkCounts,
+    /// When all devices were open, and the plant was let go \[s\].
+    pub(crate) opened_s: f64,
     /// How long it took, looking included \[s\].
     pub(crate) took_s: f64,
     /// What became of it, if it did not come to its end.
@@ -35,6 +37,7 @@ struct Looker {
     feet_at: Vec<[f64; 3]>,
     trunk_at: Vec<[f64; 3]>,
     finite: bool,
+    opened_s: f64,
 }
 
 impl Looker {
@@ -57,6 +60,7 @@ impl Looker {
             feet_at: Vec::new(),
             trunk_at: Vec::new(),
             finite: true,
+            opened_s: 0.0,
         }
     }
 
@@ -67,6 +71,7 @@ impl Looker {
             counters: counters.zip(self.counted).collect(),
             trace: Trace::seen(names.collect(), self.at_s, self.feet_at, self.trunk_at),
             work: rig.plant().work(),
+            opened_s: self.opened_s,
             took_s,
             ended: end.err(),
             cut,
@@ -96,7 +101,15 @@ impl Observer for Looker {
         }
     }
 
-    fn event(&mut self, _: SimTime, _: RunEvent) {}
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        // A plant that is held is where it should be, which says nothing.
+        if event == RunEvent::Opened {
+            self.opened_s = now.as_secs_f64();
+            self.at_s.clear();
+            self.feet_at.clear();
+            self.trunk_at.clear();
+        }
+    }
 }
 
 impl Run {
