@@ -2,9 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
-use twinrig_mujoco::{
-    Closing, Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver,
-};
+use twinrig_mujoco::{Closing, Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as Given};
 
 use crate::method::Method;
@@ -230,7 +228,9 @@ fn numerics(given: &Given, own: Numerics) -> Result<Numerics, BuildError> {
     let word = |name: &str| given.text(name).unwrap_or_default();
     let closing = match (given.number("solref_steps"), given.number("solref_time")) {
         (Some(_), Some(_)) => {
-            return Err("`solref_steps` and `solref_time` are one setting: give one of them".into());
+            return Err(
+                "`solref_steps` and `solref_time` are one setting: give one of them".into(),
+            );
         }
         (Some(steps), None) => Closing::Steps(steps),
         (None, Some(seconds)) => Closing::Seconds(seconds),

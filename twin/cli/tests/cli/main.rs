@@ -10,3 +10,4 @@ mod mjcf;
 mod recordings;
 mod schema;
 mod studies;
+mod together;

@@ -258,7 +258,8 @@ impl First {
             format!("{a} ({b} in b)")
         };
         let by = |what: &str, by: Option<f64>| {
-            let by = by?;
+            // Below a microsecond it is the rounding of times.
+            let by = by.filter(|by| by.abs() >= 1e-6)?;
             let way = if by < 0.0 { "earlier" } else { "later" };
             Some(format!("{what} {} ms {way}", figure(by.abs() * 1e3)))
         };

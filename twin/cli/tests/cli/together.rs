@@ -1,0 +1,194 @@
+//! Several plants in one command, and recordings compared footstep by footstep.
+
+use crate::common::{Folder, SOUND, json, twin};
+
+/// A robot that trots on the spot for a moment.
+const STEPPING: &str = r#"
+name = "stepping"
+robot = "cheetah-cub"
+duration = "900 ms"
+plant = { model = "massless", base = "free", ground = { friction = 0.6 }, step = "1 ms" }
+actuator = { kind = "servo", lag = "5 ms", speed = "20 rad/s", torque = "5 N·m", dead_band = "0 deg" }
+controller = { kind = "cpg", gait = "trot", period = "2 ms", frequency = "3.5 Hz", ramp = "100 ms" }
+
+[[expect]]
+name = "does not fall"
+body = { fall = false }
+"#;
+
+#[test]
+fn several_plants_are_run_and_compared_with_the_first() {
+    let folder = Folder::new("plants");
+    let scenario = folder.file("step.toml", STEPPING);
+    let out = folder.join("out");
+    let words = [
+        "run", &scenario, "--out", &out, "--json", "--plant", "massless", "--plant", "massless",
+        "--plant", "lcp",
+    ];
+    let done = twin(&words);
+    let all = json(&done.out);
+    assert_eq!(all.len(), 5, "{done:?}");
+    assert_eq!(
+        [&all[0]["plant"], &all[1]["plant"], &all[2]["plant"]],
+        ["massless", "massless", "lcp"]
+    );
+    let recordings: Vec<_> = all[..3]
+        .iter()
+        .map(|run| run["recording"].as_str().unwrap())
+        .collect();
+    assert!(recordings[0] != recordings[1] && recordings[1] != recordings[2]);
+    let [same, other] = [&all[3]["comparison"], &all[4]["comparison"]];
+    assert_eq!(
+        (&same["same"], &same["plant_b"]),
+        (&true.into(), &"massless".into())
+    );
+    assert!(same["footsteps"]["pairs"].as_u64().unwrap() >= 4, "{same}");
+    assert_eq!(same["footsteps"]["place"]["max"], 0.0);
+    assert_eq!(other["plant_b"], "lcp");
+    assert!(other["signals"][0]["aligned"]["max"].as_f64().unwrap() > 0.0);
+    // The code is that of the runs: that they differ is no failure.
+    assert!(done.code < 2);
+
+    let diff = |bounds: &[&str]| {
+        twin(
+            &[
+                &["diff", "--events", recordings[0], recordings[2], "--json"],
+                bounds,
+            ]
+            .concat(),
+        )
+    };
+    let close = diff(&["--time", "1 us", "--place", "1 um"]);
+    assert_eq!(close.code, 1);
+    assert_eq!(json(&close.out)[0]["first"]["what"], "moved");
+    // With bounds that nothing can pass, only footsteps without a partner are left to differ.
+    let wide = diff(&["--time", "1 min", "--place", "1 km"]);
+    let told = &json(&wide.out)[0];
+    let missing = told["footsteps"]["only_in_a"].as_u64().unwrap()
+        + told["footsteps"]["only_in_b"].as_u64().unwrap();
+    assert_eq!(wide.code, u8::from(missing > 0), "{told}");
+    assert_eq!(told["footsteps"]["pairs"], told["footsteps"]["same"]);
+    let signals = diff(&["--time", "1 min", "--place", "1 km", "--share", "1 %"]);
+    assert_eq!(signals.code, 1);
+    assert!(!json(&signals.out)[0]["first_signal"].is_null());
+    let text = twin(&["diff", "--events", recordings[0], recordings[0]]);
+    assert!(
+        text.code == 0 && text.out.starts_with("the same: "),
+        "{}",
+        text.out
+    );
+    assert_eq!(
+        twin(&["diff", recordings[0], recordings[0], "--time", "1 s"]).code,
+        2
+    );
+}
+
+#[test]
+fn a_plant_goes_on_from_where_another_is() {
+    let folder = Folder::new("from");
+    let scenario = folder.file("step.toml", STEPPING);
+    let run = |words: &[&str]| {
+        twin(
+            &[
+                &["run", &scenario, "--out", &folder.join("out"), "--json"],
+                words,
+            ]
+            .concat(),
+        )
+    };
+    let alone = run(&["--plant", "lcp"]);
+    let done = run(&[
+        "--plant", "lcp", "--plant", "massless", "--plant", "lcp", "--from", "500 ms",
+    ]);
+    let all = json(&done.out);
+    assert_eq!(
+        all.len(),
+        3,
+        "a report of the first, and two comparisons: {done:?}"
+    );
+    assert_eq!(
+        all[0]["fingerprint"],
+        json(&alone.out)[0]["fingerprint"],
+        "saving changes nothing"
+    );
+    for (comparison, plant) in all[1..].iter().zip(["massless", "lcp"]) {
+        let of = &comparison["comparison"];
+        assert_eq!(
+            (&of["plant_b"], &of["from_s"]),
+            (&plant.into(), &0.5.into())
+        );
+        assert_eq!(of["not_taken_over"], serde_json::json!([]));
+        // The first observation behind it.
+        assert_eq!(of["window_s"][1], 0.9);
+        assert!(
+            (of["window_s"][0].as_f64().unwrap() - 0.5).abs() < 0.005,
+            "{of}"
+        );
+        let feet = of["signals"].as_array().unwrap().iter();
+        let feet = feet.filter(|signal| signal["signal"] == "leg/LF/foot/position");
+        // In the first tenth, 40 ms, they have hardly parted: at 1 m/s² that is 0.8 mm.
+        assert!(feet.clone().count() == 3);
+        for foot in feet {
+            assert!(
+                foot["plain"]["rms_of_tenths"][0].as_f64().unwrap() < 5e-3,
+                "{foot}"
+            );
+        }
+    }
+    let recording = all[1]["comparison"]["recording_b"].as_str().unwrap();
+    assert!(recording.ends_with("-from-lcp-0.5s.mcap"), "{recording}");
+    let replayed = twin(&["replay", recording]);
+    assert!(replayed.code == 2 && replayed.err.contains("took the place of another at 0.5 s"));
+}
+
+#[test]
+fn what_cannot_be_had_together_is_refused_with_the_remedy() {
+    let folder = Folder::new("refused");
+    let scenario = folder.file("bob.toml", SOUND);
+    let run =
+        |words: &[&str]| twin(&[&["run", &scenario, "--out", &folder.join("out")], words].concat());
+    let one = run(&["--from", "1 s"]);
+    assert!(
+        one.code == 2 && one.err.contains("wants two of them"),
+        "{one:?}"
+    );
+    let two = ["--plant", "toy", "--plant", "snapping"];
+    let late = run(&[&two[..], &["--from", "1 s"]].concat());
+    assert!(
+        late.code == 2 && late.err.contains("nothing is left of a run"),
+        "{late:?}"
+    );
+    // The toys have no words for where they are.
+    let toys = run(&[&two[..], &["--from", "0.2 s"]].concat());
+    assert!(
+        toys.code == 2 && toys.out.contains("toy has no words for where it is"),
+        "{toys:?}"
+    );
+    let bare = twin(&[
+        "run",
+        &scenario,
+        "--no-record",
+        "--plant",
+        "toy",
+        "--plant",
+        "snapping",
+    ]);
+    assert!(
+        bare.code == 2 && bare.err.contains("--no-record makes none"),
+        "{bare:?}"
+    );
+    // One that ends by itself before the other is another run; without footsteps it is signals that are compared.
+    let done = run(&[&two[..], &["--json"]].concat());
+    let all = json(&done.out);
+    assert_eq!(done.code, 2, "one of them failed");
+    let comparison = &all[2]["comparison"];
+    assert_eq!(
+        (&comparison["same"], &comparison["ended_early"]),
+        (&false.into(), &true.into())
+    );
+    assert_eq!(comparison["footsteps"]["a"], 0);
+    assert_eq!(
+        comparison["signals"][0]["aligned"]["max"], 0.0,
+        "they bob alike until then"
+    );
+}
