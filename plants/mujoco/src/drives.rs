@@ -127,9 +127,7 @@ pub(crate) fn power(
     engine: &mut Engine,
     model: &Model,
     legs: &[LegAddresses],
-    motors: &Motors,
-    inputs: &Inputs,
-    turned: &[Turned; LEGS],
+    (motors, inputs, turned): (&Motors, &Inputs, &[Turned; LEGS]),
     seconds: f64,
     tuned: &mut Tuned,
 ) {

@@ -94,11 +94,14 @@ fn pressed(engine: &Engine, foot: usize) -> [[f64; 3]; 2] {
         // A contact's force is that on its second body.
         let sign = if second { 1.0 } else { -1.0 };
         let force = engine.data().contact_force(id);
-        for axis in 0..3 {
-            felt[0][axis] += sign * force[0] * contact.frame[axis];
-            for tangent in 1..3 {
-                felt[1][axis] += sign * force[tangent] * contact.frame[3 * tangent + axis];
-            }
+        let [normal, first, second] =
+            [0, 1, 2].map(|row| contact.frame[3 * row..][..3].iter().copied());
+        let [pressing, along, across] = [0, 1, 2].map(|row| sign * force[row]);
+        for (sum, n) in felt[0].iter_mut().zip(normal) {
+            *sum += pressing * n;
+        }
+        for (sum, (a, b)) in felt[1].iter_mut().zip(first.zip(second)) {
+            *sum += along * a + across * b;
         }
     }
     felt

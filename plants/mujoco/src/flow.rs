@@ -112,7 +112,7 @@ impl Flow {
             return Err("a number of the other plant's state is none".to_owned());
         }
         let norm = w * w + x * x + y * y + z * z;
-        if !((norm - 1.0).abs() < 1e-6) {
+        if norm.is_nan() || (norm - 1.0).abs() >= 1e-6 {
             return Err("the attitude of the other plant's trunk is no unit quaternion".to_owned());
         }
         let off = match self.model.base {
@@ -202,9 +202,7 @@ impl Flow {
                     &mut self.engine,
                     &self.model,
                     &self.at.legs,
-                    &motors,
-                    &self.inputs,
-                    &turned,
+                    (&motors, &self.inputs, &turned),
                     seconds,
                     &mut self.tuned,
                 );

@@ -305,14 +305,14 @@ fn place_leg(
     let (mut before, mut rate_before) = (0.0, 0.0);
     let mut joint = Planar::new(leg.hip[0], leg.hip[2]);
     let mut speed = Planar::zeros();
-    for which in 0..3 {
+    for (which, bend) in bends.into_iter().enumerate() {
         let (angle, rate) = (posture.angles[which], posture.rates[which]);
         let segment = leg.segments[which];
         let bar = Bar::new(joint, angle, speed, rate);
         match coordinates {
             Coordinates::Minimal => {
                 let [[place, dof], ..] = at.segments[which];
-                qpos[place] = angle - before - bends[which];
+                qpos[place] = angle - before - bend;
                 qvel[dof] = rate - rate_before;
             }
             Coordinates::Maximal => {

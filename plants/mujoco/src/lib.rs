@@ -39,7 +39,7 @@
 //! # Settings
 //!
 //! `cargo run --release -p twinrig-mujoco --example constraints` measures error (root of the mean square of the foot, against
-//! trajectories of SciPy) and cost (four legs, one core of a busy machine). Excerpts:
+//! trajectories of `SciPy`) and cost (four legs, one core of a busy machine). Excerpts:
 //!
 //! | coordinates, integrator, step | between stops | rests on stops | hits hard | hits hard, light friction | a step |
 //! |---|---|---|---|---|---|
