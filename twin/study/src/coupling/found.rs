@@ -57,8 +57,8 @@ pub struct CouplingOrder {
 const ABOVE_FLOOR: f64 = 3.0;
 /// Errors above this have nothing to do with an order any more \[m\].
 const SATURATED_M: f64 = 1e-2;
-/// What a headline is about: a tenth of where a reference ends \[m\].
-const AIM_M: f64 = 0.1 * super::NEAR_M;
+/// What a headline is about: half of how far a reference and its check may be apart \[m\].
+const AIM_M: f64 = 0.5 * super::NEAR_M;
 
 impl CouplingStudy {
     pub(crate) fn new(
