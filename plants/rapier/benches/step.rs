@@ -23,7 +23,7 @@ const STEPS: u64 = 20;
 fn steps(bencher: Bencher, setup: &Setup, joints: Joints) {
     let robot = robot();
     let mut scene = Scene::of(&robot, setup.clone(), joints);
-    scene.to_us(300_000);
+    scene.run_to_us(300_000);
     let saved = scene.plant.save();
     bencher
         .counter(ItemsCount::new(STEPS))
@@ -33,7 +33,7 @@ fn steps(bencher: Bencher, setup: &Setup, joints: Joints) {
             scene.now_us = 300_000;
             scene
         })
-        .bench_local_refs(|scene| scene.to_us(300_000 + 2000 * STEPS));
+        .bench_local_refs(|scene| scene.run_to_us(300_000 + 2000 * STEPS));
 }
 
 #[divan::bench(args = Joints::ALL)]

@@ -87,6 +87,11 @@ fn row(what: &str, joints: Joints, solver: Solver) {
 
 /// Error \[m\] and seconds a step of 2 ms.
 #[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "times are small and whole"
+)]
+#[expect(
     clippy::disallowed_methods,
     reason = "what a step costs is what is asked"
 )]
@@ -103,7 +108,7 @@ fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
     let (mut square, mut spent) = (0.0, 0.0);
     for (k, foot) in (0_u64..).zip(&feet) {
         let begun = Instant::now();
-        let sound = scene.goes_to_us((1e6 * apart_s * k as f64).round() as u64);
+        let sound = scene.reaches_us((1e6 * apart_s * k as f64).round() as u64);
         if !sound {
             return (f64::INFINITY, spent / k as f64);
         }

@@ -84,6 +84,11 @@
 //! speeds before and after; what the engine does to correct positions it does not tell, and stays in the residual, which
 //! falls with the step.
 //!
+//! # What does not hold
+//!
+//! Oncilla with motors behind its boards (`scenarios/oncilla-clocks.toml`) runs away with the energy of its motors after some
+//! seconds, at which no fault is raised: its books show it.
+//!
 //! # What is not here
 //!
 //! Toe joints (the foot is a point at the end of the third segment), collisions of anything but feet, the wall of a step,

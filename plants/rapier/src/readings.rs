@@ -1,6 +1,7 @@
 //! What can be measured of the robot.
 
 use nalgebra::{Matrix3, Vector3};
+use rapier3d_f64::math::Vector;
 use twinrig_legged::Readings;
 use twinrig_runtime::EnergyBooks;
 
@@ -19,7 +20,6 @@ impl Readings for Machine {
     fn rotation(&self) -> Matrix3<f64> {
         let rotation = self.trunk().pose.rotation;
         let column = |axis| outside(rotation * axis);
-        use rapier3d_f64::math::Vector;
         Matrix3::from_columns(&[column(Vector::X), column(Vector::Y), column(Vector::Z)])
     }
 

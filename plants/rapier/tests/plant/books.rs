@@ -11,7 +11,7 @@ fn missing(name: &str, joints: Joints, step_us: u64) -> f64 {
     let golden = Golden::read(name);
     let setup = hanging(&["LF"], golden.start(), step_us);
     let mut scene = Scene::of(&golden.robot(), setup, joints);
-    scene.to_us(200_000);
+    scene.run_to_us(200_000);
     let books = scene.plant.energy();
     books.residual.abs() / books.exchanged
 }
@@ -39,7 +39,7 @@ fn a_leg_without_friction_swings_on() {
     let mut scene = Scene::of(&robot, hanging(&["LF"], start, 500), Joints::Impulse);
     let mut worst = 0.0_f64;
     for k in 1..=100 {
-        scene.to_us(20_000 * k);
+        scene.run_to_us(20_000 * k);
         worst = worst.max(scene.plant.energy().residual.abs());
     }
     let books = scene.plant.energy();
@@ -55,9 +55,9 @@ fn a_leg_without_friction_swings_on() {
 #[test]
 fn a_robot_that_stands_spends_nothing() {
     let mut scene = Scene::of(&robot(), standing(2000), Joints::Impulse);
-    scene.to_us(1_500_000);
+    scene.run_to_us(1_500_000);
     let before = scene.plant.energy();
-    scene.to_us(2_000_000);
+    scene.run_to_us(2_000_000);
     let after = scene.plant.energy();
     // Half a joule a second would lift it by 46 mm.
     assert!((after.stored() - before.stored()).abs() < 1e-4);

@@ -37,7 +37,7 @@ fn a_servo_with_torque_to_spare_follows_a_ramp_by_its_lag() {
         let start = scene.commands.clone();
         for k in 1..=200_u64 {
             scene.commands[0] = start[0] + 2.0 * 1e-3 * k as f64;
-            scene.to_us(1000 * k);
+            scene.run_to_us(1000 * k);
         }
         // Behind a ramp of 2 rad/s by 5 ms, whose last command was held for its millisecond.
         let hip = scene.read("leg/LF/hip/position")[0];
@@ -60,7 +60,7 @@ fn a_cable_is_pulled_with_what_the_knees_servo_has() {
         let mut scene = Scene::of(&robot, hung(drives, 1000), joints);
         // Farther than the leg can bend: it winds until its torque is used up.
         scene.commands[1] += 3.0;
-        scene.to_us(1_500_000);
+        scene.run_to_us(1_500_000);
         let tension = scene.read("leg/LF/cable/tension")[0];
         let expected = 0.4 / robot.legs[0].leg.pulley_radius;
         assert!(
@@ -83,7 +83,7 @@ fn a_cable_pulls_and_never_pushes() {
     for k in 1..=200_u64 {
         let phase = 0.05 * k as f64;
         scene.commands[1] = start[1] + 0.3 * libm::sin(phase);
-        scene.to_us(2000 * k);
+        scene.run_to_us(2000 * k);
         let tension = scene.read("leg/LF/cable/tension")[0];
         assert!(tension >= 0.0, "{tension}");
     }
@@ -105,7 +105,7 @@ fn a_motor_without_load_turns_as_fast_as_its_voltage_lets_it() {
     let mut scene = Scene::of(&robot(), hung(drives, 1000), Joints::Impulse);
     // The pulley unwinds, so no cable holds it; the hip's bridge is open.
     scene.commands = vec![0.0, 0.0, -6.0, 1.0];
-    scene.to_us(100_000);
+    scene.run_to_us(100_000);
     let rate = scene.read("leg/LF/knee/rate")[0];
     let expected = -6.0 / (14.05e-3 * 14.0);
     assert!(

@@ -14,9 +14,9 @@ fn the_ground_bears_a_robot_that_stands() {
     let robot = robot();
     for joints in Joints::ALL {
         let mut scene = Scene::of(&robot, standing(2000), joints);
-        scene.to_us(1_500_000);
+        scene.run_to_us(1_500_000);
         scene.plant.begin_window();
-        scene.to_us(2_000_000);
+        scene.run_to_us(2_000_000);
         let loads: f64 = LEGS
             .iter()
             .map(|leg| scene.read(&format!("leg/{leg}/foot/load"))[0])
@@ -46,9 +46,9 @@ fn a_slope_is_held_below_the_angle_of_friction_and_not_above() {
             ..standing(2000)
         };
         let mut scene = Scene::of(&robot, setup, Joints::Impulse);
-        scene.to_us(400_000);
+        scene.run_to_us(400_000);
         let before = scene.read("leg/LF/foot/position")[0];
-        scene.to_us(600_000);
+        scene.run_to_us(600_000);
         scene.read("leg/LF/foot/position")[0] - before
     };
     // tan of the angle is 0.3. Holding, it may still rock on its springs.
@@ -80,7 +80,7 @@ fn drop(name: &str, step_us: u64) -> f64 {
             clippy::cast_sign_loss,
             reason = "small and whole"
         )]
-        scene.to_us((k as f64 * step_s * 1e6).round() as u64);
+        scene.run_to_us((k as f64 * step_s * 1e6).round() as u64);
         let found = scene.read("leg/LF/foot/position");
         worst = worst
             .max((found[0] - foot[0]).abs())
@@ -114,7 +114,7 @@ fn a_foot_rebounds_by_the_grounds_restitution() {
         let mut scene = Scene::of(&robot, setup, Joints::Impulse);
         let mut best = 0.0_f64;
         for k in 101..=140 {
-            scene.to_us(1000 * k);
+            scene.run_to_us(1000 * k);
             best = best.max(scene.read("leg/LF/foot/clearance")[0]);
         }
         best

@@ -15,7 +15,7 @@ fn error(name: &str, joints: Joints, step_us: u64, change: impl Fn(&mut Options)
     let hip = robot.legs[0].hip;
     let mut square = 0.0;
     for (k, foot) in feet.iter().enumerate() {
-        scene.to_us(micros(k as f64 * step_s));
+        scene.run_to_us(micros(k as f64 * step_s));
         let found = scene.read("leg/LF/foot/position");
         let trunk = scene.read("body/position");
         for (axis, expected) in [0, 2].into_iter().zip(foot) {
@@ -85,7 +85,7 @@ fn what_a_segment_weighs_about_itself_does_not_matter() {
         let mut options = Options::new(hanging(&["LF"], golden.start(), 2000), Joints::Impulse);
         options.axial_share = share;
         let mut scene = Scene::new(&golden.robot(), &options);
-        scene.to_us(100_000);
+        scene.run_to_us(100_000);
         scene.read("leg/LF/foot/position")
     };
     let [small, large] = [0.01, 1.0].map(run);

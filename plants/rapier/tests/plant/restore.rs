@@ -22,7 +22,7 @@ fn march(scene: &mut Scene, first: &[f64], from_ms: u64, to_ms: u64) -> Vec<Vec<
                     0.3 * swing.max(0.0)
                 };
         }
-        scene.to_us(1000 * ms);
+        scene.run_to_us(1000 * ms);
         seen.push(scene.all());
     }
     seen

@@ -120,15 +120,15 @@ impl Scene {
     }
 
     /// Goes on; says whether the plant got there.
-    pub fn goes_to_us(&mut self, us: u64) -> bool {
+    pub fn reaches_us(&mut self, us: u64) -> bool {
         let at = SimTime::ZERO + SimDuration::from_micros(us);
         let sound = us <= self.now_us || self.plant.advance(at, &self.commands).is_ok();
         self.now_us = us;
         sound
     }
 
-    pub fn to_us(&mut self, us: u64) {
-        assert!(self.goes_to_us(us), "a fault before {us} µs");
+    pub fn run_to_us(&mut self, us: u64) {
+        assert!(self.reaches_us(us), "a fault before {us} µs");
     }
 
     pub fn read(&mut self, signal: &str) -> Vec<f64> {
