@@ -10,7 +10,7 @@ const KEPT: f64 = 0.5;
 /// No part gets less than this \[s\]: enough for what is quick, and little enough for hundreds of parts after time is up.
 const LEAST_S: f64 = 0.02;
 
-/// What all else is measured against is worth so many parts.
+/// What all else is measured against, or takes many times as long as a row, is worth so many parts.
 const HEAVY: usize = 8;
 
 /// The time of a study, shared out among its parts.

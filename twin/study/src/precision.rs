@@ -90,7 +90,7 @@ pub fn precision(
         budget: Budget::new(
             plan.budget_s,
             rows + plants.len() + compared.min(1) * limits + walked,
-            plants.len(),
+            plants.len() + walked,
         ),
         watcher,
         rows: Vec::new(),
@@ -205,8 +205,8 @@ impl Job<'_> {
         self.begin_part(doing, false)
     }
 
-    /// What all else is measured against.
-    fn begin_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
+    /// A reference, or all of a walk.
+    pub(crate) fn begin_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
         self.begin_part(doing, true)
     }
 

@@ -97,7 +97,7 @@ impl Job<'_> {
         let mut transports = Vec::new();
         for plant in plants {
             for method in &plant.methods {
-                let share = self.begin(&format!("{}, cost of transport", plant.name))?;
+                let share = self.begin_heavy(&format!("{}, cost of transport", plant.name))?;
                 let variant = Variant {
                     plant: plant.name.clone(),
                     method: method.name.clone(),

@@ -20,7 +20,7 @@ pub(crate) fn section(study: &Study) -> String {
          work by weight and distance. Net work is by the energy books; positive work is torque by turning of every drive for \
          itself where it gives, so a drive that brakes gets nothing back. What the drives give is taken by friction and impacts or \
          is stored: what is then left over has appeared from nowhere or vanished. The cost is covered had the drives given \
-         that, too; where it differs much from the net cost, a plant says nothing about consumption.",
+         that, too; where it differs much from the net cost, a plant says nothing about consumption. Shares are of the net work.",
         si(cost.to_s, "s"),
         si(cost.from_s, "s"),
     ));
@@ -40,7 +40,6 @@ fn table(study: &Study) -> String {
             "positive",
             "work, net",
             "from nowhere",
-            "of net work",
             "friction",
             "impacts",
             "stored",
@@ -87,7 +86,7 @@ fn apart(cost: &Cost) -> Option<f64> {
     (most > 0.0).then(|| (drives - cost.work_j).abs() / most)
 }
 
-fn numbers(cost: &Cost) -> [String; 10] {
+fn numbers(cost: &Cost) -> [String; 9] {
     let known = apart(cost).is_some_and(|apart| apart <= KNOWN);
     let ratio = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
     let joule = |value: f64| si(value, "J");
@@ -97,8 +96,10 @@ fn numbers(cost: &Cost) -> [String; 10] {
         ratio(cost.covered_cost_of_transport),
         ratio(cost.positive_cost_of_transport.filter(|_| known)),
         joule(cost.work_j),
-        joule(cost.residual_j),
-        share(cost).map_or(String::new(), |share| format!("{:.2} %", 100.0 * share)),
+        share(cost).map_or_else(
+            || joule(cost.residual_j),
+            |share| format!("{}, {:.2} %", joule(cost.residual_j), 100.0 * share),
+        ),
         joule(cost.dissipated_j),
         joule(cost.impact_j),
         joule(cost.stored_j),
@@ -158,9 +159,9 @@ fn opened(study: &Study) -> String {
     let Some((one, cost, share)) = furthest else {
         return String::new();
     };
-    let fell = one.fell_at_s.map_or(String::new(), |at| {
-        format!(", which fell at {},", si(at, "s"))
-    });
+    let fell = one
+        .fell_at_s
+        .map_or(String::new(), |at| format!(" (it fell at {})", si(at, "s")));
     let way = if cost.residual_j > 0.0 {
         "appear from nowhere"
     } else {
