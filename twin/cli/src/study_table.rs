@@ -92,6 +92,9 @@ fn walking(one: &Transport) -> String {
 /// Whether a limit is that of the springs.
 fn stiffness(trend: &StiffnessTrend) -> String {
     let way = format!("{} {}", trend.plant, trend.method);
+    if let Some([from, to]) = trend.same_over {
+        return format!("{way}: the limit is the same from {from} to {to} × the stiffness");
+    }
     match (trend.depends, trend.exponent, trend.unlimited) {
         (Some(true), ..) if trend.is_power == Some(false) => {
             format!("{way}: the limit depends on stiffness, as no one power")

@@ -30,6 +30,8 @@ pub struct StiffnessTrend {
     pub none_below: Option<f64>,
     /// Whether the limits are on the line of that exponent: where they are not, there is no one power.
     pub is_power: Option<bool>,
+    /// The widest range of stiffness over which the limit is the same to within the width of its search, if it spans ten times.
+    pub same_over: Option<[f64; 2]>,
     /// Whether the limit depends on stiffness: the exponent is beyond its bound, or limits are further apart than any exponent
     /// within it makes them. None if too few limits were found.
     pub depends: Option<bool>,
@@ -99,8 +101,30 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
         exponent: fit.map(|fit| fit.slope),
         none_below,
         is_power: fit.map(|fit| fit.slope_if_straight().is_some()),
+        same_over: same_over(&limits, unsure),
         depends,
     }
+}
+
+/// The widest range of stiffness over which limits are no further apart than `unsure`, in logarithms.
+fn same_over(limits: &[(f64, f64, f64)], unsure: f64) -> Option<[f64; 2]> {
+    /// A narrower range is too narrow to tell.
+    const WIDE: f64 = 10.0;
+    let mut sorted: Vec<(f64, f64)> = limits.iter().map(|limit| (limit.0, limit.1)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let runs =
+        (0..sorted.len()).flat_map(|from| (from + 2..sorted.len()).map(move |to| (from, to)));
+    let same = runs.filter(|&(from, to)| {
+        let steps = || sorted[from..=to].iter().map(|limit| limit.1);
+        let (least, most) = (
+            steps().fold(f64::INFINITY, f64::min),
+            steps().fold(0.0, f64::max),
+        );
+        libm::log(most / least) <= unsure
+    });
+    let ranges = same.map(|(from, to)| [sorted[from].0, sorted[to].0]);
+    let widest = ranges.max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
+    widest.filter(|[from, to]| to / from >= WIDE * (1.0 - 1e-9))
 }
 
 #[cfg(test)]
@@ -146,5 +170,24 @@ mod tests {
         assert!((falls.exponent.unwrap() + 0.5).abs() < 1e-9);
         assert_eq!((falls.depends, falls.is_power), (Some(true), Some(true)));
         assert_eq!(of(&[(0.01, 8.0), (1.0, 0.8)]).depends, None);
+        assert_eq!(
+            (trend.same_over, falls.same_over),
+            (Some([0.01, 100.0]), None)
+        );
+    }
+
+    #[test]
+    fn a_cap_is_told_from_the_springs_that_take_over_where_they_are_stiffer() {
+        let trend = of(&[
+            (0.01, 0.8),
+            (0.1, 0.8),
+            (10.0, 0.81),
+            (100.0, 0.6),
+            (1000.0, 0.2),
+        ]);
+        assert_eq!(
+            (trend.depends, trend.same_over),
+            (Some(true), Some([0.01, 10.0]))
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! The part of a page that tells whose limit a largest stable step is: that of the springs, or not.
 
-use crate::number::si;
+use crate::number::{plain, si};
 use crate::stiffness::StiffnessTrend;
 use crate::study::Study;
 
@@ -31,6 +31,7 @@ pub(crate) fn section(study: &Study) -> String {
             "plant",
             "method",
             "depends on stiffness",
+            "not from … to",
             "exponent",
             "none below",
             "least limit",
@@ -52,6 +53,9 @@ pub(crate) fn section(study: &Study) -> String {
                 element("b", "", &escaped(&trend.plant)),
                 escaped(&trend.method),
                 verdict(trend).to_owned(),
+                trend.same_over.map_or(String::new(), |[from, to]| {
+                    format!("{} … {} ×", plain(from), plain(to))
+                }),
                 trend
                     .exponent
                     .map_or(String::new(), |value| format!("{value:.2}")),
