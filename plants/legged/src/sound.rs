@@ -21,8 +21,7 @@ impl Posture {
             return Err("where the trunk is, or how it moves, is not a number".to_owned());
         }
         let square: f64 = self.attitude.iter().map(|c| c * c).sum();
-        // Written so that what is no number does not pass.
-        if !((square - 1.0).abs() < UNIT) {
+        if square.is_nan() || (square - 1.0).abs() >= UNIT {
             let length = libm::sqrt(square);
             return Err(format!("a quaternion of length {length} is no attitude"));
         }

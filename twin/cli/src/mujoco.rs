@@ -99,6 +99,24 @@ fn with_numbers(kind: PlantKind) -> PlantKind {
         own.contact_damping,
     ))
     .with_option(given(
+        "contact_solimp_min",
+        "impedance of feet on the ground that have not sunk in",
+        share,
+        own.contact_impedance[0],
+    ))
+    .with_option(given(
+        "contact_solimp_max",
+        "impedance of feet that have sunk in by solimp_width",
+        share,
+        own.contact_impedance[1],
+    ))
+    .with_option(given(
+        "sliding_rounds",
+        "times a step that forces are found again for feet that slide, which MuJoCo lifts: 0 leaves them to it",
+        Range::between(0.0, 1e6),
+        f64::from(own.sliding_rounds),
+    ))
+    .with_option(given(
         "solimp_min",
         "impedance of a constraint that is not violated: MuJoCo's solimp",
         share,
@@ -181,6 +199,9 @@ fn with_methods(kind: PlantKind) -> PlantKind {
             )
             .with_number("solref_time", time)
             .with_number("contact_damping", soft.contact_damping)
+            .with_number("contact_solimp_min", soft.contact_impedance[0])
+            .with_number("contact_solimp_max", soft.contact_impedance[1])
+            .with_number("sliding_rounds", f64::from(soft.sliding_rounds))
             .with_number("solimp_min", soft.impedance[0])
             .with_number("solimp_max", soft.impedance[1]),
         )
@@ -255,6 +276,11 @@ fn numerics(given: &Given, own: Numerics) -> Result<Numerics, BuildError> {
         closing,
         damping: number("solref_damping", own.damping),
         contact_damping: number("contact_damping", own.contact_damping),
+        contact_impedance: [
+            number("contact_solimp_min", own.contact_impedance[0]),
+            number("contact_solimp_max", own.contact_impedance[1]),
+        ],
+        sliding_rounds: whole(number("sliding_rounds", f64::from(own.sliding_rounds))),
         impedance: [
             number("solimp_min", own.impedance[0]),
             number("solimp_max", own.impedance[1]),
@@ -268,7 +294,7 @@ fn numerics(given: &Given, own: Numerics) -> Result<Numerics, BuildError> {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "the option's range is between one and a million"
+    reason = "the options' ranges are between none and a million"
 )]
 fn whole(number: f64) -> u32 {
     libm::round(number) as u32

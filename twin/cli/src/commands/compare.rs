@@ -57,11 +57,11 @@ pub(super) struct EventDifference {
     /// The first footstep that differs.
     first: Option<First>,
     footsteps: Footsteps,
-    legs: Vec<Leg>,
+    legs: Vec<OfLeg>,
     /// The signal that is first off by more than its share, where signals count.
     first_signal: Option<FirstSignal>,
     /// Those that differ most come first.
-    signals: Vec<Signal>,
+    signals: Vec<OfSignal>,
     only_in_a: Vec<String>,
     only_in_b: Vec<String>,
 }
@@ -112,7 +112,7 @@ struct Spread {
 }
 
 #[derive(Serialize)]
-struct Leg {
+struct OfLeg {
     leg: String,
     #[serde(flatten)]
     footsteps: Footsteps,
@@ -129,7 +129,7 @@ struct FirstSignal {
 }
 
 #[derive(Serialize)]
-struct Signal {
+struct OfSignal {
     group: String,
     signal: String,
     component: usize,
@@ -207,9 +207,9 @@ impl EventDifference {
             cut_off_b_s: cut[1].map(in_seconds),
             first,
             footsteps: Footsteps::of(&all, bounds),
-            legs: legs.iter().map(|leg| Leg::of(leg, bounds)).collect(),
+            legs: legs.iter().map(|leg| OfLeg::of(leg, bounds)).collect(),
             first_signal,
-            signals: signals.into_iter().map(Signal::of).collect(),
+            signals: signals.into_iter().map(OfSignal::of).collect(),
             only_in_a,
             only_in_b,
         }
@@ -363,7 +363,7 @@ impl Spread {
     }
 }
 
-impl Leg {
+impl OfLeg {
     fn of(leg: &LegFootsteps, bounds: Bounds) -> Self {
         Self {
             leg: leg.leg.clone(),
@@ -373,7 +373,7 @@ impl Leg {
     }
 }
 
-impl Signal {
+impl OfSignal {
     fn of(drift: SignalDrift) -> Self {
         Self {
             group: drift.group,

@@ -96,12 +96,12 @@ impl<'s, 'a> Together<'s, 'a> {
     /// Runs and compares; the exit code of what is no report.
     pub(super) fn run(&mut self, terminal: &mut Terminal<'_>) -> u8 {
         match self.session.args.from {
-            None => self.from_the_start(terminal),
-            Some(from) => self.from_one(SimTime::ZERO + from, terminal),
+            None => self.together(terminal),
+            Some(from) => self.apart_from(SimTime::ZERO + from, terminal),
         }
     }
 
-    fn from_the_start(&mut self, terminal: &mut Terminal<'_>) -> u8 {
+    fn together(&mut self, terminal: &mut Terminal<'_>) -> u8 {
         let begun = self.session.reports.len();
         let args = self.session.args;
         for plant in &args.plant {
@@ -129,7 +129,7 @@ impl<'s, 'a> Together<'s, 'a> {
     }
 
     /// Runs the first plant, and each of the others from where it is at `from`.
-    fn from_one(&mut self, from: SimTime, terminal: &mut Terminal<'_>) -> u8 {
+    fn apart_from(&mut self, from: SimTime, terminal: &mut Terminal<'_>) -> u8 {
         let args = self.session.args;
         let error = Status::Error.exit_code();
         let begun = self.begin(from, terminal);

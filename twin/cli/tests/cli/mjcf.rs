@@ -19,7 +19,9 @@ fn a_build_without_the_engine_says_which_feature_it_lacks() {
     let missing = "error: this build has no plant `mjcf`";
     assert!(done.err.starts_with(missing), "{}", done.err);
     assert!(
-        done.err.trim_end().ends_with("build with `--features mujoco`"),
+        done.err
+            .trim_end()
+            .ends_with("build with `--features mujoco`"),
         "{}",
         done.err
     );

@@ -87,7 +87,7 @@ pub fn compare_events(
     b: &Recording,
     ends: [SimTime; 2],
 ) -> Result<EventComparison, RecordError> {
-    let ends_s = ends.map(|end| end.as_secs_f64());
+    let ends_s = ends.map(SimTime::as_secs_f64);
     let begin = |recording: &Recording| {
         let groups = recording.groups().iter();
         let first = groups.filter_map(|group| recording.samples(group).next());
@@ -258,7 +258,7 @@ fn compare_group(
             into.signals.push(SignalDrift {
                 group: in_a.name.clone(),
                 signal: signal.name.clone(),
-                unit: signal.unit.to_string(),
+                unit: signal.unit.clone(),
                 component,
                 components: signal.size,
                 by_leg: warp.map(|(leg, _)| leg.clone()),

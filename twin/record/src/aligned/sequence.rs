@@ -222,13 +222,15 @@ mod tests {
         sum
     }
 
+    type Pairs = [(usize, usize)];
+
     /// Every choice of pairs there is, and the cost of the cheapest.
     fn cheapest(a: &[RecordedFootstep], b: &[RecordedFootstep]) -> f64 {
         fn all(
             [i, j]: [usize; 2],
             [n, m]: [usize; 2],
             pairs: &mut Vec<(usize, usize)>,
-            found: &mut dyn FnMut(&[(usize, usize)]),
+            found: &mut dyn FnMut(&Pairs),
         ) {
             found(pairs);
             for k in i..n {

@@ -1,6 +1,6 @@
 //! The comparison for a person: the verdict in a line, the footsteps, the signals that differ most.
 
-use super::{Drifted, EventDifference, First, Footsteps, Signal, Spread};
+use super::{Drifted, EventDifference, First, Footsteps, OfSignal, Spread};
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
 
@@ -181,11 +181,11 @@ impl EventDifference {
     }
 
     fn of_signals(&self, paint: Paint) -> Vec<String> {
-        let mut worst: Vec<&Signal> = Vec::new();
+        let mut worst: Vec<&OfSignal> = Vec::new();
         let mut still = 0;
         for signal in &self.signals {
             let same =
-                |other: &&Signal| (&other.group, &other.signal) == (&signal.group, &signal.signal);
+                |other: &&OfSignal| (&other.group, &other.signal) == (&signal.group, &signal.signal);
             if worst.iter().any(same) {
                 continue;
             }
@@ -286,7 +286,7 @@ impl Spread {
     }
 }
 
-impl Signal {
+impl OfSignal {
     fn row(&self, aligned: bool) -> [Cell; 9] {
         let Drifted {
             max,
