@@ -1,15 +1,18 @@
 //! Drives over a step of the engine.
 //!
 //! A servo turns as it is told while it has the torque for it: at the hip the engine holds the rate, and the pulley is
-//! simply where it will be; one that turns out to have given more than it has is used up from the next step on. One whose torque is used up, and a motor that is given a voltage, has a torque that falls with
-//! the rate, τ₀ − c q̇ (thesis, eq. 2.20), and a rotor. A rotor of inertia J with that torque over a step h is
+//! simply where it will be; one that turns out to have given more than it has is used up from the next step on. One whose
+//! torque is used up, and a motor that is given a voltage, has a torque that falls with the rate, τ₀ − c q̇ (thesis,
+//! eq. 2.20), and a rotor. A rotor of inertia J that is driven for the time k is
 //!
 //! ```text
-//! J (q̇⁺ − q̇)/h = τ₀ − c q̇⁺ − τ    ⟺    τ = d (q̇* − q̇⁺),   d = J/h + c,   q̇* = (J q̇/h + τ₀)/d
+//! J (q̇⁺ − q̇) = k (τ₀ − c q̇⁺) − P    ⟺    P = d (q̇* − q̇⁺),   d = J + k c,   q̇* = (J q̇ + k τ₀)/d
 //! ```
 //!
-//! with τ what it gives on: a damper that drags the joint to q̇*, which the engine has and solves with all else, however
-//! large the rotor is beside the leg. A cable sees the same as a rope that gives r²/(h d) a unit of impulse.
+//! with P the impulse that it gives on: a damper that drags the joint to q̇*, which the engine has and solves with all else,
+//! however large the rotor is beside the leg. A cable sees the same as a rope that gives r²/d a unit of impulse. As for all
+//! forces (`step.rs`), k is half this step and half the last: boards that cut a millisecond into 1 µs and 999 µs drive
+//! neither half as if it were the other.
 
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::{MotorLine, PositionServo};
@@ -29,13 +32,24 @@ pub(crate) struct Drive {
     pub(crate) torque: f64,
 }
 
+/// A step in time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pace {
+    /// For which positions move on \[s\].
+    pub(crate) seconds: f64,
+    /// For which velocities are driven: from the middle of the last step to the middle of this one \[s\].
+    pub(crate) kick: f64,
+    /// In which errors of positions are taken back: the step, or what is left of the length of a longer one before \[s\].
+    pub(crate) whole: f64,
+}
+
 /// What a drive does in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Effort {
     /// It turns at this mean rate, to have this rate in the end; its rotor takes so much of its torque.
     Follows { mean: f64, last: f64, rotor: f64 },
-    /// It drags towards a rate with a torque for the difference.
-    Drags { damping: f64, towards: f64 },
+    /// It drags towards a rate with an impulse for the difference, \[N·m·s\] for a rad/s.
+    Drags { drag: f64, towards: f64 },
 }
 
 /// A kind of drive.
@@ -64,32 +78,32 @@ impl Kind<'_> {
 
 impl Drive {
     /// What it does over a step.
-    pub(crate) fn effort(&self, kind: Kind<'_>, seconds: f64) -> Effort {
+    pub(crate) fn effort(&self, kind: Kind<'_>, pace: Pace) -> Effort {
         match kind {
             Kind::Servo(servo) if self.spent == 0.0 => {
-                let last = servo.rate_after(seconds, self.told[0], self.angle, self.rate);
+                let last = servo.rate_after(pace.seconds, self.told[0], self.angle, self.rate);
                 Effort::Follows {
                     mean: 0.5 * (self.rate + last),
                     last,
-                    rotor: servo.inertia() * (last - self.rate) / seconds,
+                    rotor: servo.inertia() * (last - self.rate) / pace.kick,
                 }
             }
             Kind::Servo(servo) => {
                 let line = spent_line(servo, self.spent, self.rate);
-                self.drags(servo.inertia(), line, seconds)
+                self.drags(servo.inertia(), line, pace)
             }
             Kind::Motor(motor) => {
                 let line = motor.line(self.told[0], self.told[1]);
-                self.drags(motor.inertia(), line, seconds)
+                self.drags(motor.inertia(), line, pace)
             }
         }
     }
 
-    fn drags(&self, inertia: f64, line: MotorLine, seconds: f64) -> Effort {
-        let damping = inertia / seconds + line.damping;
+    fn drags(&self, inertia: f64, line: MotorLine, pace: Pace) -> Effort {
+        let drag = inertia + pace.kick * line.damping;
         Effort::Drags {
-            damping,
-            towards: (inertia * self.rate / seconds + line.torque) / damping,
+            drag,
+            towards: (inertia * self.rate + pace.kick * line.torque) / drag,
         }
     }
 
@@ -100,10 +114,10 @@ impl Drive {
         effort: Effort,
         angle: f64,
         given: f64,
-        seconds: f64,
+        pace: Pace,
     ) {
         let before = *self;
-        let mean = (angle - self.angle) / seconds;
+        let mean = (angle - self.angle) / pace.seconds;
         self.angle = angle;
         match effort {
             Effort::Follows { last, rotor, .. } => {
@@ -119,9 +133,10 @@ impl Drive {
             }
             Effort::Drags { .. } => {
                 self.rate = mean;
-                self.torque = given + kind.inertia() * (self.rate - before.rate) / seconds;
+                self.torque = given + kind.inertia() * (self.rate - before.rate) / pace.kick;
                 if let Kind::Servo(servo) = kind {
-                    let wanted = servo.rate_after(seconds, self.told[0], before.angle, before.rate);
+                    let wanted =
+                        servo.rate_after(pace.seconds, self.told[0], before.angle, before.rate);
                     // It would give more than is wanted.
                     if (self.rate - wanted) * self.spent > 0.0 {
                         self.spent = 0.0;

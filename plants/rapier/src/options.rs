@@ -3,6 +3,8 @@
 use rapier3d_f64::dynamics::SpringCoefficients;
 use twinrig_legged::{LeggedError, Setup};
 
+const TURN: f64 = 2.0 * core::f64::consts::PI;
+
 /// What holds the segments together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Joints {
@@ -37,6 +39,38 @@ pub struct Softness {
 impl Softness {
     pub(crate) fn coefficients(self) -> SpringCoefficients<f64> {
         SpringCoefficients::new(self.natural_frequency, self.damping_ratio)
+    }
+
+    /// The same in a step of `seconds`, taking errors back no faster than at one over `whole` seconds.
+    ///
+    /// The engine's rate is 1/(h + 2ζ/ω). Where that is too fast, ω and ζ both grow so far that nothing yields and only the
+    /// rate is left of them.
+    pub(crate) fn for_a_step(self, seconds: f64, whole: f64) -> SpringCoefficients<f64> {
+        /// Beside it, what the engine makes of ζ⁻² as compliance is less than 1e-6 even of a step of a nanosecond.
+        const DAMPED: f64 = 1e8;
+        let delay = self.delay();
+        if whole <= seconds || seconds + delay >= whole {
+            return self.coefficients();
+        }
+        let hertz = 2.0 * DAMPED / (TURN * (whole - seconds));
+        SpringCoefficients::new(hertz, DAMPED)
+    }
+
+    /// The same in a step of `seconds`, as hard as in one of `whole` seconds: what cannot be told from rigid there must not
+    /// become a spring in a nanosecond.
+    pub(crate) fn as_hard_as_in(self, seconds: f64, whole: f64) -> SpringCoefficients<f64> {
+        if self.delay() >= whole {
+            return self.coefficients();
+        }
+        SpringCoefficients::new(
+            self.natural_frequency * (whole / seconds).max(1.0),
+            self.damping_ratio,
+        )
+    }
+
+    /// In which an error is taken back, beyond a step: 2ζ/ω \[s\].
+    fn delay(self) -> f64 {
+        2.0 * self.damping_ratio / (TURN * self.natural_frequency)
     }
 }
 

@@ -8,6 +8,7 @@ use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::assembly::Handles;
 use crate::border::rotation;
+use crate::guard::Broken;
 use crate::options::{Options, RapierError};
 use crate::robot::{Machine, State};
 use crate::world::Sets;
@@ -92,10 +93,10 @@ impl Rapier {
     }
 
     /// Moves on by one step of ours.
-    fn run(&mut self, seconds: f64) -> bool {
+    fn run(&mut self, seconds: f64) -> Result<(), Broken> {
         let substeps = self.machine.options.solver.substeps;
         let each = seconds / f64::from(substeps);
-        (0..substeps).all(|_| self.machine.step(each))
+        (0..substeps).try_for_each(|_| self.machine.step(each))
     }
 }
 
@@ -125,11 +126,14 @@ impl Plant for Rapier {
         self.command(&inputs[..self.inputs().min(inputs.len())]);
         while self.now < to {
             let next = to.min(self.now + self.step);
-            if !self.run((next - self.now).as_secs_f64()) {
-                return Err(self.fault(
-                    "engine",
-                    "its velocities are no numbers any more: shorten the step",
-                ));
+            let energy = self.energy().stored();
+            if let Err(broken) = self.run((next - self.now).as_secs_f64()) {
+                return Err(PlantFault {
+                    time: self.now,
+                    part: broken.part,
+                    energy,
+                    why: broken.why,
+                });
             }
             self.now = next;
         }
@@ -209,42 +213,5 @@ impl Plant for Rapier {
         self.window = Window::default();
         self.begin_window();
         Ok(missing)
-    }
-}
-
-impl Machine {
-    /// The worst of what must be closed and is not: joints apart, stops passed, feet in the ground \[m\].
-    fn drift(&self) -> f64 {
-        let mut worst = 0.0_f64;
-        for (i, leg) in self.model.legs.iter().enumerate() {
-            let view = self.view(i);
-            let known = &self.state.legs[i];
-            let hip = self.trunk().pose.transform_point(leg.hip);
-            let mut joint = hip;
-            for (k, segment) in leg.segments.iter().enumerate() {
-                let end = |along: f64| crate::model::Point {
-                    body: k,
-                    at: rapier3d_f64::math::Vector::new(0.0, 0.0, segment.centre - along),
-                };
-                worst = worst.max((view.place(&end(0.0)) - joint).length());
-                joint = view.place(&end(segment.length));
-            }
-            worst = worst.max(leg.l_delta * (known.angles[0] - known.angles[2]));
-            // Stops of the knee are measured as the lengths that they are lengths of.
-            let knee = leg.pantograph.joints(known.angles);
-            let diagonal = leg.pantograph.diagonal_of(knee).value;
-            worst = worst.max(leg.pantograph.parallel_of(knee).value - leg.parallel_max);
-            worst = worst.max(diagonal - leg.pantograph.diagonal_max());
-            worst = worst.max(leg.diagonal_min - diagonal);
-            if self.model.drives.is_some() {
-                let most = leg.pantograph.cable_length(known.drives[1].angle);
-                worst = worst.max(leg.cable(known.angles) - most);
-            }
-            if let Some(ground) = &self.model.ground {
-                let foot = crate::border::outside(view.place(&leg.foot));
-                worst = worst.max(-ground.below(&foot).gap);
-            }
-        }
-        worst
     }
 }

@@ -104,6 +104,8 @@ pub(crate) struct State {
     pub(crate) counts: WorkCounts,
     /// The last step; zero before the first \[s\].
     pub(crate) last_s: f64,
+    /// In which its errors of positions were to be taken back \[s\].
+    pub(crate) whole_s: f64,
 }
 
 /// A robot in the engine.

@@ -23,7 +23,9 @@ pub(crate) struct Tied {
     pub(crate) line: (f64, Vector, f64),
     /// It pulled in the last step and is still all but taut.
     pub(crate) held: bool,
+    /// Of the step, and in which errors are taken back \[s\].
     pub(crate) seconds: f64,
+    pub(crate) whole: f64,
     /// Attitude of the body that it begins at.
     pub(crate) upright: Rotation,
 }
@@ -31,7 +33,8 @@ pub(crate) struct Tied {
 impl Tied {
     /// As the engine's own rope, which looks ahead: its end is not passed.
     pub(crate) fn rope(&self, joint: &mut GenericJoint, response: f64, options: &Options) {
-        joint.softness = options.solver.joint_softness.coefficients();
+        let softness = options.solver.joint_softness;
+        joint.softness = softness.as_hard_as_in(self.seconds, self.whole);
         if self.give > 0.0 {
             // Undamped, a softness of this frequency gives so much and corrects all of an error.
             let compliance = self.give / (self.seconds * response);

@@ -10,7 +10,8 @@ use twinrig_contact::Terrain;
 
 use crate::assembly::FOOT;
 use crate::border::{inside, outside};
-use crate::drives::{Effort, kinds};
+use crate::drives::{Effort, Pace, kinds};
+use crate::guard::Broken;
 use crate::model::{CABLE, ROPES};
 use crate::options::Joints;
 use crate::robot::{Machine, View};
@@ -41,20 +42,24 @@ struct Before {
 }
 
 impl Machine {
-    /// Moves on by a step of the engine; says whether everything is still a number.
-    pub(crate) fn step(&mut self, seconds: f64) -> bool {
-        let share = 0.5 * (self.state.last_s + seconds) / seconds;
+    /// Moves on by a step of the engine, and looks whether what came out of it can be.
+    pub(crate) fn step(&mut self, seconds: f64) -> Result<(), Broken> {
+        let pace = self.pace(seconds);
+        let share = pace.kick / seconds;
+        self.soften(pace);
         let mut before = Vec::with_capacity(self.model.legs.len());
         for leg in 0..self.model.legs.len() {
-            before.push(self.look(leg, seconds));
+            before.push(self.look(leg, pace));
         }
         for (leg, before) in before.iter().enumerate() {
-            self.prepare(leg, before, seconds, share);
+            self.prepare(leg, before, pace);
         }
-        let sound = self.world.step(seconds, share);
-        self.state.last_s = seconds;
+        if !self.world.step(seconds, share) {
+            return Err(Broken::numbers());
+        }
+        (self.state.last_s, self.state.whole_s) = (seconds, pace.whole);
         for (leg, before) in before.iter().enumerate() {
-            self.finish(leg, before, seconds, share);
+            self.finish(leg, before, pace);
         }
         let stored = self.stored();
         self.state.ledger.balance(stored);
@@ -64,24 +69,36 @@ impl Machine {
         let solver = &self.options.solver;
         let sweeps = solver.pgs_iterations + solver.stabilization_iterations;
         counts.solver_iterations += u64::from(solver.solver_iterations * sweeps);
-        sound && stored.iter().sum::<f64>().is_finite()
+        for (leg, before) in before.iter().enumerate() {
+            self.guard_leg(leg, &before.view, seconds)?;
+        }
+        self.guard_energy()
+    }
+
+    fn pace(&self, seconds: f64) -> Pace {
+        Pace {
+            seconds,
+            kick: 0.5 * (self.state.last_s + seconds),
+            // What an error of the last long step is to be taken back in, however many short ones that time is cut into.
+            whole: seconds.max(self.state.whole_s - seconds),
+        }
     }
 
     /// What a step begins with.
-    fn look(&self, leg: usize, seconds: f64) -> Before {
+    fn look(&self, leg: usize, pace: Pace) -> Before {
         let view = self.view(leg);
         let efforts = self.model.drives.as_ref().map(|drives| {
             let kinds = kinds(drives);
             let drives = &self.state.legs[leg].drives;
-            [0, 1].map(|k| drives[k].effort(kinds[k], seconds))
+            [0, 1].map(|k| drives[k].effort(kinds[k], pace))
         });
         let pulley = efforts.map_or([0.0; 2], |[_, knee]| {
             let at = self.state.legs[leg].drives[1].angle;
             match knee {
-                Effort::Follows { mean, .. } => [at + seconds * mean, 0.0],
-                Effort::Drags { damping, towards } => [
-                    at + seconds * towards,
-                    self.model.legs[leg].radius / damping,
+                Effort::Follows { mean, .. } => [at + pace.seconds * mean, 0.0],
+                Effort::Drags { drag, towards } => [
+                    at + pace.seconds * towards,
+                    pace.seconds * self.model.legs[leg].radius / drag,
                 ],
             }
         });
@@ -95,23 +112,38 @@ impl Machine {
         }
     }
 
-    /// How long a rope is in the end of the step, if nothing pulls at its pulley.
-    fn reach(&self, leg: usize, k: usize, before: &Before) -> f64 {
+    /// How long a rope is with the pulley at this angle.
+    fn reach(&self, leg: usize, k: usize, pulley: f64) -> f64 {
         let parts = &self.model.legs[leg];
         if k == CABLE {
-            parts.chord_of_cable(parts.pantograph.cable_length(before.pulley[0]))
+            parts.chord_of_cable(parts.pantograph.cable_length(pulley))
         } else {
             parts.ropes[k].length
         }
     }
 
-    fn prepare(&mut self, leg: usize, before: &Before, seconds: f64, share: f64) {
-        self.push(leg, &before.view, share);
+    fn prepare(&mut self, leg: usize, before: &Before, pace: Pace) {
+        self.push(leg, &before.view, pace.kick / pace.seconds);
         if let Some([hip, _]) = before.efforts {
-            self.drive_hip(leg, hip);
+            self.drive_hip(leg, hip, pace);
         }
-        self.pay_out(leg, before, seconds);
+        self.pay_out(leg, before, pace);
         self.lay_ground(leg, &before.view);
+    }
+
+    /// Has the engine take back what joints and feet are off by as slowly as in one of the long steps: what it does to take an error
+    /// back it does to velocities, which stay, and in a step of a microsecond it would be a thousand times too much.
+    fn soften(&mut self, pace: Pace) {
+        let solver = self.options.solver;
+        self.world.parameters.contact_softness =
+            solver.contact_softness.for_a_step(pace.seconds, pace.whole);
+        self.world.parameters.static_contact_softness = self.world.parameters.contact_softness;
+        let softness = solver.joint_softness.for_a_step(pace.seconds, pace.whole);
+        for (_, joint) in self.world.sets.impulse_joints.iter_mut() {
+            if !joint.data.locked_axes.is_empty() {
+                joint.data.softness = softness;
+            }
+        }
     }
 
     /// Forces of the springs and of friction in the joints.
@@ -153,10 +185,10 @@ impl Machine {
     }
 
     /// Tells the engine what the hip's drive does.
-    fn drive_hip(&mut self, leg: usize, effort: Effort) {
+    fn drive_hip(&mut self, leg: usize, effort: Effort, pace: Pace) {
         let (damping, towards) = match effort {
             Effort::Follows { mean, .. } => (RIGID, mean),
-            Effort::Drags { damping, towards } => (damping, towards),
+            Effort::Drags { drag, towards } => (drag / pace.seconds, towards),
         };
         let joints = &mut self.world.sets.impulse_joints;
         let joint = self.handles.legs[leg].hip;
@@ -170,7 +202,7 @@ impl Machine {
     }
 
     /// Sets how long the ropes are in the end of the step.
-    fn pay_out(&mut self, leg: usize, before: &Before, seconds: f64) {
+    fn pay_out(&mut self, leg: usize, before: &Before, pace: Pace) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
@@ -178,7 +210,13 @@ impl Machine {
             let parts = &self.model.legs[leg];
             let rope = parts.ropes[k];
             let line = before.view.line(&rope.ends);
-            let most = self.reach(leg, k, before);
+            // What it is too long by is taken back as slowly as in a long step: the speed of that stays. So is what a rope
+            // that pulls is too short by, which is rounding: over a nanosecond it would make room for any speed.
+            let over = line.0 - self.reach(leg, k, self.state.legs[leg].drives[1].angle);
+            let held = self.state.legs[leg].pulls[k] > 0.0 && over > -HELD;
+            let over = if held { over } else { over.max(0.0) };
+            let late = over * (1.0 - pace.seconds / pace.whole);
+            let most = self.reach(leg, k, before.pulley[0]) + late;
             let give = if k == CABLE {
                 parts.radius * before.pulley[1] / (before.leverage * before.leverage)
             } else {
@@ -189,7 +227,8 @@ impl Machine {
                 give,
                 line,
                 held: self.state.legs[leg].pulls[k] > 0.0 && most - line.0 < HELD,
-                seconds,
+                seconds: pace.seconds,
+                whole: pace.whole,
                 upright: before.view.bodies[rope.ends[0].body].pose.rotation,
             };
             let response = self.response(leg, k, &before.view);
@@ -247,13 +286,13 @@ impl Machine {
     }
 
     /// Reads what the step did to a leg.
-    fn finish(&mut self, leg: usize, before: &Before, seconds: f64, share: f64) {
+    fn finish(&mut self, leg: usize, before: &Before, pace: Pace) {
         let view = self.view(leg);
         let angles = view.angles(&self.state.legs[leg].angles);
-        self.rub(leg, before, &angles, share);
+        self.rub(leg, before, &angles, pace.kick / pace.seconds);
         self.finish_ropes(leg, before, &view);
         if let Some(efforts) = before.efforts {
-            self.finish_drives(leg, before, efforts, angles[0], seconds);
+            self.finish_drives(leg, before, efforts, angles[0], pace);
         }
         self.state.legs[leg].angles = angles;
         self.finish_ground(leg, before, &view);
@@ -299,33 +338,33 @@ impl Machine {
         before: &Before,
         efforts: [Effort; 2],
         hip: f64,
-        seconds: f64,
+        pace: Pace,
     ) {
         let Some(drives) = &self.model.drives else {
             return;
         };
         let kinds = kinds(drives);
         let radius = self.model.legs[leg].radius;
-        let given = self.hip_impulse(leg) / seconds;
+        let given = self.hip_impulse(leg) / pace.kick;
         let known = &mut self.state.legs[leg];
         let pull = known.pulls[CABLE] / before.leverage;
-        known.tension = pull / seconds;
+        known.tension = pull / pace.kick;
         let pulley = before.pulley[0] - before.pulley[1] * pull;
         // The cable's share of what its ends and the pulley did in the meantime.
         let drives = &mut known.drives;
         let was = drives.map(|drive| (drive.angle, drive.rate));
-        drives[0].finish(kinds[0], efforts[0], hip, given, seconds);
+        drives[0].finish(kinds[0], efforts[0], hip, given, pace);
         drives[1].finish(
             kinds[1],
             efforts[1],
             pulley,
-            radius * pull / seconds,
-            seconds,
+            radius * pull / pace.kick,
+            pace,
         );
         let wound = 0.5 * (was[1].1 + drives[1].rate);
         self.state.ledger.impact += pull * radius * wound;
-        for (drive, (angle, _)) in drives.iter().zip(was) {
-            self.state.ledger.actuator += drive.torque * (drive.angle - angle);
+        for (drive, (_, rate)) in drives.iter().zip(was) {
+            self.state.ledger.actuator += drive.torque * pace.kick * 0.5 * (rate + drive.rate);
         }
     }
 

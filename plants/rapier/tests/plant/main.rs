@@ -1,6 +1,7 @@
 //! The plant as a whole.
 
 mod books;
+mod cuts;
 mod drives;
 mod errors;
 mod ground;

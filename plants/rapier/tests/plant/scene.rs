@@ -62,11 +62,12 @@ pub fn flat(value: &Value) -> Vec<f64> {
 }
 
 pub fn robot() -> Robot {
+    named("cheetah-cub")
+}
+
+pub fn named(name: &str) -> Robot {
     let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    RobotFile::find("cheetah-cub", beside)
-        .unwrap()
-        .robot()
-        .unwrap()
+    RobotFile::find(name, beside).unwrap().robot().unwrap()
 }
 
 /// Legs that hang from a trunk that is held.
@@ -125,6 +126,12 @@ impl Scene {
         let sound = us <= self.now_us || self.plant.advance(at, &self.commands).is_ok();
         self.now_us = us;
         sound
+    }
+
+    /// Goes on to an instant that is no microsecond.
+    pub fn run_to_ns(&mut self, ns: u64) {
+        let at = SimTime::ZERO + SimDuration::from_nanos(ns);
+        self.plant.advance(at, &self.commands).unwrap();
     }
 
     pub fn run_to_us(&mut self, us: u64) {
