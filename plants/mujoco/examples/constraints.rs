@@ -63,7 +63,7 @@ fn main() {
             }
         }
         for (steps, damping) in [(2.0, 1.0), (3.0, 1.0), (5.0, 1.0), (2.0, 2.0)] {
-            for share in [0.9999, 0.999, 0.99, 0.95] {
+            for share in [0.9999, 0.999, 0.998, 0.995, 0.99, 0.95] {
                 let numerics = Numerics {
                     closing: Closing::Steps(steps),
                     damping,
@@ -73,6 +73,13 @@ fn main() {
                 let about = format!("solref {steps} h, {damping}, solimp {share}");
                 measure(&about, coordinates, numerics, 2000);
             }
+        }
+        for share in [0.9999, 0.999, 0.99] {
+            let numerics = Numerics {
+                impedance: [share; 2],
+                ..own
+            };
+            measure(&format!("solimp {share}"), coordinates, numerics, 1000);
         }
         for step_us in [2000, 100] {
             let soft = own.with_soft_constraints();

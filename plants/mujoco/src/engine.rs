@@ -169,6 +169,27 @@ impl Engine {
         }
         self.data.forward();
         self.forwards += 1;
+        self.found()
+    }
+
+    /// Finds accelerations and forces again, with other distances at which constraints are closed, one for each row \[m, rad\]:
+    /// what [`Engine::forward`] found says which row is whose, and where the search begins.
+    ///
+    /// # Errors
+    /// [`EngineFault`].
+    pub fn resolve(&mut self, change: impl FnOnce(&mut [f64])) -> Result<(), EngineFault> {
+        change(self.data.efc_margin_mut());
+        for dof in 0..self.data.qacc().len() {
+            let last = self.data.qacc()[dof];
+            self.data.qacc_warmstart_mut()[dof] = last;
+        }
+        self.data.reference_constraint();
+        self.data.fwd_constraint();
+        self.found()
+    }
+
+    /// Looks at what has been found.
+    fn found(&mut self) -> Result<(), EngineFault> {
         let islands = self.data.solver_niter().iter();
         let iterations: i32 = islands.sum();
         self.iterations += u64::try_from(iterations).unwrap_or(0);
@@ -214,7 +235,7 @@ impl Engine {
         sound
     }
 
-    fn step_back(&mut self) {
+    pub(crate) fn step_back(&mut self) {
         let restored = self.data.set_state(&self.before, STATE);
         debug_assert!(restored.is_ok(), "its own state fits");
     }

@@ -16,6 +16,7 @@ use crate::mjcf::written;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
 use crate::rates::{self, Held, LegRates, Powers, mean};
+use crate::sliding::CONTACTS;
 
 /// A trunk that another plant has so much farther out of this one's way than this cannot be taken over \[m, 1\].
 const OFF: f64 = 1e-6;
@@ -37,8 +38,8 @@ pub(crate) enum FlowFault {
 /// Everything that moves.
 pub(crate) struct Flow {
     pub(crate) model: Model,
-    engine: Engine,
-    at: Addresses,
+    pub(crate) engine: Engine,
+    pub(crate) at: Addresses,
     pub(crate) inputs: Inputs,
     pub(crate) trunk: TrunkFrame,
     pub(crate) legs: [Option<LegFrame>; LEGS],
@@ -52,6 +53,10 @@ pub(crate) struct Flow {
     tuned: Tuned,
     /// Velocities before a step.
     qvel: Vec<f64>,
+    /// Velocities that accelerations lead to.
+    pub(crate) qvel_then: Vec<f64>,
+    /// Of contacts: their first rows among the constraints, and margins for them.
+    pub(crate) rows: [Option<(usize, f64)>; CONTACTS],
 }
 
 /// Everything that the way ahead depends on.
@@ -90,6 +95,8 @@ impl Flow {
             fallbacks: 0,
             tuned: Tuned::new(&engine, &at.legs),
             qvel: vec![0.0; engine.data().qvel().len()],
+            qvel_then: vec![0.0; engine.data().qvel().len()],
+            rows: [None; CONTACTS],
             model,
             engine,
             at,
@@ -196,7 +203,7 @@ impl Flow {
     fn drive(&mut self, seconds: f64) -> Result<bool, FlowFault> {
         let turned = self.turned();
         match self.model.drives {
-            None => self.engine.forward()?,
+            None => self.forward(seconds)?,
             Some(Fitted::Motors(motors)) => {
                 drives::power(
                     &mut self.engine,
@@ -206,7 +213,7 @@ impl Flow {
                     seconds,
                     &mut self.tuned,
                 );
-                self.engine.forward()?;
+                self.forward(seconds)?;
             }
             Some(Fitted::Servos(servos)) => {
                 for (leg, at) in self.at.legs.iter().enumerate() {
@@ -223,8 +230,8 @@ impl Flow {
                         );
                     }
                 }
-                self.engine.forward()?;
-                return self.tire(&servos, &turned);
+                self.forward(seconds)?;
+                return self.tire(&servos, &turned, seconds);
             }
         }
         Ok(false)
@@ -235,6 +242,7 @@ impl Flow {
         &mut self,
         servos: &twinrig_legged::Servos,
         turned: &[Turned; LEGS],
+        seconds: f64,
     ) -> Result<bool, FlowFault> {
         let mut limits: Limits = drives::unspent(servos);
         for round in 0..TIRED_MAX {
@@ -251,7 +259,7 @@ impl Flow {
             }
             self.fallbacks += 1;
             drives::limit(&mut self.engine, &self.at.legs, &limits);
-            let found = self.engine.forward();
+            let found = self.forward(seconds);
             if found.is_err() {
                 self.unlimit();
             }
@@ -295,10 +303,12 @@ impl Flow {
         let ledger = self.ledger;
         for stage in 0..STAGES {
             if stage > 0 {
-                if let Err(fault) = self.engine.stage(stage, seconds) {
+                let found = self.engine.stage(stage, seconds).map_err(FlowFault::from);
+                if let Err(fault) = found.and_then(|()| self.slide(seconds)) {
+                    self.engine.step_back();
                     self.ledger = ledger;
                     self.look();
-                    return Err(fault.into());
+                    return Err(fault);
                 }
                 self.look();
             }

@@ -84,6 +84,7 @@ mod options;
 mod plant;
 mod rates;
 mod readings;
+mod sliding;
 mod stages;
 
 pub use engine::{Engine, EngineError, EngineFault, Warned};

@@ -92,7 +92,8 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     line!(
         text,
         "  <option timestep=\"{step_s}\" gravity=\"0 0 -{GRAVITY}\" integrator=\"{integrator}\" solver=\"{solver}\" \
-         iterations=\"{iterations}\" ls_iterations=\"50\" tolerance=\"{tolerance}\" cone=\"{cone}\" impratio=\"{impratio}\">"
+         iterations=\"{iterations}\" ls_iterations=\"50\" tolerance=\"{tolerance}\" cone=\"{cone}\" impratio=\"{impratio}\" \
+         jacobian=\"sparse\">"
     );
     let refsafe = if numerics.refsafe {
         "enable"
@@ -113,13 +114,15 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     let impedance = format!("{first} {last} {}", numerics.width);
     let both = |kind: &str| format!("solref{kind}=\"{reference}\" solimp{kind}=\"{impedance}\"");
     let contact = numerics.contact_damping;
+    let [contact_first, contact_last] = numerics.contact_impedance;
     line!(text, "  <default>");
     line!(text, "    <joint {}/>", both("limit"));
     line!(text, "    <tendon {} {}/>", both("limit"), both("friction"));
     line!(text, "    <equality {}/>", both(""));
     line!(
         text,
-        "    <geom solref=\"{seconds} {contact}\" solimp=\"{impedance}\" condim=\"3\"/>"
+        "    <geom solref=\"{seconds} {contact}\" solimp=\"{contact_first} {contact_last} {}\" condim=\"3\"/>",
+        numerics.width
     );
     line!(text, "  </default>");
     text

@@ -157,6 +157,11 @@ pub struct Numerics {
     /// The same of feet on the ground. A foot comes into the ground by what it moves in a step; the more this is above one, the
     /// slower it is pushed out again, and the less it bounces \[1\].
     pub contact_damping: f64,
+    /// Impedance of feet on the ground, as of `impedance` \[1\].
+    pub contact_impedance: [f64; 2],
+    /// Times that forces are found again in a step for feet that slide, at most: MuJoCo lifts these off the ground, and Coulomb's
+    /// law does not. None leaves them as MuJoCo has them. Only for elliptic cones.
+    pub sliding_rounds: u32,
     /// Impedance of a constraint, MuJoCo's d: the share of the wanted acceleration that it insists on, below 1 \[1\]. First
     /// where it is not violated, then where it is violated by `width`.
     pub impedance: [f64; 2],
@@ -183,8 +188,10 @@ impl Numerics {
             cone: Cone::Elliptic,
             closing: Closing::Steps(2.0),
             damping: 1.0,
-            contact_damping: 1.0,
-            impedance: [0.9999, 0.9999],
+            contact_damping: 2.0,
+            contact_impedance: [0.9999, 0.9999],
+            sliding_rounds: 10,
+            impedance: [0.999, 0.999],
             width: 1e-3,
             impratio: 1.0,
             refsafe: true,
@@ -198,6 +205,8 @@ impl Numerics {
             closing: Closing::Seconds(0.02),
             damping: 1.0,
             contact_damping: 1.0,
+            contact_impedance: [0.9, 0.95],
+            sliding_rounds: 0,
             impedance: [0.9, 0.95],
             width: 1e-3,
             ..self
@@ -275,7 +284,13 @@ impl Numerics {
                 });
             }
         }
-        for (setting, value) in ["solimp_min", "solimp_max"].into_iter().zip(self.impedance) {
+        let impedances = [
+            ("solimp_min", self.impedance[0]),
+            ("solimp_max", self.impedance[1]),
+            ("contact_solimp_min", self.contact_impedance[0]),
+            ("contact_solimp_max", self.contact_impedance[1]),
+        ];
+        for (setting, value) in impedances {
             if !(1e-4..=0.9999).contains(&value) {
                 return Err(MujocoError::Setting {
                     setting,

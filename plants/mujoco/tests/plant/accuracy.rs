@@ -39,7 +39,8 @@ fn between_its_stops_a_leg_that_pins_hold_together_moves_as_the_reference_does()
         assert!(far.rms < rms && far.drift < drift, "{us}: {far:?}");
     }
     let far = run("between", Coordinates::Maximal, Integrator::Rk4, 100);
-    assert!(far.rms < 3e-8, "{far:?}");
+    // What is left is that pins give way by a thousandth.
+    assert!(far.rms < 2.5e-7, "{far:?}");
 }
 
 #[test]

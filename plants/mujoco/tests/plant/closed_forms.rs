@@ -123,6 +123,53 @@ fn a_robot_slides_to_a_stop_as_friction_has_it() {
     }
 }
 
+/// How far feet leave the ground on which a robot slides sideways \[m\], and the steps in which one of them carries nothing.
+fn lifted(coordinates: Coordinates, sliding_rounds: Option<u32>) -> (f64, u32) {
+    let setup = Setup {
+        ground: Some(flat(0.2)),
+        ..standing()
+    };
+    let mut options = Options::new(setup, coordinates);
+    if let Some(rounds) = sliding_rounds {
+        options.numerics.sliding_rounds = rounds;
+    }
+    let mut scene = Scene::new(&robot(), &options);
+    for _ in 0..500 {
+        scene.go(2000);
+    }
+    let state = scene.plant.state().unwrap();
+    let state = state.with("body/velocity", &[0.0, 0.5, 0.0]);
+    scene.plant.take_over(&state).unwrap();
+    let (mut highest, mut free) = (0.0_f64, 0);
+    for _ in 0..50 {
+        scene.plant.begin_window();
+        scene.go(2000);
+        for leg in LEGS {
+            highest = highest.max(scene.read(&format!("leg/{leg}/foot/position"))[2]);
+            free += u32::from(scene.read(&format!("leg/{leg}/foot/load"))[0] <= 0.0);
+        }
+    }
+    (highest, free)
+}
+
+#[test]
+fn feet_that_slide_stay_on_the_ground() {
+    for coordinates in Coordinates::ALL {
+        let (highest, free) = lifted(coordinates, None);
+        // Braking unloads the feet of one side for a moment, some steps of 200.
+        assert!(
+            highest < 1e-5 && free < 20,
+            "{coordinates:?}: {highest} m, {free} steps"
+        );
+        // MuJoCo's own friction lifts them at µ times what they slide at, and drops them again.
+        let (highest, free) = lifted(coordinates, Some(0));
+        assert!(
+            highest > 1e-4 && free > 60,
+            "{coordinates:?}: {highest} m, {free} steps"
+        );
+    }
+}
+
 #[test]
 fn a_robot_without_ground_falls_as_a_stone() {
     for coordinates in Coordinates::ALL {
