@@ -184,8 +184,9 @@ impl EventDifference {
         let mut worst: Vec<&OfSignal> = Vec::new();
         let mut still = 0;
         for signal in &self.signals {
-            let same =
-                |other: &&OfSignal| (&other.group, &other.signal) == (&signal.group, &signal.signal);
+            let same = |other: &&OfSignal| {
+                (&other.group, &other.signal) == (&signal.group, &signal.signal)
+            };
             if worst.iter().any(same) {
                 continue;
             }
