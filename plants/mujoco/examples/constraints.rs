@@ -67,11 +67,23 @@ fn main() {
                 let numerics = Numerics {
                     closing: Closing::Steps(steps),
                     damping,
+                    pin_damping: damping,
                     impedance: [share; 2],
                     ..own
                 };
                 let about = format!("solref {steps} h, {damping}, solimp {share}");
                 measure(&about, coordinates, numerics, 2000);
+            }
+        }
+        for pin_damping in [1.0, 0.7, 0.5] {
+            for step_us in [2000, 1000] {
+                let numerics = Numerics { pin_damping, ..own };
+                measure(
+                    &format!("pins {pin_damping}"),
+                    coordinates,
+                    numerics,
+                    step_us,
+                );
             }
         }
         for share in [0.9999, 0.999, 0.99] {

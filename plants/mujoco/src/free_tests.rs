@@ -86,8 +86,8 @@ fn without_stops_a_leg_moves_as_the_reference_does() {
         (Coordinates::Minimal, Integrator::Rk4, 2000, 2e-7),
         (Coordinates::Minimal, Integrator::Rk4, 100, 2e-12),
         (Coordinates::Minimal, Integrator::Euler, 2000, 2e-4),
-        (Coordinates::Maximal, Integrator::ImplicitFast, 2000, 1e-3),
-        (Coordinates::Maximal, Integrator::Euler, 2000, 1e-3),
+        (Coordinates::Maximal, Integrator::ImplicitFast, 2000, 5e-4),
+        (Coordinates::Maximal, Integrator::Euler, 2000, 5e-4),
         (Coordinates::Maximal, Integrator::Euler, 100, 3e-5),
     ] {
         let found = far(&golden, coordinates, integrator, step_us);

@@ -118,7 +118,11 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     line!(text, "  <default>");
     line!(text, "    <joint {}/>", both("limit"));
     line!(text, "    <tendon {} {}/>", both("limit"), both("friction"));
-    line!(text, "    <equality {}/>", both(""));
+    line!(
+        text,
+        "    <equality solref=\"{seconds} {}\" solimp=\"{impedance}\"/>",
+        numerics.pin_damping
+    );
     line!(
         text,
         "    <geom solref=\"{seconds} {contact}\" solimp=\"{contact_first} {contact_last} {}\" condim=\"3\"/>",

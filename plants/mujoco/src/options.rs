@@ -154,6 +154,8 @@ pub struct Numerics {
     pub closing: Closing,
     /// Damping ratio of that \[1\].
     pub damping: f64,
+    /// The same of the pins between segments, in maximal coordinates \[1\].
+    pub pin_damping: f64,
     /// The same of feet on the ground. A foot comes into the ground by what it moves in a step; the more this is above one, the
     /// slower it is pushed out again, and the less it bounces \[1\].
     pub contact_damping: f64,
@@ -188,7 +190,8 @@ impl Numerics {
             cone: Cone::Elliptic,
             closing: Closing::Steps(2.0),
             damping: 1.0,
-            contact_damping: 2.0,
+            pin_damping: 0.7,
+            contact_damping: 1.0,
             contact_impedance: [0.9999, 0.9999],
             sliding_rounds: 10,
             impedance: [0.999, 0.999],
@@ -204,6 +207,7 @@ impl Numerics {
         Self {
             closing: Closing::Seconds(0.02),
             damping: 1.0,
+            pin_damping: 1.0,
             contact_damping: 1.0,
             contact_impedance: [0.9, 0.95],
             sliding_rounds: 0,
@@ -270,6 +274,7 @@ impl Numerics {
         for (setting, value) in [
             (closing, time),
             ("solref_damping", self.damping),
+            ("pin_damping", self.pin_damping),
             ("contact_damping", self.contact_damping),
             ("solver_tolerance", self.tolerance),
             ("impratio", self.impratio),

@@ -93,6 +93,12 @@ fn with_numbers(kind: PlantKind) -> PlantKind {
         own.damping,
     ))
     .with_option(given(
+        "pin_damping",
+        "damping ratio of the pins between segments, in maximal coordinates",
+        Range::POSITIVE,
+        own.pin_damping,
+    ))
+    .with_option(given(
         "contact_damping",
         "damping ratio of feet on the ground: above 1 they bounce less",
         Range::POSITIVE,
@@ -198,6 +204,7 @@ fn with_methods(kind: PlantKind) -> PlantKind {
                 Numerics::of(maximal).integrator,
             )
             .with_number("solref_time", time)
+            .with_number("pin_damping", soft.pin_damping)
             .with_number("contact_damping", soft.contact_damping)
             .with_number("contact_solimp_min", soft.contact_impedance[0])
             .with_number("contact_solimp_max", soft.contact_impedance[1])
@@ -275,6 +282,7 @@ fn numerics(given: &Given, own: Numerics) -> Result<Numerics, BuildError> {
             .unwrap_or(own.cone),
         closing,
         damping: number("solref_damping", own.damping),
+        pin_damping: number("pin_damping", own.pin_damping),
         contact_damping: number("contact_damping", own.contact_damping),
         contact_impedance: [
             number("contact_solimp_min", own.contact_impedance[0]),

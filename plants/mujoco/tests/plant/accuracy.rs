@@ -105,3 +105,15 @@ fn constraints_as_soft_as_mujoco_has_them_leave_an_error_that_no_step_mends() {
         assert!(far.rms > 2e-3 && far.rms < 2e-2, "{us}: {far:?}");
     }
 }
+
+#[test]
+fn light_legs_that_hit_hard_do_not_run_away_at_the_step_of_scenarios() {
+    for (coordinates, integrator) in [
+        (Coordinates::Maximal, Integrator::Euler),
+        (Coordinates::Maximal, Integrator::ImplicitFast),
+        (Coordinates::Minimal, Integrator::Rk4),
+    ] {
+        let far = run("hard-light", coordinates, integrator, 1000);
+        assert!(far.rms < 7e-3, "{coordinates:?} {integrator:?} {far:?}");
+    }
+}
