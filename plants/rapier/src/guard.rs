@@ -48,6 +48,15 @@ impl Machine {
             })
         };
         let view = self.view(leg);
+        for (now, before) in view.rates().into_iter().zip(before.rates()) {
+            // What only a step that is cut short could tell is seen in the next long one.
+            if !(seconds * now.abs().max(before.abs()) <= TURNED) {
+                return broken(format!(
+                    "a segment of it turns at {now:.0} rad/s, which is too much for steps of {:.3} ms",
+                    1e3 * seconds
+                ));
+            }
+        }
         let lengths = parts.segments.iter().map(|segment| segment.length);
         let most = TORN * lengths.fold(f64::INFINITY, f64::min);
         let joints = self.joints_apart(leg, &view);
@@ -58,15 +67,6 @@ impl Machine {
         let stops = self.stops_passed(leg);
         if !(stops <= most) {
             return broken(format!("its stops are passed by {:.1} mm", 1e3 * stops));
-        }
-        for (now, before) in view.rates().into_iter().zip(before.rates()) {
-            // A step that is cut short counts as the one before it: what it is too fast in is seen in a long one.
-            if !(seconds * now.abs().max(before.abs()) <= TURNED) {
-                return broken(format!(
-                    "a segment of it turns at {now:.0} rad/s, which is too much for steps of {:.3} ms",
-                    1e3 * seconds
-                ));
-            }
         }
         Ok(())
     }

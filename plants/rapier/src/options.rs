@@ -83,6 +83,9 @@ pub struct Solver {
     pub solver_iterations: u32,
     /// Sweeps over the constraints in each of them (`num_internal_pgs_iterations`).
     pub pgs_iterations: u32,
+    /// As many at least in steps in which a foot lands, and in the next: what a landing does goes through the whole leg and
+    /// its stops at once.
+    pub landing_iterations: u32,
     /// Sweeps after each that take back the speed with which errors were corrected (`num_internal_stabilization_iterations`).
     pub stabilization_iterations: u32,
     /// Of joints, stops and cables.
@@ -95,13 +98,18 @@ impl Solver {
     /// The settings that measured best for these joints (`examples/settings.rs`).
     pub const fn best(joints: Joints) -> Self {
         let sweeps = match joints {
-            Joints::Impulse => 100,
+            Joints::Impulse => 300,
+            Joints::Multibody => 20,
+        };
+        let landing_iterations = match joints {
+            Joints::Impulse => 2000,
             Joints::Multibody => 20,
         };
         Self {
             substeps: 1,
             solver_iterations: 1,
             pgs_iterations: sweeps,
+            landing_iterations,
             stabilization_iterations: 0,
             joint_softness: Softness {
                 natural_frequency: 1e6,
@@ -120,6 +128,7 @@ impl Solver {
             substeps: 1,
             solver_iterations: 4,
             pgs_iterations: 1,
+            landing_iterations: 1,
             stabilization_iterations: 1,
             joint_softness: Softness {
                 natural_frequency: 1e6,
@@ -137,6 +146,7 @@ impl Solver {
             ("substeps", self.substeps),
             ("solver_iterations", self.solver_iterations),
             ("pgs_iterations", self.pgs_iterations),
+            ("landing_iterations", self.landing_iterations),
         ];
         if let Some((what, _)) = counts.into_iter().find(|(_, count)| *count == 0) {
             return Err(RapierError::Count(what));

@@ -102,6 +102,8 @@ pub(crate) struct State {
     pub(crate) legs: Vec<LegState>,
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
+    /// Whether a foot landed in the last step.
+    pub(crate) landing: bool,
     /// The last step; zero before the first \[s\].
     pub(crate) last_s: f64,
     /// In which its errors of positions were to be taken back \[s\].

@@ -47,6 +47,8 @@ impl Machine {
         let pace = self.pace(seconds);
         let share = pace.kick / seconds;
         self.soften(pace);
+        let sweeps = self.sweeps(seconds);
+        self.world.parameters.num_internal_pgs_iterations = sweeps as usize;
         let mut before = Vec::with_capacity(self.model.legs.len());
         for leg in 0..self.model.legs.len() {
             before.push(self.look(leg, pace));
@@ -67,7 +69,7 @@ impl Machine {
         counts.steps += 1;
         counts.evaluations += 1;
         let solver = &self.options.solver;
-        let sweeps = solver.pgs_iterations + solver.stabilization_iterations;
+        let sweeps = sweeps + solver.stabilization_iterations;
         counts.solver_iterations += u64::from(solver.solver_iterations * sweeps);
         for (leg, before) in before.iter().enumerate() {
             self.guard_leg(leg, &before.view, seconds)?;
@@ -82,6 +84,28 @@ impl Machine {
             // What an error of the last long step is to be taken back in, however many short ones that time is cut into.
             whole: seconds.max(self.state.whole_s - seconds),
         }
+    }
+
+    /// Sweeps for this step: more of them where a foot lands, or did in the last step.
+    fn sweeps(&mut self, seconds: f64) -> u32 {
+        let solver = self.options.solver;
+        let lands = (0..self.model.legs.len()).any(|leg| self.lands(leg, seconds));
+        let landed = std::mem::replace(&mut self.state.landing, lands);
+        if lands || landed {
+            solver.pgs_iterations.max(solver.landing_iterations)
+        } else {
+            solver.pgs_iterations
+        }
+    }
+
+    /// Whether a foot that is in the air would be in the ground at the end of the step.
+    fn lands(&self, leg: usize, seconds: f64) -> bool {
+        let (Some(ground), false) = (&self.model.ground, self.state.legs[leg].stands) else {
+            return false;
+        };
+        let (view, foot) = (self.view(leg), &self.model.legs[leg].foot);
+        let below = ground.below(&outside(view.place(foot)));
+        below.gap + seconds * outside(view.speed(foot)).dot(&below.normal) < 0.0
     }
 
     /// What a step begins with.

@@ -70,6 +70,10 @@ fn counts() -> Vec<OptionSpec> {
             "substeps of the engine's own, over which forces are held",
         ),
         count("pgs_iterations", "sweeps over the constraints in each"),
+        count(
+            "landing_iterations",
+            "as many at least in the two steps in which a foot lands",
+        ),
         option(
             "stabilization_iterations",
             "sweeps that take back the speed of corrections",
@@ -139,6 +143,7 @@ fn solver(given: &Given, joints: Joints) -> Solver {
         substeps: count("substeps", of.substeps),
         solver_iterations: count("solver_iterations", of.solver_iterations),
         pgs_iterations: count("pgs_iterations", of.pgs_iterations),
+        landing_iterations: count("landing_iterations", of.landing_iterations),
         stabilization_iterations: count("stabilization_iterations", of.stabilization_iterations),
         joint_softness: soft("joint", of.joint_softness),
         contact_softness: soft("contact", of.contact_softness),

@@ -4,6 +4,7 @@ mod books;
 mod cuts;
 mod drives;
 mod errors;
+mod faults;
 mod ground;
 mod passive;
 mod restore;
