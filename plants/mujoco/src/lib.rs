@@ -72,7 +72,7 @@
 //! that it slides at, whatever the step: it leaves the ground, falls back, and does so again. In gaits whose feet slide that is a
 //! footstep counted twice. So forces are found again for feet that slide, with as much less asked for along the normal, until they
 //! are those of Coulomb's law ([`Numerics::sliding_rounds`]; none leaves them as MuJoCo has them). Of a robot that slides at
-//! 0.5 m/s on µ = 0.2, feet then stay within 1 µm of the ground at steps of 2 ms, and without it leave it by 0.6 mm. With
+//! 0.5 m/s on µ = 0.2, feet then stay within 10 µm of the ground at steps of 2 ms, and without it leave it by 0.6 mm. With
 //! pyramidal cones friction is MuJoCo's own.
 //!
 //! A foot that lands sinks in by what it moves in a step, and is pushed out at up to a quarter of its velocity

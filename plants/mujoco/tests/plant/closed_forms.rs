@@ -158,7 +158,7 @@ fn feet_that_slide_stay_on_the_ground() {
         let (highest, free) = lifted(coordinates, None);
         // Braking unloads the feet of one side for a moment, some steps of 200.
         assert!(
-            highest < 1e-5 && free < 20,
+            highest < 2e-5 && free < 30,
             "{coordinates:?}: {highest} m, {free} steps"
         );
         // MuJoCo's own friction lifts them at µ times what they slide at, and drops them again.
