@@ -140,5 +140,4 @@ fn a_cut_does_not_use_a_servo_up() {
     // Measured: 0.02 and 0.04 N·m at most, while the leg settles; stops that give way over a nanosecond make 0.2 of it, and
     // a torque that is an impulse over the length of the cut 250 000 times as much.
     assert!(even < 0.1 && cut < 0.1, "{even} {cut} N·m");
-} {cut} N·m");
 }
