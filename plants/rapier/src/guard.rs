@@ -3,11 +3,11 @@
 //! Each limit is far beyond what scenarios that are solved well come to (measured at 1 and 2 ms over all of `scenarios/`),
 //! and far below what a plant that runs away reaches within milliseconds.
 
+use rapier3d_f64::math::Vector;
 use twinrig_robot::GRAVITY;
 
 use crate::model::Point;
 use crate::robot::{Machine, View};
-use rapier3d_f64::math::Vector;
 
 /// Joints come apart by no more than this share of the leg's shortest segment, and stops are passed by no more.
 const TORN: f64 = 0.25;
@@ -37,6 +37,11 @@ impl Broken {
     }
 }
 
+/// What is no number is within nothing.
+fn within(value: f64, most: f64) -> bool {
+    value <= most
+}
+
 impl Machine {
     /// Whether a leg is still one after a step.
     pub(crate) fn guard_leg(&self, leg: usize, before: &View, seconds: f64) -> Result<(), Broken> {
@@ -50,7 +55,7 @@ impl Machine {
         let view = self.view(leg);
         for (now, before) in view.rates().into_iter().zip(before.rates()) {
             // What only a step that is cut short could tell is seen in the next long one.
-            if !(seconds * now.abs().max(before.abs()) <= TURNED) {
+            if !within(seconds * now.abs().max(before.abs()), TURNED) {
                 return broken(format!(
                     "a segment of it turns at {now:.0} rad/s, which is too much for steps of {:.3} ms",
                     1e3 * seconds
@@ -60,12 +65,11 @@ impl Machine {
         let lengths = parts.segments.iter().map(|segment| segment.length);
         let most = TORN * lengths.fold(f64::INFINITY, f64::min);
         let joints = self.joints_apart(leg, &view);
-        // Written so that what is no number is broken, too.
-        if !(joints <= most) {
+        if !within(joints, most) {
             return broken(format!("its joints are {:.1} mm apart", 1e3 * joints));
         }
         let stops = self.stops_passed(leg);
-        if !(stops <= most) {
+        if !within(stops, most) {
             return broken(format!("its stops are passed by {:.1} mm", 1e3 * stops));
         }
         Ok(())
@@ -78,7 +82,7 @@ impl Machine {
         let legs = self.model.legs.iter().flat_map(|leg| &leg.segments);
         let mass = self.model.mass + legs.map(|segment| segment.mass).sum::<f64>();
         let most = FROM_NOWHERE * books.exchanged + LIFT * GRAVITY * mass;
-        if books.residual <= most {
+        if within(books.residual, most) {
             return Ok(());
         }
         Err(Broken {

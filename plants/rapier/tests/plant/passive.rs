@@ -101,7 +101,7 @@ fn forces_that_are_held_over_the_engines_own_substeps_cost_accuracy() {
         options.solver.solver_iterations = 4;
     });
     let ours = error("between", Joints::Impulse, 2000, |options| {
-        options.solver.substeps = 4
+        options.solver.substeps = 4;
     });
     assert!(own > 50.0 * ours, "{own:e} {ours:e}");
 }
@@ -111,7 +111,7 @@ fn the_engines_own_settings_are_worse() {
     for name in ["passive", "between", "hard-hit"] {
         let [best, own] = [Solver::best(Joints::Impulse), Solver::of_the_engine()].map(|solver| {
             error(name, Joints::Impulse, 2000, |options| {
-                options.solver = solver
+                options.solver = solver;
             })
         });
         assert!(own > 5.0 * best, "{name}: {own:e} {best:e}");
