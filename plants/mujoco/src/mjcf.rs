@@ -23,6 +23,9 @@ pub fn mjcf(robot: &Robot, options: &Options) -> Result<String, MujocoError> {
     Ok(written(robot, &Model::new(robot, options)?))
 }
 
+/// Impedance of clutches, the greatest that MuJoCo takes \[1\].
+const CLUTCH: f64 = 0.9999;
+
 /// What the sections of a model hold.
 #[derive(Default)]
 struct Sections {
@@ -117,7 +120,13 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     let [contact_first, contact_last] = numerics.contact_impedance;
     line!(text, "  <default>");
     line!(text, "    <joint {}/>", both("limit"));
-    line!(text, "    <tendon {} {}/>", both("limit"), both("friction"));
+    // Clutches do not creep: where its dead band has a servo stand still, nothing would take that back.
+    line!(
+        text,
+        "    <tendon {} solreffriction=\"{reference}\" solimpfriction=\"{CLUTCH} {CLUTCH} {}\"/>",
+        both("limit"),
+        numerics.width
+    );
     line!(
         text,
         "    <equality solref=\"{seconds} {}\" solimp=\"{impedance}\"/>",
