@@ -164,3 +164,34 @@ fn a_taut_cable_pulls_and_never_pushes() {
         assert!(taut > 50 && slack > 50, "{coordinates:?}: {taut} {slack}");
     }
 }
+
+#[test]
+fn a_servo_that_stands_still_in_its_dead_band_holds_what_pulls_at_it() {
+    let idle = Servo {
+        dead_band: 0.1,
+        ..SERVO
+    };
+    for coordinates in Coordinates::ALL {
+        let setup = driven(Drives::Servos {
+            hip: idle,
+            knee: idle,
+        });
+        let mut scene = Scene::of(setup, coordinates);
+        // The springs pull at the cable from then on.
+        scene.inputs[1] += 0.3;
+        for _ in 0..1000 {
+            scene.go(1000);
+        }
+        let start = scene.read("leg/LF/knee/position")[0];
+        let torque = scene.read("leg/LF/knee/torque")[0];
+        for _ in 0..1000 {
+            scene.go(1000);
+        }
+        let crept = (scene.read("leg/LF/knee/position")[0] - start).abs();
+        // Measured, and half as much again; ten times that with clutches as soft as pins.
+        assert!(
+            torque.abs() > 0.05 && crept < 1.2e-3,
+            "{coordinates:?}: {torque} N·m, {crept} rad/s"
+        );
+    }
+}
