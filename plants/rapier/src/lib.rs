@@ -73,7 +73,7 @@
 //!  all as the engine has it              1.476  143.874     fault     fault
 //! ```
 //!
-//! Joints, stops and contacts are as stiff as can be: softness only adds error. Corrections of positions keep their speed
+//! Joints and stops are as stiff as can be: softness only adds error. Corrections of positions keep their speed
 //! (no stabilization): it is then the leapfrog with constraints, of second order between events (`step.rs`), and a cable that
 //! is wound in moves the leg, where stabilization would take its speed away. The engine's warm start of joints
 //! (`warmstart_joints`) is off: it gives each constraint its last impulse just before it solves that same constraint, which
@@ -86,10 +86,14 @@
 //! ([`Solver::landing_iterations`]): with 100 a leg that lands on its stops is wrong by 37 mm, whatever the step; so it is
 //! by 3.2 mm at 1 ms and by 0.5 mm at 0.1 ms.
 //!
-//! *Which leg carries how much.* Feet do not yield, nor do legs below their preload, nor drives: the loads of four such legs
-//! are not determined by forces, but for their sum, and what the sweeps leave over decides. In `scenarios/stand.toml` legs
-//! carry 2.3 to 2.9 N of 2.7. A ground that yields by hundredths of a millimetre (`contact_natural_frequency = "200 Hz"`)
-//! makes it a quarter each, and costs accuracy where feet brush the ground fast: the landing above is then wrong by 20 mm.
+//! *Ground.* Feet on hard ground (1 MHz) land best: what is said of a landing above is measured on it. But on it fast trots
+//! fall at 1 ms and a step of 20 mm is not survived (`scenarios/trot-fast.toml`, `step-down.toml`), where they run as in
+//! `twinrig-lcp` on one of 400 Hz, which yields by hundredths of a millimetre: the default. Why hard ground does that is
+//! not known; fewer sweeps hide some of it.
+//!
+//! *Which leg carries how much.* Legs do not yield below their preload, nor do drives: the loads of four such legs are not
+//! determined by forces, but for their sum, and what the sweeps leave over decides. On hard ground legs carry 2.3 to 2.9 N
+//! of 2.7 in `scenarios/stand.toml`; `contact_natural_frequency = "200 Hz"` makes it a quarter each.
 //!
 //! # What the books hold
 //!
