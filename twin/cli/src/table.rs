@@ -1,9 +1,10 @@
 //! Verdicts for a person.
 
-use std::f64::consts::PI;
+mod shown;
+
 use std::fmt::Write as _;
 
-use twinrig_kernel::Unit;
+use shown::Shown;
 use twinrig_scenario::{Outcome, Verdict};
 
 use crate::grid::{Cell, Grid, Side, Tint};
@@ -51,12 +52,19 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
     let mut grid = Grid::new(&[
         Side::Left,
         Side::Left,
+        Side::Left,
         Side::Right,
         Side::Left,
         Side::Right,
         Side::Left,
     ]);
+    // Of one scenario on several plants, the plant tells which is which.
+    let several = |report: &Report| {
+        let alike = reports.iter().filter(|other| other.file == report.file);
+        alike.into_iter().any(|other| other.plant != report.plant)
+    };
     for report in reports {
+        let plant = report.plant.as_deref().filter(|_| several(report));
         let count = report.expectations.len();
         let held = if count == 0 {
             String::new()
@@ -68,6 +76,7 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
         grid.row([
             Cell::new(report.verdict.word(), tint),
             report.scenario.as_str().into(),
+            plant.unwrap_or_default().into(),
             held.into(),
             "".into(),
             speed(report).unwrap_or_default().into(),
@@ -240,78 +249,6 @@ pub fn sentence(outcome: &Outcome) -> String {
         parts.push(remark);
     }
     parts.join(", ")
-}
-
-/// How the numbers of one row are shown: in a unit that suits their size, all with the same number of decimals.
-struct Shown {
-    factor: f64,
-    symbol: &'static str,
-    decimals: Option<usize>,
-}
-
-impl Shown {
-    fn of(outcome: &Outcome) -> Self {
-        let numbers = [
-            outcome.measured,
-            outcome.bound,
-            outcome.other_bound,
-            outcome.margin,
-        ];
-        let numbers = numbers.into_iter().flatten();
-        let greatest = numbers.clone().map(f64::abs).fold(0.0, f64::max);
-        let (factor, symbol) = scale(outcome.unit, greatest);
-        let whole = numbers
-            .clone()
-            .all(|number| (number * factor).fract() == 0.0);
-        let greatest = greatest * factor;
-        let decimals = if whole && greatest < 1e9 {
-            Some(0)
-        } else if !(1e-3..1e9).contains(&greatest) {
-            None
-        } else {
-            // Three digits, and more where the margin would vanish.
-            let margin = outcome.margin.unwrap_or(0.0).abs() * factor;
-            let vanishing = if margin > 0.0 { -exponent(margin) } else { 0 };
-            let decimals = (2 - exponent(greatest)).max(vanishing);
-            usize::try_from(decimals.clamp(0, 9)).ok()
-        };
-        Self {
-            factor,
-            symbol,
-            decimals,
-        }
-    }
-
-    fn number(&self, value: f64) -> String {
-        let value = value * self.factor;
-        match self.decimals {
-            Some(decimals) => format!("{value:.decimals$}"),
-            None if value == 0.0 => "0".to_owned(),
-            None => format!("{value:.2e}"),
-        }
-    }
-}
-
-/// The exponent of ten of `value`, which is positive.
-fn exponent(value: f64) -> i32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "exponents of ten are small"
-    )]
-    let exponent = libm::log10(value).floor() as i32;
-    exponent
-}
-
-/// What a number in `unit` is multiplied by to be shown, and in what it then is.
-fn scale(unit: Unit, greatest: f64) -> (f64, &'static str) {
-    match unit {
-        Unit::Radian => (180.0 / PI, "°"),
-        Unit::Meter if greatest < 0.1 => (1e3, "mm"),
-        Unit::Second if greatest < 1e-4 => (1e6, "µs"),
-        Unit::Second if greatest < 0.1 => (1e3, "ms"),
-        Unit::One => (1.0, ""),
-        other => (1.0, other.symbol()),
-    }
 }
 
 /// How fast it ran.

@@ -1,5 +1,7 @@
+use std::f64::consts::PI;
+
 use proptest::prelude::*;
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
 use super::*;
@@ -56,6 +58,24 @@ fn numbers_come_in_units_that_suit_them() {
 }
 
 #[test]
+fn numbers_far_apart_have_digits_of_their_own() {
+    let of = |measured, bound, margin| {
+        let [measured, bound, margin, _] = shown(&outcome(measured, bound, margin, Unit::One));
+        [measured, bound, margin]
+    };
+    let close = of(0.00168, 1e-6, 1e-6 - 0.00168);
+    assert_eq!(close, ["1.68e-3", "1.00e-6", "-1.68e-3"]);
+    let books = of(1_337_729.4, 0.02, 0.02 - 1_337_729.4);
+    assert_eq!(books, ["1.34e6", "0.0200", "-1.34e6"]);
+    assert_eq!(of(1.8e-5, 0.02, 0.019_982), ["1.80e-5", "0.0200", "0.0200"]);
+    // What one format shows stays in one.
+    assert_eq!(of(0.62, 20.0, 19.38), ["0.6", "20.0", "19.4"]);
+    assert_eq!(of(0.0, 0.02, 0.02), ["0.0000", "0.0200", "0.0200"]);
+    let books = of(3.95e-7, 1e-6, 6.05e-7);
+    assert_eq!(books, ["3.95e-7", "1.00e-6", "6.05e-7"]);
+}
+
+#[test]
 fn a_bound_says_on_which_side_of_it_is_right() {
     assert_eq!(sign(&outcome(3.0, 5.0, 2.0, Unit::One)), "≤");
     assert_eq!(sign(&outcome(7.0, 5.0, -2.0, Unit::One)), "≤");
@@ -91,6 +111,31 @@ fn of_a_range_both_ends_are_shown() {
 }
 
 #[test]
+fn rows_of_one_scenario_on_several_plants_name_the_plant() {
+    let of = |file: &str, plant: &str| {
+        let mut report = Report::of_error(file, String::new());
+        report.plant = Some(plant.to_owned());
+        report
+    };
+    let all = [
+        of("a.toml", "lcp"),
+        of("a.toml", "massless"),
+        of("b.toml", "lcp"),
+    ];
+    let text = summary(&all, Paint::PLAIN);
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .map(|row| row.split_whitespace().collect())
+        .collect();
+    let expected = [
+        &["ERROR", "a.toml", "lcp"][..],
+        &["ERROR", "a.toml", "massless"],
+        &["ERROR", "b.toml"],
+    ];
+    assert_eq!(rows, expected);
+}
+
+#[test]
 fn a_method_that_was_not_the_one_at_work_is_told() {
     let work = |fallbacks| {
         let mut report = Report::of_error("it.toml", String::new());
@@ -119,6 +164,17 @@ proptest! {
         let [_, _, text, _] = shown(&outcome(bound - margin, bound, margin, Unit::One));
         let seen: f64 = text.parse().unwrap();
         prop_assert!(seen != 0.0 && (seen < 0.0) == fails, "{margin} looks like {text}");
+    }
+
+    #[test]
+    fn what_decides_is_seen(measured in -9.0..7.0_f64, bound in -9.0..7.0_f64) {
+        let [measured, bound] = [measured, bound].map(|power| 10.0_f64.powf(power));
+        let [left, right, _, _] = shown(&outcome(measured, bound, bound - measured, Unit::One));
+        for (text, value) in [(left, measured), (right, bound)] {
+            let seen: f64 = text.parse().unwrap();
+            // A fifth is what rounding to common decimals may take.
+            prop_assert!((seen - value).abs() <= 0.2 * value, "{value} looks like {text}");
+        }
     }
 
     #[test]
