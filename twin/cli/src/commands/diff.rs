@@ -88,6 +88,19 @@ fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
     }
 }
 
+/// Names that are shown of many.
+const NAMED: usize = 6;
+
+/// The first of these names, and how many there are beside them.
+pub(super) fn some_of(names: &[String]) -> String {
+    let shown = names.iter().take(NAMED).map(String::as_str);
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(NAMED) {
+        0 => shown,
+        more => format!("{shown}, and {more} more"),
+    }
+}
+
 pub(super) fn open(path: &Path) -> Result<Recording, TwinError> {
     Recording::open(path).map_err(|source| TwinError::Record {
         path: path.to_owned(),
@@ -203,9 +216,21 @@ impl Difference {
         }
         for (name, only) in [("a", &self.only_in_a), ("b", &self.only_in_b)] {
             if !only.is_empty() {
-                lines.push(format!("only in {name}: {}", only.join(", ")));
+                lines.push(format!("only in {name}: {}", some_of(only)));
             }
         }
         lines.join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_names_the_first_are_shown_and_the_others_counted() {
+        let names: Vec<String> = (0..9).map(|i| format!("n{i}")).collect();
+        assert_eq!(some_of(&names[..6]), "n0, n1, n2, n3, n4, n5");
+        assert_eq!(some_of(&names), "n0, n1, n2, n3, n4, n5, and 3 more");
     }
 }

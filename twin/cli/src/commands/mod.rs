@@ -146,10 +146,13 @@ fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     }
 }
 
+/// Where the setting of a plant comes from.
+const PLANT: &str = "--plant";
+
 /// What the command line sets on top of a scenario.
 fn settings(args: &Settings) -> Vec<Setting> {
     let plant = args.plant.iter().map(|model| Setting {
-        origin: "--plant".to_owned(),
+        origin: PLANT.to_owned(),
         key: "plant.model".to_owned(),
         value: format!("{model:?}"),
     });

@@ -6,7 +6,7 @@ use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
 use super::together::{self, Together};
-use super::{Terminal, settings};
+use super::{PLANT, Terminal, settings};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -144,13 +144,17 @@ pub(super) fn ports(given: &[(String, String)]) -> Vec<(String, PathBuf)> {
     given.iter().map(port).collect()
 }
 
-/// Where the recording of a scenario goes: named after its file, its seed and what is set on top of it, never after the
-/// clock, so that the same run goes to the same place; numbered only against others of the same call.
+/// Where the recording of a scenario goes: named after its file, its seed and what is set on top of it (the plant by its
+/// name where that is all, a hash of anything else), never after the clock, so that the same run goes to the same place; numbered only against others of the same call.
 fn recording(folder: &Path, scenario: &Scenario, mark: &str, taken: &[PathBuf]) -> PathBuf {
     let stem = Path::new(&scenario.file).file_stem();
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
     let mut name = format!("{stem}-seed{}", scenario.seed);
-    if !scenario.settings.is_empty() {
+    if let [only] = scenario.settings.as_slice()
+        && only.origin == PLANT
+    {
+        name = format!("{name}-{}", scenario.plant.model.replace(['/', '\\'], "-"));
+    } else if !scenario.settings.is_empty() {
         let mut digest = Fingerprint::new();
         for setting in &scenario.settings {
             digest.wire(0, 0, setting.key.as_bytes());

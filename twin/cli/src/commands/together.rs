@@ -63,6 +63,16 @@ pub(super) fn check(args: &RunArgs) -> Result<(), TwinError> {
         let (why, help) = (why.to_owned(), help.to_owned());
         Err(TwinError::Together { why, help })
     };
+    let ending = args.out.extension();
+    if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+        return refused(
+            &format!(
+                "--out {} looks like a file, and is the folder that recordings go to",
+                args.out.display()
+            ),
+            "name a folder: --out recordings; the files in it are named after the scenario",
+        );
+    }
     if args.plant.len() < 2 {
         if args.from.is_some() {
             let help = "name both: --plant lcp --plant massless --from \"3 s\"";
@@ -85,7 +95,21 @@ pub(super) fn check(args: &RunArgs) -> Result<(), TwinError> {
             "leave out --plant, or --port",
         );
     }
+    if let Some(plant) = twice(args) {
+        return refused(
+            &format!("the plant `{plant}` is named twice, and the same run differs in nothing"),
+            "name each once; what the same plant does with other settings is another run: compare its recording with \
+             `twin diff --events A B`",
+        );
+    }
     Ok(())
+}
+
+/// A plant that is named twice. With `--from` the first may go on from itself: that shows what going on does.
+fn twice(args: &RunArgs) -> Option<&String> {
+    let named = &args.plant[usize::from(args.from.is_some())..];
+    let mut each = named.iter().enumerate();
+    each.find_map(|(i, plant)| named[..i].contains(plant).then_some(plant))
 }
 
 impl<'s, 'a> Together<'s, 'a> {
@@ -95,6 +119,14 @@ impl<'s, 'a> Together<'s, 'a> {
 
     /// Runs and compares; the exit code of what is no report.
     pub(super) fn run(&mut self, terminal: &mut Terminal<'_>) -> u8 {
+        // Before anything runs: what one of them lacks is not told after minutes of another.
+        for plant in &self.session.args.plant {
+            if let Err(error) = self.session.assembly(self.path, Some(plant)) {
+                let report = error_of(self.path, &error);
+                self.session.show(report, terminal);
+                return Status::Error.exit_code();
+            }
+        }
         match self.session.args.from {
             None => self.together(terminal),
             Some(from) => self.apart_from(SimTime::ZERO + from, terminal),

@@ -1,5 +1,6 @@
 //! The comparison for a person: the verdict in a line, the footsteps, the signals that differ most.
 
+use super::super::diff::some_of;
 use super::{Drifted, EventDifference, First, Footsteps, OfSignal, Spread};
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
@@ -24,7 +25,7 @@ impl EventDifference {
         lines.extend(self.of_signals(paint));
         for (name, only) in [("a", &self.only_in_a), ("b", &self.only_in_b)] {
             if !only.is_empty() {
-                lines.push(format!("  signals only in {name}: {}", only.join(", ")));
+                lines.push(format!("  signals only in {name}: {}", some_of(only)));
             }
         }
         lines.join("\n")
