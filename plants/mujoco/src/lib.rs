@@ -1,7 +1,8 @@
 //! The robot in MuJoCo, as other plants have it: the same ports, starts and refusals, and the same model as the full plant's
 //! (`twinrig-lcp`), solved by an engine that is not ours. And an [`Engine`] for whatever else is to run in MuJoCo.
 //!
-//! ```
+//! ```no_run
+//! # // Programs of the documentation lie where they do not find MuJoCo's library; `tests/plant` does the same and more.
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_legged::{Base, Drives, Setup, StartPose};
 //! use twinrig_mujoco::{Coordinates, Mujoco, Options};
