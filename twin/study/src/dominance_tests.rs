@@ -113,7 +113,7 @@ fn the_fastest_that_is_no_further_off_and_the_closest_that_is_no_slower_are_foun
     assert_eq!(found.range("engine", None), Some((8.0, 8.0)));
     let headline = study.headline();
     assert!(
-        headline.contains("ahead at all of their 2 settings"),
+        headline.contains("ahead at all of engine's 2 settings"),
         "{headline}"
     );
     assert!(!page(&study).contains("is not ahead"));
@@ -135,7 +135,7 @@ fn where_the_plant_is_not_ahead_the_page_shows_it_with_what_was_counted() {
     assert_eq!(behind, [Some(5e-3), Some(2e-3)]);
     let headline = study.headline();
     assert!(
-        headline.contains("ahead at 1 of their 3 settings and not at 2"),
+        headline.contains("ahead at 1 of engine's 3 settings and not at 2"),
         "{headline}"
     );
     let page = page(&study);

@@ -15,6 +15,44 @@ const ON_A_LINE: f64 = 0.8;
 /// Fewer points are on a line anyway.
 const LEAST_POINTS: usize = 3;
 
+/// Slopes that can be orders. A method that is consistent is of first order at least, and few are above fifth: what falls by
+/// less than halfway between the square root of the step and the step levels off at something that no step removes, and what
+/// falls by more than an order above the highest comes out of saturation.
+const ORDERS: std::ops::RangeInclusive<f64> = 0.75..=6.0;
+
+/// Why a slope is no order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NoOrder {
+    TooFewPoints,
+    NoLine,
+    NoMethods,
+}
+
+impl NoOrder {
+    /// In words, for a caption.
+    pub(crate) fn about(self) -> &'static str {
+        match self {
+            Self::TooFewPoints => "too few points",
+            Self::NoLine => "its points lie on no line",
+            Self::NoMethods => "it levels off or breaks down",
+        }
+    }
+}
+
+/// The order that errors over steps, both as logarithms, show.
+///
+/// # Errors
+/// Why they show none.
+pub(crate) fn order(points: &[(f64, f64)]) -> Result<f64, NoOrder> {
+    let fit = Fit::through(points).ok_or(NoOrder::TooFewPoints)?;
+    let slope = fit.slope_if_straight().ok_or(NoOrder::NoLine)?;
+    if ORDERS.contains(&slope) {
+        Ok(slope)
+    } else {
+        Err(NoOrder::NoMethods)
+    }
+}
+
 impl Fit {
     /// Through at least three points that are not one above the other.
     pub(crate) fn through(points: &[(f64, f64)]) -> Option<Self> {
@@ -61,6 +99,21 @@ mod tests {
         assert_eq!(cloud.slope_if_straight(), None);
         assert_eq!(Fit::through(&[(0.0, 1.0), (1.0, 1.0)]), None);
         assert_eq!(Fit::through(&[(1.0, 0.0), (1.0, 1.0), (1.0, 2.0)]), None);
+    }
+
+    #[test]
+    fn only_a_slope_that_a_method_can_have_is_an_order() {
+        let on = |slope: f64| [0.0, 1.0, 2.0].map(|x| (x, slope * x - 3.0));
+        for slope in [1.0, 2.0, 4.0, 5.0] {
+            // Rounding of a sum of few numbers near one.
+            assert!((order(&on(slope)).unwrap() - slope).abs() < 1e-12);
+        }
+        for slope in [-0.2, 0.1, 0.5, 9.0] {
+            assert_eq!(order(&on(slope)), Err(NoOrder::NoMethods));
+        }
+        assert_eq!(order(&on(1.0)[..2]), Err(NoOrder::TooFewPoints));
+        let cloud = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.1)];
+        assert_eq!(order(&cloud), Err(NoOrder::NoLine));
     }
 
     proptest! {

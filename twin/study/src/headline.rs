@@ -32,13 +32,17 @@ pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
         )
     });
     let ranges = ranges.collect::<Vec<_>>().join(", ");
+    let whose = match &dominance.over[..] {
+        [plant] => format!("{plant}'s"),
+        _ => "their".to_owned(),
+    };
     if behind == 0 {
         format!(
-            "At no greater error {of} takes {ranges}: it is ahead at all of their {count} settings."
+            "At no greater error {of} takes {ranges}: it is ahead at all of {whose} {count} settings."
         )
     } else {
         format!(
-            "At no greater error {of} takes {ranges}: it is ahead at {} of their {count} settings and not at {behind}.",
+            "At no greater error {of} takes {ranges}: it is ahead at {} of {whose} {count} settings and not at {behind}.",
             count - behind
         )
     }
@@ -90,13 +94,23 @@ impl Study {
             return found;
         }
         match rows.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)) {
-            Some((row, error)) => format!(
-                "No method comes within {} at {step}; the nearest is {} with {} at {} real time.",
-                si(AIM_M, "m"),
-                row.line().name(),
-                si(*error, "m"),
-                grouped_factor(speed(row))
-            ),
+            Some((row, error)) => {
+                let (aim, floor) = (si(AIM_M, "m"), self.floor());
+                let none = if floor > AIM_M {
+                    let floor = si(floor, "m");
+                    format!(
+                        "{aim} cannot be told here: the floor is {floor}; the nearest at {step}"
+                    )
+                } else {
+                    format!("No method comes within {aim} at {step}; the nearest")
+                };
+                format!(
+                    "{none} is {} with {} at {} real time.",
+                    row.line().name(),
+                    si(*error, "m"),
+                    grouped_factor(speed(row))
+                )
+            }
             None => {
                 "No error is known: there is no reference, or nothing came to the end.".to_owned()
             }

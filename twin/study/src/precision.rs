@@ -6,7 +6,7 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
 use crate::models::limit_pair;
-use crate::number::instant;
+use crate::number::{instant, si};
 use crate::outing::Ending;
 use crate::reference::{Reference, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
@@ -244,8 +244,9 @@ impl Job<'_> {
             };
             if expected > share.seconds {
                 let why = format!(
-                    "too slow: it would take {expected:.0} s, its budget is {:.1} s",
-                    share.seconds
+                    "too slow: it would take {}, its budget is {}",
+                    si(expected, "s"),
+                    si(share.seconds, "s")
                 );
                 self.rows
                     .push(Row::new(RowKind::Integration, &variant).cut_off(why));

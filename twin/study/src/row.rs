@@ -41,6 +41,11 @@ impl Status {
     }
 }
 
+/// The word for what became of a run that may have been cut for the budget.
+pub(crate) fn ended_word(status: Status, cut: bool) -> &'static str {
+    if cut { "cut" } else { status.word() }
+}
+
 /// A row. Scripts rely on the names of its keys; what does not apply is null, but of `step_s` and `tolerance` only the one
 /// that does is there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -233,6 +238,11 @@ impl Row {
         self.timed_runs = Some(runs);
         let steps = self.steps.filter(|&steps| steps > 0);
         self.cost_per_step_s = steps.map(|steps| run_s / steps as f64);
+    }
+
+    /// The word for what became of it: what was cut for the budget did nothing wrong.
+    pub fn word(&self) -> &'static str {
+        ended_word(self.status, self.cut)
     }
 
     /// How its method is set.

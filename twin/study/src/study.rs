@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::fit::Fit;
+use crate::fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::reference::ReferenceNote;
@@ -180,6 +180,12 @@ impl Study {
         check.map_or(0.0, |check| check.disagreement_rms_m)
     }
 
+    /// The floor of the reference that others are measured against \[m\].
+    pub(crate) fn floor(&self) -> f64 {
+        self.reference()
+            .map_or(0.0, |note| self.floor_of(&note.plant))
+    }
+
     /// The orders of the methods that step, where their errors show one.
     pub fn orders(&self) -> Vec<Order> {
         let lines = self.lines().into_iter();
@@ -196,7 +202,7 @@ impl Study {
                     .filter(|&(_, error)| error > floor.max(1e-15) && error < SATURATED_M)
                     .map(|(step, error)| (libm::log(step), libm::log(error)))
                     .collect();
-                let order = Fit::through(&points)?.slope_if_straight()?;
+                let order = fit::order(&points).ok()?;
                 Some(Order {
                     plant: line.plant.to_owned(),
                     method: line.method.to_owned(),

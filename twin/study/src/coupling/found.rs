@@ -7,7 +7,7 @@ use twinrig_kernel::SimDuration;
 use super::CouplingPlan;
 use super::row::{CouplingKind, CouplingRow};
 use super::workshop::{CouplingMethod, RigScene};
-use crate::fit::Fit;
+use crate::fit;
 use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, si};
 use crate::reference::ReferenceNote;
@@ -55,6 +55,8 @@ pub struct CouplingOrder {
 
 /// Errors so far above the floor of the reference show an order.
 const ABOVE_FLOOR: f64 = 3.0;
+/// A run that is as far from the truth as the reference may be, and not to the same side, is so many floors away from it.
+const ON_FLOOR: f64 = std::f64::consts::SQRT_2;
 /// Errors above this have nothing to do with an order any more \[m\].
 const SATURATED_M: f64 = 1e-2;
 /// What a headline is about: half of how far a reference and its check may be apart \[m\].
@@ -128,16 +130,9 @@ impl CouplingStudy {
         let mut orders = Vec::new();
         for plant in self.plants() {
             for method in [CouplingMethod::Grid, CouplingMethod::GridHeld] {
-                let floor = (ABOVE_FLOOR * self.floor_of(plant)).max(1e-15);
-                let points: Vec<(f64, f64)> = self
-                    .line(CouplingKind::Alone, plant, method)
-                    .filter(|row| row.status == Status::Ok)
-                    .filter_map(|row| Some((row.step_s, row.error_rms_m?)))
-                    .filter(|&(_, error)| error > floor && error < SATURATED_M)
-                    .map(|(step, error)| (libm::log(step), libm::log(error)))
-                    .collect();
-                let slope = Fit::through(&points).and_then(|fit| fit.slope_if_straight());
-                orders.extend(slope.map(|order| CouplingOrder {
+                let points = self.logarithms(plant, method);
+                let order = fit::order(&points).ok();
+                orders.extend(order.map(|order| CouplingOrder {
                     plant: plant.to_owned(),
                     method,
                     order,
@@ -148,13 +143,28 @@ impl CouplingStudy {
         orders
     }
 
+    /// Step and error of a coupling alone where they can show an order.
+    fn logarithms(&self, plant: &str, method: CouplingMethod) -> Vec<(f64, f64)> {
+        let floor = (ABOVE_FLOOR * self.floor_of(plant)).max(1e-15);
+        self.line(CouplingKind::Alone, plant, method)
+            .filter(|row| row.status == Status::Ok)
+            .filter_map(|row| Some((row.step_s, row.error_rms_m?)))
+            .filter(|&(_, error)| error > floor && error < SATURATED_M)
+            .map(|(step, error)| (libm::log(step), libm::log(error)))
+            .collect()
+    }
+
     /// The order of a coupling, where its errors show one.
     pub fn order(&self, plant: &str, method: CouplingMethod) -> Option<f64> {
-        let orders = self.orders();
-        let mut ours = orders
-            .iter()
-            .filter(|order| (order.plant.as_str(), order.method) == (plant, method));
-        ours.next().map(|order| order.order)
+        fit::order(&self.logarithms(plant, method)).ok()
+    }
+
+    /// The same for a caption, or why they show none.
+    pub(crate) fn order_in_words(&self, plant: &str, method: CouplingMethod) -> String {
+        match fit::order(&self.logarithms(plant, method)) {
+            Ok(order) => format!("order {order:.1}"),
+            Err(why) => format!("no slope ({})", why.about()),
+        }
     }
 
     /// What it found, in a sentence or two: the fewest steps on a grid that stay near enough, and with exact coupling.
@@ -163,35 +173,51 @@ impl CouplingStudy {
             return "There is no plant.".to_owned();
         };
         let aim = si(AIM_M, "m");
-        let fewest = |methods: &[CouplingMethod]| {
-            let rows = self.rows.iter().filter(|row| {
-                row.kind == CouplingKind::Together
-                    && row.plant == plant
-                    && methods.contains(&row.method)
-                    && row.status == Status::Ok
-                    && row.error_rms_m.is_some_and(|error| error <= AIM_M)
-            });
-            rows.min_by_key(|row| row.steps.unwrap_or(u64::MAX))
+        let near = |method: CouplingMethod| {
+            let rows = self.line(CouplingKind::Together, plant, method);
+            rows.filter(|row| {
+                row.status == Status::Ok && row.error_rms_m.is_some_and(|error| error <= AIM_M)
+            })
         };
-        let exact = fewest(&[CouplingMethod::Exact]);
-        let grid = fewest(&[CouplingMethod::Grid, CouplingMethod::GridHeld]);
+        let steps = |row: &&CouplingRow| row.steps.unwrap_or(u64::MAX);
+        let grids = near(CouplingMethod::Grid).chain(near(CouplingMethod::GridHeld));
+        let grid = grids.min_by_key(steps);
+        // Where boards meet the plant more often than its step has it, several steps come to the same: of those, the grid's.
+        let other_step = |row: &&CouplingRow| grid.is_some_and(|grid| grid.step_s != row.step_s);
+        let exact = near(CouplingMethod::Exact).min_by_key(|row| (steps(row), other_step(row)));
         match (exact, grid) {
             (Some(exact), Some(grid)) => format!(
-                "On a grid of {} ({}) {plant} takes {} steps a second and keeps its feet within {} of where they should be; exact \
-                 coupling takes {} steps{}, and keeps them within {}.",
+                "On a grid of {} ({}) {plant} {}; with exact coupling, at steps of {} at most, it {}.",
                 si(grid.step_s, "s"),
                 grid.method.word(),
-                steps(grid),
-                length(grid),
-                steps(exact),
-                dearer(exact, grid),
-                length(exact),
+                self.does(grid),
+                si(exact.step_s, "s"),
+                self.does(exact),
             ),
             (Some(_), None) => {
-                format!("No grid keeps the feet of {plant} within {aim}; exact coupling does.")
+                format!("No grid keeps the feet of {plant} within {aim} RMS; exact coupling does.")
             }
-            _ => format!("Nothing keeps the feet of {plant} within {aim} of a reference."),
+            _ => format!("Nothing keeps the feet of {plant} within {aim} RMS of a reference."),
         }
+    }
+
+    /// What a run takes and how near it is, in the figures of the table.
+    fn does(&self, row: &CouplingRow) -> String {
+        let speed = row.real_time_factor.map_or(String::new(), |factor| {
+            format!(" at {} real time", grouped_factor(factor))
+        });
+        let floor = self.floor_of(&row.plant);
+        let error = row.error_rms_m.unwrap_or_default();
+        let sure = if floor > 0.0 && error <= ON_FLOOR * floor {
+            format!(", about what the reference is sure of ({})", si(floor, "m"))
+        } else {
+            String::new()
+        };
+        format!(
+            "takes {} steps a second{speed} and its feet are {} RMS from where they should be{sure}",
+            steps(row),
+            si(error, "m"),
+        )
     }
 
     /// The study as JSON, with the machine it ran on and the command that repeats it.
@@ -219,21 +245,6 @@ impl CouplingStudy {
     pub fn csv(&self) -> String {
         crate::csv::table(&self.rows, &["step_s"])
     }
-}
-
-/// What the one costs more than the other.
-fn dearer(exact: &CouplingRow, grid: &CouplingRow) -> String {
-    match (exact.run_s_per_simulated_s, grid.run_s_per_simulated_s) {
-        (Some(exact), Some(grid)) if grid > 0.0 => {
-            format!(" and {} the time", grouped_factor(exact / grid))
-        }
-        _ => String::new(),
-    }
-}
-
-fn length(row: &CouplingRow) -> String {
-    row.error_rms_m
-        .map_or_else(String::new, |error| si(error, "m"))
 }
 
 fn steps(row: &CouplingRow) -> String {

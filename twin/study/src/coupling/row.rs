@@ -4,7 +4,7 @@ use serde::Serialize;
 use twinrig_runtime::WorkCounts;
 
 use super::workshop::CouplingMethod;
-use crate::row::Status;
+use crate::row::{Status, ended_word};
 use crate::trace::Errors;
 
 /// What a row is about.
@@ -114,6 +114,11 @@ impl CouplingRow {
             real_time_factor: None,
             timed_runs: None,
         }
+    }
+
+    /// The word for what became of it: what was cut for the budget did nothing wrong.
+    pub fn word(&self) -> &'static str {
+        ended_word(self.status, self.cut)
     }
 
     /// The same, with what became of it.

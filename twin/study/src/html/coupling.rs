@@ -5,9 +5,10 @@ use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, knob, si};
 use crate::row::Status;
 
-use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
+use super::plot::{Curve, Ended, Look, Mark, Plot, Point};
 use super::precision::LEAST_M;
 use super::rows;
+use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{Page, card, figure, lead, references};
@@ -104,11 +105,12 @@ fn cards(study: &CouplingStudy) -> String {
     });
     let more =
         "runs in which a counter of a driver or a board ended elsewhere than in the reference";
+    let cut = study.cut().count();
     out += &card("timing", &changed.count().to_string(), more);
     out += &card(
         "runs",
         &study.rows.len().to_string(),
-        &format!("{} came to the end", rows().count()),
+        &rows::outcome(rows().count(), study.rows.len() - rows().count() - cut, cut),
     );
     element("div", "cards", &out)
 }
@@ -143,7 +145,13 @@ fn curve(
         failed: rows
             .iter()
             .filter(|row| row.status != Status::Ok)
-            .filter_map(|row| Some((x(row)?, title(row))))
+            .filter_map(|row| {
+                Some(Ended {
+                    x: x(row)?,
+                    title: format!("{}: {}", row.word(), title(row)),
+                    cut: row.cut,
+                })
+            })
             .collect(),
     }
 }
@@ -199,7 +207,9 @@ fn cost(study: &CouplingStudy, plant: &str) -> String {
         "run time of the whole rig per simulated second  [s/s]",
         &x,
     );
-    let caption = "Down and to the left is better. A point is a step, shorter ones further to the right. Point at one to see it.";
+    let caption = "Down and to the left is better. A point is a step, and a line goes from the longest to the shortest. That need not be \
+         to the right: steps that are too long for the contacts are handed over to shorter ones (see the table), which takes time. \
+         Point at one to see it.";
     figure(plant, &entries(&[0, 1, 2]), &plot, caption)
 }
 
@@ -211,14 +221,9 @@ fn alone(study: &CouplingStudy, plant: &str) -> String {
         "step of the grid  [s]",
         &|row| Some(row.step_s),
     );
-    let order = |method| {
-        study.order(plant, method).map_or_else(
-            || "no order".to_owned(),
-            |order| format!("order {order:.1}"),
-        )
-    };
+    let order = |method| study.order_in_words(plant, method);
     let caption = format!(
-        "The slope of a curve is its order: {} by means, {} held.",
+        "The slope of a curve is its order: by means {}, held {}.",
         order(CouplingMethod::Grid),
         order(CouplingMethod::GridHeld)
     );
@@ -266,17 +271,6 @@ fn all(study: &CouplingStudy) -> String {
     for row in &study.rows {
         let line = |row: &CouplingRow| (row.plant.clone(), row.kind, row.method);
         let first = before.is_some_and(|before| line(before) != line(row));
-        let class = match (first, row.status) {
-            (true, Status::Ok) => "first",
-            (false, Status::Ok) => "",
-            (true, _) => "first bad",
-            (false, _) => "bad",
-        };
-        let tag = if row.status == Status::Ok {
-            "tag ok"
-        } else {
-            "tag bad"
-        };
         let changed = row.counters_changed.iter().flatten();
         let changed: Vec<String> = changed
             .map(|(name, there, here)| format!("{name}: {there} → {here}"))
@@ -285,13 +279,13 @@ fn all(study: &CouplingStudy) -> String {
             .steps_per_simulated_s
             .map(|steps| grouped(&format!("{steps:.0}")));
         table.row(
-            class,
+            rows::line_class(first, row.status, row.cut),
             vec![
                 escaped(&row.plant),
                 escaped(row.method.word()),
                 knob(Some(row.step_s), None),
                 knob(Some(row.plant_step_s), None),
-                element("span", tag, row.status.word()),
+                rows::tag(row.status, row.cut, row.word()),
                 rows::length(row.error_rms_m),
                 rows::length(row.error_max_m),
                 rows::length(row.trunk_error_rms_m),

@@ -6,8 +6,9 @@ use crate::number::{grouped_factor, knob, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
-use super::plot::{Curve, Look, Plot, Point, swatch};
+use super::plot::{Curve, Look, Plot, Point};
 use super::rows;
+use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{figure, precision};
@@ -26,9 +27,14 @@ fn of_plant(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
     let mut out = paragraph(&dominance_sentence(dominance));
     out += &paragraph(&format!(
-        "{} solve the model of {of} by other means, so the same reference holds for all, and what an engine gets wrong at every \
+        "{} {} the model of {of} by other means, so the same reference holds for all, and what an engine gets wrong at every \
          step is an error like any other. All run times are of this run of the study.",
-        names(&dominance.over)
+        names(&dominance.over),
+        if dominance.over.len() == 1 {
+            "solves"
+        } else {
+            "solve"
+        }
     ));
     out += &fronts(study, dominance);
     out += &by_method(study, dominance);

@@ -1,11 +1,12 @@
 //! The part of a page that tells how far what must be closed is open.
 
-use crate::fit::Fit;
+use crate::fit;
 use crate::number::si;
 use crate::row::{Line, Row, Status};
 use crate::study::Study;
 
-use super::plot::{Curve, Look, Plot, Point, swatch};
+use super::plot::{Curve, Look, Plot, Point};
+use super::shape::swatch;
 use super::text::paragraph;
 use super::{figure, precision, rows};
 
@@ -56,8 +57,7 @@ pub(crate) fn section(study: &Study) -> String {
             let logarithms = points.iter().filter(|(_, drift, _)| *drift > ROUNDING_M);
             let logarithms =
                 logarithms.map(|(step, drift, _)| (libm::log(*step), libm::log(*drift)));
-            let fit = Fit::through(&logarithms.collect::<Vec<_>>());
-            let order = fit.and_then(|fit| fit.slope_if_straight());
+            let order = fit::order(&logarithms.collect::<Vec<_>>());
             let order = order.map_or(String::new(), |order| format!(", order {order:.1}"));
             (swatch(number, false), format!("{}{order}", line.name()))
         })

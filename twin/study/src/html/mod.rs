@@ -9,6 +9,7 @@ mod models;
 mod plot;
 mod precision;
 mod rows;
+mod shape;
 mod stability;
 mod stiffness;
 mod table;
@@ -202,10 +203,11 @@ fn figure(heading: &str, entries: &[(String, String)], plot: &plot::Plot, captio
     } else {
         element("h3", "", &escaped(heading))
     };
+    let entries: Vec<_> = entries.iter().cloned().chain(plot.ground()).collect();
     let legend = if entries.is_empty() {
         String::new()
     } else {
-        legend(entries)
+        legend(&entries)
     };
     let caption = if caption.is_empty() {
         String::new()

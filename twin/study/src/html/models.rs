@@ -4,7 +4,7 @@ use crate::number::{plain, power, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
-use super::plot::{Curve, Look, Plot, Point};
+use super::plot::{Curve, Ended, Look, Plot, Point};
 use super::precision::LEAST_M;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
@@ -79,10 +79,11 @@ pub(crate) fn section(study: &Study) -> String {
             failed: failed
                 .map(|row| {
                     let why = row.why.clone().unwrap_or_default();
-                    (
-                        row.scales.mass,
-                        format!("segments × {}: {why}", power(row.scales.mass, 2)),
-                    )
+                    Ended {
+                        x: row.scales.mass,
+                        title: format!("segments × {}: {why}", power(row.scales.mass, 2)),
+                        cut: row.cut,
+                    }
                 })
                 .collect(),
         }],

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::axis::Axis;
+use super::shape::{cross, ground_swatch, shape, star};
 use super::text::escaped;
 
 /// Curves of more colours than this begin again at the first.
@@ -35,8 +36,18 @@ pub(crate) struct Curve {
     pub(crate) number: usize,
     pub(crate) dashed: bool,
     pub(crate) points: Vec<Point>,
-    /// Where runs failed along the x axis, and why.
-    pub(crate) failed: Vec<(f64, String)>,
+    /// Where runs ended early along the x axis, and why.
+    pub(crate) failed: Vec<Ended>,
+}
+
+/// A run that has no point because it did not come to its end.
+#[derive(Clone, Debug)]
+pub(crate) struct Ended {
+    pub(crate) x: f64,
+    /// What is shown when one points at it.
+    pub(crate) title: String,
+    /// For the budget: nothing is known against it.
+    pub(crate) cut: bool,
 }
 
 /// A line that means something.
@@ -72,18 +83,22 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 16.0;
 const BOTTOM: f64 = 48.0;
 const TOP: f64 = 12.0;
-/// Height of the strip in which failures are shown, and the gap below it.
+/// Height of a strip in which failures are shown, and the gap below it.
 const STRIP: f64 = 26.0;
 const GAP: f64 = 6.0;
+/// Labels of lines stand outside of the frame, where no curve goes: above it and to its right.
+const LABELS_ABOVE: f64 = 16.0;
+const LABELS_BESIDE: f64 = 92.0;
+/// What a letter of a label takes at most.
+const LETTER: f64 = 7.0;
 /// Each curve that failed has so much of it.
 const STRIP_ROW: f64 = 10.0;
 
 impl Plot {
     /// The picture.
     pub(crate) fn svg(&self) -> String {
-        let failures = self.failing().count();
-        let strip = STRIP.max(STRIP_ROW * failures as f64);
-        let top = TOP + if failures > 0 { strip + GAP } else { 0.0 };
+        let strips: Vec<f64> = [false, true].map(|cut| self.strip_height(cut)).into();
+        let top = self.above() + strips.iter().sum::<f64>();
         let (x, y) = self.axes(top);
         let mut out = format!(
             "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n",
@@ -92,9 +107,13 @@ impl Plot {
             escaped(&self.title)
         );
         self.grid(&mut out, &x, &y, top);
-        self.marks(&mut out, &x, &y, top);
-        if failures > 0 {
-            self.strip(&mut out, &x, strip);
+        self.marks(&mut out, &x, &y);
+        let mut from = self.above();
+        for (cut, height) in [false, true].into_iter().zip(strips) {
+            if height > 0.0 {
+                self.strip(&mut out, &x, cut, from, height - GAP);
+            }
+            from += height;
         }
         for curve in &self.curves {
             curve.draw(&mut out, &x, &y);
@@ -103,9 +122,44 @@ impl Plot {
         out
     }
 
-    /// The curves on which something failed.
-    fn failing(&self) -> impl Iterator<Item = &Curve> {
-        self.curves.iter().filter(|curve| !curve.failed.is_empty())
+    /// The curves on which something failed, or was `cut`.
+    fn failing(&self, cut: bool) -> impl Iterator<Item = &Curve> {
+        let ended = move |curve: &&Curve| curve.failed.iter().any(|ended| ended.cut == cut);
+        self.curves.iter().filter(ended)
+    }
+
+    /// Of the strip of what failed, or was `cut`, and the gap below it.
+    fn strip_height(&self, cut: bool) -> f64 {
+        match self.failing(cut).count() {
+            0 => 0.0,
+            curves => STRIP.max(STRIP_ROW * curves as f64) + GAP,
+        }
+    }
+
+    /// Where strips begin, or the frame if there is none.
+    fn above(&self) -> f64 {
+        let across = |mark: &Mark| matches!(mark, Mark::Across(..));
+        TOP + if self.marks.iter().any(across) {
+            LABELS_ABOVE
+        } else {
+            0.0
+        }
+    }
+
+    /// Where the frame ends on the right.
+    fn right(&self) -> f64 {
+        let along = |mark: &Mark| matches!(mark, Mark::Along(..));
+        let beside = self.marks.iter().any(along);
+        self.width - if beside { LABELS_BESIDE } else { RIGHT }
+    }
+
+    /// What the shaded ground means, for a legend: in the frame it would lie under curves.
+    pub(crate) fn ground(&self) -> Option<(String, String)> {
+        let (_, y) = self.axes(TOP);
+        self.marks.iter().find_map(|mark| match mark {
+            Mark::Below(value, label) if y.holds(*value) => Some((ground_swatch(), label.clone())),
+            _ => None,
+        })
     }
 
     fn axes(&self, top: f64) -> (Axis, Axis) {
@@ -121,17 +175,17 @@ impl Plot {
             _ => None,
         });
         let xs = points().map(|point| point.x).chain(across);
-        let xs = xs.chain(failed.map(|(x, _)| *x));
+        let xs = xs.chain(failed.map(|ended| ended.x));
         let ys = points().map(|point| point.y).chain(along);
         let ys = ys.chain(self.beside.iter().copied());
         (
-            Axis::around(xs, LEFT, self.width - RIGHT),
+            Axis::around(xs, LEFT, self.right()),
             Axis::around(ys, self.height - BOTTOM, top),
         )
     }
 
     fn grid(&self, out: &mut String, x: &Axis, y: &Axis, top: f64) {
-        let (left, right, bottom) = (LEFT, self.width - RIGHT, self.height - BOTTOM);
+        let (left, right, bottom) = (LEFT, self.right(), self.height - BOTTOM);
         out.push_str("<g class=\"grid\">");
         for at in x.lines() {
             line(out, "fine", [at, top], [at, bottom]);
@@ -168,30 +222,26 @@ impl Plot {
         out.push_str("</g>\n");
     }
 
-    fn marks(&self, out: &mut String, x: &Axis, y: &Axis, top: f64) {
-        let (left, right, bottom) = (LEFT, self.width - RIGHT, self.height - BOTTOM);
+    fn marks(&self, out: &mut String, x: &Axis, y: &Axis) {
+        let (left, right, bottom) = (LEFT, self.right(), self.height - BOTTOM);
         out.push_str("<g class=\"marks\">");
         for mark in &self.marks {
             match mark {
                 Mark::Across(value, label) => {
                     let at = x.at(*value);
-                    line(out, "", [at, top], [at, bottom]);
-                    // Beside the line, on the side that has room.
-                    let beside = if at - left > 20.0 { -5.0 } else { 14.0 };
-                    let _ = write!(
-                        out,
-                        "<text transform=\"translate({:.1} {:.1}) rotate(-90)\">{}</text>",
-                        at + beside,
-                        bottom - 34.0,
-                        escaped(label)
-                    );
+                    let above = self.above();
+                    line(out, "", [at, above - 3.0], [at, bottom]);
+                    // No label leaves the picture.
+                    let half = 0.5 * LETTER * label.chars().count() as f64;
+                    let middle = at.clamp(half, self.width - half);
+                    text(out, "middle", [middle, above - 7.0], label);
                 }
                 Mark::Along(value, label) => {
                     let at = y.at(*value);
                     line(out, "", [left, at], [right, at]);
-                    text(out, "end", [right - 6.0, at - 5.0], label);
+                    text(out, "", [right + 6.0, at + 4.0], label);
                 }
-                Mark::Below(value, label) if y.holds(*value) => {
+                Mark::Below(value, _) if y.holds(*value) => {
                     let at = y.at(*value);
                     let _ = write!(
                         out,
@@ -199,7 +249,6 @@ impl Plot {
                         right - left,
                         bottom - at
                     );
-                    text(out, "", [left + 8.0, bottom - 8.0], label);
                 }
                 Mark::Below(..) => {}
                 Mark::At(a, b, title) => {
@@ -216,30 +265,34 @@ impl Plot {
         out.push_str("</g>\n");
     }
 
-    /// What failed stands at the top edge, outside of the scale.
-    fn strip(&self, out: &mut String, x: &Axis, strip: f64) {
+    /// What failed stands at the top edge, outside of the scale; what was cut, in a strip of its own and grey.
+    fn strip(&self, out: &mut String, x: &Axis, cut: bool, from: f64, height: f64) {
+        let (class, name) = if cut {
+            ("strip cut", "cut")
+        } else {
+            ("strip", &*self.strip)
+        };
         let _ = write!(
             out,
-            "<g class=\"strip\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{strip:.1}\"/>",
-            self.width - RIGHT - LEFT
+            "<g class=\"{class}\"><rect x=\"{LEFT}\" y=\"{from:.1}\" width=\"{:.1}\" height=\"{height:.1}\"/>",
+            self.right() - LEFT
         );
-        text(
-            out,
-            "end",
-            [LEFT - 8.0, TOP + strip / 2.0 + 4.0],
-            &self.strip,
-        );
+        text(out, "end", [LEFT - 8.0, from + height / 2.0 + 4.0], name);
         // One row for each curve that failed, so that they do not hide each other.
-        let rows = self.failing().count().max(1) as f64;
-        for (row, curve) in self.failing().enumerate() {
-            let height = TOP + strip * (row as f64 + 0.5) / rows;
-            for (at, why) in &curve.failed {
+        let rows = self.failing(cut).count().max(1) as f64;
+        for (row, curve) in self.failing(cut).enumerate() {
+            let middle = from + height * (row as f64 + 0.5) / rows;
+            for ended in curve.failed.iter().filter(|ended| ended.cut == cut) {
+                let colour = if cut {
+                    "grey".to_owned()
+                } else {
+                    format!("c{}", curve.number % COLOURS)
+                };
                 let _ = write!(
                     out,
-                    "<g class=\"c{}\"><title>{}</title>{}</g>",
-                    curve.number % COLOURS,
-                    escaped(why),
-                    cross(x.at(*at), height, (strip / rows / 2.0 - 1.0).min(4.5))
+                    "<g class=\"{colour}\"><title>{}</title>{}</g>",
+                    escaped(&ended.title),
+                    cross(x.at(ended.x), middle, (height / rows / 2.0 - 1.0).min(4.5))
                 );
             }
         }
@@ -273,72 +326,6 @@ impl Curve {
         }
         out.push_str("</g>\n");
     }
-}
-
-/// A curve's marker and colour, for a legend.
-pub(crate) fn swatch(number: usize, dashed: bool) -> String {
-    let dashed = if dashed { " dashed" } else { "" };
-    format!(
-        "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"c{}{dashed}\"><polyline points=\"1,7 33,7\"/>{}</g></svg>",
-        number % COLOURS,
-        shape(number, 17.0, 7.0, 4.2)
-    )
-}
-
-/// The figure of a foreign point, for a legend.
-pub(crate) fn foreign_swatch() -> String {
-    format!(
-        "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"foreign\">{}</g></svg>",
-        star(17.0, 7.0)
-    )
-}
-
-/// The figure of a curve's points.
-fn shape(number: usize, x: f64, y: f64, r: f64) -> String {
-    let path = |corners: &[(f64, f64)]| {
-        let corner = |(a, b): &(f64, f64)| format!("{:.1} {:.1}", x + a * r, y + b * r);
-        let corners: Vec<String> = corners.iter().map(corner).collect();
-        format!("<path d=\"M{} Z\"/>", corners.join(" L"))
-    };
-    match number % 6 {
-        0 => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\"/>"),
-        1 => path(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
-        2 => path(&[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)]),
-        3 => path(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),
-        4 => path(&[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)]),
-        _ => path(&[
-            (-1.2, 0.0),
-            (-0.6, -1.05),
-            (0.6, -1.05),
-            (1.2, 0.0),
-            (0.6, 1.05),
-            (-0.6, 1.05),
-        ]),
-    }
-}
-
-fn cross(x: f64, y: f64, r: f64) -> String {
-    format!(
-        "<path class=\"cross\" d=\"M{:.1} {:.1} L{:.1} {:.1} M{:.1} {:.1} L{:.1} {:.1}\"/>",
-        x - r,
-        y - r,
-        x + r,
-        y + r,
-        x - r,
-        y + r,
-        x + r,
-        y - r
-    )
-}
-
-fn star(x: f64, y: f64) -> String {
-    const R: f64 = 5.5;
-    format!(
-        "{}<path class=\"cross\" d=\"M{:.1} {y:.1} L{:.1} {y:.1}\"/>",
-        cross(x, y, R * 0.8),
-        x - R,
-        x + R
-    )
 }
 
 fn line(out: &mut String, class: &str, from: [f64; 2], to: [f64; 2]) {

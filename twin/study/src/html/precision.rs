@@ -3,8 +3,9 @@
 use crate::row::{Line, Row, RowKind, Status};
 use crate::study::{Order, Study};
 
-use super::plot::{Curve, Look, Mark, Plot, Point, swatch};
+use super::plot::{Curve, Ended, Look, Mark, Plot, Point};
 use super::rows;
+use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{
@@ -115,20 +116,21 @@ fn cards(study: &Study) -> String {
             let more = format!("{}; {}", name(row), rows::length(row.error_rms_m));
             card(&what, &speed(row), &more)
         }
+        None if study.floor() > AIM_M => {
+            let floor = si(study.floor(), "m");
+            card(
+                &what,
+                "not known",
+                &format!("the floor is {floor}: less cannot be told here"),
+            )
+        }
         None => card(&what, "none", "no run came that close"),
     };
-    let not: Vec<&Row> = integration(study)
-        .filter(|row| row.status != Status::Ok)
-        .collect();
     let count = integration(study).count();
-    let more = if not.is_empty() {
-        "all came to the end of the scene".to_owned()
-    } else {
-        format!(
-            "{} did not come to the end of the scene: see the strip",
-            not.len()
-        )
-    };
+    let whole = integration(study).filter(|row| row.status == Status::Ok);
+    let cut = integration(study).filter(|row| row.cut).count();
+    let whole = whole.count();
+    let more = rows::outcome(whole, count - whole - cut, cut);
     out += &card("runs", &count.to_string(), &more);
     element("div", "cards", &out)
 }
@@ -178,7 +180,7 @@ fn cost(study: &Study) -> String {
                 .filter_map(|row| point(study, row, cost(row)?))
                 .collect(),
             failed: failed
-                .filter_map(|row| Some((cost(row)?, failure(row))))
+                .filter_map(|row| Some(ended(row, cost(row)?)))
                 .collect(),
         }
     });
@@ -209,9 +211,17 @@ fn cost(study: &Study) -> String {
             " {count} runs did not begin or were cut, and have no place there; they are in the table."
         ),
     };
+    let placed = integration(study)
+        .any(|row| row.status != Status::Ok && row.run_s_per_simulated_s.is_some());
+    let strip = if placed {
+        " Crosses in a strip at the top are runs that failed, became unstable or, in grey, were cut for the budget, at the run time \
+         they took by then."
+    } else {
+        ""
+    };
     let caption = format!(
         "Down and to the left is better. A point is a step or a tolerance, finer ones further down; the large ones are steps of \
-         {}, hollow ones are at the floor. Crosses in the strip at the top are runs that failed or became unstable, at the run time they took by then.{unplaced} \
+         {}, hollow ones are at the floor.{strip}{unplaced} \
          Point at anything to see what it is.",
         si(USUAL_STEP_S, "s")
     );
@@ -222,14 +232,21 @@ fn cost(study: &Study) -> String {
 pub(crate) fn floor(study: &Study) -> Mark {
     let reference = study.reference();
     let plant = reference.map_or("", |note| note.plant.as_str());
-    Mark::Below(
-        study.floor_of(plant),
-        format!("floor: the references of {plant} disagree by so much"),
-    )
+    let floor = study.floor();
+    let label = format!(
+        "floor: the references of {plant} are {} apart",
+        si(floor, "m")
+    );
+    Mark::Below(floor, label)
 }
 
-fn failure(row: &Row) -> String {
-    format!("{}: {}", row.status.word(), rows::title(row))
+/// A row without a point.
+fn ended(row: &Row, x: f64) -> Ended {
+    Ended {
+        x,
+        title: format!("{}: {}", row.word(), rows::title(row)),
+        cut: row.cut,
+    }
 }
 
 /// Error over step, and what order that is.
@@ -247,7 +264,7 @@ fn convergence(study: &Study) -> String {
                     .filter_map(|row| point(study, row, row.step_s?))
                     .collect(),
                 failed: failed
-                    .filter_map(|row| Some((row.step_s?, failure(row))))
+                    .filter_map(|row| Some(ended(row, row.step_s?)))
                     .collect(),
             }
         });

@@ -34,13 +34,31 @@ pub(crate) fn count(value: Option<u64>) -> String {
 
 /// The word of its status, coloured.
 pub(crate) fn status(row: &Row) -> String {
-    let (class, word) = match row.status {
-        Status::Ok if row.wrong => ("tag bad", "stable, but wrong"),
-        Status::Ok => ("tag ok", "ok"),
-        Status::Unstable => ("tag bad", "unstable"),
-        Status::Failed => ("tag bad", "failed"),
+    if row.status == Status::Ok && row.wrong {
+        return element("span", "tag bad", "stable, but wrong");
+    }
+    tag(row.status, row.cut, row.word())
+}
+
+/// The word of a status, coloured: grey where a run was cut for the budget, which says nothing against it.
+pub(crate) fn tag(status: Status, cut: bool, word: &str) -> String {
+    let class = match status {
+        Status::Ok => "tag ok",
+        _ if cut => "tag",
+        _ => "tag bad",
     };
     element("span", class, word)
+}
+
+/// How many runs came to the end of the scene, and what became of the others.
+pub(crate) fn outcome(whole: usize, failed: usize, cut: usize) -> String {
+    if failed + cut == 0 {
+        return "all came to the end of the scene".to_owned();
+    }
+    let mut parts = vec![format!("{whole} came to the end")];
+    parts.extend((failed > 0).then(|| format!("{failed} failed")));
+    parts.extend((cut > 0).then(|| format!("{cut} were cut for the budget")));
+    parts.join(", ") + ": see the table of all runs"
 }
 
 /// Why it is so.
@@ -52,9 +70,16 @@ pub(crate) fn why(row: &Row) -> String {
 /// The class of its line in a table.
 pub(crate) fn class(row: &Row, before: Option<&Row>) -> &'static str {
     let first = before.is_some_and(|before| before.line() != row.line());
-    match (first, row.status) {
+    line_class(first, row.status, row.cut)
+}
+
+/// The class of a line that is the `first` of its kind or not.
+pub(crate) fn line_class(first: bool, status: Status, cut: bool) -> &'static str {
+    match (first, status) {
         (true, Status::Ok) => "first",
         (false, Status::Ok) => "",
+        (true, _) if cut => "first cut",
+        (false, _) if cut => "cut",
         (true, _) => "first bad",
         (false, _) => "bad",
     }

@@ -6,8 +6,9 @@ use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
 use crate::workshop::Scales;
 
-use super::plot::{Curve, Look, Mark, Plot, Point, foreign_swatch, swatch};
+use super::plot::{Curve, Ended, Look, Mark, Plot, Point};
 use super::rows;
+use super::shape::{foreign_swatch, swatch};
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, commanded, figure, lead, legend, references, stiffness, thesis};
@@ -176,7 +177,11 @@ fn sweep(study: &Study, factor: Factor, number: usize, line: Line<'_>) -> Curve 
         dashed: false,
         points: rows.iter().filter_map(point).collect(),
         failed: failed
-            .map(|&(value, row)| (value, title(value, row)))
+            .map(|&(value, row)| Ended {
+                x: value,
+                title: title(value, row),
+                cut: row.cut,
+            })
             .collect(),
     }
 }

@@ -10,6 +10,9 @@ pub(crate) struct Table {
     rows: Vec<(String, Vec<String>)>,
 }
 
+/// More columns than this take all the width there is.
+const WIDE: usize = 9;
+
 impl Table {
     pub(crate) fn new(head: &[&str], words: usize) -> Self {
         Self {
@@ -39,21 +42,66 @@ impl Table {
             _ if column < self.words => "",
             _ => "n",
         };
+        // Where there are many columns there is no room for reasons beside them: they get a line of their own below.
+        let wide = columns.len() > WIDE;
+        let (columns, below) = match columns.split_last() {
+            Some((&reason, others)) if wide && side(reason) == "w" => (others, Some(reason)),
+            _ => (&*columns, None),
+        };
         let head: String = columns
             .iter()
             .map(|&n| element("th", side(n), &escaped(&self.head[n])))
             .collect();
         let mut body = String::new();
         for (class, cells) in &self.rows {
-            let cells: String = columns
+            let cell = |n: usize| cells.get(n).map_or("", String::as_str);
+            let line: String = columns
                 .iter()
-                .map(|&n| element("td", side(n), cells.get(n).map_or("", String::as_str)))
+                .map(|&n| element("td", side(n), cell(n)))
                 .collect();
-            body += &element("tr", class, &cells);
+            body += &element("tr", class, &line);
             body.push('\n');
+            let reason = below.map_or("", cell);
+            if !reason.is_empty() {
+                let class = class.replace("first", "");
+                let span = columns.len();
+                let line = format!("<td colspan=\"{span}\">{reason}</td>");
+                body += &element("tr", &format!("reason {}", class.trim()), &line);
+                body.push('\n');
+            }
         }
+        let class = if wide { " class=\"wide\"" } else { "" };
         format!(
-            "<div class=\"scroll\"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
+            "<div class=\"scroll\"><table{class}><thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(columns: usize) -> String {
+        let heads = vec!["head"; columns - 1];
+        let heads: Vec<&str> = heads.into_iter().chain(["why"]).collect();
+        let mut table = Table::new(&heads, 1);
+        let mut cells = vec!["1".to_owned(); columns - 1];
+        cells.push("it fell".to_owned());
+        table.row("first bad", cells);
+        table.row("", vec!["1".to_owned(); columns - 1]);
+        table.html()
+    }
+
+    #[test]
+    fn reasons_stand_beside_a_few_columns_and_below_many() {
+        let (few, many) = (table(4), table(14));
+        assert!(few.contains("<td class=\"w\">it fell</td>") && !few.contains("colspan"));
+        assert!(many.contains("<tr class=\"reason bad\"><td colspan=\"13\">it fell</td></tr>"));
+        // One of the two rows has a reason, and there is no column for it.
+        assert_eq!(many.matches("<tr").count(), 1 + 2 + 1);
+        assert_eq!(
+            many.matches("<th").count() - many.matches("<thead").count(),
+            13
+        );
     }
 }

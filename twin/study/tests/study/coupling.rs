@@ -284,3 +284,50 @@ fn json_csv_and_page_tell_of_every_row() {
     assert!(page.contains("it snapped") && page.contains("a &lt;foot&gt;"));
     assert!(!page.contains("NaN"));
 }
+
+#[test]
+fn what_is_cut_for_the_budget_is_called_cut_and_not_failed() {
+    // As a machine leaves them that is too slow, which this one may not be.
+    let mut study = found(&["foot"], &["sbcp"]);
+    for row in &mut study.rows {
+        (row.status, row.cut, row.error_rms_m) = (Status::Failed, true, None);
+        row.why = Some("too slow".to_owned());
+    }
+    assert!(study.rows.iter().all(|row| row.word() == "cut"));
+    let page = study.html(&machine(), "");
+    elements(&page);
+    for told in [
+        "class=\"strip cut\"",
+        "<span class=\"tag\">cut</span>",
+        "0 came to the end, 30 were cut for the budget: see the table",
+        "by means no slope (too few points), held no slope (too few points)",
+    ] {
+        assert!(page.contains(told), "{told}");
+    }
+    for told in ["class=\"strip\"", "failed", "tag bad", "class=\"bad\""] {
+        assert!(!page.contains(told), "{told}");
+    }
+    // What breaks is still a failure.
+    let broken = found(&["brittle"], &[]).html(&machine(), "");
+    assert!(broken.contains("class=\"strip\"") && broken.contains("tag bad\">failed"));
+}
+
+#[test]
+fn a_headline_has_the_figures_of_the_table() {
+    let study = found(&["foot"], &[]);
+    let headline = study.headline();
+    let speeds: Vec<&str> = headline
+        .split(" at ")
+        .filter_map(|part| part.split_once(" real time"))
+        .map(|(speed, _)| speed)
+        .collect();
+    assert_eq!(speeds.len(), 2, "{headline}");
+    let page = study.html(&machine(), "");
+    for speed in speeds {
+        assert!(
+            page.contains(&format!("<td class=\"n\">{speed}</td>")),
+            "{speed}"
+        );
+    }
+    assert!(headline.contains("RMS from where they should be"));
+}
