@@ -168,7 +168,7 @@ proptest! {
 
     #[test]
     fn what_decides_is_seen(measured in -9.0..7.0_f64, bound in -9.0..7.0_f64) {
-        let [measured, bound] = [measured, bound].map(|power| 10.0_f64.powf(power));
+        let [measured, bound] = [measured, bound].map(|power| libm::pow(10.0, power));
         let [left, right, _, _] = shown(&outcome(measured, bound, bound - measured, Unit::One));
         for (text, value) in [(left, measured), (right, bound)] {
             let seen: f64 = text.parse().unwrap();

@@ -61,8 +61,8 @@ mod schema;
 mod topic;
 
 pub use aligned::{
-    Drift, EventComparison, LegFootsteps, PARTS, RecordedFootstep, SHARES, SignalDrift,
-    compare_events,
+    Drift, Ends, EventComparison, LegFootsteps, PARTS, RecordedFootstep, SHARES, SignalDrift,
+    compare_events, median,
 };
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
 pub use error::RecordError;

@@ -260,6 +260,12 @@ fn a_recording_that_begins_later_is_compared_from_there_on() {
     assert_eq!((leg.a.len(), leg.b.len(), leg.pairs.len()), (10, 10, 10));
     assert!(leg.pairs.iter().all(|&(i, j)| leg.a[i] == leg.b[j]));
     let drift = &comparison.signals[0].plain;
+    let ends = comparison.signals[0].ends.unwrap();
+    for (at, [a, b]) in [(3.0, [ends.a[0], ends.b[0]]), (7.0, [ends.a[1], ends.b[1]])] {
+        // Samples need not fall on the ends of the window.
+        assert!((a - at).abs() < 1.5 * PERIOD && (b - a - 1e-3).abs() < 1e-14);
+    }
+    assert_eq!(ends.at_s, ends.a, "the signal is the time");
     // One number less another, both below 8.
     assert!((drift.max - 1e-3).abs() < 1e-14 && (drift.rms - 1e-3).abs() < 1e-14);
 }

@@ -32,6 +32,17 @@ pub struct Drift {
     pub growth_per_s: f64,
 }
 
+/// What a signal is in two runs at the first and at the last sample of the first run that lies in the time of both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ends {
+    /// When those are \[s\].
+    pub at_s: [f64; 2],
+    /// In the first run, in the signal's unit.
+    pub a: [f64; 2],
+    /// In the second.
+    pub b: [f64; 2],
+}
+
 /// Samples of one number in one run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<'a> {
@@ -116,6 +127,27 @@ pub(super) fn drift(a: Samples<'_>, b: Samples<'_>, warp: &Warp, window: [f64; 2
     drift.rms_of_parts = sums.map(mean);
     drift.growth_per_s = slope(&drift.rms_of_parts, length / PARTS as f64);
     drift
+}
+
+/// What both are in the beginning and in the end of `window` \[s\].
+pub(super) fn ends(a: Samples<'_>, b: Samples<'_>, window: [f64; 2]) -> Option<Ends> {
+    let mut cursor = 0;
+    let mut ends: Option<Ends> = None;
+    for (&time, &value) in a.times_s.iter().zip(a.values) {
+        if !(window[0]..=window[1]).contains(&time) {
+            continue;
+        }
+        let Some(other) = b.at(time, &mut cursor) else {
+            continue;
+        };
+        let first = ends.get_or_insert(Ends {
+            at_s: [time; 2],
+            a: [value; 2],
+            b: [other; 2],
+        });
+        (first.at_s[1], first.a[1], first.b[1]) = (time, value, other);
+    }
+    ends
 }
 
 /// The part of a time that something falls into.

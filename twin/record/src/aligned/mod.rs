@@ -7,13 +7,15 @@
 
 mod drift;
 mod footstep;
+mod median;
 mod sequence;
 mod warp;
 
-pub use drift::{Drift, PARTS, SHARES};
+pub use drift::{Drift, Ends, PARTS, SHARES};
 pub use footstep::RecordedFootstep;
+pub use median::median;
 
-use drift::{Samples, drift};
+use drift::{Samples, drift, ends};
 use footstep::footsteps;
 use sequence::{Alignment, align};
 use twinrig_kernel::SimTime;
@@ -76,6 +78,8 @@ pub struct SignalDrift {
     pub aligned: Drift,
     /// The differences of what happens at the same time.
     pub plain: Drift,
+    /// What it is in both when they begin and when they end; none if they share no time.
+    pub ends: Option<Ends>,
 }
 
 /// Compares two recordings by their footsteps. `ends` is when either run ended: no footstep is missed behind it.
@@ -264,6 +268,7 @@ fn compare_group(
                 by_leg: warp.map(|(leg, _)| leg.clone()),
                 aligned: aligned.unwrap_or_else(|| plain.clone()),
                 plain,
+                ends: ends(of_a, of_b, into.window_s),
             });
         }
     }

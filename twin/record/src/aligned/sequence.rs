@@ -12,6 +12,7 @@
 //! a stride late from there on, and more than to come early or late once.
 
 use super::footstep::RecordedFootstep;
+use super::median::median;
 
 /// What a footstep without a partner costs, in strides.
 const GAP: f64 = 0.6;
@@ -97,7 +98,7 @@ pub(super) fn align(a: &[RecordedFootstep], b: &[RecordedFootstep], ends: [f64; 
     alignment
 }
 
-/// The time from one touch-down to the next, the middle one of both runs \[s\]; none where there are not two in either.
+/// The time from one touch-down to the next, the median of both runs \[s\]; none where there are not two in either.
 fn stride(a: &[RecordedFootstep], b: &[RecordedFootstep]) -> Option<f64> {
     let between = |steps: &[RecordedFootstep]| {
         let pairs = steps.windows(2);
@@ -106,9 +107,7 @@ fn stride(a: &[RecordedFootstep], b: &[RecordedFootstep]) -> Option<f64> {
     };
     let mut all = between(a);
     all.extend(between(b));
-    all.sort_by(f64::total_cmp);
-    let middle = all.get(all.len() / 2).copied();
-    middle.filter(|stride| *stride > 0.0)
+    median(&all).filter(|stride| *stride > 0.0)
 }
 
 /// The least cost of every way that ends in a pair, and the pair before it.

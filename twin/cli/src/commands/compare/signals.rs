@@ -1,0 +1,118 @@
+//! How the signals of two runs differ.
+
+use serde::Serialize;
+use twinrig_record::{Drift, SHARES, SignalDrift};
+
+/// What the books of energy do not account for. Its range is an error too: a share of it says nothing.
+pub(super) const RESIDUAL: &str = "energy/residual";
+
+#[derive(Serialize)]
+pub(super) struct FirstSignal {
+    pub(super) signal: String,
+    pub(super) component: usize,
+    #[serde(skip)]
+    pub(super) components: usize,
+    pub(super) share: f64,
+    pub(super) at_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+pub(super) struct OfSignal {
+    pub(super) group: String,
+    pub(super) signal: String,
+    pub(super) component: usize,
+    pub(super) components: usize,
+    pub(super) unit: String,
+    pub(super) by_leg: Option<String>,
+    pub(super) aligned: Drifted,
+    pub(super) plain: Drifted,
+    /// At the first and the last time that both have: when, and what it is in either.
+    pub(super) ends_at_s: Option<[f64; 2]>,
+    pub(super) ends_a: Option<[f64; 2]>,
+    pub(super) ends_b: Option<[f64; 2]>,
+}
+
+#[derive(Serialize)]
+pub(super) struct Drifted {
+    pub(super) max: f64,
+    pub(super) max_at_s: f64,
+    pub(super) rms: f64,
+    pub(super) share: Option<f64>,
+    pub(super) exceeds_1_percent_at_s: Option<f64>,
+    pub(super) exceeds_10_percent_at_s: Option<f64>,
+    pub(super) rms_of_tenths: Vec<f64>,
+    pub(super) growth_per_s: f64,
+}
+
+impl FirstSignal {
+    pub(super) fn name(&self) -> String {
+        named(&self.signal, self.component, self.components)
+    }
+}
+
+/// A component of a signal as scenarios call it: `body/position y`.
+fn named(signal: &str, component: usize, components: usize) -> String {
+    match (components, component) {
+        (1, _) => signal.to_owned(),
+        (3, 0..3) => format!("{signal} {}", ["x", "y", "z"][component]),
+        _ => format!("{signal} {component}"),
+    }
+}
+
+/// The signal that is first off by more than a share of its range.
+pub(super) fn first_beyond(signals: &[SignalDrift], share: f64) -> Option<FirstSignal> {
+    let off = signals.iter().filter(|drift| drift.signal != RESIDUAL);
+    let off = off.filter(|drift| drift.aligned.share.is_some_and(|most| most > share));
+    let found = off.map(|drift| {
+        // The time is known for the shares that are looked for; of others, that of the greatest difference.
+        let known = SHARES.iter().position(|known| *known == share);
+        let at_s = known.and_then(|known| drift.aligned.exceeds_at_s[known]);
+        FirstSignal {
+            signal: drift.signal.clone(),
+            component: drift.component,
+            components: drift.components,
+            share: drift.aligned.share.unwrap_or(0.0),
+            at_s: at_s.or(Some(drift.aligned.max_at_s)),
+        }
+    });
+    found.reduce(|first, next| if next.at_s < first.at_s { next } else { first })
+}
+
+impl OfSignal {
+    pub(super) fn of(drift: SignalDrift) -> Self {
+        Self {
+            group: drift.group,
+            signal: drift.signal,
+            component: drift.component,
+            components: drift.components,
+            unit: drift.unit,
+            by_leg: drift.by_leg,
+            aligned: drift.aligned.into(),
+            plain: drift.plain.into(),
+            ends_at_s: drift.ends.map(|ends| ends.at_s),
+            ends_a: drift.ends.map(|ends| ends.a),
+            ends_b: drift.ends.map(|ends| ends.b),
+        }
+    }
+
+    /// As it is called: with its component, if it has several.
+    pub(super) fn name(&self) -> String {
+        named(&self.signal, self.component, self.components)
+    }
+}
+
+impl From<Drift> for Drifted {
+    fn from(drift: Drift) -> Self {
+        let [first, second] = drift.exceeds_at_s;
+        Self {
+            max: drift.max,
+            max_at_s: drift.max_at_s,
+            rms: drift.rms,
+            share: drift.share,
+            exceeds_1_percent_at_s: first,
+            exceeds_10_percent_at_s: second,
+            rms_of_tenths: drift.rms_of_parts.to_vec(),
+            growth_per_s: drift.growth_per_s,
+        }
+    }
+}

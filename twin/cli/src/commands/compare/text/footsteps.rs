@@ -1,0 +1,147 @@
+//! The footsteps of a comparison, in lines.
+
+use super::super::EventDifference;
+use super::super::footsteps::{First, Footsteps, Spread};
+use super::figures::{figure, quantity};
+use crate::grid::{Cell, Grid, Side, Tint};
+use crate::paint::Paint;
+
+/// Footsteps without a partner that are named.
+const NAMED: usize = 6;
+
+impl EventDifference {
+    pub(super) fn of_footsteps(&self, paint: Paint) -> Vec<String> {
+        let of = &self.footsteps;
+        let mut lines = vec![String::new()];
+        lines.push(format!(
+            "  footsteps: {} in a, {} in b; {} are pairs, {} of them the same within {} and {}",
+            of.a,
+            of.b,
+            of.pairs,
+            of.same,
+            quantity(self.bounds.time_s, "s"),
+            quantity(self.bounds.place_m, "m"),
+        ));
+        let missing: Vec<&First> = self.legs.iter().flat_map(|leg| &leg.missing).collect();
+        let named = missing.iter().take(NAMED).map(|first| first.told());
+        if !missing.is_empty() {
+            let more = missing.len().saturating_sub(NAMED);
+            let more = if more > 0 {
+                format!(", and {more} more")
+            } else {
+                String::new()
+            };
+            lines.push(format!(
+                "  without a partner: {}{more}",
+                named.collect::<Vec<_>>().join(", ")
+            ));
+        }
+        for (other, count) in [("b", of.beyond_b), ("a", of.beyond_a)] {
+            if count > 0 {
+                lines.push(format!("  {count} are later than the end of {other}"));
+            }
+        }
+        if of.pairs > 0 {
+            lines.push(String::new());
+            lines.extend(self.table_of_footsteps().lines(2, paint));
+        }
+        lines
+    }
+
+    fn table_of_footsteps(&self) -> Grid {
+        let mut sides = vec![Side::Left];
+        sides.extend([Side::Right; 11]);
+        let mut grid = Grid::new(&sides);
+        let dim = |text: &str| Cell::new(text, Tint::Dim);
+        grid.row([
+            dim("b − a"),
+            dim("pairs"),
+            dim("same"),
+            dim("touch-down median"),
+            dim("rms"),
+            dim("most"),
+            dim("lift-off median"),
+            dim("rms"),
+            dim("most"),
+            dim("place median"),
+            dim("rms"),
+            dim("most"),
+        ]);
+        let mut row = |name: &str, of: &Footsteps| {
+            let [touch_down, lift_off] =
+                [&of.touch_down, &of.lift_off].map(|spread| spread.shown("s"));
+            let [place, place_rms, place_max] = of.place.shown("m");
+            let [a, b, c] = touch_down;
+            let [d, e, f] = lift_off;
+            grid.row([
+                name.into(),
+                of.pairs.to_string().into(),
+                of.same.to_string().into(),
+                a,
+                b,
+                c,
+                d,
+                e,
+                f,
+                place,
+                place_rms,
+                place_max,
+            ]);
+        };
+        for leg in &self.legs {
+            row(&leg.leg, &leg.footsteps);
+        }
+        row("all", &self.footsteps);
+        grid
+    }
+}
+
+impl First {
+    /// `LF 5: touch-down 7.1 ms later, place 12 mm off`
+    pub(super) fn told(&self) -> String {
+        let leg = &self.leg;
+        if self.what != "moved" {
+            let number = self.footstep_a.or(self.footstep_b).unwrap_or_default();
+            return format!(
+                "{leg} footstep {number} at {} s {}",
+                figure(self.at_s),
+                self.what
+            );
+        }
+        let (a, b) = (
+            self.footstep_a.unwrap_or_default(),
+            self.footstep_b.unwrap_or_default(),
+        );
+        let number = if a == b {
+            a.to_string()
+        } else {
+            format!("{a} ({b} in b)")
+        };
+        let by = |what: &str, by: Option<f64>| {
+            // Below a microsecond it is the rounding of times.
+            let by = by.filter(|by| by.abs() >= 1e-6)?;
+            let way = if by < 0.0 { "earlier" } else { "later" };
+            Some(format!("{what} {} {way}", quantity(by.abs(), "s")))
+        };
+        let place = self
+            .place_by_m
+            .map(|by| format!("place {} off", quantity(by, "m")));
+        let parts = [
+            by("touch-down", self.touch_down_by_s),
+            by("lift-off", self.lift_off_by_s),
+            place,
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        format!("{leg} footstep {number}: {}", parts.join(", "))
+    }
+}
+
+impl Spread {
+    /// Median, root of the mean square, and most.
+    fn shown(&self, unit: &str) -> [Cell; 3] {
+        [self.median, self.rms, self.max].map(|value| {
+            let shown = value.map(|value| quantity(value, unit));
+            shown.unwrap_or_default().into()
+        })
+    }
+}
