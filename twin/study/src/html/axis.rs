@@ -80,7 +80,7 @@ impl Axis {
             ticks.push((self.from, "0".to_owned()));
         }
         // One way of writing for the whole axis: plain numbers where all of them are short, powers where one is not.
-        let short = self.low >= -2 && self.high <= 3;
+        let short = self.low >= -1 && self.high <= 3;
         let marked = (self.low..=self.high).filter(|exponent| exponent % every == 0);
         ticks.extend(marked.map(|exponent| {
             let value = ten_raised(exponent);
@@ -139,9 +139,9 @@ mod tests {
             labels,
             ["0", "10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
         );
-        let near = Axis::around([0.01, 10.0], 0.0, 300.0).ticks(30.0);
+        let near = Axis::around([0.1, 100.0], 0.0, 300.0).ticks(30.0);
         let labels: Vec<String> = near.into_iter().map(|(_, label)| label).collect();
-        assert_eq!(labels, ["0.01", "0.1", "1", "10"]);
+        assert_eq!(labels, ["0.1", "1", "10", "100"]);
         assert!(axis.holds(0.5) && !axis.holds(2.0) && !axis.holds(0.0));
     }
 
