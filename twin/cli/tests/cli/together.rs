@@ -67,6 +67,8 @@ fn several_plants_are_run_and_compared_with_the_first() {
     let signals = diff(&["--time", "1 min", "--place", "1 km", "--share", "1 %"]);
     assert_eq!(signals.code, 1);
     assert!(!json(&signals.out)[0]["first_signal"].is_null());
+    let text = twin(&["diff", "--events", recordings[0], recordings[1]]).out;
+    told_for_people(&text);
     let text = twin(&["diff", "--events", recordings[0], recordings[0]]);
     assert!(
         text.code == 0 && text.out == "the same, bit for bit\n",
@@ -76,6 +78,40 @@ fn several_plants_are_run_and_compared_with_the_first() {
     assert_eq!(
         twin(&["diff", recordings[0], recordings[0], "--time", "1 s"]).code,
         2
+    );
+}
+
+/// How far apart they are comes first, then where the trunk is; a row for each kind of signal, and what the books miss last.
+fn told_for_people(text: &str) {
+    let opening = text.lines().next().unwrap();
+    assert!(
+        opening.starts_with("different: b is ")
+            && opening.contains(" at 0.9 s (")
+            && opening.contains("footsteps are pairs; touch-downs within "),
+        "{text}"
+    );
+    assert_eq!(text.matches(" median").count(), 3, "{text}");
+    let rows = text
+        .lines()
+        .skip_while(|line| !line.contains("signals stride by stride"));
+    let rows: Vec<&str> = rows.skip(2).map(str::trim).collect();
+    assert!(
+        rows[0].starts_with("body/position ") && rows[1].starts_with("body/rpy "),
+        "{text}"
+    );
+    let feet = rows.iter().filter(|row| row.contains("/foot/load"));
+    assert!(feet.count() <= 1, "a row for all four legs: {text}");
+    let residual = rows
+        .iter()
+        .position(|row| row.starts_with("energy/residual "))
+        .unwrap();
+    assert!(
+        rows[residual].contains(" J ") && !rows[residual].contains('%'),
+        "{text}"
+    );
+    assert!(
+        rows[residual + 1..].iter().all(|row| !row.contains('%')),
+        "it is the last row: {text}"
     );
 }
 

@@ -43,7 +43,7 @@ impl EventDifference {
         let mut lines = vec![
             String::new(),
             format!(
-                "  signals {how}: b − a, and as a share of the range in a; of legs and components the worst"
+                "  signals {how}: b − a, and as a share of the range in a; of legs and components the worst, in its unit"
             ),
         ];
         let mut grid = Grid::new(&[[Side::Left; 1].as_slice(), &[Side::Right; 8]].concat());
@@ -66,11 +66,13 @@ impl EventDifference {
         }
         lines.extend(grid.lines(2, paint));
         let (more, still) = (differ.len().saturating_sub(SHOWN), alike.len());
-        if more + still > 0 {
-            lines.push(format!(
-                "  {more} kinds of signals that differ less, and {still} that do not at all: --json has every component"
-            ));
-        }
+        let rest = match (more, still) {
+            (0, 0) => return lines,
+            (0, _) => format!("{still} kinds of signals do not differ at all"),
+            (_, 0) => format!("{more} kinds of signals differ less"),
+            _ => format!("{more} kinds of signals differ less, and {still} not at all"),
+        };
+        lines.push(format!("  {rest}: --json has every component"));
         lines
     }
 
