@@ -116,3 +116,49 @@ impl From<Drift> for Drifted {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn off(signal: &str, share: f64, at_s: f64) -> SignalDrift {
+        let drift = Drift {
+            share: Some(share),
+            exceeds_at_s: [Some(at_s), None],
+            ..Drift::default()
+        };
+        SignalDrift {
+            group: "plant".to_owned(),
+            signal: signal.to_owned(),
+            unit: "m".to_owned(),
+            component: 1,
+            components: 3,
+            by_leg: None,
+            aligned: drift.clone(),
+            plain: drift,
+            ends: None,
+        }
+    }
+
+    #[test]
+    fn what_the_books_miss_is_never_the_first_to_differ() {
+        let all = [
+            off(RESIDUAL, 4310.0, 0.0),
+            off("body/rpy", 0.5, 3.0),
+            off("body/position", 0.02, 2.0),
+        ];
+        let first = first_beyond(&all, SHARES[0]).unwrap();
+        assert_eq!(
+            (first.name().as_str(), first.at_s),
+            ("body/position y", Some(2.0))
+        );
+        assert!(first_beyond(&all[..1], SHARES[0]).is_none());
+    }
+
+    #[test]
+    fn components_are_called_as_in_scenarios() {
+        assert_eq!(named("foot/load", 0, 1), "foot/load");
+        assert_eq!(named("body/position", 2, 3), "body/position z");
+        assert_eq!(named("body/orientation", 3, 4), "body/orientation 3");
+    }
+}
