@@ -28,7 +28,8 @@ const SPLAY: usize = 6;
 /// Plays a [`Shape`] on the hips and one on the knees.
 ///
 /// No inputs. Outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the legs it is given, in the robot's order;
-/// then, with [`Plan::abduction`], `leg/X/abduction/command` \[rad\] for each of them.
+/// then, with [`Plan::abduction`], `leg/X/abduction/command` \[rad\] for each of them. Only hips, or only knees, where
+/// [`Script::for_plant`] finds that there is nothing else; variables of the others then do nothing.
 ///
 /// # Process variables
 ///
@@ -48,6 +49,8 @@ const SPLAY: usize = 6;
 #[derive(Debug, Clone)]
 pub struct Script {
     legs: Vec<Leg>,
+    /// Which of [`DRIVES`] it commands, of every leg.
+    drives: Vec<usize>,
     shapes: [Shape; 2],
     abduction: bool,
     variables: Vec<ProcessVariable>,
@@ -62,6 +65,12 @@ struct Leg {
     behind: f64,
     /// 1 on the left, or in the middle plane, −1 on the right.
     side: f64,
+}
+
+impl Leg {
+    fn command(&self, joint: &str) -> String {
+        format!("leg/{}/{joint}/command", self.name)
+    }
 }
 
 /// What a step depends on, beside the variables.
@@ -137,11 +146,27 @@ impl Script {
         };
         Ok(Self {
             legs: legs.iter().enumerate().map(leg).collect(),
+            drives: (0..DRIVES.len()).collect(),
             shapes: [plan.hip, plan.knee],
             abduction: plan.abduction,
             variables: declare(),
             state: State::default(),
         })
+    }
+
+    /// Leaves knees, or hips, alone if a plant that takes the signals in `taken` takes that of no leg: legs may have one
+    /// joint only. If only some legs have it, the signals of the others are missing, and that is an error of the wiring.
+    #[must_use]
+    pub fn for_plant(mut self, taken: &[String]) -> Self {
+        let takes = |drive: usize| {
+            let mut names = self.legs.iter().map(|leg| leg.command(DRIVES[drive]));
+            names.any(|name| taken.contains(&name))
+        };
+        let drives: Vec<usize> = (0..DRIVES.len()).filter(|&drive| takes(drive)).collect();
+        if !drives.is_empty() {
+            self.drives = drives;
+        }
+        self
     }
 
     /// What `drive` (0 hip, 1 knee) of a leg so many cycles `behind` is commanded now \[rad\].
@@ -183,12 +208,13 @@ impl Process for Script {
     }
 
     fn ports(&self) -> Vec<Port> {
-        let port = |leg: &Leg, joint: &str| {
-            let name = format!("leg/{}/{joint}/command", leg.name);
-            Port::output(name, Unit::Radian, 1)
+        let port = |leg: &Leg, joint| Port::output(leg.command(joint), Unit::Radian, 1);
+        let of = |leg| {
+            self.drives
+                .iter()
+                .map(move |&drive| port(leg, DRIVES[drive]))
         };
-        let legs = self.legs.iter();
-        let drives = legs.flat_map(|leg| DRIVES.map(|drive| port(leg, drive)));
+        let drives = self.legs.iter().flat_map(of);
         let abducted = self.legs.iter().filter(|_| self.abduction);
         drives
             .chain(abducted.map(|leg| port(leg, "abduction")))
@@ -219,9 +245,12 @@ impl Process for Script {
 
     fn step(&mut self, elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
         self.state.now += elapsed;
-        let (drives, abductions) = outputs.split_at_mut(2 * self.legs.len());
-        for (leg, output) in self.legs.iter().zip(drives.chunks_exact_mut(2)) {
-            output.copy_from_slice(&[0, 1].map(|drive| self.command(drive, leg.behind)));
+        let each = self.drives.len();
+        let (drives, abductions) = outputs.split_at_mut(each * self.legs.len());
+        for (leg, outputs) in self.legs.iter().zip(drives.chunks_exact_mut(each)) {
+            for (&drive, output) in self.drives.iter().zip(outputs) {
+                *output = self.command(drive, leg.behind);
+            }
         }
         let splay = self.variables[SPLAY].value();
         for (leg, output) in self.legs.iter().zip(abductions) {

@@ -95,6 +95,29 @@ fn abductions_come_after_the_drives_and_are_mirrored() {
 }
 
 #[test]
+fn a_plant_with_hips_only_gets_what_the_hips_of_others_get() {
+    let plan = Plan {
+        hip: Shape::Sine,
+        knee: Shape::Ramp,
+        phase_lag: 1.0,
+        abduction: true,
+    };
+    let all = ["LF", "RF", "LH", "RH"].map(|leg| format!("leg/{leg}/hip/command"));
+    let (mut both, mut hips) = (script(plan), script(plan).for_plant(&all));
+    let names: Vec<_> = hips.ports().into_iter().map(|port| port.name).collect();
+    assert_eq!(names[..4], all);
+    assert_eq!(names.len(), 8);
+    let late = SimDuration::from_millis(300);
+    let (both, hips) = (step(&mut both, late), step(&mut hips, late));
+    let expected = [0, 2, 4, 6, 8, 9, 10, 11].map(|n| both[n]);
+    assert_eq!(bits(&hips), bits(&expected));
+    // One leg with a knee makes a knee of every leg, which the wiring then misses; nothing at all leaves all as it is.
+    let knee = [&all[..], &["leg/RH/knee/command".to_owned()]].concat();
+    assert_eq!(script(plan).for_plant(&knee).ports().len(), 12);
+    assert_eq!(script(plan).for_plant(&[]).ports().len(), 12);
+}
+
+#[test]
 fn without_abduction_there_is_no_such_signal_and_nothing_to_splay() {
     let mut script = script(Plan::default());
     assert_eq!(script.ports().len(), 8);

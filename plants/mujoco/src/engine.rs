@@ -1,11 +1,14 @@
 //! MuJoCo, as far as plants need it: a model and its state, stepped without surprises.
 
-use mujoco_rs::prelude::{MjData, MjModel, MjtDisableBit, MjtIntegrator, MjtObjBase, MjtState};
+use mujoco_rs::error::MjEditError;
+use mujoco_rs::prelude::{MjData, MjModel, MjtDisableBit, MjtIntegrator, MjtState};
+use mujoco_rs::wrappers::mj_editing::MjSpec;
 
+use self::refusal::{in_one_line, refused};
 use crate::stages::Stages;
 
-/// Beyond this MuJoCo takes a number for gone wild.
-const WILD: f64 = 1e10;
+pub(crate) mod refusal;
+mod wild;
 
 /// All that the way ahead depends on: positions, velocities, activations, warm start, controls, applied forces.
 const STATE: u32 = MjtState::mjSTATE_INTEGRATION as u32;
@@ -109,7 +112,12 @@ impl Engine {
     pub fn compile(mjcf: &str) -> Result<Self, EngineError> {
         Self::check_version()?;
         let model = MjModel::from_xml_string(mjcf);
-        Self::of_model(model.map_err(|why| EngineError::Model(cleaned(&why.to_string())))?)
+        let parse = || {
+            // What is no string for C cannot even be asked about.
+            let sound = Some(mjcf).filter(|text| !text.contains('\0'));
+            MjSpec::from_xml_string(sound.ok_or(MjEditError::UnsupportedOperation)?)
+        };
+        Self::of_model(model.map_err(|why| refused(&why, parse))?)
     }
 
     /// Takes a model that is compiled already, for what needs files beside it; [`Engine::check_version`] comes before that.
@@ -119,7 +127,7 @@ impl Engine {
     pub fn of_model(model: MjModel) -> Result<Self, EngineError> {
         let mut spare = Box::new(model.clone());
         let data = MjData::try_new(Box::new(model));
-        let mut data = data.map_err(|why| EngineError::Model(cleaned(&why.to_string())))?;
+        let mut data = data.map_err(|why| EngineError::Model(in_one_line(&why.to_string())))?;
         if data.model_opt().integrator == MjtIntegrator::mjINT_DISCRETE as i32 {
             // This integrator has its damping in its equations; `euler` then only moves on by what they say.
             data.model_opt_mut().disableflags |= MjtDisableBit::mjDSBL_EULERDAMP as i32;
@@ -162,8 +170,8 @@ impl Engine {
     /// [`EngineFault`].
     pub fn forward(&mut self) -> Result<(), EngineFault> {
         // MuJoCo would reset it, and say so where nobody wants it said.
-        if let Some(i) = wild(self.data.ctrl()) {
-            let of = self.name_of(MjtObjBase::mjOBJ_ACTUATOR, i);
+        if let Some(i) = wild::first(self.data.ctrl()) {
+            let of = wild::actuator(self.model(), i);
             let what = "control";
             return Err(EngineFault::Wild { what, of });
         }
@@ -346,42 +354,22 @@ impl Engine {
         std::array::from_fn(|i| all[i].number)
     }
 
-    fn name_of(&self, kind: MjtObjBase, id: usize) -> String {
-        let name = self.data.model().id_to_name(kind, id);
-        name.map_or_else(|| format!("number {id}"), str::to_owned)
-    }
-
     /// By velocities or accelerations.
     fn sound(&self, numbers: &[f64], what: &'static str) -> Result<(), EngineFault> {
-        let Some(dof) = wild(numbers) else {
+        let Some(dof) = wild::first(numbers) else {
             return Ok(());
         };
-        let joint = usize::try_from(self.data.model().dof_jntid()[dof]).unwrap_or(0);
-        let of = self.name_of(MjtObjBase::mjOBJ_JOINT, joint);
+        let of = wild::dof(self.model(), dof);
         Err(EngineFault::Wild { what, of })
     }
 
     fn sound_places(&self) -> Result<(), EngineFault> {
-        let Some(place) = wild(self.data.qpos()) else {
+        let Some(place) = wild::first(self.data.qpos()) else {
             return Ok(());
         };
-        let model = self.data.model();
-        let mut starts = model.jnt_qposadr().iter();
-        let after = starts.position(|&start| usize::try_from(start).is_ok_and(|s| s > place));
-        let joint = after.unwrap_or(model.jnt_type().len()) - 1;
-        let (what, of) = ("position", self.name_of(MjtObjBase::mjOBJ_JOINT, joint));
+        let (what, of) = ("position", wild::place(self.model(), place));
         Err(EngineFault::Wild { what, of })
     }
-}
-
-/// The first number that is wild.
-fn wild(numbers: &[f64]) -> Option<usize> {
-    numbers.iter().position(|x| x.is_nan() || x.abs() >= WILD)
-}
-
-/// A message in one line.
-fn cleaned(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -138,6 +138,58 @@ fn a_step_that_runs_away_is_a_fault_and_moves_nothing() {
 }
 
 #[test]
+fn what_runs_away_without_a_name_is_named_by_its_body() {
+    let text = r#"<mujoco><worldbody>
+<body name="trunk"><freejoint/><geom size="0.1"/>
+  <body name="shank"><joint axis="0 1 0"/><geom size="0.1"/><body><joint name="toe" type="ball"/><geom size="0.1"/></body></body>
+</body></worldbody><actuator><motor joint="toe"/></actuator></mujoco>"#;
+    let names = [
+        "z of the free joint of trunk",
+        "the turn about y of the free joint of trunk",
+        "the hinge of shank",
+        "toe",
+    ];
+    for (dof, wanted) in [2, 4, 6, 8].into_iter().zip(names) {
+        let mut engine = Engine::compile(text).unwrap();
+        engine.data_mut().qvel_mut()[dof] = f64::NAN;
+        assert!(engine.step(0.002).is_err());
+        let model = engine.model();
+        assert_eq!(wild::dof(model, dof), wanted);
+    }
+    let mut engine = Engine::compile(text).unwrap();
+    for (place, wanted) in [
+        (3, "the free joint of trunk"),
+        (7, "the hinge of shank"),
+        (11, "toe"),
+    ] {
+        assert_eq!(wild::place(engine.model(), place), wanted);
+    }
+    engine.data_mut().ctrl_mut()[0] = 1e12;
+    let fault = engine.step(0.002).unwrap_err().to_string();
+    assert!(
+        fault.contains("the control of actuator number 0 is"),
+        "{fault}"
+    );
+}
+
+#[test]
+fn a_refusal_is_told_whole_with_its_line() {
+    let massless = format!(
+        "<mujoco>\n<worldbody>\n<body name=\"{}\">\n<freejoint/></body></worldbody></mujoco>",
+        "very".repeat(30)
+    );
+    let why = match Engine::compile(&massless) {
+        Err(EngineError::Model(why)) => why,
+        other => panic!("{:?}", other.map(|_| "an engine")),
+    };
+    assert!(
+        why.starts_with("mass and inertia of moving bodies"),
+        "{why}"
+    );
+    assert_eq!(refusal::line(&why), Some(3), "{why}");
+}
+
+#[test]
 fn a_model_that_is_none_is_refused_with_what_mujoco_says() {
     let refused = |text: &str| match Engine::compile(text) {
         Err(EngineError::Model(why)) => why,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use twinrig_document::Document;
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing};
+use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing, WiringError};
 use twinrig_scenario::{ActuatorSpec, ChangeAmount, Facts, PlantSpec, Scenario, Scene, Setting};
 
 use crate::body::Body;
@@ -13,7 +13,7 @@ use crate::coupling;
 use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
-use crate::registry::{Given, GivenLegs, NO_ROBOT, Physics, Registry};
+use crate::registry::{Given, GivenLegs, NO_ROBOT, OwnModel, Physics, Registry};
 use crate::sources::{SCENARIO_FILE, Sources};
 use crate::timing::timing;
 
@@ -338,9 +338,10 @@ impl<'r> Assembly<'r> {
             };
             self.registry.controller(&spec.kind, &given)
         } else {
-            let legs = &self.scene.legs;
+            let own = self.body.own_model();
             let given = GivenLegs {
-                legs,
+                legs: &self.scene.legs,
+                taken: &own.map_or_else(Vec::new, OwnModel::inputs),
                 options,
                 seed,
             };
@@ -369,9 +370,22 @@ impl<'r> Assembly<'r> {
         }
     }
 
+    /// What to do where a controller commands what the plant's own model has not been given a signal for.
+    fn rig_help(&self, error: &RigError) -> String {
+        let unmatched = matches!(error, RigError::Wiring(WiringError::Unmatched { port, .. }) if port.name.starts_with("leg/"));
+        let kind = self.scenario().controller.as_ref().map(|spec| &spec.kind);
+        match (kind, self.body.own_model()) {
+            (Some(kind), Some(_)) if unmatched => format!(
+                "\n  = help: `{kind}` has the same signals for every leg: map them all in [plant.inputs] and [plant.outputs], or write a controller of your own"
+            ),
+            _ => String::new(),
+        }
+    }
+
     pub(crate) fn rig_error(&self, source: RigError) -> TwinError {
         TwinError::Rig {
             file: self.scenario().file.clone(),
+            help: self.rig_help(&source),
             source: Box::new(source),
         }
     }

@@ -29,10 +29,12 @@ pub enum TwinError {
         source: BuildError,
     },
     /// The parts do not go together, or one of them stopped.
-    #[error("error: {source}\n --> {file}")]
+    #[error("error: {source}\n --> {file}{help}")]
     Rig {
         /// The scenario.
         file: String,
+        /// What to do, as a line of its own; may be empty.
+        help: String,
         /// What happened.
         source: Box<RigError>,
     },
@@ -97,7 +99,10 @@ pub enum TwinError {
         why: String,
     },
     /// This build lacks it.
-    #[error("error: this build cannot {what}\n  = help: build with `--features {feature}`")]
+    #[error(
+        "error: this build cannot {what}\n  = help: build with `--features {feature}`{}",
+        after(feature)
+    )]
     MissingFeature {
         /// What it cannot do.
         what: &'static str,
@@ -130,6 +135,12 @@ pub enum TwinError {
         /// Why not.
         source: std::io::Error,
     },
+}
+
+/// What comes before a build with a feature.
+fn after(feature: &str) -> String {
+    let needs = crate::registry::build_needs(feature);
+    needs.map_or_else(String::new, |needs| format!(", after `{needs}`"))
 }
 
 impl TwinError {

@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
-use twinrig_document::{DocumentError, Problem, suggestion};
-use twinrig_kernel::Unit;
+use twinrig_document::{self as document, DocumentError, Problem, Source, suggestion};
+use twinrig_kernel::{SimDuration, Unit};
 use twinrig_mujoco::model_file::{
     Input, Leg, Misfit, ModelFile, ModelFileError, Output, Place, SignalError, Thing, Wired, Wishes,
 };
@@ -47,6 +48,15 @@ impl OwnModel for Own {
 
     fn weight(&self) -> f64 {
         self.wired.weight()
+    }
+
+    fn inputs(&self) -> Vec<String> {
+        let names = self.wired.inputs().map(|port| port.name.clone());
+        names.collect()
+    }
+
+    fn step(&self) -> Option<SimDuration> {
+        self.wired.file().step().ok()
     }
 
     fn files(&self) -> Vec<(String, Vec<u8>)> {
@@ -98,8 +108,28 @@ fn of_disk(path: &Path, file: &Placed<String>) -> Result<(Vec<u8>, ModelFile), D
     let unread = |why| file.error(format!("cannot read {}: {why}", path.display()), "");
     let text = fs::read(path).map_err(unread)?;
     let model = ModelFile::read(path);
-    let model = model.map_err(|error| file.error(error.to_string(), ""))?;
+    let model = model.map_err(|error| refused(&error, path, &text, file))?;
     Ok((text, model))
+}
+
+/// At the line of the model, where that is known: an included file's lines are counted from its own start.
+fn refused(error: &ModelFileError, path: &Path, text: &[u8], file: &Placed<String>) -> Problem {
+    let text = String::from_utf8_lossy(text);
+    let line = error.line().filter(|_| !text.contains("<include"));
+    let mut lines = text.split_inclusive('\n');
+    let starts = lines.by_ref().take(line.unwrap_or(1) - 1).map(str::len);
+    let (start, found) = (starts.sum::<usize>(), lines.next());
+    match (line, found) {
+        (Some(_), Some(found)) => {
+            let indent = found.len() - found.trim_start().len();
+            let span = start + indent..start + found.trim_end().len();
+            let name = path.display().to_string();
+            let text = text.clone().into_owned();
+            let place = document::Place::new(Arc::new(Source { name, text }), span);
+            Problem::at(&place, error.to_string(), "")
+        }
+        _ => Problem::at(&file.place, error.to_string(), ""),
+    }
 }
 
 fn of_recording(
@@ -228,18 +258,41 @@ fn misfitted(misfit: &Misfit, options: &Options, file: &Placed<String>) -> Probl
     Problem::at(place, misfit.why.to_string(), help(&misfit.why))
 }
 
-fn help(why: &SignalError) -> String {
-    match why {
-        SignalError::Unknown { thing, name, known } => {
+fn unknown(thing: Thing, name: &str, known: &[String], other: Option<Thing>) -> String {
+    let is = other.map(|other| match other {
+        Thing::Actuator => "it is an actuator".to_owned(),
+        other => format!("it is a {other}"),
+    });
+    let has = match (thing, known) {
+        (Thing::Actuator, []) => {
+            "the model has none; see From a URDF in plants/mujoco/README.md".to_owned()
+        }
+        (_, []) => format!("the model has no {thing} with a name"),
+        _ => {
             let known = known.iter().map(String::as_str);
             suggestion(name, &format!("{thing}s of the model"), known)
         }
+    };
+    is.into_iter().chain([has]).collect::<Vec<_>>().join("; ")
+}
+
+fn help(why: &SignalError) -> String {
+    match why {
+        SignalError::Unknown {
+            thing,
+            name,
+            known,
+            other,
+        } => unknown(*thing, name, known, *other),
         SignalError::Word { word, known, .. } => {
             let help = suggestion(word, "it has", known.iter().copied());
             match help.as_str() {
                 "" => help,
                 help => {
-                    format!("{help} say which with `as = …`, or by the end of the signal's name")
+                    let end = if help.ends_with('?') { "" } else { ";" };
+                    format!(
+                        "{help}{end} say which with `as = …`, or by the end of the signal's name"
+                    )
                 }
             }
         }

@@ -68,6 +68,8 @@ pub struct Physics<'a> {
 pub struct GivenLegs<'a> {
     /// The legs of the scene, in the order of the plant.
     pub legs: &'a [LegFact],
+    /// The signals that the plant takes.
+    pub taken: &'a [String],
     /// As in [`Given`].
     pub options: &'a Options,
     /// As in [`Given`].
@@ -95,6 +97,12 @@ pub trait OwnModel: Send + Sync {
 
     /// Its weight \[N\].
     fn weight(&self) -> f64;
+
+    /// The signals that drive it.
+    fn inputs(&self) -> Vec<String>;
+
+    /// The step that it is simulated in where a scenario says none; none if it has none.
+    fn step(&self) -> Option<SimDuration>;
 
     /// What a recording must keep for it to be run again, by name.
     fn files(&self) -> Vec<(String, Vec<u8>)>;
@@ -135,6 +143,11 @@ pub struct PlantKind {
 enum BuildOfPlant {
     Robot(BuildPlant),
     Nothing(LoadModel),
+}
+
+/// The command without which a build with the cargo feature `feature` fails, if there is one.
+pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
+    (feature == "mujoco").then_some("ci/setup mujoco")
 }
 
 /// The plants, controllers and buses of a build.
@@ -309,6 +322,7 @@ impl Registry {
     pub fn without(mut self, kind: Kind, feature: &str) -> Self {
         self.missing.push(Kind {
             missing_feature: Some(feature.to_owned()),
+            build_needs: build_needs(feature).map(str::to_owned),
             ..kind
         });
         self

@@ -21,7 +21,8 @@ pub(crate) fn kind() -> ControllerKind {
     .or_without_robot(|given| {
         let legs = given.legs.iter().map(|leg| (leg.name.as_str(), leg.left));
         let plan = plan(given.options)?;
-        Ok(Script::of_legs(&legs.collect::<Vec<_>>(), &plan)?)
+        let script = Script::of_legs(&legs.collect::<Vec<_>>(), &plan)?;
+        Ok(script.for_plant(given.taken))
     })
     .with_option(shape())
     .with_option(option(

@@ -27,6 +27,8 @@ pub struct Kind {
     pub about: String,
     /// The cargo feature without which this build does not have it; none if it has it.
     pub missing_feature: Option<String>,
+    /// The command without which a build with that feature fails; none if it needs none.
+    pub build_needs: Option<String>,
     /// It brings a model of its own: a scenario needs no robot for it, and has no say in its base, legs, ground, start and
     /// actuators. Plants only.
     pub stands_alone: bool,
@@ -43,6 +45,7 @@ impl Kind {
             name: name.into(),
             about: about.into(),
             missing_feature: None,
+            build_needs: None,
             stands_alone: false,
             options: Vec::new(),
             variables: Vec::new(),

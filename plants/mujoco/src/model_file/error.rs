@@ -4,6 +4,7 @@ use thiserror::Error;
 use twinrig_kernel::Unit;
 
 use crate::engine::EngineError;
+use crate::engine::refusal::line;
 use crate::model_file::wishes::Thing;
 
 /// Why there is no plant.
@@ -41,6 +42,16 @@ pub enum ModelFileError {
     /// Signals cannot be what they are wanted to be.
     #[error("{}", .0.iter().map(|one| one.why.to_string()).collect::<Vec<_>>().join("; "))]
     Signals(Vec<Misfit>),
+}
+
+impl ModelFileError {
+    /// The line of the model's file that MuJoCo says it refuses, counted from 1; of a file that it includes, if it does.
+    pub fn line(&self) -> Option<usize> {
+        match self {
+            Self::Engine(EngineError::Model(message)) => line(message),
+            _ => None,
+        }
+    }
 }
 
 /// A signal that cannot be what it is wanted to be.
@@ -81,6 +92,8 @@ pub enum SignalError {
         name: String,
         /// The names there are.
         known: Vec<String>,
+        /// What else has the name.
+        other: Option<Thing>,
     },
     /// A thing of that kind has no such measurement.
     #[error("a {what} has no `{word}`")]

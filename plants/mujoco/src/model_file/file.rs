@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use mujoco_rs::prelude::{MjModel, MjtEnableBit};
+use mujoco_rs::wrappers::mj_editing::MjSpec;
 use twinrig_kernel::SimDuration;
 
-use crate::engine::{Engine, EngineError};
+use crate::engine::Engine;
+use crate::engine::refusal::refused;
 use crate::model_file::error::ModelFileError;
 
 /// What a compiled model begins with: whose it is. Then comes a checksum.
@@ -28,7 +30,7 @@ impl ModelFile {
             return Err(ModelFileError::Path);
         }
         let model = MjModel::from_xml(path);
-        let model = model.map_err(|why| EngineError::Model(in_one_line(&why.to_string())))?;
+        let model = model.map_err(|why| refused(&why, || MjSpec::from_xml(path)))?;
         Ok(Self::of(model))
     }
 
@@ -91,9 +93,4 @@ impl ModelFile {
 fn checksum(bytes: &[u8]) -> u64 {
     let mix = |sum: u64, byte: &u8| (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, mix)
-}
-
-/// What MuJoCo says over several lines, its own prefix first, in one.
-fn in_one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -117,10 +117,12 @@ pub(crate) fn found(
 ) -> Result<usize, (Place, SignalError)> {
     thing.find(model, name).ok_or_else(|| {
         let known = thing.named(model).map(|(_, known)| known.to_owned());
+        let mut others = Thing::ALL.into_iter();
         let unknown = SignalError::Unknown {
             thing,
             name: name.to_owned(),
             known: known.collect(),
+            other: others.find(|other| other.find(model, name).is_some()),
         };
         (Place::Thing, unknown)
     })

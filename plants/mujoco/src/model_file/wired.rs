@@ -98,6 +98,11 @@ impl Wired {
         &self.file
     }
 
+    /// The signals that drive it.
+    pub fn inputs(&self) -> impl Iterator<Item = &Port> {
+        self.inputs.iter().map(|(port, _)| port)
+    }
+
     /// Its legs, in the order in which outputs and then inputs name them.
     pub fn legs(&self) -> &[Leg] {
         &self.legs

@@ -33,7 +33,9 @@ fn mjcf(args: &MjcfArgs, terminal: &mut Terminal<'_>) -> Result<(), TwinError> {
     std::fs::write(path, text).map_err(|source| TwinError::Write {
         path: path.clone(),
         source,
-    })
+    })?;
+    terminal.print(&format!("written {}", path.display()));
+    Ok(())
 }
 
 #[cfg(feature = "mujoco")]
@@ -88,9 +90,37 @@ mod with_mujoco {
             coordinates,
             numerics: Numerics::of(coordinates),
         };
-        let text = mjcf(robot, &options)?;
+        let text = tidy(&mjcf(robot, &options)?);
         Engine::compile(&text)?;
         Ok(text)
+    }
+
+    /// An element a line, indented by its depth, without zeros below zero.
+    fn tidy(text: &str) -> String {
+        let (mut tidied, mut depth, mut rest) = (String::new(), 0_usize, text.trim_start());
+        while !rest.is_empty() {
+            // No value of ours has a `>` in it; a comment may.
+            let end = if rest.starts_with("<!--") { "-->" } else { ">" };
+            let length = rest.find(end).map_or(rest.len(), |at| at + end.len());
+            let (tag, after) = rest.split_at(length);
+            let closes = tag.starts_with("</");
+            depth -= usize::from(closes && depth > 0);
+            let tag = tag.split('"').enumerate().map(|(n, part)| match n % 2 {
+                1 => without_minus(part),
+                _ => part.to_owned(),
+            });
+            let tag = tag.collect::<Vec<_>>().join("\"");
+            tidied.extend([&"  ".repeat(depth), tag.as_str(), "\n"]);
+            depth += usize::from(!closes && !tag.ends_with("/>") && !tag.starts_with("<!"));
+            rest = after.trim_start();
+        }
+        tidied
+    }
+
+    fn without_minus(value: &str) -> String {
+        let numbers = value.split(' ');
+        let numbers = numbers.map(|number| if number == "-0" { "0" } else { number });
+        numbers.collect::<Vec<_>>().join(" ")
     }
 
     fn not_found(error: RobotError) -> TwinError {

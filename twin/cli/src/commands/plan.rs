@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::{Group, Rig};
-use twinrig_scenario::{Coupling, LeftOut};
+use twinrig_scenario::{Coupling, LeftOut, Scenario};
 
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::PlanArgs;
@@ -29,6 +29,8 @@ struct Plan {
     schedule: Timetable,
     coupling: String,
     wires: Vec<Wire>,
+    /// Inputs of the plant that nobody writes: they stay as they are at the start.
+    free: Vec<Free>,
     signals: Vec<Signal>,
     gauges: Vec<Gauge>,
     changes: usize,
@@ -53,6 +55,14 @@ struct Wire {
     unit: &'static str,
     from: String,
     to: String,
+}
+
+/// An input of the plant.
+#[derive(Serialize)]
+struct Free {
+    name: String,
+    unit: &'static str,
+    size: usize,
 }
 
 /// An output of the plant.
@@ -122,6 +132,7 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
             frames_hz: scenario.record.frames,
             plant_step_s: registry
                 .plant_step(&scenario.plant)
+                .or_else(|| assembly.body().own_model()?.step())
                 .map(|step| seconds(step.as_nanos())),
             coupling_grid_s: match scenario.plant.coupling {
                 Coupling::Exact => None,
@@ -130,6 +141,7 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
         },
         coupling: coupling::told(scenario.plant.coupling),
         wires: wires(&rig),
+        free: free(&rig, scenario),
         signals: signals.collect(),
         gauges: gauges.collect(),
         changes: scenario.changes.len(),
@@ -164,6 +176,23 @@ fn wires(rig: &Rig) -> Vec<Wire> {
         .into_iter()
         .flat_map(|group| rig.layout(group).fields());
     fields.map(|field| wire(&field.port)).collect()
+}
+
+/// What the plant takes, and no process writes; where there are boards, they drive what they are made for.
+fn free(rig: &Rig, scenario: &Scenario) -> Vec<Free> {
+    let written = rig.layout(Group::ProcessOutputs);
+    let ports = rig.plant().ports().into_iter();
+    let inputs = ports.filter(|port| port.direction == Direction::Input);
+    let free = inputs.filter(|port| {
+        let mut written = written.fields();
+        scenario.buses.is_empty() && written.all(|field| field.port.name != port.name)
+    });
+    let one = |port: Port| Free {
+        name: port.name,
+        unit: port.unit.symbol(),
+        size: port.size,
+    };
+    free.map(one).collect()
 }
 
 fn text(plan: &Plan, paint: Paint) -> String {
@@ -210,6 +239,8 @@ fn text(plan: &Plan, paint: Paint) -> String {
     let mut lines = vec![paint.bold(&plan.scenario)];
     lines.extend(facts.lines(2, paint));
     section(&mut lines, paint, "wired", &wired(plan));
+    let title = "inputs of the plant that nothing drives";
+    section(&mut lines, paint, title, &undriven(plan));
     section(&mut lines, paint, "signals of the plant", &signals(plan));
     section(
         &mut lines,
@@ -263,19 +294,40 @@ fn wired(plan: &Plan) -> Grid {
     grid
 }
 
+fn undriven(plan: &Plan) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut rows = Vec::new();
+    for free in &plan.free {
+        let row = (
+            folded(&free.name, &plan.legs),
+            measure(free.unit, free.size),
+        );
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
+    }
+    for (name, measure) in rows {
+        grid.row([name.into(), Cell::new(measure, Tint::Dim)]);
+    }
+    grid
+}
+
+/// Unit, and size if there are several numbers.
+fn measure(unit: &str, size: usize) -> String {
+    match size {
+        1 => format!("[{unit}]"),
+        size => format!("[{unit}] × {size}"),
+    }
+}
+
 fn signals(plan: &Plan) -> Grid {
     let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left]);
     let mut rows = Vec::new();
     for signal in &plan.signals {
-        let size = if signal.size == 1 {
-            String::new()
-        } else {
-            format!(" × {}", signal.size)
-        };
         let name = folded(&signal.name, &plan.legs);
         let row = (
             name,
-            format!("[{}]{size}", signal.unit),
+            measure(signal.unit, signal.size),
             (signal.computed, signal.recorded),
         );
         if !rows.contains(&row) {

@@ -21,12 +21,12 @@ fn a_build_without_the_engine_says_which_feature_it_lacks() {
     assert!(
         done.err
             .trim_end()
-            .ends_with("build with `--features mujoco`"),
+            .ends_with("build with `--features mujoco`, after `ci/setup mujoco`"),
         "{}",
         done.err
     );
     let done = twin(&["export", "mjcf", "cheetah-cub"]);
-    let wanted = "error: this build cannot write MJCF\n  = help: build with `--features mujoco`\n";
+    let wanted = "error: this build cannot write MJCF\n  = help: build with `--features mujoco`, after `ci/setup mujoco`\n";
     assert_eq!((done.code, done.err.as_str()), (2, wanted));
 }
 
@@ -124,7 +124,7 @@ mod with_mujoco {
     }
 
     #[test]
-    fn what_mujoco_refuses_is_shown_at_the_name_of_the_file() {
+    fn what_mujoco_refuses_is_shown_at_the_line_of_the_model() {
         let folder = Folder::new("refused-model");
         let path = changed(&folder, "duration", "duration");
         folder.file(
@@ -137,7 +137,61 @@ mod with_mujoco {
             said.contains("freejoynt") && said.contains("line 23"),
             "{said}"
         );
+        assert!(
+            said.contains("pup.xml:23:7") && !said.contains("load failed"),
+            "{said}"
+        );
+        // Longer than what is usual.
+        let pup = text("pup.xml");
+        let unknown = pup.replacen(
+            "joint=\"rh_knee\"",
+            "joint=\"rh_knee_that_nobody_has_and_whose_name_is_much_too_long\"",
+            1,
+        );
+        assert_ne!(unknown, pup);
+        let line = 1 + unknown
+            .split("rh_knee_that")
+            .next()
+            .unwrap()
+            .matches('\n')
+            .count();
+        folder.file("pup.xml", &unknown);
+        let done = twin(&["check", &path]);
+        let said = done.out + &done.err;
+        assert!(said.contains(&format!(", line {line}\n")), "{said}");
+        assert!(said.contains(&format!("pup.xml:{line}:")), "{said}");
+        // Lines of what is included are not its own.
+        folder.file("legs.xml", &unknown);
+        folder.file("pup.xml", "<mujoco><include file=\"legs.xml\"/></mujoco>");
+        let done = twin(&["check", &path]);
+        let said = done.out + &done.err;
         assert!(said.contains("pup.toml:11:8"), "{said}");
+    }
+
+    #[test]
+    fn another_sort_of_thing_of_that_name_is_told() {
+        let site = refused("sort", "{ joint = \"lf_hip\" }", "{ site = \"lf_hip\" }");
+        assert!(site.contains("no site `lf_hip`"), "{site}");
+        assert!(site.contains("= help: it is a joint; "), "{site}");
+        let folder = Folder::new("no-actuators");
+        let path = changed(&folder, "duration", "duration");
+        let pup = text("pup.xml");
+        let (before, rest) = pup.split_once("<actuator>").unwrap();
+        let bare = format!("{before}{}", rest.split_once("</actuator>").unwrap().1);
+        // A keyframe has controls of what is no more.
+        let (before, rest) = bare.split_once("<keyframe>").unwrap();
+        let bare = format!("{before}{}", rest.split_once("</keyframe>").unwrap().1);
+        folder.file("pup.xml", &bare);
+        folder.file(
+            "pup.toml",
+            &text("pup.toml").replace("keyframe = \"crouched\"\n", ""),
+        );
+        let done = twin(&["check", &path]);
+        let said = done.out + &done.err;
+        assert!(
+            said.contains("it is a joint; the model has none; see From a URDF"),
+            "{said}"
+        );
     }
 
     #[test]
@@ -179,10 +233,21 @@ mod with_mujoco {
             ];
             let done = twin(&[&words[..], &["--out", &out]].concat());
             assert_eq!((done.code, done.err.as_str()), (0, ""));
+            assert_eq!(done.out.trim_end(), format!("written {out}"));
             let printed = twin(&words).out;
             assert_eq!(
                 printed.trim_end(),
                 std::fs::read_to_string(&out).unwrap().trim_end()
+            );
+            for number in printed.split(['"', ' ']) {
+                assert_ne!(number, "-0", "{printed}");
+            }
+            let indent = |line: &str| line.len() - line.trim_start().len();
+            let lines = printed.lines().filter(|line| line.contains("\"LF_foot\""));
+            let indents: Vec<_> = lines.map(indent).collect();
+            assert!(
+                indents.iter().all(|&one| one == indents[0] && one >= 6),
+                "{indents:?}"
             );
             // It falls a centimetre or so onto its springs, and stands.
             let scenario = "duration = \"1 s\"\n[plant]\nmodel = \"mjcf\"\nfile = \"cub.xml\"\n\
@@ -198,6 +263,72 @@ mod with_mujoco {
             done.err.contains("there is no robot `no-such-robot`"),
             "{}",
             done.err
+        );
+    }
+
+    #[test]
+    fn a_plan_shows_inputs_that_nothing_drives_and_the_step_of_the_model() {
+        let folder = Folder::new("plan");
+        let scenario = text("pup.toml");
+        let head = scenario.split("[controller]").next().unwrap();
+        let head: String = head
+            .split_inclusive('\n')
+            .filter(|line| !line.starts_with("step"))
+            .collect();
+        let pup = text("pup.xml");
+        let step = pup
+            .split_once("timestep=\"")
+            .map(|(_, rest)| rest.split('"').next().unwrap());
+        let step: f64 = step.map_or(0.002, |step| step.parse().unwrap());
+        folder.file("pup.xml", &pup);
+        let path = folder.file("bare.toml", &head);
+        let done = twin(&["plan", "--json", &path]);
+        assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+        let plan = &json(&done.out)[0];
+        assert_eq!(plan["schedule"]["plant_step_s"], step);
+        let free = plan["free"].as_array().unwrap();
+        assert_eq!(free.len(), 8, "{}", done.out);
+        assert_eq!(
+            (&free[0]["name"], &free[0]["unit"]),
+            (&"leg/LF/hip/command".into(), &"rad".into())
+        );
+        let said = twin(&["plan", &path]).out;
+        assert!(
+            said.contains("inputs of the plant that nothing drives\n    leg/*/hip/command"),
+            "{said}"
+        );
+        let path = folder.file("pup.toml", &scenario);
+        let plan = &json(&twin(&["plan", "--json", &path]).out)[0];
+        assert!(plan["free"].as_array().unwrap().is_empty(), "{plan}");
+    }
+
+    #[test]
+    fn a_script_plays_hips_alone_where_there_are_no_knees() {
+        let folder = Folder::new("hips");
+        let scenario = text("pup.toml");
+        let keep = |without: &'static str| {
+            let lines = scenario.split_inclusive('\n');
+            lines
+                .filter(|line| !(line.contains(without) && line.contains("actuator")))
+                .collect::<String>()
+        };
+        folder.file("pup.xml", &text("pup.xml"));
+        let path = folder.file("hips.toml", &keep("knee/command"));
+        let done = twin(&["plan", &path]);
+        assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+        assert!(
+            done.out.contains("hip/command") && !done.out.contains("knee/command"),
+            "{}",
+            done.out
+        );
+        // One knee too few is a mistake, and the remedy is told.
+        let path = folder.file("odd.toml", &keep("LF/knee/command"));
+        let done = twin(&["plan", &path]);
+        let said = done.out + &done.err;
+        assert_eq!(done.code, 2, "{said}");
+        assert!(
+            said.contains("nothing takes `leg/LF/knee/command") && said.contains("= help: "),
+            "{said}"
         );
     }
 

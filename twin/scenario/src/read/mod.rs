@@ -221,7 +221,9 @@ fn kind<'k>(item: &Item<'_>, what: &str, kinds: &'k [Kind]) -> Result<&'k Kind, 
     };
     if let Some(feature) = &kind.missing_feature {
         let message = format!("this build has no {what} `{word}`");
-        let help = format!("build with `--features {feature}`");
+        let needs = kind.build_needs.as_ref();
+        let after = needs.map_or_else(String::new, |needs| format!(", after `{needs}`"));
+        let help = format!("build with `--features {feature}`{after}");
         return Err(item.report(message, help));
     }
     Ok(kind)
