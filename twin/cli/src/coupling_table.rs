@@ -110,7 +110,8 @@ fn three(row: &CouplingRow) -> [Cell; 3] {
     let error = match (row.status, row.error_rms_m) {
         (Status::Ok, Some(error)) => brief(error, "m").into(),
         (Status::Ok, None) => "".into(),
-        (status, _) => Cell::new(status.word(), Tint::Red),
+        _ if row.cut => Cell::new(row.word(), Tint::Dim),
+        _ => Cell::new(row.word(), Tint::Red),
     };
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.0}"));
     let speed = row

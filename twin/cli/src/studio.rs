@@ -13,6 +13,10 @@ use crate::error::TwinError;
 use crate::method::Method;
 use crate::registry::{NO_ROBOT, Registry};
 
+/// Why a plant that brings its own model has no part in these studies.
+const STANDS_ALONE: &str = "studies of precision and stability vary what a robot file says, and this plant brings its own model: \
+                            it goes with `twin study coupling` only";
+
 /// Builds the plants of a study out of a scenario.
 pub(crate) struct Studio<'r> {
     scene: Scene,
@@ -45,8 +49,13 @@ impl<'r> Studio<'r> {
         let own = Assembly::of_file(registry, path, settings)?;
         let spec = &own.scenario().plant;
         if spec.stands_alone {
-            let why = "a study varies what a robot file says, and this plant brings its own model";
-            return Err(own.not_built("plant", &spec.model, why.into()));
+            return Err(own.not_built("plant", &spec.model, STANDS_ALONE.into()));
+        }
+        let plants = || registry.plants_on_robots();
+        if let Some(alone) = names.iter().find(|name| {
+            registry.offer(name).is_some() && plants().all(|plant| plant != name.as_str())
+        }) {
+            return Err(own.not_built("plant", alone, STANDS_ALONE.into()));
         }
         let all: Vec<String> = match names {
             [] => registry.plants_on_robots().map(str::to_owned).collect(),

@@ -186,7 +186,8 @@ fn precision(study: &Study) -> Grid {
             row.error_rms_m
                 .map_or(String::new(), |error| brief(error, "m"))
         };
-        let failed = rows.len() - sound().count();
+        let cut = rows.iter().filter(|row| row.cut).count();
+        let failed = rows.len() - sound().count() - cut;
         grid.row([
             line.plant.into(),
             line.way().into(),
@@ -200,10 +201,15 @@ fn precision(study: &Study) -> Grid {
                 .into(),
             best.map_or(String::new(), |row| metres(row)).into(),
             best.map_or(String::new(), |row| setting(row)).into(),
-            if failed > 0 {
-                Cell::new(format!("{failed} of {} failed", rows.len()), Tint::Red)
-            } else {
-                "".into()
+            match (failed, cut) {
+                (0, 0) => "".into(),
+                // What was cut for the budget did nothing wrong.
+                (0, cut) => Cell::new(format!("{cut} of {} cut", rows.len()), Tint::Dim),
+                (failed, 0) => Cell::new(format!("{failed} of {} failed", rows.len()), Tint::Red),
+                (failed, cut) => Cell::new(
+                    format!("{failed} of {} failed, {cut} cut", rows.len()),
+                    Tint::Red,
+                ),
             },
         ]);
     }
@@ -250,7 +256,8 @@ fn stability(study: &Study) -> Grid {
         let (word, tint) = match row.status {
             Status::Ok if row.wrong => ("stable, but wrong", Tint::Yellow),
             Status::Ok => ("", Tint::None),
-            status => (status.word(), Tint::Red),
+            _ if row.cut => (row.word(), Tint::Dim),
+            _ => (row.word(), Tint::Red),
         };
         grid.row([
             row.plant.as_str().into(),
