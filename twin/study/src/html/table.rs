@@ -11,7 +11,9 @@ pub(crate) struct Table {
 }
 
 /// More columns than this take all the width there is.
-const WIDE: usize = 9;
+const WIDE: usize = 7;
+/// And more than this do not even have that.
+const WIDEST: usize = 14;
 
 impl Table {
     pub(crate) fn new(head: &[&str], words: usize) -> Self {
@@ -70,7 +72,11 @@ impl Table {
                 body.push('\n');
             }
         }
-        let class = if wide { " class=\"wide\"" } else { "" };
+        let class = match columns.len() {
+            count if count > WIDEST => " class=\"wide widest\"",
+            _ if wide => " class=\"wide\"",
+            _ => "",
+        };
         format!(
             "<div class=\"scroll\"><table{class}><thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
         )
