@@ -74,7 +74,7 @@ fn rms(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     libm::sqrt(3.0 * sum / (a.len() * a[0].len()) as f64)
 }
 
-/// `lcp` by its own reference method, which SciPy confirms to 1e-11 m (`plants/lcp/tests/trajectories.rs`).
+/// `lcp` by its own reference method, which `SciPy` confirms to 1e-11 m (`plants/lcp/tests/trajectories.rs`).
 fn reference(scenario: &str) -> Vec<Vec<f64>> {
     let exact = [
         ("plant.integrator", "rodas4"),

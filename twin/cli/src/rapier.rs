@@ -147,6 +147,5 @@ fn solver(given: &Given, joints: Joints) -> Solver {
         stabilization_iterations: count("stabilization_iterations", of.stabilization_iterations),
         joint_softness: soft("joint", of.joint_softness),
         contact_softness: soft("contact", of.contact_softness),
-        ..of
     }
 }
