@@ -9,11 +9,13 @@ use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing, W
 use twinrig_scenario::{ActuatorSpec, ChangeAmount, Facts, PlantSpec, Scenario, Scene, Setting};
 
 use crate::body::Body;
+use crate::controller_kind::{Given, GivenLegs};
 use crate::coupling;
 use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
-use crate::registry::{Given, GivenLegs, NO_ROBOT, OwnModel, Physics, Registry};
+use crate::plant_kind::{OwnModel, Physics};
+use crate::registry::{NO_ROBOT, Registry};
 use crate::sources::{SCENARIO_FILE, Sources};
 use crate::timing::timing;
 

@@ -6,7 +6,8 @@ use twinrig_robot::{LegMount, Robot, RobotFile};
 use twinrig_scenario::{LegFact, Scenario};
 
 use crate::error::TwinError;
-use crate::registry::{Bringing, OwnModel, Registry};
+use crate::plant_kind::{Bringing, OwnModel};
+use crate::registry::Registry;
 use crate::sources;
 
 /// What a scenario names to be simulated. A robot beside a model that the plant brings along is for the controller.

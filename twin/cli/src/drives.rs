@@ -7,7 +7,8 @@ use twinrig_runtime::{Beside, Plant};
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 
 use crate::option::option;
-use crate::registry::{BuildError, Physics, PlantKind};
+use crate::plant_kind::{Physics, PlantKind};
+use crate::registry::BuildError;
 use crate::setup::motors;
 
 const INERTIA: &str = "load_inertia";

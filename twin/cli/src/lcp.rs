@@ -6,7 +6,8 @@ use twinrig_lcp::{Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::option::choice;
-use crate::registry::{BuildError, Physics, PlantKind};
+use crate::plant_kind::{Physics, PlantKind};
+use crate::registry::BuildError;
 use crate::setup::setup;
 
 /// The plant's own step where a scenario gives none.

@@ -33,6 +33,7 @@ mod bus_kind;
 mod buses;
 mod commands;
 mod continuation;
+mod controller_kind;
 mod coupling;
 mod coupling_studio;
 mod coupling_table;
@@ -58,6 +59,7 @@ mod option;
 mod optoforce;
 mod paint;
 mod phidget;
+mod plant_kind;
 mod progress;
 #[cfg(feature = "rapier")]
 mod rapier;
@@ -84,12 +86,12 @@ pub use twinrig_scenario as scenario;
 pub use assembly::Assembly;
 pub use bus_kind::{BusKind, Hookup};
 pub use commands::{run, run_with};
+pub use controller_kind::{ControllerKind, Given, GivenLegs};
 pub use error::TwinError;
 pub use execute::{Execution, execute};
 pub use lcp::lcp;
 pub use massless::massless;
 pub use method::Method;
-pub use registry::{
-    Bringing, BuildError, ControllerKind, Given, GivenLegs, OwnModel, Physics, PlantKind, Registry,
-};
+pub use plant_kind::{Bringing, OwnModel, Physics, PlantKind};
+pub use registry::{BuildError, Registry};
 pub use report::{Energy, Line, RealTime, Report, Status};

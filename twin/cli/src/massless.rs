@@ -7,7 +7,8 @@ use twinrig_massless::{Force, Massless, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::option::choice;
-use crate::registry::{BuildError, Physics, PlantKind};
+use crate::plant_kind::{Physics, PlantKind};
+use crate::registry::BuildError;
 use crate::setup::setup;
 
 /// The plant's own step where a scenario gives none.

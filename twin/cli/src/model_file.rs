@@ -13,7 +13,8 @@ use twinrig_runtime::Plant;
 use twinrig_scenario::{LegFact, OptionValue, Options, Placed, PlantSpec};
 
 use crate::mjcf::{ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options};
-use crate::registry::{Bringing, BuildError, OwnModel, PlantKind};
+use crate::plant_kind::{Bringing, OwnModel, PlantKind};
+use crate::registry::BuildError;
 use crate::standard::MJCF;
 
 /// What a recording keeps: the text, to be read, and the compiled model with all that it includes, to be run again.

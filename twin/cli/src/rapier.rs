@@ -7,7 +7,8 @@ use twinrig_scenario::{Accepts, OptionSpec, Options as Given};
 
 use crate::method::Method;
 use crate::option::{choice, number, option};
-use crate::registry::{BuildError, Physics, PlantKind, Registry};
+use crate::plant_kind::{Physics, PlantKind};
+use crate::registry::{BuildError, Registry};
 use crate::setup::setup;
 use crate::standard::RAPIER;
 

@@ -5,8 +5,9 @@ use twinrig_kernel::Unit;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_script::{Plan, Script, Shape};
 
+use crate::controller_kind::ControllerKind;
 use crate::option::option;
-use crate::registry::{BuildError, ControllerKind};
+use crate::registry::BuildError;
 
 const SHAPE: &str = "shape";
 const PHASE_LAG: &str = "phase_lag";

@@ -10,7 +10,8 @@ use twinrig_scenario::{
     StartPose as SceneStart,
 };
 
-use crate::registry::{BuildError, Physics};
+use crate::plant_kind::Physics;
+use crate::registry::BuildError;
 
 /// What to simulate, in steps of `step` where the scenario gives none.
 ///

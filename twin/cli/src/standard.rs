@@ -4,6 +4,7 @@ use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::OptionSpec;
 
+use crate::controller_kind::{ControllerKind, Given};
 use crate::drives;
 use crate::lcp;
 use crate::massless;
@@ -15,10 +16,11 @@ use crate::mujoco;
 use crate::option::choice;
 use crate::optoforce;
 use crate::phidget;
+use crate::plant_kind::PlantKind;
 #[cfg(feature = "rapier")]
 use crate::rapier;
 use crate::rb110;
-use crate::registry::{ControllerKind, Given, PlantKind, Registry};
+use crate::registry::Registry;
 use crate::sbcp;
 use crate::script;
 
