@@ -11,8 +11,8 @@ use real::{Asker, CLOSE, EchoWire, Lag, Log, NUMBER, OPEN, Summing, answer};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{Ended, Limits, Privileges, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{
-    Change, Device, DeviceError, Driver, Group, Phase, Rig, RigError, RunEvent, Schedule,
-    TaskError, WiredTask,
+    Change, Device, DeviceError, Driver, Group, PanicReport, Phase, Rig, RigError, RunEvent,
+    Schedule, TaskError, WiredTask, caught,
 };
 use twinrig_wire::{Pty, SerialPort};
 
@@ -242,7 +242,7 @@ fn a_driver_that_gives_up_is_closed_and_says_why() {
 }
 
 #[test]
-fn a_driver_that_panics_ends_the_run_with_an_error_and_the_others_are_closed() {
+fn a_driver_that_panics_ends_the_run_with_an_error_that_names_it_and_all_are_closed() {
     let ((one, port), (two, other)) = (pair(), pair());
     let ends = [
         answering(one, Duration::ZERO, None),
@@ -252,19 +252,21 @@ fn a_driver_that_panics_ends_the_run_with_an_error_and_the_others_are_closed() {
     driver.panics_after = Some(3.0);
     let drivers = vec![(driver, port), (Asker::new("good"), other)];
     let (ended, _, _) = run(rig(Summing::new(&["bad", "good"]), drivers), 60_000);
-    assert!(
-        matches!(
-            &ended,
-            Err(RigError::Task {
-                source: TaskError::Lost { .. },
-                ..
-            })
-        ),
-        "{ended:?}"
-    );
-    let [bad, good] = ends.map(|end| end.join().unwrap());
-    assert_ne!(bad.last(), Some(&CLOSE));
-    assert_eq!(good.last(), Some(&CLOSE));
+    let Err(RigError::Task {
+        task,
+        source: TaskError::Panic(report),
+        ..
+    }) = ended
+    else {
+        panic!("{ended:?}");
+    };
+    assert_eq!(task, "bad");
+    assert_eq!(report.part.as_deref(), Some("driver `bad`"));
+    assert!(report.message.contains("as it was told to"), "{report}");
+    // The one that panicked is asked to close, too: it may still know how to stop its motors.
+    for end in ends {
+        assert_eq!(end.join().unwrap().last(), Some(&CLOSE));
+    }
 }
 
 /// Runs with a driver that hangs, and one that does not; the far end of the former answers, or not.
@@ -322,15 +324,57 @@ fn neither_does_one_that_never_comes_back_from_closing_after_it_has_failed() {
 }
 
 #[test]
-fn a_process_that_panics_leaves_the_devices_closed() {
+fn a_process_that_panics_ends_the_run_with_an_error_that_names_it_and_leaves_the_devices_closed() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
     let mut process = Summing::new(&["sbcp"]);
     process.panics_at = Some(5);
     let rig = rig(process, vec![(Asker::new("sbcp"), port)]);
-    let ran = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(rig, 60_000)));
-    assert!(ran.is_err());
+    let (ended, report, _) = run(rig, 60_000);
+    let Err(RigError::Panic(panic)) = ended else {
+        panic!("{ended:?}");
+    };
+    assert_eq!(panic.part.as_deref(), Some("controller `summing`"));
+    assert!(
+        panic
+            .place
+            .as_ref()
+            .is_some_and(|place| place.contains("process.rs")),
+        "{panic}"
+    );
+    assert_eq!(report.iterations, 5);
     assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
+}
+
+/// What panics in virtual time, with these parts.
+fn panics_in_lockstep(process: Summing, driver: Asker, plant: Lag) -> PanicReport {
+    let wire = Box::new(EchoWire::default());
+    let task = Box::new(WiredTask::new(Box::new(driver), wire));
+    let schedule = Schedule::with_period(millis(2));
+    let mut rig = Rig::new(&schedule, Box::new(process), vec![task], Box::new(plant)).unwrap();
+    let end = SimTime::ZERO + millis(100);
+    caught(|| rig.run_until(end, &mut ())).unwrap_err()
+}
+
+#[test]
+fn in_virtual_time_the_part_that_panics_is_named_too() {
+    let summing = || Summing::new(&["sbcp"]);
+    let mut driver = Asker::new("sbcp");
+    driver.panics_after = Some(3.0);
+    let report = panics_in_lockstep(summing(), driver, Lag::default());
+    assert_eq!(report.part.as_deref(), Some("driver `sbcp`"));
+    let mut process = summing();
+    process.panics_at = Some(5);
+    let report = panics_in_lockstep(process, Asker::new("sbcp"), Lag::default());
+    assert_eq!(report.part.as_deref(), Some("controller `summing`"));
+    // The plant is moved by the wire, and it is the plant that panics.
+    let plant = Lag {
+        panics_at: Some(SimTime::ZERO + millis(10)),
+        ..Lag::default()
+    };
+    let report = panics_in_lockstep(summing(), Asker::new("sbcp"), plant);
+    assert_eq!(report.part.as_deref(), Some("plant `lag`"));
+    assert!(report.message.contains("as it was told to"), "{report}");
 }
 
 #[test]

@@ -188,6 +188,25 @@ fn a_plant_that_fails_ends_serving_with_its_fault_and_the_host_hears_that_the_po
 }
 
 #[test]
+fn a_plant_that_panics_ends_serving_with_an_error_that_names_it() {
+    let plant = Lag {
+        panics_at: Some(SimTime::ZERO + millis(10)),
+        ..Lag::default()
+    };
+    let options = ServeOptions {
+        hold: Hold::Never,
+        ..ServeOptions::default()
+    };
+    let served = serve(options, plant, vec![wire("sbcp", Pty::open().unwrap())]);
+    let (ended, _, log) = served();
+    let Err(RigError::Panic(report)) = ended else {
+        panic!("{ended:?}");
+    };
+    assert_eq!(report.part.as_deref(), Some("plant `lag`"));
+    assert_eq!(log.samples(Group::Plant).count(), 5);
+}
+
+#[test]
 fn a_twin_that_is_slower_than_the_clock_says_so_and_leaves_nothing_out() {
     let plant = Lag {
         takes: Duration::from_millis(4),

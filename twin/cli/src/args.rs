@@ -44,6 +44,28 @@ pub enum Command {
     Export(ExportArgs),
 }
 
+impl Command {
+    /// Whether it prints an object for a program, and no text for a person.
+    pub fn json(&self) -> bool {
+        match self {
+            Self::Run(args) => args.json,
+            Self::Plan(args) => args.json,
+            Self::Check(args) => args.json,
+            Self::List(args) => args.json,
+            Self::Diff(args) => args.json,
+            Self::Replay(args) => args.json,
+            Self::Devices(args) => args.json,
+            Self::Study(StudyArgs {
+                study:
+                    StudyCommand::Precision(options)
+                    | StudyCommand::Stability(options)
+                    | StudyCommand::Coupling(options),
+            }) => options.json,
+            Self::Serve(_) | Self::Export(_) => false,
+        }
+    }
+}
+
 /// What is set on top of a scenario file.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Settings {

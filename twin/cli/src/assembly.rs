@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use twinrig_document::Document;
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Change, Plant, Process, Rig, RigError, Schedule, Timing, WiringError};
+use twinrig_runtime::{
+    Change, PartKind, Plant, Process, Rig, RigError, Schedule, Timing, WiringError, in_part,
+};
 use twinrig_scenario::{ActuatorSpec, ChangeAmount, Facts, PlantSpec, Scenario, Scene, Setting};
 
 use crate::body::Body;
@@ -117,7 +119,7 @@ impl<'r> Assembly<'r> {
         };
         assembly.check_fault_places()?;
         let plant_outputs = outputs(&*assembly.plant(&|_| true)?);
-        let process_ports = assembly.process()?.ports();
+        let process_ports = process_ports(&*assembly.process()?);
         let facts = Facts {
             legs: assembly.scene.legs.clone(),
             weight: assembly.scene.weight,
@@ -198,7 +200,7 @@ impl<'r> Assembly<'r> {
     ) -> Result<Rig, TwinError> {
         let plant = around(self.wanted_plant()?);
         let process = self.process()?;
-        let tasks = self.tasks(&process.ports())?;
+        let tasks = self.tasks(&process_ports(&*process))?;
         let schedule = self.schedule();
         let mut rig =
             Rig::new(&schedule, process, tasks, plant).map_err(|error| self.rig_error(error))?;
@@ -309,11 +311,14 @@ impl<'r> Assembly<'r> {
     /// What the controller commands first, by the names of the signals: the pose that the run begins in.
     fn first_commands(&self) -> Result<Vec<(String, f64)>, TwinError> {
         let mut process = self.process()?;
-        let ports = process.ports();
+        let ports = process_ports(&*process);
         let inputs = vec![0.0; Layout::of(&ports, Direction::Input).len()];
         let layout = Layout::of(&ports, Direction::Output);
         let mut outputs = vec![0.0; layout.len()];
-        process.step(SimDuration::ZERO, &inputs, &mut outputs);
+        let name = process.name().to_owned();
+        in_part(PartKind::Controller, &name, || {
+            process.step(SimDuration::ZERO, &inputs, &mut outputs);
+        });
         let named = |field: &Field| {
             let values = outputs[field.range()].iter();
             let name = field.port.name.clone();
@@ -393,8 +398,13 @@ impl<'r> Assembly<'r> {
     }
 }
 
+/// Inputs and outputs of a process.
+pub(crate) fn process_ports(process: &dyn Process) -> Vec<Port> {
+    in_part(PartKind::Controller, process.name(), || process.ports())
+}
+
 fn outputs(plant: &dyn Plant) -> Vec<Port> {
-    let mut ports = plant.ports();
+    let mut ports = in_part(PartKind::Plant, plant.name(), || plant.ports());
     ports.retain(|port| port.direction == Direction::Output);
     ports
 }

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Driver, Wire};
+use twinrig_runtime::{Driver, PartKind, Wire, in_part};
 use twinrig_scenario::{FaultKind as SceneFault, FaultSpec, Kind, OptionSpec, Options};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, Faulty, Line, WireError};
 
@@ -188,10 +188,10 @@ impl BusKind {
     }
 
     pub(crate) fn driver(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> {
-        (self.driver)(hookup)
+        in_part(PartKind::Driver, hookup.name, || (self.driver)(hookup))
     }
 
     pub(crate) fn wire(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> {
-        (self.wire)(hookup)
+        in_part(PartKind::Wire, hookup.name, || (self.wire)(hookup))
     }
 }

@@ -51,16 +51,7 @@ pub(crate) fn go_on(
     let ran = execute::run(other, &mut rig, &mut watch, &mut progress, end);
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
-    let (reached, error) = match ran {
-        Ok(reached) => (reached, None),
-        Err(error) => (rig.now(), Some(error)),
-    };
-    let course = Course {
-        reached,
-        wall_s,
-        error,
-        plant: Some((rig.plant().energy(), rig.plant().work())),
-    };
+    let course = Course::of(&rig, wall_s, ran);
     let report = execute::report(&unjudged, execution, watch, course, None);
     Ok(Continuation { report, lost })
 }

@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_robot::Robot;
-use twinrig_runtime::{Process, ProcessVariable};
+use twinrig_runtime::{PartKind, Process, ProcessVariable, caught, in_part};
 use twinrig_scenario::{Kind, LegFact, OptionSpec, Options, VariableSpec};
 
 use crate::registry::{BuildError, NO_ROBOT};
@@ -88,14 +88,17 @@ impl ControllerKind {
     pub(crate) fn offer(&self, robot: Option<&Robot>) -> Kind {
         Kind {
             options: self.options.clone(),
-            variables: robot.map_or_else(Vec::new, |robot| self.variables(robot)),
+            // Of one that panics nothing is known; scenarios of others have nothing to do with that.
+            variables: robot.map_or_else(Vec::new, |robot| {
+                caught(|| self.variables(robot)).unwrap_or_default()
+            }),
             ..Kind::new(&self.name, &self.about)
         }
     }
 
     /// Its process variables for all legs of `robot`. One that cannot be built without a scenario has none here, and none can
     /// be set.
-    fn variables(&self, robot: &Robot) -> Vec<VariableSpec> {
+    pub(crate) fn variables(&self, robot: &Robot) -> Vec<VariableSpec> {
         let legs: Vec<&str> = robot.legs.iter().map(|leg| leg.name.as_str()).collect();
         let options = Options::defaults(&self.options);
         let given = Given {
@@ -104,7 +107,8 @@ impl ControllerKind {
             options: &options,
             seed: 1,
         };
-        let Ok(process) = (self.build)(&given) else {
+        let built = in_part(PartKind::Controller, &self.name, || (self.build)(&given));
+        let Ok(process) = built else {
             return Vec::new();
         };
         let spec = |variable: &ProcessVariable| {

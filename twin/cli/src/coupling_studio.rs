@@ -8,7 +8,7 @@ use twinrig_scenario::Setting;
 use twinrig_study::{RigMake, RigScene, RigWorkshop, Way};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::{TwinError, guarded};
 use crate::registry::Registry;
 
 /// Builds the rigs of a study out of a scenario.
@@ -62,9 +62,15 @@ impl<'r> RigStudio<'r> {
             names => names.to_vec(),
         };
         for name in candidates {
-            match studio.assembly(&[model_is(&name)]) {
+            let file = path.display().to_string();
+            match guarded(&file, || studio.assembly(&[model_is(&name)])) {
                 Ok(assembly) => {
                     studio.compared.push(compared(&assembly));
+                    studio.plants.push(name);
+                }
+                // Its rows are built anew, and say so.
+                Err(TwinError::Panic { .. }) => {
+                    studio.compared.push("[]".to_owned());
                     studio.plants.push(name);
                 }
                 Err(error) if !names.is_empty() => return Err(error),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 use twinrig_document::{DocumentError, suggestion};
 use twinrig_record::RecordError;
-use twinrig_runtime::{DeviceError, RigError};
+use twinrig_runtime::{DeviceError, PanicReport, RigError, caught};
 
 use crate::registry::BuildError;
 
@@ -37,6 +37,17 @@ pub enum TwinError {
         help: String,
         /// What happened.
         source: Box<RigError>,
+    },
+    /// A part panicked, or this program did.
+    #[error(
+        "error: {source}{}\n  = help: this is a bug in it; with RUST_BACKTRACE=1 the calls that led there are printed",
+        at(file)
+    )]
+    Panic {
+        /// The scenario; empty if none was being run.
+        file: String,
+        /// What happened, and where.
+        source: PanicReport,
     },
     /// A device is given to a bus that the scenario does not have.
     #[error("error: there is no bus `{bus}` in this scenario\n  = help: {help}")]
@@ -135,6 +146,25 @@ pub enum TwinError {
         /// Why not.
         source: std::io::Error,
     },
+}
+
+/// The line that says which file it is about.
+fn at(file: &str) -> String {
+    match file {
+        "" => String::new(),
+        file => format!("\n --> {file}"),
+    }
+}
+
+/// Does `what` for the scenario in `file`; a panic in it is an error like any other.
+pub(crate) fn guarded<R>(
+    file: &str,
+    what: impl FnOnce() -> Result<R, TwinError>,
+) -> Result<R, TwinError> {
+    caught(what).unwrap_or_else(|source| {
+        let file = file.to_owned();
+        Err(TwinError::Panic { file, source })
+    })
 }
 
 /// What comes before a build with a feature.

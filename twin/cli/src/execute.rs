@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
-use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts};
+use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts, caught};
 use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
 
 use crate::assembly::Assembly;
@@ -99,16 +99,7 @@ pub(crate) fn execute_saving(
     let ran = ran.and_then(|_| run(assembly, &mut rig, &mut watch, &mut progress, end));
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
-    let (reached, error) = match ran {
-        Ok(reached) => (reached, None),
-        Err(error) => (rig.now(), Some(error)),
-    };
-    let course = Course {
-        reached,
-        wall_s,
-        error,
-        plant: Some((rig.plant().energy(), rig.plant().work())),
-    };
+    let course = Course::of(&rig, wall_s, ran);
     let report = report(assembly, execution, watch, course, reference.as_deref());
     Ok((report, saved))
 }
@@ -119,8 +110,48 @@ pub(crate) struct Course {
     pub wall_s: f64,
     /// Why it did not come to its end.
     pub error: Option<String>,
-    /// The plant's books and work, if there is a plant.
+    /// Whether a plant was simulated.
+    pub simulated: bool,
+    /// Energy and work of that plant, if it can still be asked.
     pub plant: Option<(EnergyBooks, WorkCounts)>,
+}
+
+impl Course {
+    /// Of a rig in virtual time that has run as far as it did.
+    pub(crate) fn of(rig: &Rig, wall_s: f64, ran: Result<SimTime, Stopped>) -> Self {
+        let (reached, stopped) = match ran {
+            Ok(reached) => (reached, None),
+            Err(stopped) => (rig.now(), Some(stopped)),
+        };
+        // After a panic no part is in a state in which it could be asked anything.
+        let sound = !matches!(stopped, Some(Stopped::Panic(_)));
+        Self {
+            reached,
+            wall_s,
+            error: stopped.map(|stopped| stopped.to_string()),
+            simulated: true,
+            plant: sound.then(|| (rig.plant().energy(), rig.plant().work())),
+        }
+    }
+}
+
+/// Why a run did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Stopped {
+    /// Somebody did not want to wait for the end.
+    #[error("interrupted at {0}")]
+    Interrupted(SimTime),
+    /// Something went wrong.
+    #[error(transparent)]
+    Failed(TwinError),
+    /// A part panicked.
+    #[error(transparent)]
+    Panic(TwinError),
+    /// The scenario is over before control began.
+    #[error(
+        "at {0} the devices were still being made ready, and nothing was controlled yet\n  = help: a longer `duration` lets them finish"
+    )]
+    NotOpen(SimTime),
 }
 
 /// Judges a run that is over, closes its recording and reports.
@@ -175,25 +206,37 @@ pub(crate) fn run<W: Write>(
     watch: &mut Watch<W>,
     progress: &mut Progress,
     end: SimTime,
-) -> Result<SimTime, String> {
+) -> Result<SimTime, Stopped> {
+    let ran = caught(|| run_in_slices(assembly, rig, watch, progress, end));
+    ran.unwrap_or_else(|source| {
+        let file = assembly.scenario().file.clone();
+        Err(Stopped::Panic(TwinError::Panic { file, source }))
+    })
+}
+
+fn run_in_slices<W: Write>(
+    assembly: &Assembly<'_>,
+    rig: &mut Rig,
+    watch: &mut Watch<W>,
+    progress: &mut Progress,
+    end: SimTime,
+) -> Result<SimTime, Stopped> {
     let mut now = rig.now();
     while now < end {
         now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
         rig.run_until(now, watch)
-            .map_err(|error| assembly.rig_error(error).to_string())?;
+            .map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
         if watch.is_broken() {
             // Closing the recording tells why.
             return Ok(now);
         }
         if interrupt::asked() {
-            return Err(format!("interrupted at {now}"));
+            return Err(Stopped::Interrupted(now));
         }
         progress.at(now.as_secs_f64());
     }
     if !rig.is_open() {
-        return Err(format!(
-            "at {end} the devices were still being made ready, and nothing was controlled yet\n  = help: a longer `duration` lets them finish"
-        ));
+        return Err(Stopped::NotOpen(end));
     }
     Ok(end)
 }
@@ -210,7 +253,10 @@ fn reference(
     let title = format!("{}, without changes", assembly.scenario().name);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
     // What the reference does not reach cannot be compared with, and fails as unobserved.
-    let _ = run(&assembly, &mut rig, &mut watch, &mut progress, end);
+    let ran = run(&assembly, &mut rig, &mut watch, &mut progress, end);
+    if let Err(Stopped::Panic(error)) = ran {
+        return Err(error);
+    }
     let _ = watch.judge(&RunEnd {
         at: rig.now(),
         energy: None,
@@ -257,7 +303,7 @@ fn judged<W: Write>(
         scenario: scenario.name.clone(),
         verdict: if pass { Status::Pass } else { Status::Fail },
         seed: Some(scenario.seed),
-        plant: work.is_some().then(|| scenario.plant.model.clone()),
+        plant: course.simulated.then(|| scenario.plant.model.clone()),
         fingerprint: Some(watch.digest().to_string()),
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),

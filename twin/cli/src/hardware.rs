@@ -56,6 +56,7 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         reached,
         wall_s,
         error,
+        simulated: false,
         plant: None,
     };
     let mut report = report(assembly, execution, watch, course, None);

@@ -3,7 +3,7 @@
 use twinrig_document::DocumentError;
 use twinrig_kernel::SimDuration;
 use twinrig_robot::Robot;
-use twinrig_runtime::{Plant, Process};
+use twinrig_runtime::{PartKind, Plant, Process, in_part};
 use twinrig_scenario::{Catalogue, Kind, PlantSpec};
 use twinrig_study::PlantOffer;
 
@@ -131,6 +131,13 @@ impl Registry {
         self.controllers.iter().find(|kind| kind.name() == name)
     }
 
+    /// Asks the controller `name` for its variables on `robot`, as [`Registry::catalogue`] does, and lets a panic of it through.
+    pub(crate) fn probe_controller(&self, name: &str, robot: &Robot) {
+        if let Some(kind) = self.controller_kind(name) {
+            kind.variables(robot);
+        }
+    }
+
     fn plant_kind(&self, name: &str) -> Option<&PlantKind> {
         self.plants.iter().find(|kind| kind.name() == name)
     }
@@ -141,7 +148,8 @@ impl Registry {
         name: &str,
         given: &Given<'_>,
     ) -> Option<Result<Box<dyn Process>, BuildError>> {
-        Some(self.controller_kind(name)?.build(given))
+        let kind = self.controller_kind(name)?;
+        Some(in_part(PartKind::Controller, name, || kind.build(given)))
     }
 
     /// The same without a robot.
@@ -150,7 +158,10 @@ impl Registry {
         name: &str,
         given: &GivenLegs<'_>,
     ) -> Option<Result<Box<dyn Process>, BuildError>> {
-        Some(self.controller_kind(name)?.build_of_legs(given))
+        let kind = self.controller_kind(name)?;
+        Some(in_part(PartKind::Controller, name, || {
+            kind.build_of_legs(given)
+        }))
     }
 
     /// Makes the model that the plant brings along; none if it stands on a robot, or there is no such plant.
@@ -158,7 +169,9 @@ impl Registry {
         &self,
         bringing: &Bringing<'_>,
     ) -> Option<Result<Box<dyn OwnModel>, DocumentError>> {
-        self.plant_kind(&bringing.plant.model)?.load(bringing)
+        let name = &bringing.plant.model;
+        let kind = self.plant_kind(name)?;
+        in_part(PartKind::Plant, name, || kind.load(bringing))
     }
 
     /// Builds the plant of `physics`; none if there is no such plant.
@@ -166,7 +179,9 @@ impl Registry {
         &self,
         physics: &Physics<'_>,
     ) -> Option<Result<Box<dyn Plant>, BuildError>> {
-        Some(self.plant_kind(&physics.plant.model)?.build(physics))
+        let name = &physics.plant.model;
+        let kind = self.plant_kind(name)?;
+        Some(in_part(PartKind::Plant, name, || kind.build(physics)))
     }
 
     /// What studies can do with the plant `name`; none if there is no such plant.

@@ -26,6 +26,17 @@ pub(crate) struct Sources {
     pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
 }
 
+/// What a scenario says that has to be known before it is read.
+#[derive(Default)]
+struct Peeked {
+    /// The robot that it names, if it does.
+    robot: Option<String>,
+    /// What it replaces of that.
+    overrides: Overrides,
+    /// The kind of its controller.
+    controller: Option<String>,
+}
+
 impl Sources {
     /// Reads the scenario. What its controllers may be told depends on the robot, and which robot that is stands in the
     /// scenario: so the robot is looked up first, and if it is wrong the scenario is still read for its own errors.
@@ -34,7 +45,11 @@ impl Sources {
         registry: &Registry,
         settings: &[Setting],
     ) -> Result<(Scenario, Option<RobotFile>), TwinError> {
-        let (word, overrides) = self.peek(settings);
+        let Peeked {
+            robot: word,
+            overrides,
+            controller,
+        } = self.peek(settings);
         let find = |word: &str| match &self.robot {
             Some(text) => RobotFile::parse(ROBOT_FILE, text),
             // What a recording does not keep is not looked for elsewhere: it could have become another.
@@ -65,27 +80,36 @@ impl Sources {
             &self.folder,
             settings,
             &catalogue,
-        )?;
+        );
+        if let (Err(_), Some(controller), Some(robot)) = (&scenario, controller, &robot) {
+            // The keys of one that panics all seem unknown: then the panic is the mistake.
+            registry.probe_controller(&controller, robot);
+        }
+        let scenario = scenario?;
         match found {
             Ok(found) => Ok((scenario, found.map(|(file, _)| file))),
             Err(error) => Err(placed(error, &scenario)),
         }
     }
 
-    /// The robot that a scenario names, if it does, and what it replaces of it, whatever else may be wrong with it.
-    fn peek(&self, settings: &[Setting]) -> (Option<String>, Overrides) {
+    /// Looks up what has to be known before the scenario is read, whatever else may be wrong with it.
+    fn peek(&self, settings: &[Setting]) -> Peeked {
         let mut document = self.document.clone();
         for setting in settings {
             // A setting that cannot be is reported when the scenario is read.
             let _ = document.set(&setting.origin, &setting.key, &setting.value);
         }
-        let mut found = (None, Overrides::default());
+        let mut found = Peeked::default();
         let _ = document.check(|table| {
             if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
-                found.0 = Some(word.to_owned());
+                found.robot = Some(word.to_owned());
             }
             if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
-                found.1 = overrides;
+                found.overrides = overrides;
+            }
+            let kind = table.get("controller").and_then(|item| item.peek("kind"));
+            if let Some(Ok(word)) = kind.map(|item| item.text()) {
+                found.controller = Some(word.to_owned());
             }
             Ok(())
         });

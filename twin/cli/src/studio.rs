@@ -6,10 +6,12 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
-use twinrig_study::{Commands, PlantOffer, STROLL, Scales, Scene, Tapped, Variant, Workshop};
+use twinrig_study::{
+    Commands, PlantOffer, STROLL, Scales, Scene, Study, Tapped, Variant, Workshop,
+};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::{TwinError, guarded};
 use crate::method::Method;
 use crate::registry::{NO_ROBOT, Registry};
 
@@ -25,6 +27,8 @@ pub(crate) struct Studio<'r> {
     bystanders: Vec<PlantOffer>,
     /// Of the offers, then of the bystanders.
     benches: Vec<Bench<'r>>,
+    /// Plants that panicked when they were first built.
+    panics: Vec<String>,
 }
 
 /// A plant in the scene.
@@ -61,9 +65,13 @@ impl<'r> Studio<'r> {
             [] => registry.plants_on_robots().map(str::to_owned).collect(),
             names => names.to_vec(),
         };
-        let (mut offers, mut benches) = (Vec::new(), Vec::new());
+        let (mut offers, mut benches, mut panics) = (Vec::new(), Vec::new(), Vec::new());
         for name in all {
             let assembly = match of_plant(registry, path, settings, &name) {
+                Err(TwinError::Panic { source, .. }) => {
+                    panics.push(source.to_string());
+                    Err(source.to_string())
+                }
                 Err(error) if !names.is_empty() => return Err(error),
                 assembly => assembly.map_err(|error| first_line(&error.to_string())),
             };
@@ -87,7 +95,14 @@ impl<'r> Studio<'r> {
             offers,
             bystanders,
             benches,
+            panics,
         })
+    }
+
+    /// The study that was made of it, which knows what panicked before it began.
+    pub(crate) fn told(&self, mut study: Study) -> Study {
+        study.panics.splice(..0, self.panics.iter().cloned());
+        study
     }
 
     fn built(
@@ -129,7 +144,9 @@ fn of_plant<'r>(
         key: "plant.model".to_owned(),
         value: format!("{name:?}"),
     });
-    Assembly::of_file(registry, path, &settings)
+    guarded(&path.display().to_string(), || {
+        Assembly::of_file(registry, path, &settings)
+    })
 }
 
 /// The plants whose models `offers` solve, without those that are among them.

@@ -1,7 +1,7 @@
 use thiserror::Error;
 use twinrig_kernel::{LivelockError, SimTime, SnapshotError};
 
-use crate::{PlantFault, TaskError, TimingError, VariableError, WiringError};
+use crate::{PanicReport, PlantFault, TaskError, TimingError, VariableError, WiringError};
 
 /// Why a rig cannot be built, or cannot go on.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -102,6 +102,9 @@ pub enum RigError {
         /// The plant.
         plant: String,
     },
+    /// A part panicked in real time. In virtual time the caller of the rig catches it ([`crate::caught`]).
+    #[error(transparent)]
+    Panic(#[from] PanicReport),
     /// The system gives no thread.
     #[error("cannot start a thread for {what}: {why}")]
     Thread {

@@ -1,14 +1,16 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimTime, Snapshot};
 
-use crate::{Plant, PlantFault, PlantSignals, World};
+use crate::{PartKind, Plant, PlantFault, PlantSignals, World, in_part};
 
 /// The plant with the commands it is held to and the last look at it: moved only when somebody acts on
 /// it or looks at it, then to exactly that instant, and looked at once an instant however many ask.
 pub(crate) struct FarEnd {
     pub(crate) plant: Box<dyn Plant>,
+    /// What the plant calls itself.
+    name: String,
     pub(crate) signals: PlantSignals,
     pub(crate) state: FarEndState,
 }
@@ -30,9 +32,13 @@ pub(crate) struct FarEndState {
 
 impl FarEnd {
     pub(crate) fn new(plant: Box<dyn Plant>) -> Self {
-        let signals = PlantSignals::of(&plant.ports());
-        let mut inputs = vec![0.0; signals.inputs.len()];
-        plant.first_inputs(&mut inputs);
+        let name = plant.name().to_owned();
+        let (signals, inputs) = in_part(PartKind::Plant, &name, || {
+            let signals = PlantSignals::of(&plant.ports());
+            let mut inputs = vec![0.0; signals.inputs.len()];
+            plant.first_inputs(&mut inputs);
+            (signals, inputs)
+        });
         let state = FarEndState {
             now: SimTime::ZERO,
             moved_to: SimTime::ZERO,
@@ -45,6 +51,7 @@ impl FarEnd {
         };
         Self {
             plant,
+            name,
             signals,
             state,
         }
@@ -75,7 +82,9 @@ impl FarEnd {
         let state = &mut self.state;
         if state.moved_to < state.now {
             let to = SimTime::ZERO + (state.now - state.held);
-            let advanced = self.plant.advance(to, &state.inputs);
+            let advanced = in_part(PartKind::Plant, &self.name, || {
+                self.plant.advance(to, &state.inputs)
+            });
             advanced.map_err(|fault| self.late(fault))?;
             self.state.moved_to = self.state.now;
         }
@@ -99,10 +108,27 @@ impl FarEnd {
     pub(crate) fn look(&mut self) -> Result<&[f64], PlantFault> {
         self.catch_up()?;
         if self.state.observed != Some(self.state.now) {
-            self.plant.observe(&mut self.state.outputs);
+            let outputs = &mut self.state.outputs;
+            in_part(PartKind::Plant, &self.name, || self.plant.observe(outputs));
             self.state.observed = Some(self.state.now);
         }
         Ok(&self.state.outputs)
+    }
+
+    /// Begins the window over which outputs that are means are taken.
+    pub(crate) fn begin_window(&mut self) {
+        in_part(PartKind::Plant, &self.name, || self.plant.begin_window());
+    }
+
+    /// The state of the plant.
+    pub(crate) fn save(&self) -> Snapshot {
+        in_part(PartKind::Plant, &self.name, || self.plant.save())
+    }
+
+    /// Puts `plant` in the place of the one that is there.
+    pub(crate) fn replace(&mut self, plant: Box<dyn Plant>) {
+        plant.name().clone_into(&mut self.name);
+        self.plant = plant;
     }
 }
 

@@ -1,13 +1,15 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
-    Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, near_misses,
+    Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, Snapshot, near_misses,
 };
 
-use crate::{Change, Observer, Process, ProcessVariable, RigError, RunEvent};
+use crate::{Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, in_part};
 
 /// A process with its signals and the changes that wait for it: what both executors do with one.
 pub(crate) struct ProcessSlot {
     pub(crate) process: Box<dyn Process>,
+    /// What the process calls itself.
+    name: String,
     pub(crate) inputs: Layout,
     pub(crate) outputs: Layout,
     pub(crate) state: ProcessSlotState,
@@ -33,6 +35,7 @@ impl ProcessSlot {
         let inputs = Layout::of(ports, Direction::Input);
         let outputs = Layout::of(ports, Direction::Output);
         Self {
+            name: process.name().to_owned(),
             process,
             state: ProcessSlotState {
                 changes: EventQueue::new(),
@@ -86,16 +89,18 @@ impl ProcessSlot {
     ) -> Result<(), RigError> {
         while let Some(due) = self.state.changes.pop_until(scheduled) {
             let PendingChange { variable, change } = due.event;
-            let value = match change {
-                Change::To(value) => value,
-                Change::By(step) => self.process.variables()[variable].value() + step,
-            };
-            self.process
-                .set_variable(variable, value)
-                .map_err(|source| RigError::Change {
-                    at: due.time,
-                    source,
-                })?;
+            let process = &mut self.process;
+            let set = in_part(PartKind::Controller, &self.name, || {
+                let value = match change {
+                    Change::To(value) => value,
+                    Change::By(step) => process.variables()[variable].value() + step,
+                };
+                process.set_variable(variable, value).map(|()| value)
+            });
+            let value = set.map_err(|source| RigError::Change {
+                at: due.time,
+                source,
+            })?;
             observer.event(now, RunEvent::Change { variable, value });
         }
         Ok(())
@@ -103,14 +108,18 @@ impl ProcessSlot {
 
     /// One iteration. An output that is no number would poison the plant long before anybody could tell why.
     pub(crate) fn step(&mut self, now: SimTime, elapsed: SimDuration) -> Result<(), RigError> {
-        self.process
-            .step(elapsed, &self.state.inputs, &mut self.state.outputs);
+        let ProcessSlotState {
+            inputs, outputs, ..
+        } = &mut self.state;
+        in_part(PartKind::Controller, &self.name, || {
+            self.process.step(elapsed, inputs, outputs);
+        });
         let outputs = &self.state.outputs;
         let Some(index) = outputs.iter().position(|value| !value.is_finite()) else {
             return Ok(());
         };
         Err(RigError::NotFinite {
-            process: self.process.name().into(),
+            process: self.name.clone(),
             signal: self
                 .outputs
                 .field_at(index)
@@ -118,5 +127,10 @@ impl ProcessSlot {
             value: outputs[index],
             time: now,
         })
+    }
+
+    /// The state of the process.
+    pub(crate) fn save(&self) -> Snapshot {
+        in_part(PartKind::Controller, &self.name, || self.process.save())
     }
 }

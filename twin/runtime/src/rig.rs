@@ -1,14 +1,14 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Agenda, Layout, PartId, Port, SimDuration, SimTime, Wake};
+use twinrig_kernel::{Agenda, Layout, PartId, Port, SimDuration, SimTime, Snapshot, Wake};
 
 use crate::far_end::FarEnd;
 use crate::process_slot::{ProcessSlot, ProcessSlotState};
 use crate::wiring::TaskLinks;
 use crate::{
-    Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress, RigError,
-    RunEvent, TaskError, TimeSource,
+    Change, ControlStep, Group, IoTask, Manager, Observer, PartKind, Plant, Process, Progress,
+    RigError, RunEvent, TaskError, TimeSource, in_part,
 };
 
 mod assembly;
@@ -90,6 +90,18 @@ struct Parts {
     observation: PartId,
 }
 
+impl TaskSlot {
+    /// Lets the task do something.
+    fn call<R>(&mut self, call: impl FnOnce(&mut dyn IoTask) -> R) -> R {
+        in_part(PartKind::Task, &self.name, || call(&mut *self.task))
+    }
+
+    /// Its state.
+    fn save(&self) -> Snapshot {
+        in_part(PartKind::Task, &self.name, || self.task.save())
+    }
+}
+
 impl Rig {
     /// Sets a process variable before the first iteration that begins at `at` or later. Changes due at
     /// one iteration are made in the order of their times, then in the order they were scheduled.
@@ -153,7 +165,7 @@ impl Rig {
             self.process_end(observer)
         } else {
             let task = wake.part.index();
-            let progress = self.tasks[task].task.wake(wake.time, &mut self.far_end);
+            let progress = self.tasks[task].call(|task| task.wake(wake.time, &mut self.far_end));
             self.follow(task, progress, observer)
         }
     }
@@ -201,7 +213,7 @@ impl Rig {
         if now == SimTime::ZERO {
             for n in 0..self.tasks.len() {
                 self.state.manager.task_begun(n);
-                let progress = self.tasks[n].task.open(now, &mut self.far_end);
+                let progress = self.tasks[n].call(|task| task.open(now, &mut self.far_end));
                 self.follow(n, progress, observer)?;
             }
         }
@@ -231,7 +243,9 @@ impl Rig {
             for link in &slot.links.commands {
                 link.copy(&self.process.state.outputs, &mut slot.from_process);
             }
-            let progress = slot.task.begin(now, &slot.from_process, &mut self.far_end);
+            let progress = in_part(PartKind::Task, &slot.name, || {
+                slot.task.begin(now, &slot.from_process, &mut self.far_end)
+            });
             self.follow(n, progress, observer)?;
         }
         Ok(())
@@ -289,11 +303,13 @@ impl Rig {
             .agenda
             .arm(self.parts.observation, now + self.observe);
         observer.samples(now, Group::Plant, self.far_end.look()?);
-        self.far_end.plant.begin_window();
+        self.far_end.begin_window();
         if !self.state.gauges.is_empty() {
             for slot in self.tasks.iter().filter(|slot| !slot.gauges.is_empty()) {
                 let values = &mut self.state.gauges[slot.gauges.clone()];
-                slot.task.read_gauges(now, values);
+                in_part(PartKind::Task, &slot.name, || {
+                    slot.task.read_gauges(now, values);
+                });
             }
             observer.samples(now, Group::Gauges, &self.state.gauges);
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use thiserror::Error;
 use twinrig_kernel::{Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 
-use crate::{DeviceError, PlantFault, WiringError};
+use crate::{DeviceError, PanicReport, PlantFault, WiringError};
 
 /// One transfer with a device, over and over: the manager starts it when the process has ended and the
 /// task is idle, and leaves it alone until it is done.
@@ -162,8 +162,11 @@ pub enum TaskError {
         /// How long it may take.
         limit: SimDuration,
     },
-    /// The driver's thread did not come back in its time, or panicked: a bug in the driver, or a system that did not let it
-    /// run or hung in the device.
+    /// The driver panicked in real time: a bug in it.
+    #[error(transparent)]
+    Panic(#[from] PanicReport),
+    /// The driver's thread did not come back in its time: a bug in the driver, or a system that did not let it run or hung in
+    /// the device.
     #[error("{place}: {what} did not end, and neither did its driver's thread as it should: {why}")]
     Lost {
         /// What it was at.

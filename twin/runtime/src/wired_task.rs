@@ -2,14 +2,16 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, SnapshotError};
 
 use crate::{
-    Driver, DriverError, IoTask, PlantSignals, Progress, TaskError, Transfer, Wire, WiringError,
-    World,
+    Driver, DriverError, IoTask, PartKind, PlantSignals, Progress, TaskError, Transfer, Wire,
+    WiringError, World, in_part,
 };
 
 /// A driver and the modelled wire that it talks over, boards included: a task of the lockstep executor.
 ///
 /// The host reads at the instant at which the wire has bytes for it, and writes at once.
 pub struct WiredTask {
+    /// What the driver calls itself.
+    name: String,
     driver: Box<dyn Driver>,
     wire: Box<dyn Wire>,
     busy: bool,
@@ -47,6 +49,7 @@ impl WiredTask {
     /// Of a driver and what it talks to.
     pub fn new(driver: Box<dyn Driver>, wire: Box<dyn Wire>) -> Self {
         Self {
+            name: driver.name().to_owned(),
             driver_gauges: Layout::of(&driver.gauges(), Direction::Output).len(),
             driver,
             wire,
@@ -60,34 +63,27 @@ impl WiredTask {
     /// Lets driver and wire exchange bytes until neither has any for now.
     fn go_on(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
         loop {
-            self.wire.advance(now, world)?;
-            self.bytes.clear();
-            self.wire.receive(&mut self.bytes);
-            let read = !self.bytes.is_empty();
+            let read = self.read(now, world)?;
+            let due = self.hear(now, read);
             if read {
-                self.driver.handle_bytes(host(now), &self.bytes);
                 self.note(IN);
             }
-            let due = self.driver.poll_timeout().is_some_and(|at| at <= host(now));
-            if due {
-                self.driver.handle_timeout(host(now));
-            }
             let mut wrote = false;
-            loop {
-                self.bytes.clear();
-                if !self.driver.poll_transmit(&mut self.bytes) {
-                    break;
-                }
+            while self.transmit() {
                 wrote = true;
-                self.wire.send(now, &self.bytes);
+                in_part(PartKind::Wire, &self.name, || {
+                    self.wire.send(now, &self.bytes);
+                });
                 self.note(OUT);
             }
             if !read && !wrote && !due {
                 break;
             }
         }
-        if self.busy && self.driver.poll_transfer().map_err(gone)? == Transfer::Done {
-            self.busy = false;
+        if self.busy {
+            let driver = &mut self.driver;
+            let progress = in_part(PartKind::Driver, &self.name, || driver.poll_transfer());
+            self.busy = progress.map_err(gone)? != Transfer::Done;
         }
         if self.busy {
             // A transfer without any wake-up never ends; the manager then says that the task stays busy.
@@ -96,6 +92,39 @@ impl WiredTask {
         } else {
             Ok(Progress::Done)
         }
+    }
+
+    /// Takes the bytes that the wire has for the host now; whether there are any.
+    fn read(&mut self, now: SimTime, world: &mut dyn World) -> Result<bool, TaskError> {
+        let (wire, bytes) = (&mut self.wire, &mut self.bytes);
+        bytes.clear();
+        in_part(PartKind::Wire, &self.name, || {
+            wire.advance(now, world)?;
+            wire.receive(bytes);
+            Ok(!bytes.is_empty())
+        })
+    }
+
+    /// Gives the driver the bytes that were read, if any were, and the time; whether it was waiting for that.
+    fn hear(&mut self, now: SimTime, read: bool) -> bool {
+        let (driver, bytes) = (&mut self.driver, &self.bytes);
+        in_part(PartKind::Driver, &self.name, || {
+            if read {
+                driver.handle_bytes(host(now), bytes);
+            }
+            let due = driver.poll_timeout().is_some_and(|at| at <= host(now));
+            if due {
+                driver.handle_timeout(host(now));
+            }
+            due
+        })
+    }
+
+    /// Takes what the driver wants to be written now; whether there is anything.
+    fn transmit(&mut self) -> bool {
+        let (driver, bytes) = (&mut self.driver, &mut self.bytes);
+        bytes.clear();
+        in_part(PartKind::Driver, &self.name, || driver.poll_transmit(bytes))
     }
 
     /// Keeps what has just passed for the observer, in buffers that are used again.
@@ -126,7 +155,8 @@ impl IoTask for WiredTask {
 
     fn open(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
         self.busy = true;
-        self.driver.open(host(now));
+        let driver = &mut self.driver;
+        in_part(PartKind::Driver, &self.name, || driver.open(host(now)));
         self.go_on(now, world)
     }
 
@@ -137,7 +167,10 @@ impl IoTask for WiredTask {
         world: &mut dyn World,
     ) -> Result<Progress, TaskError> {
         self.busy = true;
-        self.driver.begin(host(now), from_process);
+        let driver = &mut self.driver;
+        in_part(PartKind::Driver, &self.name, || {
+            driver.begin(host(now), from_process);
+        });
         self.go_on(now, world)
     }
 

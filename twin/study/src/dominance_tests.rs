@@ -62,6 +62,7 @@ fn study(rows: Vec<Row>) -> Study {
         transports: Vec::new(),
         criteria: Vec::new(),
         left_out: Vec::new(),
+        panics: Vec::new(),
     }
 }
 

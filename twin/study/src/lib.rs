@@ -1,6 +1,6 @@
 //! Studies of plants: how precise each of their methods is for the time it takes ([`precision`]), and how long its steps may
 //! be before it is unstable or wrong ([`stability`]). A study knows plants only by [`twinrig_runtime::Plant`] and gets them
-//! from a [`Workshop`]; what cannot be built, gives up or takes too long is a row of it like any other. A third lets whole rigs
+//! from a [`Workshop`]; what cannot be built, gives up, panics or takes too long is a row of it like any other. A third lets whole rigs
 //! run, boards included, and asks what it does to them if plant and boards meet on a grid only ([`coupling()`]). Two studies of
 //! one build find the same but for run times, unless a budget cuts something.
 //!
@@ -39,6 +39,7 @@ mod machine;
 mod models;
 mod number;
 mod outing;
+mod panics;
 mod precision;
 mod reference;
 mod row;

@@ -79,13 +79,15 @@ impl Job<'_> {
             knob,
             ..variant.clone()
         };
-        let mut plant = self.stage.workshop.build(&variant).ok()?;
         let outing = Outing {
             end: SimTime::ZERO + end,
             grid: footsteps::LOOK,
             ..self.stage.outing(share)
         };
-        Steps::record(&mut *plant, &outing)
+        let steps = self
+            .stage
+            .with_plant(&variant, |plant| Steps::record(plant, &outing));
+        steps.ok()?
     }
 
     /// How the difference of two models vanishes with the masses that one of them leaves out.

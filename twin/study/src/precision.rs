@@ -8,6 +8,7 @@ use crate::events;
 use crate::models::limit_pair;
 use crate::number::{instant, si};
 use crate::outing::Ending;
+use crate::panics::Panics;
 use crate::reference::{Reference, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
 use crate::shared::{References, Standard};
@@ -70,7 +71,8 @@ pub fn precision(
     if plants.is_empty() {
         return Err(StudyError::NoPlant);
     }
-    let stage = stage(workshop, plan)?;
+    let panics = Panics::default();
+    let stage = stage(workshop, plan, &panics)?;
     let rows: usize = plants
         .iter()
         .map(|plant| knobs(plant, plan, &stage).count())
@@ -126,11 +128,16 @@ pub fn precision(
     study.footsteps = footsteps;
     study.transports = transports;
     study.budget_s = plan.budget_s;
+    study.panics = panics.into_all();
     Ok(study)
 }
 
 /// What is compared, and where.
-fn stage<'a>(workshop: &'a dyn Workshop, plan: &PrecisionPlan) -> Result<Stage<'a>, StudyError> {
+fn stage<'a>(
+    workshop: &'a dyn Workshop,
+    plan: &PrecisionPlan,
+    panics: &'a Panics,
+) -> Result<Stage<'a>, StudyError> {
     let scene = workshop.scene();
     let duration = plan.duration.unwrap_or(WINDOW).min(scene.duration);
     let longest = plan.steps.iter().max().copied();
@@ -151,6 +158,7 @@ fn stage<'a>(workshop: &'a dyn Workshop, plan: &PrecisionPlan) -> Result<Stage<'
         // The last instant of the grid.
         end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
         grid,
+        panics,
     })
 }
 
@@ -252,7 +260,12 @@ impl Job<'_> {
                     .push(Row::new(RowKind::Integration, &variant).cut_off(why));
                 continue;
             }
-            let (row, took_s) = self.row(&variant, reference, share);
+            let panics = self.stage.panics;
+            let row = panics.guarded(|| Ok(self.row(&variant, reference, share)));
+            let (row, took_s) = row.unwrap_or_else(|why| {
+                let row = Row::new(RowKind::Integration, &variant);
+                (row.ended(Status::Failed, why), 0.0)
+            });
             if let (Some(step), Status::Ok) = (knob.step_s(), row.status) {
                 last = Some((&method.name, step, took_s));
             }
@@ -322,13 +335,14 @@ impl Job<'_> {
         let mut times = Vec::new();
         let mut spent_s = trace.took_s;
         for _ in 0..self.plan.repetitions.max(1) {
-            let Ok(mut plant) = self.stage.workshop.build(variant) else {
-                break;
-            };
             if spent_s + trace.took_s > share.seconds {
                 break;
             }
-            let (_, took_s) = self.stage.outing(share).timed(&mut *plant);
+            let outing = self.stage.outing(share);
+            let timed = self.stage.with_plant(variant, |plant| outing.timed(plant));
+            let Ok((_, took_s)) = timed else {
+                break;
+            };
             if share.deadline.passed() {
                 break;
             }

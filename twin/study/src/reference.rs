@@ -2,10 +2,12 @@
 
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::{PartKind, Plant, in_part};
 
 use crate::budget::Share;
 use crate::number::{instant, knob, si};
 use crate::outing::{Ending, Outing};
+use crate::panics::Panics;
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
 use crate::workshop::{Knob, PlantOffer, Scales, SetBy, Variant, Workshop};
@@ -73,6 +75,7 @@ pub(crate) struct Stage<'a> {
     pub(crate) workshop: &'a dyn Workshop,
     pub(crate) end: SimTime,
     pub(crate) grid: SimDuration,
+    pub(crate) panics: &'a Panics,
 }
 
 impl Stage<'_> {
@@ -86,9 +89,47 @@ impl Stage<'_> {
         share: Share,
         enough: impl FnMut(f64) -> bool,
     ) -> Result<(Trace, Ending), String> {
-        let mut plant = self.workshop.build(variant)?;
         let outing = self.outing(share);
-        Ok(Trace::record(&mut *plant, &outing, enough))
+        self.with_plant(variant, |plant| Trace::record(plant, &outing, enough))
+    }
+
+    /// Builds a variant and does `what` with it.
+    ///
+    /// # Errors
+    /// Why it could not be built, or how it panicked.
+    pub(crate) fn with_plant<R>(
+        &self,
+        variant: &Variant,
+        what: impl FnOnce(&mut dyn Plant) -> R,
+    ) -> Result<R, String> {
+        self.with_built(variant, |workshop| workshop.build(variant), what)
+    }
+
+    /// The same with a plant that tells of its drives.
+    pub(crate) fn with_drives<R>(
+        &self,
+        variant: &Variant,
+        what: impl FnOnce(&mut dyn Plant) -> R,
+    ) -> Result<R, String> {
+        self.with_built(
+            variant,
+            |workshop| workshop.build_with_drives(variant),
+            what,
+        )
+    }
+
+    fn with_built<R>(
+        &self,
+        variant: &Variant,
+        build: impl FnOnce(&dyn Workshop) -> Result<Box<dyn Plant>, String>,
+        what: impl FnOnce(&mut dyn Plant) -> R,
+    ) -> Result<R, String> {
+        self.panics.guarded(|| {
+            in_part(PartKind::Plant, &variant.plant, || {
+                let mut plant = build(self.workshop)?;
+                Ok(what(&mut *plant))
+            })
+        })
     }
 
     pub(crate) fn outing(&self, share: Share) -> Outing<'_> {

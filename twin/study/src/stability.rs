@@ -6,6 +6,7 @@ use crate::budget::{Budget, Share};
 use crate::criteria;
 use crate::error::StudyError;
 use crate::number::duration;
+use crate::panics::Panics;
 use crate::reference::{Reference, Stage, Trust};
 use crate::row::{Row, RowKind, Status};
 use crate::search::{Found, Probe, Range, search};
@@ -87,11 +88,13 @@ pub fn stability(
     study.budget_s = plan.budget_s;
     study.left_out = left_out;
     study.criteria = criteria::of(plan, scene.commands.period());
+    let panics = Panics::default();
     let mut job = Job {
         stage: Stage {
             workshop,
             end,
             grid: REFERENCE_GRID,
+            panics: &panics,
         },
         plan,
         budget: Budget::new(plan.budget_s, parts, 0),
@@ -111,11 +114,14 @@ pub fn stability(
             }
             for method in &plant.methods {
                 let share = job.begin(&format!("{}, {}", plant.name, method.name))?;
-                let row = job.row(plant, method, scales, reference.as_deref(), share);
+                let row = panics
+                    .guarded(|| Ok(job.row(plant, method, scales, reference.as_deref(), share)));
+                let row = row.unwrap_or_else(|why| job.failed(plant, method, scales, why));
                 study.rows.push(row);
             }
         }
     }
+    study.panics = panics.into_all();
     Ok(study)
 }
 
@@ -191,6 +197,20 @@ impl Job<'_> {
                 self.searched(&found, variant, reference, share)
             }
         }
+    }
+
+    /// The row of what panicked in this study itself.
+    fn failed(&self, plant: &PlantOffer, method: &MethodOffer, scales: Scales, why: String) -> Row {
+        let variant = Variant {
+            plant: plant.name.clone(),
+            method: method.name.clone(),
+            knob: match method.set_by {
+                SetBy::Tolerance => Knob::Tolerance(self.plan.tolerance),
+                SetBy::Step => Knob::Step(self.plan.least),
+            },
+            scales,
+        };
+        Row::new(RowKind::Stability, &variant).ended(Status::Failed, why)
     }
 
     /// The row of a search.

@@ -7,6 +7,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
+use crate::panics;
 use crate::reference::ReferenceNote;
 use crate::row::{Line, Row, RowKind, Status};
 use crate::transport::Transport;
@@ -71,6 +72,8 @@ pub struct Study {
     pub criteria: Vec<(String, String)>,
     /// What was left out of it, and why.
     pub left_out: Vec<String>,
+    /// What panicked: a bug in a plant, or in this study. The rows that it befell have failed, and say so.
+    pub panics: Vec<String>,
 }
 
 /// How fast the error of a method falls with its step.
@@ -121,6 +124,7 @@ impl Study {
             transports: Vec::new(),
             criteria: Vec::new(),
             left_out: Vec::new(),
+            panics: Vec::new(),
         }
     }
 
@@ -213,6 +217,11 @@ impl Study {
             .collect()
     }
 
+    /// That something panicked, if so: the study is not what it should be.
+    pub fn error(&self) -> Option<String> {
+        panics::error(&self.panics)
+    }
+
     /// The study as JSON, with the machine it ran on and the command that repeats it.
     pub fn json(&self, machine: &Machine, command: &str) -> Value {
         let pairs = self.criteria.iter();
@@ -240,6 +249,7 @@ impl Study {
             "stiffness": self.stiffnesses(),
             "criteria": criteria,
             "left_out": self.left_out,
+            "error": self.error(),
         })
     }
 }

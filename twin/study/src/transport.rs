@@ -125,13 +125,6 @@ impl Job<'_> {
             fell_at_s: None,
             cost: None,
         };
-        let mut plant = match self.stage.workshop.build_with_drives(variant) {
-            Ok(plant) => plant,
-            Err(why) => {
-                transport.why = Some(why);
-                return transport;
-            }
-        };
         // Drives are looked at after every step of theirs, so that torque by turning is all of their work.
         let grid = scene.step.max(SimDuration::from_nanos(1));
         let end = STROLL.min(scene.duration);
@@ -140,11 +133,18 @@ impl Job<'_> {
             end: SimTime::ZERO + grid * (end.as_nanos() / grid.as_nanos()),
             ..self.stage.outing(share)
         };
-        let Some(mut walk) = Walk::of(&*plant) else {
-            transport.why = Some("it does not tell where its trunk is".to_owned());
-            return transport;
+        let walked = self.stage.with_drives(variant, |plant| {
+            let mut walk = Walk::of(plant).ok_or("it does not tell where its trunk is")?;
+            let ending = outing.lead(plant, |now, plant| walk.look(now, plant));
+            Ok::<_, String>((walk, ending))
+        });
+        let (walk, ending) = match walked.and_then(|walked| walked) {
+            Ok(walked) => walked,
+            Err(why) => {
+                transport.why = Some(why);
+                return transport;
+            }
         };
-        let ending = outing.lead(&mut *plant, |now, plant| walk.look(now, plant));
         transport.fell_at_s = walk.fell_at.map(SimTime::as_secs_f64);
         if let Some((status, why)) = ended(&ending, share) {
             (transport.status, transport.why) = (status, Some(why));

@@ -148,9 +148,6 @@ impl Job<'_> {
         let mut times = Vec::new();
         let mut simulated_s = 0.0;
         for _ in 0..REPETITIONS {
-            let Ok(mut plant) = self.stage.workshop.build(variant) else {
-                return;
-            };
             let grid = looks(step);
             let whole = self.end(step).as_nanos() / grid.as_nanos();
             let outing = Outing {
@@ -158,10 +155,10 @@ impl Job<'_> {
                 end: SimTime::ZERO + grid * whole,
                 ..self.stage.outing(share)
             };
-            let (ending, took_s) = outing.timed(&mut *plant);
-            if ending != Ending::Whole {
+            let timed = self.stage.with_plant(variant, |plant| outing.timed(plant));
+            let Ok((Ending::Whole, took_s)) = timed else {
                 break;
-            }
+            };
             simulated_s = outing.end.as_secs_f64();
             times.push(took_s);
         }

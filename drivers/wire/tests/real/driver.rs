@@ -86,7 +86,7 @@ impl Driver for Asker {
             self.transfers += 1.0;
             self.wanted = 0;
         }
-        assert_ne!(self.panics_after, Some(self.transfers));
+        assert_ne!(self.panics_after, Some(self.transfers), "as it was told to");
         while self.hangs_after == Some(self.transfers) {
             std::thread::sleep(std::time::Duration::from_millis(100));
         }

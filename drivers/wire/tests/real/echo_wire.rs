@@ -69,6 +69,7 @@ pub struct Lag {
     pub seconds: f64,
     pub now: SimTime,
     pub fails_at: Option<SimTime>,
+    pub panics_at: Option<SimTime>,
     /// How long it takes over each step.
     pub takes: std::time::Duration,
 }
@@ -83,6 +84,7 @@ impl Plant for Lag {
     fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
         assert!(to > self.now, "a plant is never moved back");
         self.now = to;
+        assert!(self.panics_at.is_none_or(|at| to < at), "as it was told to");
         if !self.takes.is_zero() {
             std::thread::sleep(self.takes);
         }

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
+use crate::error::guarded;
 use crate::registry::Registry;
 
 #[derive(Serialize)]
@@ -20,8 +21,8 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
     let mut code = FINE;
     for path in &args.scenarios {
         let file = path.display().to_string();
-        let assembly = Assembly::of_file(registry, path, &settings);
-        let checked = assembly.and_then(|assembly| {
+        let checked = guarded(&file, || {
+            let assembly = Assembly::of_file(registry, path, &settings)?;
             assembly.rig()?;
             Ok(assembly.scenario().name.clone())
         });

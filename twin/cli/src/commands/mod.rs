@@ -19,6 +19,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use serde::Serialize;
+use twinrig_runtime::caught;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
@@ -131,8 +132,20 @@ fn refused(error: &clap::Error) -> u8 {
     if error.use_stderr() { WRONG } else { FINE }
 }
 
+/// Does what the command line says. A panic that no run of a scenario and no row of a study was there to catch is an error of
+/// the whole command.
 fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
-    match cli.command {
+    let json = cli.command.json();
+    let done = caught(|| command(registry, cli.command, terminal));
+    done.unwrap_or_else(|source| {
+        let file = String::new();
+        terminal.fail(&TwinError::Panic { file, source }, json);
+        WRONG
+    })
+}
+
+fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -> u8 {
+    match command {
         Command::Run(args) => run::run(registry, &args, terminal),
         Command::Plan(args) => plan::plan(registry, &args, terminal),
         Command::Check(args) => check::check(registry, &args, terminal),

@@ -9,7 +9,7 @@ use super::together::{self, Together};
 use super::{PLANT, Terminal, settings};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::{TwinError, guarded};
 use crate::execute::{Execution, execute};
 use crate::registry::Registry;
 use crate::report::{Report, Status};
@@ -78,8 +78,9 @@ impl<'a> Session<'a> {
         plant: Option<&String>,
         terminal: &Terminal<'_>,
     ) -> Report {
-        let assembly = self.assembly(path, plant);
-        let report = assembly.and_then(|assembly| {
+        let file = path.display().to_string();
+        let report = guarded(&file, || {
+            let assembly = self.assembly(path, plant)?;
             let execution = self.execution(&assembly, "", terminal);
             execute(&assembly, &execution)
         });
@@ -95,7 +96,9 @@ impl<'a> Session<'a> {
             set: self.args.set.clone(),
             plant: plant.cloned(),
         });
-        Assembly::of_file(self.registry, path, &settings)
+        guarded(&path.display().to_string(), || {
+            Assembly::of_file(self.registry, path, &settings)
+        })
     }
 
     /// How it is run: where its recording goes, with `mark` behind its name.

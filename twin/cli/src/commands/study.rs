@@ -40,7 +40,15 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
                 let text = found.text(&files, terminal.paint);
                 terminal.print(&text);
             }
-            FINE
+            match found.error() {
+                None => FINE,
+                Some(error) => {
+                    if !options.json {
+                        let _ = writeln!(terminal.err, "{error}");
+                    }
+                    WRONG
+                }
+            }
         }
         Err(error) => {
             terminal.fail(&error, options.json);
@@ -56,6 +64,14 @@ enum Found {
 }
 
 impl Found {
+    /// That something panicked, if so.
+    fn error(&self) -> Option<String> {
+        match self {
+            Self::Plants(study) => study.error(),
+            Self::Coupling(study) => study.error(),
+        }
+    }
+
     fn json(&self, machine: &Machine, command: &str) -> serde_json::Value {
         match self {
             Self::Plants(study) => study.json(machine, command),
@@ -117,7 +133,8 @@ fn done(
                 budget_s: options.budget,
                 ..PrecisionPlan::default()
             };
-            precision(&studio(&options.plant)?, &plan, looker).map(Found::Plants)
+            let studio = studio(&options.plant)?;
+            precision(&studio, &plan, looker).map(|study| Found::Plants(studio.told(study)))
         }
         StudyCommand::Stability(_) => {
             let mut plan = StabilityPlan {
@@ -125,7 +142,8 @@ fn done(
                 ..StabilityPlan::default()
             };
             plan.duration = options.duration.unwrap_or(plan.duration);
-            stability(&studio(&options.plant)?, &plan, looker).map(Found::Plants)
+            let studio = studio(&options.plant)?;
+            stability(&studio, &plan, looker).map(|study| Found::Plants(studio.told(study)))
         }
         StudyCommand::Coupling(_) => {
             let plan = CouplingPlan {

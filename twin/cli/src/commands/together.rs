@@ -13,7 +13,7 @@ use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
 use crate::continuation::{Continuation, go_on};
-use crate::error::TwinError;
+use crate::error::{TwinError, guarded};
 use crate::execute::execute_saving;
 use crate::interrupt;
 use crate::report::{Report, Status, seconds};
@@ -226,7 +226,9 @@ impl<'s, 'a> Together<'s, 'a> {
             });
         }
         let execution = self.session.execution(&first, "", terminal);
-        let (report, saved) = execute_saving(&first, &execution, first.end(), Some(from))?;
+        let (report, saved) = guarded(&first.scenario().file, || {
+            execute_saving(&first, &execution, first.end(), Some(from))
+        })?;
         Ok((first, report, saved))
     }
 
@@ -243,7 +245,9 @@ impl<'s, 'a> Together<'s, 'a> {
         let begun = &first.scenario().plant.model;
         let mark = format!("-from-{begun}-{}s", seconds(from.as_nanos()));
         let execution = self.session.execution(&other, &mark, terminal);
-        go_on(first, &other, saved, &execution)
+        guarded(&other.scenario().file, || {
+            go_on(first, &other, saved, &execution)
+        })
     }
 }
 

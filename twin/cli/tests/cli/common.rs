@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use twinrig::kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
-use twinrig::{PlantKind, Registry, run_with};
+use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig::runtime::{EnergyBooks, Plant, PlantFault, Process, WorkCounts};
+use twinrig::{ControllerKind, PlantKind, Registry, run_with};
 
-/// A trunk that bobs around 12 cm and drives forward at 0.5 m/s; from `fails_at` on it does no more.
+/// A trunk that bobs around 12 cm and drives forward at 0.5 m/s; from `fails_at` on it does no more, at `panics_at` it panics.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Toy {
     now: SimTime,
@@ -15,6 +15,7 @@ pub struct Toy {
     rate: f64,
     forward: f64,
     fails_at: Option<SimTime>,
+    panics_at: Option<SimTime>,
 }
 
 impl Plant for Toy {
@@ -30,6 +31,7 @@ impl Plant for Toy {
     }
 
     fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        assert!(self.panics_at.is_none_or(|at| to < at), "out of cheese");
         let seconds = (to - self.now).as_secs_f64();
         if self.fails_at.is_some_and(|at| to >= at) {
             return Err(PlantFault {
@@ -72,9 +74,64 @@ impl Plant for Toy {
     }
 }
 
+/// The same with parts that panic: the plant `panicking` at 0.5 s, the plant `unbuildable` when it is built, and the controller
+/// `clumsy` at its third step.
+pub fn panicking() -> Registry {
+    let half = SimTime::from_nanos(500_000_000);
+    let toy = move |_: &twinrig::Physics<'_>| {
+        Ok(Toy {
+            now: SimTime::ZERO,
+            height: 0.13,
+            rate: 0.0,
+            forward: 0.0,
+            fails_at: None,
+            panics_at: Some(half),
+        })
+    };
+    let unbuildable = |_: &twinrig::Physics<'_>| -> Result<Toy, twinrig::BuildError> {
+        panic!("no blueprint");
+    };
+    registry()
+        .with_plant(PlantKind::new("panicking", "bobs, then panics", toy))
+        .with_plant(PlantKind::new("unbuildable", "is never there", unbuildable))
+        .with_controller(ControllerKind::new("clumsy", "stumbles", |_| {
+            Ok(Clumsy { steps: 0 })
+        }))
+}
+
+/// Commands nothing, and panics at its third step.
+pub struct Clumsy {
+    pub steps: u64,
+}
+
+impl Process for Clumsy {
+    fn name(&self) -> &'static str {
+        "clumsy"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        vec![Port::input("body/rpy", Unit::Radian, 3)]
+    }
+
+    fn step(&mut self, _: SimDuration, inputs: &[f64], _: &mut [f64]) {
+        self.steps += 1;
+        // Of three inputs, the fourth at the third step.
+        let _ = inputs[usize::try_from(self.steps).unwrap()];
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.steps)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.steps = snapshot.read()?;
+        Ok(())
+    }
+}
+
 /// The standard registry with `toy`, and with `snapping`, which fails at 0.5 s.
 pub fn registry() -> Registry {
-    let toy = |fails_at| {
+    let toy = |fails_at, panics_at| {
         move |_: &twinrig::Physics<'_>| {
             Ok(Toy {
                 now: SimTime::ZERO,
@@ -82,16 +139,17 @@ pub fn registry() -> Registry {
                 rate: 0.0,
                 forward: 0.0,
                 fails_at,
+                panics_at,
             })
         }
     };
     let half = SimTime::from_nanos(500_000_000);
     Registry::standard()
-        .with_plant(PlantKind::new("toy", "bobs", toy(None)))
+        .with_plant(PlantKind::new("toy", "bobs", toy(None, None)))
         .with_plant(PlantKind::new(
             "snapping",
             "bobs, then snaps",
-            toy(Some(half)),
+            toy(Some(half), None),
         ))
 }
 

@@ -7,6 +7,7 @@ mod hardware;
 #[cfg(unix)]
 mod interrupt;
 mod mjcf;
+mod panics;
 mod recordings;
 mod schema;
 mod studies;

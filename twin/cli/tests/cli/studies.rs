@@ -10,6 +10,8 @@ use twinrig::{PlantKind, Registry};
 
 /// A foot on a spring that follows the first hip's command, by explicit or semi-implicit Euler.
 struct Spring {
+    /// Panics at its first step.
+    cracks: bool,
     inputs: Vec<Port>,
     implicit: bool,
     step: SimDuration,
@@ -31,6 +33,7 @@ impl Plant for Spring {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        assert!(!self.cracks, "it cracked");
         let aim = inputs.first().map_or(0.0, |command| 0.1 * command);
         while self.now < to {
             let next = to.min(self.now + self.step);
@@ -75,18 +78,29 @@ impl Plant for Spring {
 
 /// The registry of the other tests, with springs that can be studied.
 fn springs() -> Registry {
-    let spring = PlantKind::new("spring", "a foot on a spring", |physics| {
+    registry().with_plant(spring("spring"))
+}
+
+/// The kind of spring called `name`. Explicit Euler cracks at short steps if that is `cracking`; no `unbuildable` one can be
+/// built.
+pub fn spring(name: &'static str) -> PlantKind {
+    let spring = PlantKind::new(name, "a foot on a spring", move |physics| {
+        assert_ne!(name, "unbuildable", "no blueprint");
         let leg = &physics.robot.legs[0].leg;
         let commands = physics
             .legs
             .iter()
             .flat_map(|leg| ["hip", "knee"].map(|joint| format!("leg/{leg}/{joint}/command")));
+        let implicit = physics.plant.options.text("how") == Some("semi-implicit");
+        let step = physics.plant.step.unwrap_or(SimDuration::from_millis(1));
+        let short = step <= SimDuration::from_micros(1_500);
         Ok(Spring {
+            cracks: name == "cracking" && !implicit && short,
             inputs: commands
                 .map(|name| Port::input(name, Unit::Radian, 1))
                 .collect(),
-            implicit: physics.plant.options.text("how") == Some("semi-implicit"),
-            step: physics.plant.step.unwrap_or(SimDuration::from_millis(1)),
+            implicit,
+            step,
             // As many as the robot has newtons a metre: 4400.
             omega_squared: leg.diagonal.stiffness,
             now: SimTime::ZERO,
@@ -101,15 +115,13 @@ fn springs() -> Registry {
         default: None,
     };
     let method = |name: &str| Method::stepped(name, "a method").with_option("how", name);
-    registry().with_plant(
-        spring
-            .with_option(option)
-            .with_method(method("semi-implicit").trusted_at_step(SimDuration::from_micros(5)))
-            .with_method(method("explicit-euler")),
-    )
+    spring
+        .with_option(option)
+        .with_method(method("semi-implicit").trusted_at_step(SimDuration::from_micros(5)))
+        .with_method(method("explicit-euler"))
 }
 
-const STILL: &str = r#"
+pub const STILL: &str = r#"
 name = "a <spring>"
 robot = "cheetah-cub"
 duration = "200 ms"

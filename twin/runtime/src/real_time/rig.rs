@@ -1,7 +1,6 @@
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use twinrig_kernel::{HostTime, Layout, SimDuration, SimTime};
@@ -14,7 +13,9 @@ use super::journal::{JournalReader, JournalWriter, journal};
 use super::limits::Limits;
 use super::privileges::{Privileges, raise};
 use super::report::RealTimeReport;
-use crate::{Change, Device, Driver, Group, Observer, Process, RigError, Schedule};
+use crate::{
+    Change, Device, Driver, Group, Observer, PanicReport, Process, RigError, Schedule, caught,
+};
 
 /// A process and drivers at real devices, wired by name and run in real time: the executor of the scheduling
 /// rule ([`crate::Manager`]) on threads.
@@ -149,8 +150,7 @@ impl RealTimeRig {
     /// is set, waits for the transfers that are under way, and closes. `observer` stays on the calling thread,
     /// which keeps its priority and may take its time.
     ///
-    /// # Panics
-    /// If the process does; the drivers have closed by then.
+    /// A panic of the process, of a driver or of `observer` is an error that names it; the drivers have closed by then.
     pub fn run<O: Observer>(
         self,
         duration: Option<SimDuration>,
@@ -169,7 +169,7 @@ impl RealTimeRig {
         };
         let drivers = self.drivers;
         let thread = thread::Builder::new().name("control".into());
-        let thread = match thread.spawn(move || control.run(drivers)) {
+        let thread = match thread.spawn(move || caught(|| control.run(drivers))) {
             Ok(thread) => thread,
             Err(error) => {
                 let error = RigError::Thread {
@@ -179,13 +179,36 @@ impl RealTimeRig {
                 return (Err(error), RealTimeReport::default());
             }
         };
-        look_on(&mut reader, observer, || {
-            asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+        let observed = caught(|| {
+            look_on(&mut reader, observer, || {
+                asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+            });
         });
-        let (ended, mut report) = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
+        if observed.is_err() {
+            asked.store(true, Ordering::Relaxed);
+        }
+        let (ended, mut report) = joined(thread);
         report.lost += reader.lost();
-        (ended, report)
+        (observed.map_err(RigError::from).and(ended), report)
     }
+}
+
+/// How a run ended, and a report on it.
+type Outcome<R> = (Result<Ended, RigError>, R);
+
+/// What a thread has to say in the end; a panic of it is an error.
+pub(super) fn joined<R: Default>(
+    thread: JoinHandle<Result<Outcome<R>, PanicReport>>,
+) -> Outcome<R> {
+    // Without a report the thread panicked while it dropped what it had.
+    let ended = thread.join().unwrap_or_else(|_| {
+        Err(PanicReport {
+            part: None,
+            message: "a thread ended without a result".to_owned(),
+            place: None,
+        })
+    });
+    ended.unwrap_or_else(|panic| (Err(panic.into()), R::default()))
 }
 
 /// Tells the observer everything until nothing more will come.
@@ -229,13 +252,13 @@ impl Control {
             Ok(crew) => crew,
             Err(error) => return (Err(error), self.conductor.report),
         };
-        let ran = catch_unwind(AssertUnwindSafe(|| {
+        let ran = caught(|| {
             let ended = self.open(&mut crew)?;
             ended.map_or_else(|| self.cycle(&mut crew), Ok)
-        }));
+        });
         let closed = self.close(&mut crew);
         self.conductor.report.lost += crew.lost();
-        let ended = ran.unwrap_or_else(|panic| resume_unwind(panic));
+        let ended = ran.unwrap_or_else(|panic| Err(panic.into()));
         let ended = ended.and_then(|ended| closed.map(|()| ended));
         (ended, self.conductor.report)
     }

@@ -1,5 +1,4 @@
 use std::fmt;
-use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -11,11 +10,14 @@ use super::clock::{Clock, MonotonicClock, later};
 use super::exchange::duration;
 use super::journal::{JournalWriter, journal};
 use super::privileges::raise;
-use super::rig::{Ended, look_on};
+use super::rig::{Ended, joined, look_on};
 use super::served::{Served, listen};
 use crate::far_end::FarEnd;
 use crate::wiring::check_names;
-use crate::{Device, DeviceError, Group, Observer, Plant, RigError, RunEvent, TaskError, Wire};
+use crate::{
+    Device, DeviceError, Group, Observer, PartKind, Plant, RigError, RunEvent, TaskError, Wire,
+    caught, in_part,
+};
 
 /// The right half of a twin in real time: a plant, and wires with emulated boards, each with a device at
 /// which a host is: the master end of a PTY. A nanosecond of the twin is one of the machine's clock.
@@ -219,8 +221,7 @@ impl Serve {
     /// Serves until its time is over, `stop` is set, or the host hangs up. `observer` stays on the calling
     /// thread, and may take its time.
     ///
-    /// # Panics
-    /// If the plant or a wire does.
+    /// A panic of the plant, of a wire or of `observer` is an error that names it.
     pub fn run<O: Observer>(
         self,
         observer: &mut O,
@@ -234,7 +235,7 @@ impl Serve {
             raise(self.options.priority);
             let clock = MonotonicClock::start();
             let mut writer = writer;
-            self.serve(&clock, &mut writer, &heard)
+            caught(|| self.serve(&clock, &mut writer, &heard))
         });
         let thread = match thread {
             Ok(thread) => thread,
@@ -246,12 +247,17 @@ impl Serve {
                 return (Err(error), ServeReport::default());
             }
         };
-        look_on(&mut reader, observer, || {
-            asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+        let observed = caught(|| {
+            look_on(&mut reader, observer, || {
+                asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+            });
         });
-        let (ended, mut report) = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
+        if observed.is_err() {
+            asked.store(true, Ordering::Relaxed);
+        }
+        let (ended, mut report) = joined(thread);
         report.lost += reader.lost();
-        (ended, report)
+        (observed.map_err(RigError::from).and(ended), report)
     }
 
     fn serve(
@@ -389,10 +395,13 @@ impl Serve {
                 _ => self.let_go(observer),
             }
             let port = &mut self.ports[n];
-            port.wire
-                .advance(now, &mut self.far_end)
-                .map_err(failed(&port.name, now))?;
-            port.wire.send(now, &port.heard);
+            let far_end = &mut self.far_end;
+            let sent = in_part(PartKind::Wire, &port.name, || {
+                port.wire.advance(now, far_end)?;
+                port.wire.send(now, &port.heard);
+                Ok(())
+            });
+            sent.map_err(failed(&port.name, now))?;
             observer.bytes(now, port.first_lane + OUT, &port.heard);
             port.heard.clear();
             self.go_on(n, observer)?;
@@ -404,11 +413,14 @@ impl Serve {
     fn go_on<O: Observer>(&mut self, n: usize, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         let port = &mut self.ports[n];
-        port.wire
-            .advance(now, &mut self.far_end)
-            .map_err(failed(&port.name, now))?;
-        self.bytes.clear();
-        port.wire.receive(&mut self.bytes);
+        let (far_end, bytes) = (&mut self.far_end, &mut self.bytes);
+        bytes.clear();
+        let received = in_part(PartKind::Wire, &port.name, || {
+            port.wire.advance(now, far_end)?;
+            port.wire.receive(bytes);
+            Ok(())
+        });
+        received.map_err(failed(&port.name, now))?;
         let first_lane = port.first_lane;
         let wire_lane = first_lane + OWN_LANES;
         let written = if self.bytes.is_empty() {
@@ -427,7 +439,7 @@ impl Serve {
     fn look<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         observer.samples(now, Group::Plant, self.far_end.look()?);
-        self.far_end.plant.begin_window();
+        self.far_end.begin_window();
         if !self.values.is_empty() {
             for port in &self.ports {
                 let values = &mut self.values[port.gauges.clone()];

@@ -11,7 +11,7 @@ use super::exchange::{Ending, Exchange, Side, Way};
 use super::limits::Limits;
 use super::privileges::raise;
 use super::ring::RingWriter;
-use crate::TaskError;
+use crate::{PartKind, TaskError, caught, in_part};
 
 /// What the control thread wants of a worker. The last order counts.
 pub(super) mod order {
@@ -74,12 +74,20 @@ impl Side for Desk<'_> {
 /// How long a driver is left alone that wants to be attended to at an instant that is past, over and over.
 const REST: Duration = Duration::from_millis(1);
 
+/// A panic of the driver `name` is how its task failed.
+fn guarded(name: &str, run: impl FnOnce() -> Result<(), TaskError>) -> Result<(), TaskError> {
+    let ran = caught(|| in_part(PartKind::Driver, name, run));
+    ran.unwrap_or_else(|panic| Err(panic.into()))
+}
+
 impl Worker {
     /// The whole life of the task. Gives back how many reports were lost.
     pub(super) fn live(mut self) -> u64 {
         raise(self.priority);
-        // Whatever happened: the devices are to be left in a safe state.
-        let lived = self.open_and_serve();
+        // Whatever happened: the devices are to be left in a safe state. A driver that panicked is asked for that, too: what
+        // it does then is better than motors that nobody stops.
+        let name = self.exchange.driver.name().to_owned();
+        let lived = guarded(&name, || self.open_and_serve());
         let failed = lived.is_err();
         self.note(lived);
         let limit = self.limits.close;
@@ -87,7 +95,8 @@ impl Worker {
             shared: &self.shared,
             reports: &mut self.reports,
         };
-        let closed = self.exchange.close(limit, &mut desk).map(|_| ());
+        let exchange = &mut self.exchange;
+        let closed = guarded(&name, || exchange.close(limit, &mut desk).map(|_| ()));
         if failed {
             // The first failure is the one to be told.
             return self.reports.lost();

@@ -3,7 +3,7 @@
 use twinrig_kernel::SimTime;
 
 use super::Rig;
-use crate::{Plant, RigError};
+use crate::{PartKind, Plant, RigError, in_part};
 
 impl Rig {
     /// Puts another plant where the present one is, which goes on from there: process, tasks, boards, and the commands that
@@ -36,14 +36,16 @@ impl Rig {
                 instead: named(&there),
             });
         }
-        let state = far_end.plant.state();
+        let state = in_part(PartKind::Plant, far_end.plant.name(), || {
+            far_end.plant.state()
+        });
         let state = state.ok_or_else(|| RigError::NamelessState {
             plant: far_end.plant.name().to_owned(),
         })?;
-        let lines = plant
-            .take_over(&state)
+        let name = plant.name().to_owned();
+        let lines = in_part(PartKind::Plant, &name, || plant.take_over(&state))
             .map_err(|fault| far_end.late(fault))?;
-        far_end.plant = plant;
+        far_end.replace(plant);
         far_end.state.exchanged = Some(far_end.state.now);
         far_end.forget_look();
         Ok(lines)

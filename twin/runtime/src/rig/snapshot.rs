@@ -3,7 +3,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Snapshot, SnapshotError};
 
-use super::{ProcessSlotState, Rig, RigState};
+use super::{ProcessSlotState, Rig, RigState, TaskSlot};
 use crate::far_end::FarEndState;
 use crate::{Group, RigError};
 
@@ -28,9 +28,9 @@ impl Rig {
             state: self.state.clone(),
             slot: self.process.state.clone(),
             far_end: self.far_end.state.clone(),
-            process: self.process.process.save(),
-            tasks: self.tasks.iter().map(|slot| slot.task.save()).collect(),
-            plant: self.far_end.plant.save(),
+            process: self.process.save(),
+            tasks: self.tasks.iter().map(TaskSlot::save).collect(),
+            plant: self.far_end.save(),
         })
     }
 

@@ -10,6 +10,7 @@ use super::workshop::{CouplingMethod, RigScene};
 use crate::fit;
 use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, si};
+use crate::panics;
 use crate::reference::ReferenceNote;
 use crate::row::Status;
 
@@ -38,6 +39,8 @@ pub struct CouplingStudy {
     pub rows: Vec<CouplingRow>,
     /// What was left out of it, and why.
     pub left_out: Vec<String>,
+    /// What panicked: a bug in a part, or in this study. The rows that it befell have failed, and say so.
+    pub panics: Vec<String>,
 }
 
 /// How fast the error of a coupling falls with the step of its grid.
@@ -89,7 +92,13 @@ impl CouplingStudy {
             references: Vec::new(),
             rows: Vec::new(),
             left_out,
+            panics: Vec::new(),
         }
+    }
+
+    /// That something panicked, if so: the study is not what it should be.
+    pub fn error(&self) -> Option<String> {
+        panics::error(&self.panics)
     }
 
     /// The plants, in order.
@@ -238,6 +247,7 @@ impl CouplingStudy {
             "references": self.references,
             "orders": self.orders(),
             "left_out": self.left_out,
+            "error": self.error(),
         })
     }
 

@@ -14,6 +14,7 @@ use twinrig_kernel::SimDuration;
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::number::si;
+use crate::panics::Panics;
 use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::Status;
 use crate::watcher::Watcher;
@@ -76,8 +77,10 @@ pub fn coupling(
     }
     let duration = observe * (duration.as_nanos() / observe.as_nanos());
     let trials = trials(plan);
+    let panics = Panics::default();
     let mut job = Job {
         workshop,
+        panics: &panics,
         plan,
         observe,
         duration,
@@ -98,6 +101,7 @@ pub fn coupling(
             study.rows.push(row);
         }
     }
+    study.panics = panics.into_all();
     Ok(study)
 }
 
@@ -134,6 +138,7 @@ fn trials(plan: &CouplingPlan) -> Vec<Trial> {
 /// A study on its way.
 struct Job<'a> {
     workshop: &'a dyn RigWorkshop,
+    panics: &'a Panics,
     plan: &'a CouplingPlan,
     observe: SimDuration,
     duration: SimDuration,
@@ -170,7 +175,8 @@ impl Job<'_> {
         doing: &str,
     ) -> Result<Result<Run, String>, StudyError> {
         let share = self.begin(&format!("{plant}, {doing}"), true)?;
-        let run = Run::of(self.workshop, &self.make(plant, Way::Exact, step), share);
+        let make = self.make(plant, Way::Exact, step);
+        let run = self.panics.guarded(|| Run::of(self.workshop, &make, share));
         Ok(run.and_then(|run| match &run.ended {
             Some((_, why)) => Err(why.clone()),
             None => Ok(run),
@@ -237,7 +243,8 @@ impl Job<'_> {
             trial.step.as_secs_f64(),
             trial.plant_step.as_secs_f64(),
         );
-        let run = match Run::of(self.workshop, &make, share) {
+        let run = self.panics.guarded(|| Run::of(self.workshop, &make, share));
+        let run = match run {
             Ok(run) => run,
             Err(why) => return Ok(row.ended(Status::Failed, why)),
         };
@@ -263,7 +270,8 @@ impl Job<'_> {
             if spent_s + run.took_s > share.seconds {
                 break;
             }
-            let Some(took_s) = Run::time(self.workshop, make) else {
+            let timed = self.panics.guarded(|| Ok(Run::time(self.workshop, make)));
+            let Ok(Some(took_s)) = timed else {
                 break;
             };
             spent_s += took_s;

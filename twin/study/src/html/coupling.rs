@@ -11,7 +11,7 @@ use super::rows;
 use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{Page, card, figure, lead, references};
+use super::{Page, card, figure, lead, panicked, references};
 
 impl CouplingStudy {
     /// The page, with the machine it ran on and the command that repeats it.
@@ -21,6 +21,7 @@ impl CouplingStudy {
         let left_out = left_out.map(|left| ("left out".to_owned(), left.clone()));
         let mut terms = vec![("error".to_owned(), errors.to_owned())];
         terms.extend(left_out);
+        terms.extend(panicked(&self.panics));
         Page {
             kind: "coupling",
             title: "Exact and grid coupling",

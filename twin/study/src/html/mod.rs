@@ -46,11 +46,24 @@ pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
         file: &study.file,
         headline: study.headline(),
         body,
-        terms: study.criteria.iter().cloned().chain(left_out).collect(),
+        terms: study
+            .criteria
+            .iter()
+            .cloned()
+            .chain(left_out)
+            .chain(panicked(&study.panics))
+            .collect(),
         cut: cut.collect(),
         budget_s: study.budget_s,
     }
     .html(machine, command)
+}
+
+/// What panicked, in the words of a page.
+fn panicked(panics: &[String]) -> impl Iterator<Item = (String, String)> {
+    panics
+        .iter()
+        .map(|panic| ("panic".to_owned(), panic.clone()))
 }
 
 /// What a page is made of, whichever study it is of.
