@@ -161,6 +161,9 @@ pub struct CheckArgs {
     pub scenarios: Vec<PathBuf>,
     #[command(flatten)]
     pub settings: Settings,
+    /// Take warnings for errors
+    #[arg(long)]
+    pub strict: bool,
     /// Print one JSON object a scenario
     #[arg(long)]
     pub json: bool,

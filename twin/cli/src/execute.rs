@@ -18,7 +18,7 @@ use crate::hardware;
 use crate::interrupt;
 use crate::plant_kind::OwnModel;
 use crate::progress::Progress;
-use crate::report::{Line, Report, Status, seconds};
+use crate::report::{Line, Report, Status, Warned, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::watch::Watch;
 
@@ -316,6 +316,7 @@ fn judged<W: Write>(
         energy: energy.map(Into::into),
         work,
         real_time: None,
+        warnings: Warned::all(&scenario.warnings),
     }
 }
 

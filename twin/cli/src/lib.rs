@@ -94,4 +94,4 @@ pub use massless::massless;
 pub use method::Method;
 pub use plant_kind::{Bringing, OwnModel, Physics, PlantKind};
 pub use registry::{BuildError, Registry};
-pub use report::{Energy, Line, RealTime, Report, Status};
+pub use report::{Energy, Line, RealTime, Report, Status, Warned};

@@ -1,6 +1,7 @@
 //! What became of a scenario: what `--json` prints, what the table and the `JUnit` file are made from.
 
 use serde::{Serialize, Serializer};
+use twinrig_document::{Place, Warning};
 use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
@@ -72,6 +73,34 @@ pub struct Report {
     pub work: Option<WorkCounts>,
     /// How punctual it was, at hardware.
     pub real_time: Option<RealTime>,
+    /// What is accepted in the scenario and most likely a mistake.
+    pub warnings: Vec<Warned>,
+}
+
+/// A warning, as it is written down.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Warned {
+    /// A stable name of its kind.
+    pub code: &'static str,
+    /// What is most likely a mistake.
+    pub message: String,
+    /// The file, or the option of the command line.
+    pub file: String,
+    /// The line in it, counted from 1.
+    pub line: Option<usize>,
+}
+
+impl Warned {
+    /// Of warnings, in their order.
+    pub(crate) fn all(warnings: &[Warning]) -> Vec<Self> {
+        let warned = |Warning { code, problem }: &Warning| Self {
+            code,
+            message: problem.message.clone(),
+            file: problem.file.clone(),
+            line: problem.place.as_ref().map(Place::line),
+        };
+        warnings.iter().map(warned).collect()
+    }
 }
 
 /// How a run at hardware went, as far as time is concerned.
@@ -242,6 +271,7 @@ impl Report {
             energy: None,
             work: None,
             real_time: None,
+            warnings: Vec::new(),
         }
     }
 

@@ -1,20 +1,25 @@
 //! A document: one TOML file, and what was set on top of it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{DocumentError, Problem};
+use crate::error::{DocumentError, Problem, Warning};
 use crate::node::{Node, Value};
 use crate::source::{Place, Source};
 use crate::table::{Problems, Reported, Table};
+
+/// Code of the warning that a key is set twice.
+pub(crate) const SET_TWICE: &str = "set-twice";
 
 /// A document in memory. See the crate's page for an example.
 #[derive(Clone, Debug)]
 pub struct Document {
     source: Arc<Source>,
     root: Node,
+    warnings: Vec<Warning>,
 }
 
 impl Document {
@@ -61,7 +66,11 @@ impl Document {
         let (table, errors) = DeTable::parse_recoverable(text);
         if errors.is_empty() {
             let root = Node::of_table(&table, &source);
-            return Ok(Document { source, root });
+            return Ok(Document {
+                source,
+                root,
+                warnings: Vec::new(),
+            });
         }
         let problems = errors.iter().map(|error| toml_problem(error, &source));
         Err(DocumentError::of(problems.collect()))
@@ -79,7 +88,7 @@ impl Document {
 
     /// Puts `value` at the dotted `key`, in place of what was there or new: `set("--set", "plant.step", "0.5 ms")`.
     /// A value that is not TOML is taken as a text, so that a shell needs no second pair of quotes. Messages about the
-    /// value show `origin` for a file.
+    /// value show `origin` for a file. What an earlier call put there is a warning: the last one counts.
     ///
     /// # Errors
     /// The key is not a dotted key, or leads through something that is not a table.
@@ -112,7 +121,26 @@ impl Document {
             keys.push(entry.key);
             node = entry.node;
         }
+        self.warn_of_earlier_settings(&keys, &source);
         self.insert(&keys, &key_place, node)
+    }
+
+    /// Notes the values at and below the path `keys` that do not stand in the file itself: they are about to be replaced.
+    fn warn_of_earlier_settings(&mut self, keys: &[String], by: &Arc<Source>) {
+        let mut leaves = Vec::new();
+        if let Some(node) = self.root.find(keys) {
+            node.leaves(&keys.join("."), &mut leaves);
+        }
+        leaves.retain(|(_, leaf)| !leaf.place.is_in(&self.source));
+        let warning = |(key, leaf): (String, &Node)| Warning {
+            code: SET_TWICE,
+            problem: Problem::at(
+                &leaf.place,
+                format!("`{key}` is set twice, and the last one counts"),
+                format!("leave this one out, or `{}`", by.text),
+            ),
+        };
+        self.warnings.extend(leaves.into_iter().map(warning));
     }
 
     /// Puts every entry of `overrides` (a table of another document) in place of what has the same key here. A key may
@@ -136,15 +164,31 @@ impl Document {
         &self,
         read: impl FnOnce(&Table<'_>) -> Result<T, Reported>,
     ) -> Result<T, DocumentError> {
+        self.check_and_warn(read).map(|(value, _)| value)
+    }
+
+    /// The same with the warnings of `read` and of [`Document::set`], by place.
+    ///
+    /// # Errors
+    /// Everything that was wrong.
+    pub fn check_and_warn<T>(
+        &self,
+        read: impl FnOnce(&Table<'_>) -> Result<T, Reported>,
+    ) -> Result<(T, Vec<Warning>), DocumentError> {
         let problems = Problems::default();
         let result = {
             let root = Table::new(&self.root, "", &problems);
             read(&root)
         };
-        let found = problems.into_inner();
+        let (errors, of_reader) = problems.into_inner();
         match result {
-            Ok(value) if found.is_empty() => Ok(value),
-            _ => Err(DocumentError::of(found)),
+            Ok(value) if errors.is_empty() => {
+                let mut warnings = self.warnings.clone();
+                warnings.extend(of_reader);
+                Warning::sort(&mut warnings);
+                Ok((value, warnings))
+            }
+            _ => Err(DocumentError::of(errors)),
         }
     }
 
@@ -171,6 +215,19 @@ impl Overrides {
     /// The dotted keys of what is replaced.
     pub fn keys(&self) -> impl Iterator<Item = String> + use<'_> {
         self.leaves.iter().map(|(keys, ..)| keys.join("."))
+    }
+
+    /// Keys that stand here twice, in different spellings: `leg.aslp.l1` and `"leg.aslp".l1`. Each but the last is shown.
+    pub(crate) fn set_twice(&self) -> Vec<Problem> {
+        let mut last: BTreeMap<&[String], &Place> = BTreeMap::new();
+        let mut problems = Vec::new();
+        for (keys, place, _) in &self.leaves {
+            if let Some(earlier) = last.insert(keys, place) {
+                let message = format!("`{}` is set twice, and the last one counts", keys.join("."));
+                problems.push(Problem::at(earlier, message, "leave one of them out"));
+            }
+        }
+        problems
     }
 
     pub(crate) fn of(node: &Node) -> Self {

@@ -53,7 +53,21 @@ impl fmt::Display for Problem {
     ///   = help: units that fit: m, cm, mm, um, km
     /// ```
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {}", self.message)?;
+        f.write_str("error: ")?;
+        self.write(f)
+    }
+}
+
+impl Problem {
+    /// What problems of one document are sorted by: line and column.
+    fn order(&self) -> Option<(usize, usize)> {
+        let place = self.place.as_ref()?;
+        Some((place.line(), place.column()))
+    }
+
+    /// Message, place and help, without the severity in front.
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
         let Some(place) = &self.place else {
             write!(f, "\n --> {}", self.file)?;
             if !self.help.is_empty() {
@@ -84,6 +98,31 @@ impl fmt::Display for Problem {
     }
 }
 
+/// Something that is accepted and most likely a mistake.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// A stable name of its kind, for programs.
+    pub code: &'static str,
+    /// Where, what, and the remedy.
+    pub problem: Problem,
+}
+
+impl fmt::Display for Warning {
+    /// As [`Problem`], with `warning[CODE]: ` in front.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "warning[{}]: ", self.code)?;
+        self.problem.write(f)
+    }
+}
+
+impl Warning {
+    /// Sorts by place, as errors are sorted, and removes repetitions.
+    pub(crate) fn sort(warnings: &mut Vec<Warning>) {
+        warnings.sort_by_cached_key(|warning| warning.problem.order());
+        warnings.dedup();
+    }
+}
+
 /// Why a document was refused: everything that was found wrong with it, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DocumentError {
@@ -94,10 +133,7 @@ pub struct DocumentError {
 impl DocumentError {
     /// The error of several problems, sorted by place.
     pub(crate) fn of(mut problems: Vec<Problem>) -> Self {
-        problems.sort_by_key(|problem| {
-            let place = problem.place.as_ref();
-            place.map(|place| (place.line(), place.column()))
-        });
+        problems.sort_by_cached_key(Problem::order);
         problems.dedup();
         DocumentError { problems }
     }

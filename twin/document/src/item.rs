@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::document::Overrides;
+use crate::document::{Overrides, SET_TWICE};
 use crate::error::Problem;
 use crate::near;
 use crate::node::{Node, Value};
@@ -47,6 +47,22 @@ impl<'d> Item<'d> {
     pub fn report(&self, message: impl Into<String>, help: impl Into<String>) -> Reported {
         self.problems
             .report(Problem::at(&self.node.place, message, help))
+    }
+
+    /// Notes a warning about this value.
+    pub fn warn(&self, code: &'static str, message: impl Into<String>, help: impl Into<String>) {
+        self.problems
+            .warn(code, Problem::at(&self.node.place, message, help));
+    }
+
+    /// Notes that what stands at `place`, in this document, is wrong.
+    pub fn report_at(
+        &self,
+        place: &Place,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Reported {
+        self.problems.report(Problem::at(place, message, help))
     }
 
     /// Notes that the word `word` is not one of `candidates`, which are `what` (`models in this build`).
@@ -283,7 +299,13 @@ impl<'d> Item<'d> {
     /// It is not a table.
     pub fn overrides(&self) -> Result<Overrides, Reported> {
         match &self.node.value {
-            Value::Table(_) => Ok(Overrides::of(self.node)),
+            Value::Table(_) => {
+                let overrides = Overrides::of(self.node);
+                for problem in overrides.set_twice() {
+                    self.problems.warn(SET_TWICE, problem);
+                }
+                Ok(overrides)
+            }
             _ => Err(self.not("a table")),
         }
     }

@@ -29,6 +29,8 @@
 //! );
 //! ```
 //!
+//! What is accepted and most likely a mistake is a [`Warning`] of [`Document::check_and_warn`], with its place, too.
+//!
 //! Quantities are texts with a unit (`"12.6 cm"`), checked by dimension; a bare number is accepted only where there is no
 //! dimension. A power of ten shifts the decimal point of the text and rounds once; durations become whole nanoseconds
 //! without passing through a floating-point number.
@@ -47,7 +49,7 @@ mod table;
 mod units;
 
 pub use document::{Document, Overrides};
-pub use error::{DocumentError, Problem};
+pub use error::{DocumentError, Problem, Warning};
 pub use item::Item;
 pub use near::{nearest, suggestion};
 pub use quantity::{

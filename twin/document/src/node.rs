@@ -97,6 +97,34 @@ impl Node {
         Node { value, place }
     }
 
+    /// The node at the path `keys` below this one.
+    pub fn find(&self, keys: &[String]) -> Option<&Node> {
+        let [key, rest @ ..] = keys else {
+            return Some(self);
+        };
+        let Value::Table(entries) = &self.value else {
+            return None;
+        };
+        entries
+            .iter()
+            .find(|entry| entry.key == *key)?
+            .node
+            .find(rest)
+    }
+
+    /// The values at and below this node with their dotted paths, of which `path` is that of this one: all but tables that
+    /// have entries.
+    pub fn leaves<'n>(&'n self, path: &str, leaves: &mut Vec<(String, &'n Node)>) {
+        match &self.value {
+            Value::Table(entries) if !entries.is_empty() => {
+                for entry in entries {
+                    entry.node.leaves(&format!("{path}.{}", entry.key), leaves);
+                }
+            }
+            _ => leaves.push((path.to_owned(), self)),
+        }
+    }
+
     /// Puts `node` at the path `keys` below this one, making tables on the way. The error is the key whose value is
     /// no table.
     pub fn insert(&mut self, keys: &[String], place: &Place, node: Node) -> Result<(), String> {

@@ -36,6 +36,11 @@ impl Place {
         &self.source
     }
 
+    /// Whether it stands in `source`: that very one, not one of the same text.
+    pub(crate) fn is_in(&self, source: &Arc<Source>) -> bool {
+        Arc::ptr_eq(&self.source, source)
+    }
+
     /// Line, counted from 1.
     pub fn line(&self) -> usize {
         self.source.text[..self.span.start].matches('\n').count() + 1

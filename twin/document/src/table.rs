@@ -2,7 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
-use crate::error::Problem;
+use crate::error::{Problem, Warning};
 use crate::item::Item;
 use crate::near;
 use crate::node::{Node, Value};
@@ -17,16 +17,23 @@ pub struct Reported(pub(crate) ());
 
 /// Where problems gather while a document is read.
 #[derive(Debug, Default)]
-pub(crate) struct Problems(RefCell<Vec<Problem>>);
+pub(crate) struct Problems {
+    errors: RefCell<Vec<Problem>>,
+    warnings: RefCell<Vec<Warning>>,
+}
 
 impl Problems {
     pub fn report(&self, problem: Problem) -> Reported {
-        self.0.borrow_mut().push(problem);
+        self.errors.borrow_mut().push(problem);
         Reported(())
     }
 
-    pub fn into_inner(self) -> Vec<Problem> {
-        self.0.into_inner()
+    pub fn warn(&self, code: &'static str, problem: Problem) {
+        self.warnings.borrow_mut().push(Warning { code, problem });
+    }
+
+    pub fn into_inner(self) -> (Vec<Problem>, Vec<Warning>) {
+        (self.errors.into_inner(), self.warnings.into_inner())
     }
 }
 
@@ -132,6 +139,27 @@ impl<'d> Table<'d> {
     ) -> Reported {
         self.problems
             .report(Problem::at(&self.key_place(key), message, help))
+    }
+
+    /// Notes that what stands at `place`, in this document, is wrong.
+    pub fn report_at(
+        &self,
+        place: &Place,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Reported {
+        self.problems.report(Problem::at(place, message, help))
+    }
+
+    /// Notes a warning about what stands at `place`, in this document.
+    pub fn warn_at(
+        &self,
+        place: &Place,
+        code: &'static str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.problems.warn(code, Problem::at(place, message, help));
     }
 
     /// Notes that `key` is missing.

@@ -1,5 +1,8 @@
 //! What a measured value must not exceed.
 
+use std::f64::consts::PI;
+use std::ops::Bound;
+
 use twinrig_document::{Item, Range, Reported, Table, print_quantity};
 use twinrig_kernel::Unit;
 
@@ -10,6 +13,88 @@ pub struct Limits {
     pub min: Option<f64>,
     /// Greatest accepted value, itself accepted.
     pub max: Option<f64>,
+}
+
+/// The values that a measure can take, whatever the run does. Limits that all of them or none of them are within would be a
+/// verdict without a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Domain {
+    range: Range,
+    whole: bool,
+}
+
+impl Domain {
+    pub const ANY: Domain = Domain::of(Range::ANY);
+    pub const POSITIVE: Domain = Domain::of(Range::POSITIVE);
+    pub const NOT_NEGATIVE: Domain = Domain::of(Range::NOT_NEGATIVE);
+    /// 0, 1, 2, …
+    pub const COUNT: Domain = Domain {
+        range: Range::NOT_NEGATIVE,
+        whole: true,
+    };
+    /// A share.
+    pub const SHARE: Domain = Domain::up_to(1.0);
+    /// The magnitude of a roll; peak to peak, a pitch.
+    pub const HALF_TURN: Domain = Domain::up_to(PI);
+    /// The magnitude of a pitch, which lies between nose up and nose down.
+    pub const QUARTER_TURN: Domain = Domain::up_to(PI / 2.0);
+    /// Peak to peak, a roll.
+    pub const TURN: Domain = Domain::up_to(2.0 * PI);
+
+    const fn of(range: Range) -> Self {
+        Domain {
+            range,
+            whole: false,
+        }
+    }
+
+    const fn up_to(max: f64) -> Self {
+        Domain::of(Range {
+            min: Bound::Included(0.0),
+            max: Bound::Included(max),
+        })
+    }
+
+    /// Whether every value is within `limits`.
+    fn is_within(&self, limits: &Limits) -> bool {
+        // Degrees become radians with an error in the last place.
+        const NEARLY: f64 = 1.0 - 1e-12;
+        let above = match (limits.min, self.range.min) {
+            (None, _) => true,
+            (Some(min), Bound::Included(least) | Bound::Excluded(least)) => min <= least,
+            (Some(_), Bound::Unbounded) => false,
+        };
+        let below = match (limits.max, self.range.max) {
+            (None, _) => true,
+            (Some(max), Bound::Included(most) | Bound::Excluded(most)) => max >= most * NEARLY,
+            (Some(_), Bound::Unbounded) => false,
+        };
+        above && below
+    }
+
+    /// Whether no value is within `limits`.
+    fn is_outside(&self, limits: &Limits) -> bool {
+        let below = match (limits.max, self.range.min) {
+            (Some(max), Bound::Included(least)) => max < least,
+            (Some(max), Bound::Excluded(least)) => max <= least,
+            _ => false,
+        };
+        let above = match (limits.min, self.range.max) {
+            (Some(min), Bound::Included(most)) => min > most,
+            (Some(min), Bound::Excluded(most)) => min >= most,
+            _ => false,
+        };
+        let between = match (limits.min, limits.max) {
+            (Some(min), Some(max)) => self.whole && max.floor() < min.ceil(),
+            _ => false,
+        };
+        below || above || between
+    }
+
+    fn words(&self, unit: Unit) -> String {
+        let whole = if self.whole { "a whole number, " } else { "" };
+        format!("{whole}{}", self.range.words(unit.symbol()))
+    }
 }
 
 /// How values compare with [`Limits`]: the value that is nearest to violating them, the limit that it is nearest to, and the
@@ -84,8 +169,9 @@ impl Limits {
         self.margin(value) >= 0.0
     }
 
-    /// Reads a table of its own: `{ min = …, max = … }` or `{ near = …, within = … }`.
-    pub(crate) fn read(item: &Item<'_>, unit: Unit) -> Result<Self, Reported> {
+    /// Reads a table of its own: `{ min = …, max = … }` or `{ near = …, within = … }`, for a measure that takes the values
+    /// of `domain`.
+    pub(crate) fn read(item: &Item<'_>, unit: Unit, domain: &Domain) -> Result<Self, Reported> {
         if !item.is_table() {
             let example = if unit == Unit::One {
                 "0.5".to_owned()
@@ -99,7 +185,17 @@ impl Limits {
             return Err(item.report(message, help));
         }
         let table = item.table()?;
-        Self::read_from(&table, unit, &|message, help| item.report(message, help))
+        let limits = Self::read_from(&table, unit, &|message, help| item.report(message, help))?;
+        let key = item.key();
+        let message = if domain.is_within(&limits) {
+            format!("no value of `{key}` violates these limits")
+        } else if domain.is_outside(&limits) {
+            format!("no value of `{key}` is within these limits")
+        } else {
+            return Ok(limits);
+        };
+        let help = format!("`{key}` is always {}", domain.words(unit));
+        Err(item.report(message, help))
     }
 
     /// Reads `min`, `max`, `near` and `within` out of a table that may hold other keys too.
@@ -169,6 +265,44 @@ mod tests {
             let margin = BOTH.compare(least, greatest).margin;
             assert!(margin.is_nan(), "{least} {greatest} {margin}");
         }
+    }
+
+    #[test]
+    fn limits_divide_the_values_that_there_are() {
+        let limits = |min, max| Limits { min, max };
+        for (domain, decided, undecided) in [
+            (
+                Domain::SHARE,
+                vec![
+                    limits(None, Some(1.0)),
+                    limits(Some(0.0), Some(5.0)),
+                    limits(Some(1.1), None),
+                    limits(None, Some(-0.1)),
+                ],
+                vec![limits(None, Some(0.99)), limits(Some(0.0), Some(0.0))],
+            ),
+            (
+                Domain::POSITIVE,
+                vec![limits(Some(0.0), None), limits(None, Some(0.0))],
+                vec![limits(None, Some(1e-9)), limits(Some(1e300), None)],
+            ),
+            (
+                Domain::COUNT,
+                vec![limits(Some(0.0), None), limits(Some(2.2), Some(2.8))],
+                vec![limits(None, Some(0.0)), limits(Some(2.2), Some(3.0))],
+            ),
+            (
+                Domain::HALF_TURN,
+                vec![limits(None, Some(180.0 * (PI / 180.0)))],
+                vec![limits(None, Some(3.0))],
+            ),
+        ] {
+            let decides = |l: &Limits| domain.is_within(l) || domain.is_outside(l);
+            assert!(decided.iter().all(decides), "{domain:?}");
+            assert!(!undecided.iter().any(decides), "{domain:?}");
+        }
+        let far = limits(Some(-1e9), Some(1e9));
+        assert!(!Domain::ANY.is_within(&far) && !Domain::ANY.is_outside(&far));
     }
 
     #[test]

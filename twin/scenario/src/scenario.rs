@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_document::{Document, DocumentError, Overrides, Place, Problem};
+use twinrig_document::{Document, DocumentError, Overrides, Place, Problem, Warning};
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::catalogue::Catalogue;
@@ -81,6 +81,8 @@ pub struct Scenario {
     pub expectations: Vec<Expectation>,
     /// What would be expected of other plants than this one.
     pub of_other_plants: Vec<Expectation>,
+    /// What is accepted and most likely a mistake.
+    pub warnings: Vec<Warning>,
 }
 
 /// `[plant]`

@@ -188,7 +188,7 @@ fn what_is_not_a_number_never_passes() {
         "body = { fall = false }",
         "body = { speed = { min = '-9 m/s' } }",
         "body = { height = { max = '9 m' } }",
-        "body = { roll = { max = '9 rad' } }",
+        "body = { roll = { max = '3 rad' } }",
         "body = { height_range = { max = '9 m' } }",
         "body = { yaw_drift = { max = '99 rad' } }",
         "body = { settles = { within = '9 m', by = '0 s' } }",
@@ -236,7 +236,7 @@ fn a_run_that_ends_early_passes_nothing() {
     };
     for expect in [
         "body = { fall = false }",
-        "footstep = { duty_factor = { max = 1 } }",
+        "footstep = { duty_factor = { max = 0.99 } }",
         "cost = { steps = { min = 1 } }",
     ] {
         let outcome = outcome(expect, &short);

@@ -1,12 +1,14 @@
 //! `twin check`
 
 use serde::Serialize;
+use twinrig_document::{DocumentError, Problem, Warning};
 
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
-use crate::error::guarded;
+use crate::error::{TwinError, guarded};
 use crate::registry::Registry;
+use crate::report::Warned;
 
 #[derive(Serialize)]
 struct Checked {
@@ -14,6 +16,7 @@ struct Checked {
     scenario: Option<String>,
     valid: bool,
     error: Option<String>,
+    warnings: Vec<Warned>,
 }
 
 pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Terminal<'_>) -> u8 {
@@ -22,31 +25,54 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
     for path in &args.scenarios {
         let file = path.display().to_string();
         let checked = guarded(&file, || {
-            let assembly = Assembly::of_file(registry, path, &settings)?;
-            assembly.rig()?;
-            Ok(assembly.scenario().name.clone())
+            sound(&Assembly::of_file(registry, path, &settings)?)
         });
-        let error = checked.as_ref().err();
-        if error.is_some() {
+        let (checked, warnings) = match checked {
+            Ok((name, warnings)) if args.strict && !warnings.is_empty() => {
+                (Err((Some(name), as_error(&warnings))), warnings)
+            }
+            Ok((name, warnings)) => (Ok(name), warnings),
+            Err(error) => (Err((None, error)), Vec::new()),
+        };
+        if checked.is_err() {
             code = WRONG;
         }
         if args.json {
             terminal.print_json(&Checked {
                 file,
-                valid: error.is_none(),
-                error: error.map(ToString::to_string),
-                scenario: checked.ok(),
+                valid: checked.is_ok(),
+                error: checked.as_ref().err().map(|(_, error)| error.to_string()),
+                scenario: checked.map_or_else(|(name, _)| name, Some),
+                warnings: Warned::all(&warnings),
             });
             continue;
         }
         match checked {
             Ok(name) => {
+                terminal.warn(&warnings);
                 let mark = terminal.paint.green("✓");
                 let name = terminal.paint.dim(&name);
                 terminal.print(&format!("{mark} {file}  {name}"));
             }
-            Err(error) => terminal.complain(&error),
+            Err((_, error)) => terminal.complain(&error),
         }
     }
     code
+}
+
+/// The name of a scenario whose rig can be built, and its warnings.
+fn sound(assembly: &Assembly<'_>) -> Result<(String, Vec<Warning>), TwinError> {
+    assembly.rig()?;
+    let scenario = assembly.scenario();
+    Ok((scenario.name.clone(), scenario.warnings.clone()))
+}
+
+/// The error that warnings are under `--strict`.
+fn as_error(warnings: &[Warning]) -> TwinError {
+    let problem = |Warning { code, problem }: &Warning| Problem {
+        message: format!("{} [{code}]", problem.message),
+        ..problem.clone()
+    };
+    let problems = warnings.iter().map(problem).collect();
+    DocumentError { problems }.into()
 }

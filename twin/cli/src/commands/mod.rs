@@ -19,6 +19,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use serde::Serialize;
+use twinrig_document::Warning;
 use twinrig_runtime::caught;
 use twinrig_scenario::Setting;
 
@@ -71,6 +72,13 @@ impl Terminal<'_> {
 
     fn complain(&mut self, error: &TwinError) {
         let _ = writeln!(self.err, "{error}");
+    }
+
+    /// Shows warnings to the person; programs find them in the report.
+    fn warn<'w>(&mut self, warnings: impl IntoIterator<Item = &'w Warning>) {
+        for warning in warnings {
+            let _ = writeln!(self.err, "{warning}\n");
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::error::TwinError;
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
 use crate::registry::Registry;
-use crate::report::seconds;
+use crate::report::{Warned, seconds};
 use crate::table::folded;
 
 #[derive(Serialize)]
@@ -36,6 +36,7 @@ struct Plan {
     changes: usize,
     expectations: Vec<String>,
     left_out: Vec<LeftOut>,
+    warnings: Vec<Warned>,
 }
 
 #[derive(Serialize)]
@@ -84,11 +85,13 @@ struct Gauge {
 }
 
 pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
-    match of(registry, args) {
-        Ok(plan) => {
+    let assembly = Assembly::of_file(registry, &args.scenario, &settings(&args.settings));
+    match assembly.and_then(|assembly| Ok((of(registry, &assembly)?, assembly))) {
+        Ok((plan, assembly)) => {
             if args.json {
                 terminal.print_json(&plan);
             } else {
+                terminal.warn(&assembly.scenario().warnings);
                 let text = text(&plan, terminal.paint);
                 terminal.print(&text);
             }
@@ -101,8 +104,7 @@ pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal
     }
 }
 
-fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
-    let assembly = Assembly::of_file(registry, &args.scenario, &settings(&args.settings))?;
+fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
     let rig = assembly.rig()?;
     let (scene, scenario) = (assembly.scene(), assembly.scenario());
     let signals = assembly.plant_outputs().iter().map(|port| Signal {
@@ -151,6 +153,7 @@ fn of(registry: &Registry, args: &PlanArgs) -> Result<Plan, TwinError> {
             .map(|one| one.name.clone())
             .collect(),
         left_out: scene.left_out.clone(),
+        warnings: Warned::all(&scenario.warnings),
     })
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use twinrig_document::Warning;
 use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
@@ -27,6 +28,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         registry,
         args,
         recordings: Vec::new(),
+        warned: Vec::new(),
         reports: Vec::new(),
     };
     let mut worst = Status::Pass.exit_code();
@@ -67,6 +69,8 @@ pub(super) struct Session<'a> {
     pub(super) args: &'a RunArgs,
     /// Where recordings went.
     recordings: Vec<PathBuf>,
+    /// The warnings that were shown.
+    warned: Vec<Warning>,
     pub(super) reports: Vec<Report>,
 }
 
@@ -76,15 +80,30 @@ impl<'a> Session<'a> {
         &mut self,
         path: &Path,
         plant: Option<&String>,
-        terminal: &Terminal<'_>,
+        terminal: &mut Terminal<'_>,
     ) -> Report {
         let file = path.display().to_string();
         let report = guarded(&file, || {
             let assembly = self.assembly(path, plant)?;
+            self.warn(&assembly, terminal);
             let execution = self.execution(&assembly, "", terminal);
             execute(&assembly, &execution)
         });
         report.unwrap_or_else(|error| error_of(path, &error))
+    }
+
+    /// Shows the warnings of a scenario, each once: several plants run one file.
+    pub(super) fn warn(&mut self, assembly: &Assembly<'_>, terminal: &mut Terminal<'_>) {
+        if self.args.json {
+            return;
+        }
+        let warnings = &assembly.scenario().warnings;
+        let new = warnings
+            .iter()
+            .filter(|warning| !self.warned.contains(warning));
+        let new: Vec<Warning> = new.cloned().collect();
+        terminal.warn(&new);
+        self.warned.extend(new);
     }
 
     pub(super) fn assembly(

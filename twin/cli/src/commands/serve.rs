@@ -37,6 +37,7 @@ fn serve_twin(
     let settings = settings(&args.settings);
     let assembly = Assembly::of_file(registry, &args.scenario, &settings)?;
     let scenario = assembly.scenario();
+    terminal.warn(&scenario.warnings);
     if scenario.buses.is_empty() {
         return Err(TwinError::NothingToServe {
             file: scenario.file.clone(),

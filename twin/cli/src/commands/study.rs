@@ -10,6 +10,7 @@ use twinrig_study::{
 
 use super::{FINE, Terminal, WRONG};
 use crate::args::{StudyArgs, StudyCommand, StudyOptions};
+use crate::assembly::Assembly;
 use crate::coupling_studio::RigStudio;
 use crate::coupling_table;
 use crate::error::TwinError;
@@ -106,7 +107,7 @@ fn done(
     which: &StudyCommand,
     name: &'static str,
     options: &StudyOptions,
-    terminal: &Terminal<'_>,
+    terminal: &mut Terminal<'_>,
 ) -> Result<(Found, Machine, Vec<PathBuf>), TwinError> {
     let settings: Vec<Setting> = options
         .set
@@ -117,6 +118,10 @@ fn done(
             value: value.clone(),
         })
         .collect();
+    if !options.json {
+        let assembly = Assembly::of_file(registry, &options.scenario, &settings)?;
+        terminal.warn(&assembly.scenario().warnings);
+    }
     // What cannot be written is known before the work.
     create(&options.out)?;
     let machine = Machine::here(BUILD);

@@ -211,7 +211,7 @@ impl<'s, 'a> Together<'s, 'a> {
     fn begin(
         &mut self,
         from: SimTime,
-        terminal: &Terminal<'_>,
+        terminal: &mut Terminal<'_>,
     ) -> Result<(Assembly<'a>, Report, Option<Snapshot>), TwinError> {
         let first = self
             .session
@@ -225,6 +225,7 @@ impl<'s, 'a> Together<'s, 'a> {
                 help: "an earlier --from, or a longer `duration`".to_owned(),
             });
         }
+        self.session.warn(&first, terminal);
         let execution = self.session.execution(&first, "", terminal);
         let (report, saved) = guarded(&first.scenario().file, || {
             execute_saving(&first, &execution, first.end(), Some(from))

@@ -12,3 +12,4 @@ mod recordings;
 mod schema;
 mod studies;
 mod together;
+mod warnings;

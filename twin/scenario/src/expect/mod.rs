@@ -1,11 +1,12 @@
 //! What a scenario expects of its run.
 
+mod beyond_end;
 mod read;
 mod read_footstep;
 
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
-use crate::limits::Limits;
+use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
 
 pub(crate) use read::{Context, expectation, placed_text};
@@ -312,6 +313,18 @@ impl FootstepMeasure {
 }
 
 impl TimingMeasure {
+    /// The values that it can take.
+    pub(crate) fn domain(self) -> Domain {
+        match self {
+            TimingMeasure::DeadlineMisses => Domain::COUNT,
+            TimingMeasure::LongestCycle => Domain::POSITIVE,
+            TimingMeasure::CycleRate
+            | TimingMeasure::Jitter
+            | TimingMeasure::Latency
+            | TimingMeasure::HalfRange => Domain::NOT_NEGATIVE,
+        }
+    }
+
     /// The unit of what is measured.
     pub fn unit(self) -> Unit {
         match self {

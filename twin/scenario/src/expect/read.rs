@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
+use super::beyond_end;
 use super::read_footstep;
 use super::{
     Along, BodyClaim, Claim, CostMeasure, Expectation, SignalClaim, SignalMode, TimingClaim,
     TimingMeasure, Until,
 };
-use crate::limits::Limits;
+use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
 
 const SUBJECTS: [&str; 6] = ["footstep", "body", "timing", "signal", "energy", "cost"];
@@ -32,7 +33,13 @@ pub(crate) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     let after = table.optional("after", |item| instant(item, context));
     let before = table.optional("before", |item| instant(item, context));
     let optional = table.optional("optional", Item::boolean);
-    let plants = table.optional("plants", |item| item.each(|item| plant(item, context)));
+    let plants = table.optional("plants", |item| {
+        let plants = item.each(|item| plant(item, context))?;
+        if plants.is_empty() {
+            return Err(item.report("no plant is named", "leave `plants` out for all of them"));
+        }
+        Ok(plants)
+    });
     let subject = one_of(item, &table, &SUBJECTS, "nothing is expected")?;
     let claim = table.required(subject, |item| match subject {
         "footstep" => read_footstep::claim(item).map(Claim::Footstep),
@@ -64,6 +71,9 @@ pub(crate) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     }
     if before.is_some_and(|before| before <= expectation.after) {
         return Err(table.report("before", "`before` is not later than `after`", ""));
+    }
+    if let Some(item) = table.get(subject) {
+        beyond_end::warn(&item, &expectation, context.duration);
     }
     let measure = table
         .get(subject)
@@ -158,21 +168,27 @@ fn body(item: &Item<'_>) -> Result<BodyClaim, Reported> {
     ];
     let table = item.table()?;
     let measure = one_of(item, &table, &MEASURES, "nothing of the body is expected")?;
-    let limits = |unit| table.required(measure, |item| Limits::read(item, unit));
+    let limits = |unit, domain| table.required(measure, |item| Limits::read(item, unit, &domain));
+    let angle = |domain| limits(Unit::Radian, domain);
     Ok(match measure {
         "speed" => {
             let choices = [("heading", Along::Heading), ("path", Along::Path)];
             let along = table.optional("along", |item| item.choice(&choices));
-            let limits = limits(Unit::MeterPerSecond)?;
-            BodyClaim::Speed(along?.unwrap_or(Along::Heading), limits)
+            let along = along.map(|along| along.unwrap_or(Along::Heading));
+            let domain = match along {
+                Ok(Along::Path) => Domain::NOT_NEGATIVE,
+                _ => Domain::ANY,
+            };
+            let limits = limits(Unit::MeterPerSecond, domain)?;
+            BodyClaim::Speed(along?, limits)
         }
-        "height" => BodyClaim::Height(limits(Unit::Meter)?),
-        "roll" => BodyClaim::Roll(limits(Unit::Radian)?),
-        "pitch" => BodyClaim::Pitch(limits(Unit::Radian)?),
-        "roll_range" => BodyClaim::RollRange(limits(Unit::Radian)?),
-        "pitch_range" => BodyClaim::PitchRange(limits(Unit::Radian)?),
-        "height_range" => BodyClaim::HeightRange(limits(Unit::Meter)?),
-        "yaw_drift" => BodyClaim::YawDrift(limits(Unit::Radian)?),
+        "height" => BodyClaim::Height(limits(Unit::Meter, Domain::ANY)?),
+        "roll" => BodyClaim::Roll(angle(Domain::HALF_TURN)?),
+        "pitch" => BodyClaim::Pitch(angle(Domain::QUARTER_TURN)?),
+        "roll_range" => BodyClaim::RollRange(angle(Domain::TURN)?),
+        "pitch_range" => BodyClaim::PitchRange(angle(Domain::HALF_TURN)?),
+        "height_range" => BodyClaim::HeightRange(limits(Unit::Meter, Domain::NOT_NEGATIVE)?),
+        "yaw_drift" => BodyClaim::YawDrift(angle(Domain::NOT_NEGATIVE)?),
         "fall" => table.required("fall", fall)?,
         _ => table.required("settles", |item| {
             let (within, by) = settles(item, Unit::Meter)?;
@@ -199,10 +215,12 @@ fn fall(item: &Item<'_>) -> Result<BodyClaim, Reported> {
     let height = table.optional("height", |item| item.number(&share));
     let half_turn = Range::between(0.0, PI);
     let tilt = table.optional("tilt", |item| item.quantity(Unit::Radian, &half_turn));
-    Ok(BodyClaim::Upright {
-        height: height?.unwrap_or(HEIGHT),
-        tilt: tilt?.unwrap_or(TILT),
-    })
+    let (height, tilt) = (height?.unwrap_or(HEIGHT), tilt?.unwrap_or(TILT));
+    if height == 0.0 && tilt >= PI {
+        let help = "a `height` above 0, or a `tilt` below 180 deg";
+        return Err(item.report("nothing is a fall by these thresholds", help));
+    }
+    Ok(BodyClaim::Upright { height, tilt })
 }
 
 fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {
@@ -229,7 +247,9 @@ fn timing(item: &Item<'_>) -> Result<Claim, Reported> {
         .into_iter()
         .find(|(known, _)| *known == key)
         .map_or(TimingMeasure::Latency, |(_, measure)| measure);
-    let limits = table.required(key, |item| Limits::read(item, measure.unit()));
+    let limits = table.required(key, |item| {
+        Limits::read(item, measure.unit(), &measure.domain())
+    });
     Ok(Claim::Timing(TimingClaim {
         of: Some(of?).filter(|of| of.value != "control"),
         measure,
@@ -270,9 +290,9 @@ fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
                 let (within, by) = settles(item, unit)?;
                 SignalMode::Settles { within, by }
             }
-            "eventually" => SignalMode::Eventually(Limits::read(item, unit)?, within),
+            "eventually" => SignalMode::Eventually(Limits::read(item, unit, &Domain::ANY)?, within),
             _ => {
-                let limits = Limits::read(item, unit)?;
+                let limits = Limits::read(item, unit, &Domain::ANY)?;
                 match until {
                     None => SignalMode::Always(limits),
                     Some(until) => SignalMode::Until(limits, until),
@@ -321,7 +341,9 @@ fn element(item: &Item<'_>) -> Result<usize, Reported> {
 
 fn energy(item: &Item<'_>) -> Result<Claim, Reported> {
     let table = item.table()?;
-    let limits = table.required("residual", |item| Limits::read(item, Unit::One));
+    let limits = table.required("residual", |item| {
+        Limits::read(item, Unit::One, &Domain::NOT_NEGATIVE)
+    });
     Ok(Claim::EnergyResidual(limits?))
 }
 
@@ -331,12 +353,12 @@ fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
     let mut keys = CostMeasure::COUNTS.to_vec();
     keys.push(FACTOR);
     let key = one_of(item, &table, &keys, "nothing of the cost is expected")?;
-    let limits = table.required(key, |item| Limits::read(item, Unit::One))?;
-    let measure = if key == FACTOR {
-        CostMeasure::RealTimeFactor
+    let (measure, domain) = if key == FACTOR {
+        (CostMeasure::RealTimeFactor, Domain::POSITIVE)
     } else {
-        CostMeasure::Count(key)
+        (CostMeasure::Count(key), Domain::COUNT)
     };
+    let limits = table.required(key, |item| Limits::read(item, Unit::One, &domain))?;
     Ok(Claim::Cost(measure, limits))
 }
 

@@ -1,11 +1,14 @@
 //! Reading expectations of footsteps.
 
+use std::collections::BTreeSet;
+use std::ops::Bound;
+
 use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
 use super::read::{one_of, placed_text};
 use super::{Axis, FootstepClaim, FootstepMeasure, LegChoice, Pattern};
-use crate::limits::Limits;
+use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
 
 const MEASURES: [&str; 14] = [
@@ -50,32 +53,38 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
 }
 
 fn measure(table: &Table<'_>, key: &str) -> Result<FootstepMeasure, Reported> {
-    let limits = |unit| table.required(key, |item| Limits::read(item, unit));
+    let limits = |unit, domain| table.required(key, |item| Limits::read(item, unit, &domain));
+    let positive = |unit| limits(unit, Domain::POSITIVE);
+    let length = || limits(Unit::Meter, Domain::NOT_NEGATIVE);
     Ok(match key {
-        "slip" => FootstepMeasure::Slip(limits(Unit::Meter)?),
-        "duty_factor" => FootstepMeasure::DutyFactor(limits(Unit::One)?),
-        "stance" => FootstepMeasure::StanceTime(limits(Unit::Second)?),
-        "swing" => FootstepMeasure::SwingTime(limits(Unit::Second)?),
-        "frequency" => FootstepMeasure::Frequency(limits(Unit::Hertz)?),
-        "stride" => FootstepMeasure::StrideLength(limits(Unit::Meter)?),
-        "impulse" => FootstepMeasure::Impulse(limits(Unit::NewtonSecond)?),
-        "peak_load" => FootstepMeasure::PeakLoad(limits(Unit::Newton)?),
+        "slip" => FootstepMeasure::Slip(length()?),
+        "duty_factor" => FootstepMeasure::DutyFactor(limits(Unit::One, Domain::SHARE)?),
+        "stance" => FootstepMeasure::StanceTime(positive(Unit::Second)?),
+        "swing" => FootstepMeasure::SwingTime(positive(Unit::Second)?),
+        "frequency" => FootstepMeasure::Frequency(positive(Unit::Hertz)?),
+        "stride" => FootstepMeasure::StrideLength(length()?),
+        "impulse" => FootstepMeasure::Impulse(positive(Unit::NewtonSecond)?),
+        "peak_load" => FootstepMeasure::PeakLoad(positive(Unit::Newton)?),
         "position" => {
             let axis = table.optional("axis", |item| item.choice(&AXES[..3]));
-            let limits = limits(Unit::Meter)?;
+            let limits = limits(Unit::Meter, Domain::ANY)?;
             FootstepMeasure::Position(axis?.unwrap_or(Axis::X), limits)
         }
-        "count" => FootstepMeasure::Count(limits(Unit::One)?),
+        "count" => FootstepMeasure::Count(limits(Unit::One, Domain::COUNT)?),
         "phase" => {
             let pattern = table.required("phase", pattern);
-            let half = Range::between(0.0, 0.5);
-            let tolerance = table.required("tolerance", |item| item.number(&half));
+            // No phase is farther off than half a cycle: a tolerance of that would accept them all.
+            let below_half = Range {
+                min: Bound::Included(0.0),
+                max: Bound::Excluded(0.5),
+            };
+            let tolerance = table.required("tolerance", |item| item.number(&below_half));
             FootstepMeasure::Phase {
                 pattern: pattern?,
                 tolerance: tolerance?,
             }
         }
-        "phase_spread" => FootstepMeasure::PhaseSpread(limits(Unit::One)?),
+        "phase_spread" => FootstepMeasure::PhaseSpread(limits(Unit::One, Domain::NOT_NEGATIVE)?),
         "order" => FootstepMeasure::Order(table.required("order", order)?),
         _ => displacement(table)?,
     })
@@ -87,6 +96,7 @@ fn legs(item: &Item<'_>) -> Result<LegChoice, Reported> {
         if named.is_empty() {
             return Err(item.report("no leg is named", "leave `leg` out for all of them"));
         }
+        none_twice(item, named.iter())?;
         return Ok(LegChoice::Named(named));
     }
     Ok(match item.text()? {
@@ -133,7 +143,24 @@ fn order(item: &Item<'_>) -> Result<Vec<Vec<Placed<String>>>, Reported> {
         let help = "as in [\"LF\", \"RH\"] or [[\"LF\", \"RH\"], [\"RF\", \"LH\"]]";
         return Err(item.report("an order has two groups of legs or more", help));
     }
+    none_twice(item, groups.iter().flatten())?;
     Ok(groups)
+}
+
+/// A leg that stands in a list twice is a slip of the pen: an order could not be kept, or would be another one.
+fn none_twice<'l>(
+    item: &Item<'_>,
+    legs: impl Iterator<Item = &'l Placed<String>>,
+) -> Result<(), Reported> {
+    let mut named = BTreeSet::new();
+    let mut result = Ok(());
+    for leg in legs {
+        if !named.insert(&leg.value) {
+            let message = format!("leg `{}` is named twice", leg.value);
+            result = Err(item.report_at(&leg.place, message, "name each leg once"));
+        }
+    }
+    result
 }
 
 fn displacement(table: &Table<'_>) -> Result<FootstepMeasure, Reported> {
@@ -147,7 +174,13 @@ fn displacement(table: &Table<'_>) -> Result<FootstepMeasure, Reported> {
             _ => Err(item.report("cycles count from 1", "")),
         }
     });
-    let limits = table.required("displacement", |item| Limits::read(item, Unit::Meter));
+    let domain = match axis {
+        Ok(Some(Axis::Horizontal)) => Domain::NOT_NEGATIVE,
+        _ => Domain::ANY,
+    };
+    let limits = table.required("displacement", |item| {
+        Limits::read(item, Unit::Meter, &domain)
+    });
     against?;
     Ok(FootstepMeasure::Displacement {
         axis: axis?.unwrap_or(Axis::X),

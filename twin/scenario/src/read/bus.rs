@@ -3,7 +3,8 @@
 use twinrig_document::{Item, Range, Reported, Table, suggestion};
 use twinrig_kernel::{SimDuration, SimTime};
 
-use super::kind;
+use super::changes::before_the_end;
+use super::{code, kind};
 use crate::catalogue::Kind;
 use crate::expect::placed_text;
 use crate::options::Options;
@@ -56,7 +57,7 @@ fn bus(item: &Item<'_>, kinds: &[Kind]) -> Result<BusSpec, Reported> {
 }
 
 /// `[[fault]]`
-pub(super) fn fault(item: &Item<'_>) -> Result<FaultSpec, Reported> {
+pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Reported> {
     #[derive(Clone, Copy)]
     enum Word {
         Drop,
@@ -79,7 +80,7 @@ pub(super) fn fault(item: &Item<'_>) -> Result<FaultSpec, Reported> {
         ("babble", Word::Babble),
     ];
     let table = item.table()?;
-    let at = table.required("at", Item::duration);
+    let at = table.required("at", |item| before_the_end(item, run, code::FAULT));
     let on = table.required("on", placed_text);
     let lasts = table.optional("for", Item::positive_duration);
     let word = table

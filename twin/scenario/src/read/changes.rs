@@ -1,9 +1,12 @@
 //! Reading `[[change]]`.
 
-use twinrig_document::{Item, Range, Reported, Table, print_quantity};
-use twinrig_kernel::SimTime;
+use std::collections::BTreeSet;
 
-use super::controller;
+use twinrig_document::{Item, Range, Reported, Table, print_quantity};
+use twinrig_kernel::{SimDuration, SimTime};
+
+use super::checks::above_half_the_rate;
+use super::{code, controller, spelled};
 use crate::catalogue::{Catalogue, Kind};
 use crate::scenario::{Change, ChangeAmount, ControllerSpec};
 
@@ -13,6 +16,7 @@ pub(super) fn changes(
     table: &Table<'_>,
     control: Result<Option<&ControllerSpec>, Reported>,
     catalogue: &Catalogue,
+    run: SimDuration,
 ) -> Result<Vec<Change>, Reported> {
     let Some(items) = table.optional("change", Item::list)? else {
         return Ok(Vec::new());
@@ -25,20 +29,42 @@ pub(super) fn changes(
     let Some(kind) = kinds.find(|kind| kind.name == control.kind) else {
         return Ok(Vec::new());
     };
-    let read: Vec<_> = items.iter().map(|item| change(item, kind)).collect();
+    let read: Vec<_> = items.iter().map(|item| change(item, kind, run)).collect();
     let read: Result<Vec<_>, Reported> = read.into_iter().collect();
     let mut changes: Vec<(Change, &Item<'_>)> = Vec::new();
     for (list, item) in read?.into_iter().zip(&items) {
         changes.extend(list.into_iter().map(|change| (change, item)));
     }
     changes.sort_by_key(|(change, _)| change.at);
+    once_an_instant(&changes)?;
     in_range(&changes, control, kind)?;
     Ok(changes.into_iter().map(|(change, _)| change).collect())
 }
 
-fn change(item: &Item<'_>, kind: &Kind) -> Result<Vec<Change>, Reported> {
+/// The time at which something is to happen, with a warning where the run is over by then.
+pub(super) fn before_the_end(
+    item: &Item<'_>,
+    run: SimDuration,
+    code: &'static str,
+) -> Result<SimDuration, Reported> {
+    let at = item.duration()?;
+    if at >= run {
+        let message = format!(
+            "the run ends at {}: this does not happen in it",
+            spelled(run)
+        );
+        item.warn(
+            code,
+            message,
+            "give an earlier time, or a longer `duration`",
+        );
+    }
+    Ok(at)
+}
+
+fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<Change>, Reported> {
     let table = item.table()?;
-    let at = table.required("at", Item::duration);
+    let at = table.required("at", |item| before_the_end(item, run, code::CHANGE));
     let variables = table.required("set", |item| controller::changed(item, kind));
     table.expect(["to", "by"]);
     let variables = variables.inspect_err(|_| table.give_up())?;
@@ -79,6 +105,23 @@ fn change(item: &Item<'_>, kind: &Kind) -> Result<Vec<Change>, Reported> {
     Ok(amounts.into_iter().map(change).collect())
 }
 
+/// Two changes of one variable at one instant: which of them counts would depend on their order in the file.
+fn once_an_instant(changes: &[(Change, &Item<'_>)]) -> Result<(), Reported> {
+    let mut seen = BTreeSet::new();
+    let mut result = Ok(());
+    for (change, item) in changes {
+        if !seen.insert((change.at, &change.variable)) {
+            let message = format!(
+                "`{}` is changed twice at {}",
+                change.variable,
+                spelled(change.at.since_start())
+            );
+            result = Err(item.report(message, "make one change of them, or change the time"));
+        }
+    }
+    result
+}
+
 fn in_range(
     changes: &[(Change, &Item<'_>)],
     control: &ControllerSpec,
@@ -115,6 +158,9 @@ fn in_range(
                 "it must be {}",
                 variable.range.words(variable.unit.symbol())
             );
+            return Err(item.report(message, help));
+        }
+        if let Some((message, help)) = above_half_the_rate(variable, *value, control.period) {
             return Err(item.report(message, help));
         }
     }

@@ -3,6 +3,7 @@
 use twinrig_document::{Item, Reported, Table, suggestion};
 use twinrig_kernel::SimDuration;
 
+use super::checks::above_half_the_rate;
 use super::kind;
 use crate::catalogue::{Kind, VariableSpec};
 use crate::options::Options;
@@ -27,7 +28,7 @@ pub(super) fn controller(
     let compute_time = table.optional("compute_time", time_model);
     let kind = kind.inspect_err(|_| table.give_up())?;
     let options = Options::read(&table, &kind.options);
-    let variables = variables(&table, kind);
+    let variables = variables(&table, kind, period.ok());
     Ok(Some(ControllerSpec {
         kind: kind.name.clone(),
         period: period?,
@@ -38,7 +39,11 @@ pub(super) fn controller(
 }
 
 /// The process variables that the table sets.
-fn variables(table: &Table<'_>, kind: &Kind) -> Result<Vec<(String, f64)>, Reported> {
+fn variables(
+    table: &Table<'_>,
+    kind: &Kind,
+    period: Option<SimDuration>,
+) -> Result<Vec<(String, f64)>, Reported> {
     let mut keys: Vec<&str> = Vec::new();
     for key in kind.variables.iter().map(VariableSpec::key) {
         if !keys.contains(&key) {
@@ -47,19 +52,41 @@ fn variables(table: &Table<'_>, kind: &Kind) -> Result<Vec<(String, f64)>, Repor
     }
     let values: Vec<Result<Vec<_>, Reported>> = keys
         .into_iter()
-        .filter_map(|key| table.get(key).map(|item| of_key(&item, kind, key)))
+        .filter_map(|key| table.get(key).map(|item| of_key(&item, kind, key, period)))
         .collect();
     let values: Result<Vec<_>, Reported> = values.into_iter().collect();
-    Ok(values?.concat())
+    let values = values?.concat();
+    let by_default =
+        |variable: &&VariableSpec| !values.iter().any(|(name, _)| *name == variable.name);
+    for variable in kind.variables.iter().filter(by_default) {
+        let wrong =
+            period.and_then(|period| above_half_the_rate(variable, variable.default, period));
+        if let Some((message, help)) = wrong {
+            return Err(table.report("period", format!("{message}, by default"), help));
+        }
+    }
+    Ok(values)
 }
 
 /// The variables that one key sets: `hip_height = "12 cm"` all of its groups, `hip_height = { fore = …, hind = … }` each.
-fn of_key(item: &Item<'_>, kind: &Kind, key: &str) -> Result<Vec<(String, f64)>, Reported> {
+fn of_key(
+    item: &Item<'_>,
+    kind: &Kind,
+    key: &str,
+    period: Option<SimDuration>,
+) -> Result<Vec<(String, f64)>, Reported> {
     let variables = kind.variables_of(key);
     let groups: Vec<&str> = variables.iter().filter_map(|v| v.group()).collect();
+    let quantity = |item: &Item<'_>, variable: &VariableSpec| {
+        let value = item.quantity(variable.unit, &variable.range)?;
+        match period.and_then(|period| above_half_the_rate(variable, value, period)) {
+            Some((message, help)) => Err(item.report(message, help)),
+            None => Ok(value),
+        }
+    };
     if !item.is_table() {
         let read = |variable: &&VariableSpec| {
-            let value = item.quantity(variable.unit, &variable.range)?;
+            let value = quantity(item, variable)?;
             Ok((variable.name.clone(), value))
         };
         return variables.iter().map(read).collect();
@@ -73,8 +100,7 @@ fn of_key(item: &Item<'_>, kind: &Kind, key: &str) -> Result<Vec<(String, f64)>,
         .iter()
         .map(|variable| {
             let group = variable.group().unwrap_or_default();
-            let value =
-                table.optional(group, |item| item.quantity(variable.unit, &variable.range))?;
+            let value = table.optional(group, |item| quantity(item, variable))?;
             Ok(value.map(|value| (variable.name.clone(), value)))
         })
         .collect();

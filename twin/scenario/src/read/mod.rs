@@ -2,6 +2,7 @@
 
 mod bus;
 mod changes;
+mod checks;
 mod controller;
 mod coupling;
 mod plant;
@@ -11,7 +12,10 @@ use std::path::Path;
 use twinrig_document::{Document, DocumentError, Item, Overrides, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
+pub(crate) use checks::{code, spelled};
 pub(crate) use controller::time_model;
+
+use checks::Whole;
 
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::{Context, Expectation, expectation, placed_text};
@@ -32,7 +36,7 @@ pub(crate) fn scenario(
     for setting in settings {
         document.set(&setting.origin, &setting.key, &setting.value)?;
     }
-    document.check(|table| {
+    let (mut scenario, warnings) = document.check_and_warn(|table| {
         let source = Source {
             file,
             text,
@@ -40,7 +44,9 @@ pub(crate) fn scenario(
             settings,
         };
         read(table, source, catalogue)
-    })
+    })?;
+    scenario.warnings = warnings;
+    Ok(scenario)
 }
 
 /// The robot, which only a plant that stands alone can do without.
@@ -87,6 +93,7 @@ fn read(
     let robot = robot(table, catalogue);
     let overrides = table.optional("override", Item::overrides);
     let duration = table.required("duration", Item::positive_duration);
+    let run = *duration.as_ref().unwrap_or(&SimDuration::MAX);
     let seed = table.optional("seed", Item::natural);
     let observe = table.optional("observe", |item| observe(&item.table()?));
     let observed = observe.as_ref().ok().copied().flatten();
@@ -97,7 +104,7 @@ fn read(
             let message = format!("the plant `{}` brings its own actuators", plant.model);
             Err(table.report("actuator", message, "leave the table out"))
         }
-        _ => table.optional("actuator", |item| plant::actuator(&item.table()?)),
+        _ => table.optional("actuator", |item| plant::actuator(&item.table()?, run)),
     };
     let controller = table.optional("controller", |item| {
         controller::controller(item, &catalogue.controllers)
@@ -111,15 +118,15 @@ fn read(
         .map(Option::as_ref)
         .map_err(|reported| *reported);
     let io = table.optional("io", |item| io(&item.table()?, control.unwrap_or(None)));
-    let changes = changes::changes(table, control, catalogue);
-    let faults = table.optional("fault", |item| item.each(bus::fault));
+    let changes = changes::changes(table, control, catalogue, run);
+    let faults = table.optional("fault", |item| item.each(|item| bus::fault(item, run)));
     let context = Context {
         plants: catalogue
             .plants
             .iter()
             .map(|kind| kind.name.as_str())
             .collect(),
-        duration: *duration.as_ref().unwrap_or(&SimDuration::MAX),
+        duration: run,
         first_change: changes
             .as_ref()
             .map_or(None, |changes| changes.first().map(|c| c.at)),
@@ -138,6 +145,18 @@ fn read(
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
+    let footsteps = footsteps?.unwrap_or(FOOTSTEPS);
+    let whole = Whole {
+        duration: duration?,
+        observe: observed,
+        footsteps: &footsteps,
+        plant: &plant,
+        controller: controller.as_ref(),
+        io: &io,
+        expectations: &expectations,
+        of_other_plants: of_other_plants.len(),
+    };
+    whole.check(table)?;
     Ok(Scenario {
         name: name?.unwrap_or_else(|| stem(&source.file)),
         file: source.file,
@@ -156,12 +175,13 @@ fn read(
         faults,
         observe: ObserveSpec {
             period: observe?.unwrap_or(OBSERVE_PERIOD),
-            footsteps: footsteps?.unwrap_or(FOOTSTEPS),
+            footsteps,
         },
         record: record?.unwrap_or(RECORD),
         changes: changes?,
         expectations: distinct(expectations),
         of_other_plants,
+        warnings: Vec::new(),
     })
 }
 

@@ -4,13 +4,13 @@ use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
 use super::coupling::coupling;
-use super::kind;
+use super::{code, kind, spelled};
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::placed_text;
 use crate::options::Options;
 use crate::scenario::{
-    ActuatorKind, ActuatorSpec, Base, Coupling, Ground, Heights, PlantSpec, Profile, ServoOverride,
-    StartPose,
+    ActuatorKind, ActuatorSpec, Base, Coupling, Ground, Heights, Placed, PlantSpec, Profile,
+    ServoOverride, StartPose,
 };
 
 /// `[plant]`
@@ -34,7 +34,7 @@ pub(super) fn plant(
             ("fixed", Base::Fixed),
         ])
     });
-    let legs = table.optional("legs", |item| item.each(placed_text));
+    let legs = table.optional("legs", legs);
     let ground = table.optional("ground", ground);
     let start = table.optional("start", start);
     let step = table.optional("step", step);
@@ -83,6 +83,14 @@ fn step(item: &Item<'_>) -> Result<SimDuration, Reported> {
         return Err(item.report(message, help));
     }
     Ok(step)
+}
+
+fn legs(item: &Item<'_>) -> Result<Vec<Placed<String>>, Reported> {
+    let legs = item.each(placed_text)?;
+    if legs.is_empty() {
+        return Err(item.report("no leg is named", "leave `legs` out for all of them"));
+    }
+    Ok(legs)
 }
 
 fn start(item: &Item<'_>) -> Result<StartPose, Reported> {
@@ -189,7 +197,7 @@ fn heights(table: &Table<'_>) -> Result<Heights, Reported> {
 }
 
 /// `[actuator]`
-pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
+pub(super) fn actuator(table: &Table<'_>, run: SimDuration) -> Result<ActuatorSpec, Reported> {
     let kind = table.optional("kind", |item| {
         item.choice(&[
             ("servo", ActuatorKind::Servo),
@@ -198,9 +206,9 @@ pub(super) fn actuator(table: &Table<'_>) -> Result<ActuatorSpec, Reported> {
             ("motor", ActuatorKind::Motor),
         ])
     });
-    let both = servo(table);
-    let hip = table.optional("hip", |item| servo(&item.table()?));
-    let knee = table.optional("knee", |item| servo(&item.table()?));
+    let both = servo(table, run);
+    let hip = table.optional("hip", |item| servo(&item.table()?, run));
+    let knee = table.optional("knee", |item| servo(&item.table()?, run));
     let (kind, both) = (kind?.unwrap_or_default(), both?);
     let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
     let given = [both, hip, knee]
@@ -240,10 +248,20 @@ impl ServoOverride {
     }
 }
 
-fn servo(table: &Table<'_>) -> Result<ServoOverride, Reported> {
+fn servo(table: &Table<'_>, run: SimDuration) -> Result<ServoOverride, Reported> {
     let figure =
         |key: &str, unit, range: Range| table.optional(key, |item| item.quantity(unit, &range));
-    let lag = figure("lag", Unit::Second, Range::POSITIVE);
+    let lag = table.optional("lag", |item| {
+        let lag = item.quantity(Unit::Second, &Range::POSITIVE)?;
+        if lag > run.as_secs_f64() {
+            let help = format!(
+                "the run lasts {}: the servo hardly moves in it",
+                spelled(run)
+            );
+            item.warn(code::LAG, "the lag is longer than the run", help);
+        }
+        Ok(lag)
+    });
     let speed = figure("speed", Unit::RadianPerSecond, Range::POSITIVE);
     let torque = figure("torque", Unit::NewtonMeter, Range::POSITIVE);
     let dead_band = figure("dead_band", Unit::Radian, Range::NOT_NEGATIVE);

@@ -1,0 +1,142 @@
+//! Warnings: what is accepted and most likely a mistake.
+
+use crate::common::{Folder, SOUND, json, twin};
+
+/// A scenario that passes, with a lag that is longer than the run in its last line.
+fn slow(folder: &Folder) -> String {
+    let lagging = SOUND.replace("seed = 7", "seed = 7\nactuator = { lag = \"1.5 s\" }");
+    folder.file("slow.toml", &lagging)
+}
+
+#[test]
+fn a_warning_is_shown_with_its_place_and_changes_no_verdict() {
+    let folder = Folder::new("warned");
+    let slow = slow(&folder);
+    let done = twin(&["run", &slow, "--no-record"]);
+    assert_eq!(done.code, 0);
+    assert!(done.out.contains("PASS"), "{}", done.out);
+    let place = format!("--> {slow}:6:20");
+    for part in [
+        "warning[lag-beyond-run]: the lag is longer than the run",
+        &place,
+        "^^^^^^^",
+        "= help: the run lasts 1 s",
+    ] {
+        assert!(done.err.contains(part), "{part} is not in\n{}", done.err);
+    }
+    for command in [&["check"][..], &["plan"]] {
+        let done = twin(&[command, &[&slow]].concat());
+        assert_eq!(done.code, 0);
+        assert!(done.err.contains("warning[lag-beyond-run]"), "{}", done.err);
+    }
+    // Run without the warning, it is the same run.
+    let print = |words: &[&str]| json(&twin(words).out)[0]["fingerprint"].clone();
+    let plain = folder.file("plain.toml", SOUND);
+    let words = ["run", &slow, "--no-record", "--json"];
+    assert_eq!(
+        print(&words),
+        print(&["run", &plain, "--no-record", "--json"])
+    );
+}
+
+#[test]
+fn programs_find_warnings_in_the_report() {
+    let folder = Folder::new("warned-json");
+    let slow = slow(&folder);
+    let expected = serde_json::json!([{
+        "code": "lag-beyond-run", "message": "the lag is longer than the run", "file": slow, "line": 6,
+    }]);
+    for words in [
+        &["run", &slow, "--no-record", "--json"][..],
+        &["check", &slow, "--json"],
+        &["plan", &slow, "--json"],
+    ] {
+        let done = twin(words);
+        assert_eq!((done.code, done.err.as_str()), (0, ""), "{words:?}");
+        assert_eq!(json(&done.out)[0]["warnings"], expected, "{words:?}");
+    }
+    let plain = folder.file("plain.toml", SOUND);
+    let done = twin(&["run", &plain, "--no-record", "--json"]);
+    assert_eq!(json(&done.out)[0]["warnings"], serde_json::json!([]));
+}
+
+#[test]
+fn a_strict_check_takes_warnings_for_errors() {
+    let folder = Folder::new("strict");
+    let slow = slow(&folder);
+    let done = twin(&["check", &slow, "--strict"]);
+    assert_eq!((done.code, done.out.as_str()), (2, ""));
+    let message = "error: the lag is longer than the run [lag-beyond-run]";
+    assert!(done.err.starts_with(message), "{}", done.err);
+    let done = twin(&["check", &slow, "--strict", "--json"]);
+    let checked = &json(&done.out)[0];
+    assert_eq!((done.code, &checked["valid"]), (2, &false.into()));
+    assert!(checked["error"].as_str().unwrap().starts_with(message));
+    assert_eq!(checked["warnings"][0]["code"], "lag-beyond-run");
+    let plain = folder.file("plain.toml", SOUND);
+    assert_eq!(twin(&["check", &plain, "--strict"]).code, 0);
+}
+
+#[test]
+fn a_key_that_the_command_line_sets_twice_is_warned_of() {
+    let folder = Folder::new("set-twice");
+    let sound = folder.file("sound.toml", SOUND);
+    let done = twin(&[
+        "run",
+        &sound,
+        "--no-record",
+        "--set",
+        "seed=1",
+        "--set",
+        "seed=2",
+    ]);
+    assert_eq!(done.code, 0);
+    assert!(done.out.contains("seed 2"), "{}", done.out);
+    assert!(
+        done.err.contains("warning[set-twice]: `seed` is set twice"),
+        "{}",
+        done.err
+    );
+    // The option of the plant is a setting, too.
+    let done = twin(&[
+        "check",
+        &sound,
+        "--plant",
+        "toy",
+        "--set",
+        "plant.model=toy",
+        "--json",
+    ]);
+    let warning = &json(&done.out)[0]["warnings"][0];
+    assert_eq!(
+        (&warning["code"], &warning["file"]),
+        (&"set-twice".into(), &"--plant".into())
+    );
+}
+
+#[test]
+fn a_warning_is_shown_once_for_several_plants() {
+    let folder = Folder::new("warned-once");
+    let slow = slow(&folder);
+    let out = folder.join("out");
+    let words = [
+        "run", &slow, "--plant", "toy", "--plant", "snapping", "--out", &out,
+    ];
+    let done = twin(&words);
+    assert_eq!(done.err.matches("warning[").count(), 1, "{}", done.err);
+}
+
+/// The files that are shipped are examples: none of them is warned of.
+#[test]
+fn shipped_scenarios_pass_the_strict_check() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
+    for folder in [root.to_owned(), format!("{root}/thesis")] {
+        let files = std::fs::read_dir(folder).unwrap();
+        let paths = files.map(|file| file.unwrap().path());
+        let paths = paths.filter(|path| path.extension().is_some_and(|kind| kind == "toml"));
+        let scenarios: Vec<String> = paths.map(|path| path.display().to_string()).collect();
+        let words: Vec<&str> = scenarios.iter().map(String::as_str).collect();
+        let done = twin(&[&["check", "--strict"], &words[..]].concat());
+        assert_eq!((done.code, done.err.as_str()), (0, ""));
+    }
+}

@@ -1,0 +1,49 @@
+//! Warnings of times within an expectation that its window does not reach.
+
+use twinrig_document::Item;
+use twinrig_kernel::{SimDuration, SimTime};
+
+use super::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::read::{code, spelled};
+
+/// Warns of `within` and `by` of the claim in the table `subject`, of a run that lasts `run`.
+pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDuration) {
+    let run = SimTime::ZERO + run;
+    let end = expectation.before.map_or(run, |before| before.min(run));
+    let what = if end < run { "its window" } else { "the run" };
+    let ends = format!("{what} ends at {}", spelled(end.since_start()));
+    if settled_by(&expectation.claim).is_some_and(|by| by >= end)
+        && let Some(by) = subject.peek("settles").and_then(|item| item.peek("by"))
+    {
+        let message = format!("nothing is observed from `by` on: {ends}");
+        by.warn(code::BY, message, "give an earlier time");
+    }
+    let until = within(&expectation.claim).map(|within| expectation.after.checked_add(within));
+    if until.is_some_and(|until| until.is_none_or(|until| until > end))
+        && let Some(within) = subject.peek("within")
+    {
+        let message = format!("`within` reaches beyond the end: {ends}");
+        within.warn(code::WITHIN, message, "it counts from `after` on");
+    }
+}
+
+fn settled_by(claim: &Claim) -> Option<SimTime> {
+    match claim {
+        Claim::Body(BodyClaim::Settles { by, .. })
+        | Claim::Signal(SignalClaim {
+            mode: SignalMode::Settles { by, .. },
+            ..
+        }) => Some(*by),
+        _ => None,
+    }
+}
+
+fn within(claim: &Claim) -> Option<SimDuration> {
+    match claim {
+        Claim::Signal(SignalClaim {
+            mode: SignalMode::Eventually(_, within),
+            ..
+        }) => *within,
+        _ => None,
+    }
+}

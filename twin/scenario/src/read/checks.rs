@@ -1,0 +1,242 @@
+//! Checks of a scenario as a whole: times against the length of the run, periods against the phenomena that they are to show,
+//! frequencies against the control rate. Without them a run could pass because nothing was looked at, or because nothing
+//! happened.
+
+use twinrig_document::{Item, Place, Reported, Table};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
+
+use crate::catalogue::VariableSpec;
+use crate::expect::{Claim, Expectation};
+use crate::scenario::{ControllerSpec, Coupling, FootstepSpec, IoSpec, PlantSpec, TimeModel};
+
+/// Codes of warnings. Programs rely on them.
+pub(crate) mod code {
+    pub const COMPUTE_TIME: &str = "compute-time-above-period";
+    pub const TRANSFER_TIME: &str = "transfer-time-above-step";
+    pub const CHANGE: &str = "change-beyond-end";
+    pub const FAULT: &str = "fault-beyond-end";
+    pub const WITHIN: &str = "within-beyond-end";
+    pub const BY: &str = "by-beyond-end";
+    pub const LAG: &str = "lag-beyond-run";
+    pub const NOTHING_EXPECTED: &str = "nothing-expected";
+}
+
+/// The trunk is looked at no less often: it falls 2 mm in such a time.
+const LONGEST_FOR_BODY: SimDuration = SimDuration::from_millis(20);
+/// Feet that may touch down again at once have no shortest swing: that of the default counts.
+const LONGEST_FOR_FEET: SimDuration = SimDuration::from_millis(10);
+
+/// The parts that are checked against each other.
+pub(super) struct Whole<'s> {
+    pub duration: SimDuration,
+    pub observe: SimDuration,
+    pub footsteps: &'s FootstepSpec,
+    pub plant: &'s PlantSpec,
+    pub controller: Option<&'s ControllerSpec>,
+    pub io: &'s IoSpec,
+    pub expectations: &'s [Expectation],
+    pub of_other_plants: usize,
+}
+
+impl Whole<'_> {
+    /// Reports what is wrong and warns of what most likely is.
+    pub fn check(&self, table: &Table<'_>) -> Result<(), Reported> {
+        self.warn(table);
+        let control = self.control_period(table);
+        let observation = self.observation_period(table);
+        control.and(observation)
+    }
+
+    fn control_period(&self, table: &Table<'_>) -> Result<(), Reported> {
+        let Some(control) = self.controller else {
+            return Ok(());
+        };
+        if control.period <= self.duration {
+            return Ok(());
+        }
+        let message = format!(
+            "the controller's period, {}, is longer than the run",
+            spelled(control.period)
+        );
+        let help = format!("the run lasts {}", spelled(self.duration));
+        Err(table.report_at(&place(table, &["controller", "period"]), message, help))
+    }
+
+    fn observation_period(&self, table: &Table<'_>) -> Result<(), Reported> {
+        let period = spelled(self.observe);
+        let (longest, why) = self.longest_observation();
+        let message = if self.observe > self.duration {
+            format!("the observation period, {period}, is longer than the run")
+        } else if self.observe > longest {
+            format!("an observation period of {period} is too long for {why}")
+        } else {
+            return Ok(());
+        };
+        let remedy = self.observation_that_would_do(longest);
+        let help = format!("write [observe] period = \"{}\"", spelled(remedy));
+        let help = match self.plant.coupling {
+            Coupling::Grid { step, .. } if !remedy.is_multiple_of(step) => {
+                format!("{help}, and a grid that divides it")
+            }
+            _ => help,
+        };
+        let given = table.get("observe").and_then(|item| item.peek("period"));
+        let blamed = match given {
+            Some(period) => period.place(),
+            None if self.observe > self.duration => table.key_place("duration"),
+            None => place(table, &["footsteps", "shortest_swing"]),
+        };
+        Err(table.report_at(&blamed, message, help))
+    }
+
+    /// The longest observation period that shows what is expected, and which expectation demands it.
+    fn longest_observation(&self) -> (SimDuration, String) {
+        let mut longest = (SimDuration::MAX, String::new());
+        for expectation in self.expectations {
+            let (limit, why) = match expectation.claim {
+                Claim::Footstep(_) => (
+                    longest_for(self.footsteps),
+                    format!(
+                        "footsteps, which `shortest_swing`, {}, tells apart",
+                        spelled(self.footsteps.shortest_swing)
+                    ),
+                ),
+                Claim::Body(_) => (LONGEST_FOR_BODY, "the motion of the body".to_owned()),
+                _ => continue,
+            };
+            if limit < longest.0 {
+                longest = (limit, why);
+            }
+        }
+        longest
+    }
+
+    /// An observation period that no check objects to, and that gives each expectation the samples that it needs.
+    fn observation_that_would_do(&self, longest: SimDuration) -> SimDuration {
+        let windows = self.expectations.iter().map(|expectation| {
+            let before = expectation
+                .before
+                .map_or(self.duration, SimTime::since_start);
+            let window = before.checked_sub(expectation.after.since_start());
+            window.unwrap_or(self.duration)
+        });
+        let window = windows.min().unwrap_or(self.duration).min(self.duration);
+        let nanos = longest.min(window / 10).as_nanos().max(1);
+        let step = match self.plant.coupling {
+            Coupling::Grid { step, .. } if step.as_nanos() <= nanos => step.as_nanos(),
+            _ => coarse(nanos),
+        };
+        SimDuration::from_nanos(nanos / step * step)
+    }
+
+    fn warn(&self, table: &Table<'_>) {
+        if let Some(control) = self.controller {
+            let mean = mean(&control.compute_time);
+            if mean > control.period {
+                table.warn_at(
+                    &place(table, &["controller", "compute_time"]),
+                    code::COMPUTE_TIME,
+                    format!("computing takes {}, longer than the period", spelled(mean)),
+                    format!(
+                        "the period is {}: the controller misses deadlines all the time",
+                        spelled(control.period)
+                    ),
+                );
+            }
+        }
+        let mean = mean(&self.io.transfer_time);
+        if mean > self.io.step {
+            table.warn_at(
+                &place(table, &["io", "transfer_time"]),
+                code::TRANSFER_TIME,
+                format!("a transfer takes {}, longer than the step", spelled(mean)),
+                format!(
+                    "the step is {}: transfers are skipped all the time",
+                    spelled(self.io.step)
+                ),
+            );
+        }
+        if self.expectations.is_empty() && self.of_other_plants > 0 {
+            table.warn_at(
+                &place(table, &["plant", "model"]),
+                code::NOTHING_EXPECTED,
+                format!("no expectation is about the plant `{}`", self.plant.model),
+                "this run cannot fail: add an [[expect]], or the plant to one's `plants`",
+            );
+        }
+    }
+}
+
+/// Whether `value` of `variable` is a frequency that a controller of this period cannot put out: message and remedy.
+pub(super) fn above_half_the_rate(
+    variable: &VariableSpec,
+    value: f64,
+    period: SimDuration,
+) -> Option<(String, String)> {
+    let greatest = 0.5 / period.as_secs_f64();
+    // A rate that is rounded to a whole number of nanoseconds may be half of the rate nevertheless.
+    if variable.unit != Unit::Hertz || value.abs() <= greatest * (1.0 + 1e-9) {
+        return None;
+    }
+    let message = format!(
+        "`{}` is {value} Hz, above half of the control rate",
+        variable.name
+    );
+    let help = format!(
+        "a controller with a period of {} samples up to {greatest} Hz",
+        spelled(period)
+    );
+    Some((message, help))
+}
+
+/// Where the value at a path of keys stands, or as much of the path as there is.
+fn place(table: &Table<'_>, keys: &[&str]) -> Place {
+    let [first, rest @ ..] = keys else {
+        return table.place();
+    };
+    let mut found: Option<Item<'_>> = table.get(first);
+    for key in rest {
+        let deeper = found.as_ref().and_then(|item| item.peek(key));
+        found = deeper.or(found);
+    }
+    found.map_or_else(|| table.key_place("duration"), |item| item.place())
+}
+
+fn longest_for(footsteps: &FootstepSpec) -> SimDuration {
+    let quarter = footsteps.shortest_swing / 4;
+    if quarter.is_zero() {
+        LONGEST_FOR_FEET
+    } else {
+        quarter
+    }
+}
+
+fn mean(model: &TimeModel) -> SimDuration {
+    match model {
+        TimeModel::Constant(time) | TimeModel::Normal { mean: time, .. } => *time,
+        TimeModel::Uniform { min, max } => {
+            SimDuration::from_nanos(min.as_nanos().midpoint(max.as_nanos()))
+        }
+        TimeModel::Trace(times) => {
+            let sum: u128 = times.iter().map(|time| u128::from(time.as_nanos())).sum();
+            let mean = sum / times.len().max(1) as u128;
+            SimDuration::from_nanos(u64::try_from(mean).unwrap_or(u64::MAX))
+        }
+    }
+}
+
+/// The largest power of ten that is not above `nanos`: to round down to one digit.
+fn coarse(nanos: u64) -> u64 {
+    nanos
+        .checked_ilog10()
+        .map_or(1, |digits| 10_u64.pow(digits))
+}
+
+/// A duration as a scenario has it, in the largest unit that leaves no fraction.
+pub(crate) fn spelled(duration: SimDuration) -> String {
+    let nanos = duration.as_nanos();
+    let units = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")];
+    let fits = |(size, _): &&(u64, &str)| nanos.is_multiple_of(*size);
+    let (size, unit) = units.iter().find(fits).unwrap_or(&(1, "ns"));
+    format!("{} {unit}", nanos / size)
+}

@@ -1,0 +1,154 @@
+//! What is accepted and most likely a mistake is a warning, with its code and its place.
+
+mod common;
+
+use common::{catalogue, parse, text};
+use twinrig_scenario::{Scenario, Setting};
+
+fn warnings(scenario: &Scenario) -> Vec<(&'static str, usize)> {
+    let warnings = scenario.warnings.iter();
+    let place = |warning: &twinrig_document::Warning| warning.problem.place.clone().unwrap();
+    warnings
+        .map(|warning| (warning.code, place(warning).line()))
+        .collect()
+}
+
+/// Codes and lines of the warnings of the smallest scenario with `more` behind it, which begins in line 12.
+fn of(more: &str) -> Vec<(&'static str, usize)> {
+    warnings(&parse(&text(more)).unwrap_or_else(|error| panic!("{error}")))
+}
+
+#[test]
+fn what_comes_after_the_end_is_warned_of() {
+    let cases = [
+        (
+            "[[change]]\nat = '10 s'\nset = 'frequency'\nto = '2 Hz'",
+            Some(("change-beyond-end", 13)),
+        ),
+        (
+            "[[change]]\nat = '9.999 s'\nset = 'frequency'\nto = '2 Hz'",
+            None,
+        ),
+        (
+            "[bus]\nkind = 'sbcp'\n[[fault]]\nat = '11 s'\non = 'wire/sbcp'\nkind = 'drop'",
+            Some(("fault-beyond-end", 15)),
+        ),
+        (
+            "[[expect]]\nbody = { settles = { within = '1 mm', by = '10 s' } }",
+            Some(("by-beyond-end", 13)),
+        ),
+        (
+            "[[expect]]\nsignal = { name = 'x', settles = { within = 1, by = '3 s' } }\nbefore = '2 s'",
+            Some(("by-beyond-end", 13)),
+        ),
+        (
+            "[[expect]]\nbody = { settles = { within = '1 mm', by = '9 s' } }",
+            None,
+        ),
+        (
+            "[[expect]]\nsignal = { name = 'x', eventually = { min = 1 }, within = '6 s' }\nafter = '5 s'",
+            Some(("within-beyond-end", 13)),
+        ),
+        (
+            "[[expect]]\nsignal = { name = 'x', eventually = { min = 1 }, within = '5 s' }\nafter = '5 s'",
+            None,
+        ),
+        ("[actuator]\nlag = '11 s'", Some(("lag-beyond-run", 13))),
+        (
+            "[actuator]\nknee = { lag = '11 s' }",
+            Some(("lag-beyond-run", 13)),
+        ),
+        ("[actuator]\nlag = '10 s'", None),
+    ];
+    for (more, expected) in cases {
+        assert_eq!(of(more), Vec::from_iter(expected), "{more}");
+    }
+}
+
+#[test]
+fn what_takes_longer_than_its_period_in_the_mean_is_warned_of() {
+    for (model, warned) in [
+        ("'2001 us'", true),
+        ("'2 ms'", false),
+        ("{ min = '1 ms', max = '3.1 ms' }", true),
+        ("{ min = '0 ms', max = '4 ms' }", false),
+        (
+            "{ mean = '2.1 ms', deviation = '1 ms', min = '0 ms', max = '9 ms' }",
+            true,
+        ),
+        ("{ trace = ['1 ms', '1 ms', '5 ms'] }", true),
+        ("{ trace = ['1 ms', '1 ms', '4 ms'] }", false),
+    ] {
+        let computing = Vec::from_iter(warned.then_some(("compute-time-above-period", 12)));
+        assert_eq!(of(&format!("compute_time = {model}")), computing, "{model}");
+        let transfer = Vec::from_iter(warned.then_some(("transfer-time-above-step", 13)));
+        assert_eq!(
+            of(&format!("[io]\ntransfer_time = {model}")),
+            transfer,
+            "{model}"
+        );
+    }
+}
+
+#[test]
+fn a_run_of_which_nothing_is_expected_though_of_other_plants_is_warned_of() {
+    let of_another = "[[expect]]\nbody = { fall = false }\nplants = ['mujoco']\n";
+    assert_eq!(of(of_another), [("nothing-expected", 5)]);
+    let of_both = format!("{of_another}[[expect]]\nbody = {{ fall = false }}");
+    assert_eq!(of(&of_both), []);
+    assert_eq!(of(""), []);
+}
+
+#[test]
+fn a_key_that_is_set_twice_is_warned_of_where_it_is_lost() {
+    let with = |settings: &[(&str, &str)]| {
+        let setting = |(key, value): &(&str, &str)| Setting {
+            origin: "--set".into(),
+            key: (*key).into(),
+            value: (*value).into(),
+        };
+        let settings: Vec<Setting> = settings.iter().map(setting).collect();
+        let folder = ".".as_ref();
+        Scenario::parse("run.toml", &text(""), folder, &settings, &catalogue()).unwrap()
+    };
+    let lost = [
+        &[("duration", "3 s"), ("duration", "4 s")][..],
+        &[
+            ("plant.ground.friction", "0.5"),
+            ("plant.ground", "{ friction = 0.4 }"),
+        ],
+        &[
+            ("plant.ground", "{ friction = 0.5 }"),
+            ("plant.ground.friction", "0.4"),
+        ],
+        &[("plant.ground.friction", "0.5"), ("plant.ground", "{}")],
+    ];
+    for settings in lost {
+        let scenario = with(settings);
+        assert_eq!(warnings(&scenario), [("set-twice", 1)], "{settings:?}");
+    }
+    let kept = [
+        &[("duration", "4 s")][..],
+        &[
+            ("plant.ground", "{ friction = 0.5 }"),
+            ("plant.ground.restitution", "0.4"),
+        ],
+        &[
+            ("controller.frequency", "2 Hz"),
+            ("controller.step_length", "5 cm"),
+        ],
+    ];
+    for settings in kept {
+        assert_eq!(warnings(&with(settings)), [], "{settings:?}");
+    }
+    let twice = with(lost[0]);
+    assert_eq!(twice.duration.as_nanos(), 4_000_000_000, "the last counts");
+    insta::assert_snapshot!(twice.warnings[0]);
+}
+
+#[test]
+fn a_value_of_the_robot_that_is_replaced_twice_is_warned_of() {
+    let more = "[override]\nleg.aslp.l1 = '44 mm'\n\"leg.aslp\".l1 = '45 mm'";
+    assert_eq!(of(more), [("set-twice", 13)]);
+    assert_eq!(of(&more.replace("\".l1", "\".l2")), []);
+}
