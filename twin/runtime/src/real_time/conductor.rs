@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
+use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration, SimTime};
 
 use super::clock::{Clock, later};
 use super::exchange::{Way, duration};
@@ -53,8 +53,8 @@ pub(super) struct Conductor {
     origin: Option<HostTime>,
     /// Time of the last thing told. None goes back.
     told: SimTime,
-    /// When the process began last, really.
-    begun: Option<SimTime>,
+    /// Of the iterations, as they really begin.
+    jitter: CycleJitter,
     pub(super) report: RealTimeReport,
 }
 
@@ -133,7 +133,7 @@ impl Conductor {
             next_look: SimTime::ZERO,
             origin: None,
             told: SimTime::ZERO,
-            begun: None,
+            jitter: CycleJitter::new(period),
             report,
         })
     }
@@ -265,11 +265,8 @@ impl Conductor {
         let ControlStep::Begin { elapsed, .. } = self.manager.control_step(scheduled) else {
             return Ok(());
         };
-        if let Some(begun) = self.begun.replace(now) {
-            let jitter = (now - begun).as_nanos().abs_diff(elapsed.as_nanos());
-            self.report
-                .jitter
-                .count(std::time::Duration::from_nanos(jitter));
+        if let Some(jitter) = self.jitter.begin(now) {
+            self.report.jitter.count(duration(jitter));
         }
         self.report.iterations += 1;
         self.slot.make_changes(scheduled, now, observer)?;

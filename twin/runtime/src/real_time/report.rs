@@ -16,7 +16,8 @@ pub struct RealTimeReport {
     pub overslept: u64,
     /// How much later than the control step the control thread woke.
     pub lateness: Histogram,
-    /// By how much the time from one iteration's beginning to the next differed from what the process was told.
+    /// By how much the intervals from the begin of one iteration to that of the next differed from the control period:
+    /// [`twinrig_kernel::CycleJitter`]. One that spans control steps that were missed counts with all of its length.
     pub jitter: Histogram,
     /// How long the iterations took.
     pub computing: Histogram,

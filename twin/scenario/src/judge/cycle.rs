@@ -1,6 +1,6 @@
 //! Watching a cycle: iterations of the controller, or transfers of a bus.
 
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_kernel::{CycleJitter, SimDuration, SimTime};
 
 use super::Happening;
 use super::outcome::Finding;
@@ -13,7 +13,7 @@ use crate::limits::Limits;
 pub(crate) struct CycleMeter {
     measure: TimingMeasure,
     limits: Limits,
-    period: SimDuration,
+    jitter: CycleJitter,
     first_begin: Option<SimTime>,
     last_begin: Option<SimTime>,
     begins: u64,
@@ -31,7 +31,7 @@ impl CycleMeter {
         CycleMeter {
             measure,
             limits,
-            period,
+            jitter: CycleJitter::new(period),
             first_begin: None,
             last_begin: None,
             begins: 0,
@@ -46,8 +46,9 @@ impl CycleMeter {
     pub fn event(&mut self, now: SimTime, happening: Happening) {
         match happening {
             Happening::CycleBegin => {
-                if let Some(last) = self.last_begin {
-                    self.begun_again(now, now - last);
+                let jitter = self.jitter.begin(now);
+                if let (Some(last), Some(jitter)) = (self.last_begin, jitter) {
+                    self.begun_again(now, now - last, jitter);
                 }
                 self.first_begin.get_or_insert(now);
                 self.last_begin = Some(now);
@@ -71,12 +72,11 @@ impl CycleMeter {
         }
     }
 
-    fn begun_again(&mut self, now: SimTime, between: SimDuration) {
+    fn begun_again(&mut self, now: SimTime, between: SimDuration, jitter: SimDuration) {
         match self.measure {
             TimingMeasure::Jitter => {
-                let off = between.as_nanos().abs_diff(self.period.as_nanos());
-                let off = SimDuration::from_nanos(off).as_secs_f64();
-                self.seen.add_within(now, off, &self.limits);
+                self.seen
+                    .add_within(now, jitter.as_secs_f64(), &self.limits);
             }
             TimingMeasure::LongestCycle => {
                 self.seen
@@ -96,9 +96,7 @@ impl CycleMeter {
         let lasted = now - begin;
         let at_least = match self.measure {
             TimingMeasure::Latency | TimingMeasure::LongestCycle => lasted,
-            TimingMeasure::Jitter => {
-                SimDuration::from_nanos(lasted.as_nanos().saturating_sub(self.period.as_nanos()))
-            }
+            TimingMeasure::Jitter => self.jitter.at_least(now).unwrap_or_default(),
             TimingMeasure::DeadlineMisses | TimingMeasure::CycleRate | TimingMeasure::HalfRange => {
                 return;
             }

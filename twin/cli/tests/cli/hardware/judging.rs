@@ -1,8 +1,11 @@
 //! What can be seen at hardware is judged as ever, and what cannot is not taken for granted.
 
+use std::thread::sleep;
+use std::time::Duration;
+
 use serde_json::{Value, json};
 
-use super::{BENCH, Running, patiently, run_at_a_twin};
+use super::{BENCH, Running, WELL_RECORDED, eventually, is_longer, patiently, run_at_a_twin};
 use crate::common::{Folder, twin};
 
 /// Of the bus and the control cycle, of the plant; `optional` stands behind the latter.
@@ -103,6 +106,39 @@ fn the_report_of_hardware_has_the_keys_of_any_other_and_its_times() {
     assert_eq!(
         transfers + task["skipped"].as_u64().unwrap(),
         count("iterations")
+    );
+}
+
+/// A stop of the whole program is an interval of the control cycle like any other, for report and expectation alike.
+#[test]
+fn jitter_is_the_same_number_in_the_report_and_in_an_expectation() {
+    let folder = Folder::new("jitter");
+    let jitter = "[[expect]]\ntiming = { of = \"control\", jitter = { max = \"1 us\" } }";
+    let scenario = BENCH.replace("duration = \"1 s\"", "duration = \"2 s\"") + jitter;
+    let scenario = folder.file("bench.toml", &scenario);
+    let (link, recording) = (folder.join("bus"), folder.join("out/bench-seed1.mcap"));
+    let run = patiently(|| {
+        let _ = std::fs::remove_file(&recording);
+        let mut served = Running::serve(&folder, &scenario, &link, &[]);
+        let mut run = Running::run(&folder, &scenario, &link, &["--json"]);
+        eventually("it is recorded", || {
+            is_longer(&recording, WELL_RECORDED) || run.has_ended()
+        });
+        run.signal("-STOP");
+        sleep(Duration::from_millis(100));
+        run.signal("-CONT");
+        let run = run.end().in_time("")?;
+        served.end();
+        Ok(run)
+    });
+    let report = run.report();
+    let told = report["real_time"]["jitter"]["longest_s"].as_f64().unwrap();
+    let expectation = lines(&report).next().unwrap();
+    assert!(told > 0.05, "{report}");
+    assert_eq!(expectation["unit"], "s");
+    assert!(
+        (expectation["measured"].as_f64().unwrap() - told).abs() < 1e-9,
+        "{report}"
     );
 }
 
