@@ -1,4 +1,5 @@
 use std::ops::Range;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
@@ -10,8 +11,8 @@ use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
 use twinrig_wire::{Node, Piece};
 
 use crate::config::{BoardConfig, Generation};
+use crate::event_timing::EventTiming;
 use crate::firmware::Firmware;
-use crate::punctuality::Punctuality;
 use crate::registers::{FORCE, MAGNETIC, MotorRegister, table};
 use crate::reply::{COMMAND_LEN, Reply, command};
 use crate::units::{Joint, Scale, force_word, magnetic_word};
@@ -33,9 +34,10 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 ///
 /// - `missed_points`, `filled_steps`, `lost_points`, `watchdog_drops`: what happened to the set-points (thesis, section
 ///   5.3.3 and table 5.4); `saturated`: forces out of the sensor's range;
-/// - `requests`, and how evenly those of the cycle came, in physical time at their last bit (with the first firmware: when
-///   the main loop took them): `request/deviation` \[s\], the standard deviation against the even grid that fits them
-///   best, `request/shortest`, `request/longest` and `request/mean` \[s\], of the intervals;
+/// - `requests`, and when those of the cycle arrived, in physical time at their last bit (with the first firmware: when the
+///   main loop took them), by the same statistics as the cycles of [`MotorDriver`](crate::MotorDriver): of the intervals
+///   `request/mean`, `request/shortest`, `request/longest`, `request/half_range`, `request/p50`, `request/p99` and
+///   `request/p999` \[s\]; `request/phase/deviation` \[s\], and `request/deviation`, which is the same;
 /// - `response/shortest`, `response/longest` and `response/half_range` \[s\]: from the last bit of a request of the cycle to
 ///   the first of its answer;
 /// - `answers`, `refused`, `damaged`, `garbage`, `superseded`, `events_lost`: see [`twinrig_sbcp::SlaveCounters`].
@@ -61,7 +63,7 @@ struct State {
     /// Whether the bridges are closed, as far as the plant knows.
     driven: [bool; 2],
     reply: Reply,
-    requests: Punctuality,
+    requests: EventTiming,
     requests_taken: u64,
     saturated: u64,
 }
@@ -76,18 +78,14 @@ struct Signals {
     force: Option<Range<usize>>,
 }
 
-/// Names and units of a board's gauges.
-const GAUGES: [(&str, Unit); 19] = [
+/// Names and units of a board's gauges beside the timing of the requests.
+const GAUGES: [(&str, Unit); 15] = [
     ("missed_points", Unit::One),
     ("filled_steps", Unit::One),
     ("lost_points", Unit::One),
     ("watchdog_drops", Unit::One),
     ("saturated", Unit::One),
     ("requests", Unit::One),
-    ("request/deviation", Unit::Second),
-    ("request/shortest", Unit::Second),
-    ("request/longest", Unit::Second),
-    ("request/mean", Unit::Second),
     ("response/shortest", Unit::Second),
     ("response/longest", Unit::Second),
     ("response/half_range", Unit::Second),
@@ -135,7 +133,7 @@ impl MotorBoard {
                 scales: [scale(0), scale(1)],
                 driven: [false; 2],
                 reply: Reply::default(),
-                requests: Punctuality::default(),
+                requests: EventTiming::of(None),
                 requests_taken: 0,
                 saturated: 0,
             },
@@ -148,6 +146,14 @@ impl MotorBoard {
     #[must_use]
     pub fn attentive(self, attentive: bool) -> Self {
         Self { attentive, ..self }
+    }
+
+    /// The same board, to which requests are to come once in that time: `request/phase/deviation` is taken against this
+    /// grid. None if they come as fast as the bus lets them, as without this.
+    #[must_use]
+    pub fn with_nominal_period(mut self, period: Option<Duration>) -> Self {
+        self.state.requests = EventTiming::of(period);
+        self
     }
 }
 
@@ -317,7 +323,8 @@ impl Node for MotorBoard {
 
     fn gauges(&self) -> Vec<Port> {
         let gauge = |(name, unit)| Port::output(format!("{}/{name}", self.prefix), unit, 1);
-        GAUGES.into_iter().map(gauge).collect()
+        let timing = EventTiming::ports(&format!("{}/request", self.prefix));
+        GAUGES.into_iter().map(gauge).chain(timing).collect()
     }
 
     fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
@@ -332,17 +339,15 @@ impl Node for MotorBoard {
         let (smooth, bus) = (firmware.smooth_counts(), slave.counters());
         let shortest = bus.response_shortest.as_secs_f64();
         let longest = bus.response_longest.as_secs_f64();
-        values.copy_from_slice(&[
+        let (own, timing) = values.split_at_mut(GAUGES.len());
+        timing.copy_from_slice(&requests.values());
+        own.copy_from_slice(&[
             smooth.missed as f64,
             smooth.filled as f64,
             smooth.lost as f64,
             firmware.watchdog_drops() as f64,
             *saturated as f64,
             *requests_taken as f64,
-            requests.deviation(),
-            requests.shortest(),
-            requests.longest(),
-            requests.mean(),
             shortest,
             longest,
             0.5 * (longest - shortest),

@@ -37,7 +37,9 @@ impl Bus {
             let place = config.board_place(&board.name);
             // Bytes that come twice or late may make one burst of two packets.
             let faulty = !config.faults.faults.is_empty();
-            let node = MotorBoard::new(&config.name, board)?.attentive(faulty);
+            let node = MotorBoard::new(&config.name, board)?
+                .attentive(faulty)
+                .with_nominal_period(config.session.nominal_period());
             nodes.push(if has_faults(config, &place) {
                 let faults = &config.faults;
                 Box::new(FaultyNode::new(&place, config.byte_time, faults, node)?)
@@ -114,6 +116,9 @@ pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
     }
 }
 
+/// By how much the clock of the host may be off, for which a period still counts as whole milliseconds.
+const PERIOD_TOLERANCE: f64 = 1e-3;
+
 impl BusConfig {
     /// Refuses what no bus can be.
     pub(crate) fn check(&self) -> Result<(), BusError> {
@@ -133,8 +138,9 @@ impl BusConfig {
             }
         }
         let millis = self.session.period.as_secs_f64() * 1e3;
-        let whole = (millis - libm::rint(millis)).abs() < 1e-6;
-        if whole && (1.0..=1_000.0).contains(&millis) {
+        let whole = libm::rint(millis);
+        let near = (millis - whole).abs() < whole * PERIOD_TOLERANCE;
+        if near && (1.0..=1_000.0).contains(&whole) {
             Ok(())
         } else {
             Err(BusError::Period { millis })

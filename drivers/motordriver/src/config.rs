@@ -112,7 +112,8 @@ pub enum Following {
 /// 2014).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SessionConfig {
-    /// Time between two cycles: 2 ms. What the boards are told is this in whole milliseconds, and at least 2.
+    /// Nominal time between two cycles: 2 ms. What the boards are told is this in whole milliseconds, and at least 2; a
+    /// host whose clock is off by less than a thousandth says here how long a period really is.
     pub period: Duration,
     /// What is written into the motors' registers.
     pub gains: SessionGains,
@@ -244,6 +245,13 @@ impl Default for SessionConfig {
             cycle_timeout: None,
             free_running: false,
         }
+    }
+}
+
+impl SessionConfig {
+    /// The nominal period of cycles; none in a free-running session, whose cycles take as long as they do.
+    pub(crate) fn nominal_period(&self) -> Option<Duration> {
+        (!self.free_running).then_some(self.period)
     }
 }
 

@@ -7,8 +7,8 @@ use twinrig_sbcp::{Address, Instruction, Master, Request};
 use crate::bus::master_config;
 use crate::config::{BusConfig, SessionConfig};
 use crate::error::BusError;
+use crate::event_timing::EventTiming;
 use crate::leg::{Leg, MEASURED};
-use crate::punctuality::Punctuality;
 use crate::reply::{COMMAND_LEN, Reply, command_bytes};
 use crate::session::Session;
 
@@ -25,9 +25,13 @@ use crate::session::Session;
 ///   [`twinrig_sbcp::MasterCounters`]; `success`, the share of requests with a good answer;
 /// - `held`, replies that were missing; `implausible`, replies that no board gives although their checksum is right;
 ///   `saturated`, set-points out of range; `encoder_faults`, words of magnetic encoders whose status is not good;
-/// - from the begin of one cycle to that of the next \[s\]: `cycle/mean`, `cycle/shortest`, `cycle/longest`,
-///   `cycle/half_range` (half of longest less shortest) and `cycle/deviation` (standard deviation against the even grid
-///   that fits best); `cycle/duration` \[s\], the longest from a cycle's begin to its end.
+/// - of the intervals from the begin of one cycle to that of the next \[s\]: `cycle/mean`, which is (last − first) / (n − 1)
+///   of n begins, so that its inverse is the rate of cycles; `cycle/shortest`, `cycle/longest`, `cycle/half_range` (half of
+///   longest less shortest); the percentiles `cycle/p50`, `cycle/p99`, `cycle/p999` (nearest rank, to 1/128);
+/// - `cycle/phase/deviation` \[s\], the standard deviation of the begins against the even grid of the nominal period,
+///   [`SessionConfig::period`], modulo that period; a free-running session has none, and the even grid that fits all begins
+///   best (least squares) is taken. `cycle/deviation` is the same;
+/// - `cycle/duration` \[s\], the longest from a cycle's begin to its end.
 pub struct MotorDriver {
     name: String,
     config: SessionConfig,
@@ -47,7 +51,7 @@ struct State {
     awaited: bool,
     /// The cycle that is going on carries them.
     carried: bool,
-    cycles: Punctuality,
+    cycles: EventTiming,
     begun: HostTime,
     longest_ns: u64,
     /// Replies that no board gives.
@@ -66,7 +70,8 @@ enum Stage {
     Closing,
 }
 
-const GAUGES: [(&str, Unit); 18] = [
+/// Those beside the timing of the cycles.
+const GAUGES: [(&str, Unit); 13] = [
     ("packets", Unit::One),
     ("answers", Unit::One),
     ("errors", Unit::One),
@@ -79,11 +84,6 @@ const GAUGES: [(&str, Unit); 18] = [
     ("saturated", Unit::One),
     ("encoder_faults", Unit::One),
     ("success", Unit::One),
-    ("cycle/mean", Unit::Second),
-    ("cycle/shortest", Unit::Second),
-    ("cycle/longest", Unit::Second),
-    ("cycle/half_range", Unit::Second),
-    ("cycle/deviation", Unit::Second),
     ("cycle/duration", Unit::Second),
 ];
 
@@ -115,7 +115,7 @@ impl MotorDriver {
                 frame,
                 awaited: false,
                 carried: false,
-                cycles: Punctuality::default(),
+                cycles: EventTiming::of(config.session.nominal_period()),
                 begun: HostTime::default(),
                 longest_ns: 0,
                 implausible: 0,
@@ -299,16 +299,18 @@ impl Driver for MotorDriver {
 
     fn gauges(&self) -> Vec<Port> {
         let gauge = |(name, unit)| Port::output(format!("{}/{name}", self.name), unit, 1);
-        GAUGES.into_iter().map(gauge).collect()
+        let timing = EventTiming::ports(&format!("{}/cycle", self.name));
+        GAUGES.into_iter().map(gauge).chain(timing).collect()
     }
 
     fn read_gauges(&self, values: &mut [f64]) {
         let state = &self.state;
-        let (bus, cycles) = (state.master.counters(), &state.cycles);
+        let bus = state.master.counters();
         let sum = |of: fn(&Leg) -> u64| state.legs.iter().map(of).sum::<u64>() as f64;
-        let (longest, shortest) = (cycles.longest(), cycles.shortest());
         let tried = (bus.answers + bus.errors).max(1);
-        values.copy_from_slice(&[
+        let (own, timing) = values.split_at_mut(GAUGES.len());
+        timing.copy_from_slice(&state.cycles.values());
+        own.copy_from_slice(&[
             (bus.requests - bus.transfers) as f64,
             bus.answers as f64,
             bus.errors as f64,
@@ -321,11 +323,6 @@ impl Driver for MotorDriver {
             sum(|leg| leg.saturated),
             sum(|leg| leg.encoder_faults),
             1.0 - bus.errors as f64 / tried as f64,
-            cycles.mean(),
-            shortest,
-            longest,
-            0.5 * (longest - shortest),
-            cycles.deviation(),
             state.longest_ns as f64 * 1e-9,
         ]);
     }

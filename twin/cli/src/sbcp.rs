@@ -337,7 +337,7 @@ fn session(hookup: &Hookup<'_>) -> SessionConfig {
     )]
     let threshold = |count: f64| libm::rint(count) as i64;
     SessionConfig {
-        period: host(nominal(hookup.period)),
+        period: host(hookup.period),
         gains: SessionGains {
             p: register(gains, "p", default_gains.p),
             i: register(gains, "i", default_gains.i),
@@ -357,18 +357,6 @@ fn session(hookup: &Hookup<'_>) -> SessionConfig {
             .boolean("free_running")
             .unwrap_or(default.free_running),
         ..default
-    }
-}
-
-/// What the host takes a period for whose clock is off by less than a thousandth: whole milliseconds.
-fn nominal(period: SimDuration) -> SimDuration {
-    const MILLISECOND: u64 = 1_000_000;
-    let nanos = period.as_nanos();
-    let whole = (nanos + MILLISECOND / 2) / MILLISECOND * MILLISECOND;
-    if nanos.abs_diff(whole) < whole / 1_000 {
-        SimDuration::from_nanos(whole)
-    } else {
-        period
     }
 }
 

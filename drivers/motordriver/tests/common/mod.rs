@@ -253,6 +253,15 @@ impl Bench {
         Ok(cycles)
     }
 
+    /// When the host wrote the request of a cycle to the first board, from the bytes that were kept.
+    pub fn cycle_begins(&self) -> Vec<SimTime> {
+        let passed = self.passed.iter().flatten();
+        let first = |(_, lane, bytes): &&(SimTime, usize, Vec<u8>)| {
+            *lane == 0 && matches!(bytes[..], [0xFF, _, 1, _, 0x10, ..])
+        };
+        passed.filter(first).map(|(at, ..)| *at).collect()
+    }
+
     pub fn gauges(&self) -> Vec<(String, f64)> {
         let ports = self.task.gauges();
         let mut values = vec![0.0; ports.len()];

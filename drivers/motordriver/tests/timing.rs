@@ -1,0 +1,146 @@
+//! What the gauges say of the timing of cycles and requests, against the instants themselves.
+
+mod common;
+
+use common::{Bench, LEGS, millis};
+use proptest::prelude::*;
+use twinrig_kernel::{SimDuration, SimTime, stream};
+use twinrig_motordriver::{BusConfig, BusTopology};
+use twinrig_runtime::Timing;
+use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+
+/// Checks the gauges of cycles against the first request of each.
+fn check(bench: &Bench, begins: &[SimTime]) {
+    let intervals = begins.windows(2).map(|pair| (pair[1] - pair[0]).as_nanos());
+    let mut sorted: Vec<u64> = intervals.collect();
+    sorted.sort_unstable();
+    let n = sorted.len();
+    let gauge = |what: &str| 1e9 * bench.gauge(&format!("sbcp/cycle/{what}"));
+    let span = (begins[n] - begins[0]).as_nanos() as f64;
+    // The last one goes on; and one that waits before it writes has begun earlier than its request.
+    assert!((bench.gauge("sbcp/cycles") + 1.0 - begins.len() as f64).abs() <= 1.0);
+    let (shortest, longest) = (sorted[0] as f64, sorted[n - 1] as f64);
+    assert!((gauge("mean") - span / n as f64).abs() < longest / n as f64);
+    assert!((gauge("shortest") - shortest).abs() < 1e-3);
+    assert!((gauge("longest") - longest).abs() < 1e-3);
+    for (name, per_mille) in [("p50", 500), ("p99", 990), ("p999", 999)] {
+        let exact = sorted[(n * per_mille).div_ceil(1_000) - 1] as f64;
+        let found = gauge(name);
+        assert!(
+            (found - exact).abs() < exact / 128.0,
+            "{name}: {found}, not {exact}"
+        );
+    }
+}
+
+fn free_running(topology: BusTopology) -> BusConfig {
+    let mut config = BusConfig {
+        topology,
+        ..BusConfig::default()
+    };
+    config.session.free_running = true;
+    config.session.error_threshold = -1;
+    config
+}
+
+/// Runs free for a while: the begins of the cycles.
+fn run(config: &BusConfig, length: SimDuration) -> (Bench, Vec<SimTime>) {
+    let mut bench = Bench::new(config);
+    bench.world.turning = false;
+    bench.open().unwrap();
+    bench.passed = Some(Vec::new());
+    bench.begin(&[0.0; 8]).unwrap();
+    bench.run_until(bench.now() + length).unwrap();
+    let begins = bench.cycle_begins();
+    (bench, begins)
+}
+
+#[test]
+fn a_board_that_dies_shows_in_the_mean_and_in_the_percentiles() {
+    let fault = Fault {
+        at: SimTime::ZERO + millis(1_000),
+        on: "wire/sbcp/RF".into(),
+        kind: FaultKind::Unplug { fails: false },
+        lasts: SimDuration::from_secs(1_000),
+    };
+    let mut config = free_running(BusTopology::Direct);
+    config.faults = FaultSchedule {
+        faults: vec![fault],
+        seed: 1,
+    };
+    let (bench, begins) = run(&config, SimDuration::from_secs(10));
+    check(&bench, &begins);
+    assert!(bench.gauge("sbcp/cycle/mean") > 2.6e-3);
+    assert_eq!(bench.gauge("sbcp/cycle/shortest"), 2.5e-3);
+}
+
+#[test]
+fn at_long_latency_timers_the_mean_is_that_of_the_counted_cycles() {
+    for (timer, rate) in [(4, 250.0), (16, 62.5)] {
+        let mut config = free_running(BusConfig::default().topology);
+        config.usb.latency_timer = millis(timer);
+        let (bench, begins) = run(&config, SimDuration::from_secs(8));
+        check(&bench, &begins);
+        let counted =
+            (begins.len() - 1) as f64 / (begins[begins.len() - 1] - begins[0]).as_secs_f64();
+        let told = 1.0 / bench.gauge("sbcp/cycle/mean");
+        assert!(
+            (counted / rate - 1.0).abs() < 0.01,
+            "{timer} ms: {counted} Hz"
+        );
+        assert!(
+            (told / counted - 1.0).abs() < 1e-9,
+            "{timer} ms: {told} Hz, not {counted} Hz"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+    /// Cycles that begin late by up to 1.1 of 2 ms: `request/deviation` is their standard deviation, but for the whole
+    /// microframes of USB (125 µs, of standard deviation 36 µs).
+    #[test]
+    fn phases_deviate_by_the_jitter_of_the_host(width_us in 400..1_100_u64, seed in any::<u64>()) {
+        let mut bench = Bench::new(&BusConfig::default());
+        bench.world.turning = false;
+        bench.open().unwrap();
+        let mut random = stream(seed, "jitter");
+        let first = bench.now().as_nanos() / 2_000_000 + 1;
+        for n in 0..2_000 {
+            // Seldom, a cycle is left out.
+            if random.unit() < 0.01 {
+                continue;
+            }
+            let at = (first + n) * 2_000_000 + random.between(0, width_us * 1_000);
+            bench.run_until(SimTime::from_nanos(at)).unwrap();
+            bench.begin(&[0.1; 8]).unwrap();
+            bench.run_until_idle(SimTime::from_nanos(at) + millis(2)).unwrap();
+        }
+        let exact = 1e-6 * width_us as f64 / 12.0_f64.sqrt();
+        let cycles = bench.gauge("sbcp/cycle/phase/deviation");
+        prop_assert!((cycles / exact - 1.0).abs() < 0.06, "{cycles}, not {exact}");
+        for leg in LEGS {
+            let gauge = |what: &str| bench.gauge(&format!("sbcp/{leg}/request/{what}"));
+            let found = gauge("phase/deviation");
+            let through_grid = (exact * exact + 36e-6 * 36e-6).sqrt();
+            prop_assert!((found / through_grid - 1.0).abs() < 0.08, "{leg}: {found}, not {exact}");
+            prop_assert_eq!(gauge("deviation"), found);
+        }
+    }
+}
+
+#[test]
+fn jitter_of_completions_alone_moves_no_request() {
+    let mut config = BusConfig::default();
+    config.usb.jitter = Timing::Uniform {
+        min: SimDuration::ZERO,
+        max: SimDuration::from_micros(300),
+    };
+    let mut bench = Bench::new(&config);
+    bench.open().unwrap();
+    let end = bench.now() + millis(1_000);
+    bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
+    for leg in LEGS {
+        assert_eq!(bench.gauge(&format!("sbcp/{leg}/request/deviation")), 0.0);
+    }
+}
