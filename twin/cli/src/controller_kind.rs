@@ -113,12 +113,14 @@ impl ControllerKind {
         };
         let spec = |variable: &ProcessVariable| {
             let (min, max) = variable.range();
+            let group = variable.name().split_once('/');
             VariableSpec {
                 name: variable.name().to_owned(),
                 unit: variable.unit(),
                 range: Range { min, max },
                 default: variable.default(),
                 about: String::new(),
+                of_leg: group.is_some_and(|(_, group)| legs.contains(&group)),
             }
         };
         process.variables().iter().map(spec).collect()

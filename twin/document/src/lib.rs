@@ -42,6 +42,7 @@ mod error;
 mod item;
 mod near;
 mod node;
+mod pattern;
 mod quantity;
 mod range;
 mod source;
@@ -52,6 +53,7 @@ pub use document::{Document, Overrides};
 pub use error::{DocumentError, Problem, Warning};
 pub use item::Item;
 pub use near::{nearest, suggestion};
+pub use pattern::{any_quantity_pattern, duration_pattern, percentage_pattern, quantity_pattern};
 pub use quantity::{
     QuantityError, fitting_units, parse_duration, parse_quantity, print_quantity, quantity_name,
 };

@@ -44,6 +44,30 @@ impl Range {
         }
     }
 
+    /// The smallest range that holds this one and `other`.
+    ///
+    /// ```
+    /// use twinrig_document::Range;
+    ///
+    /// let hull = Range::between(0.0, 1.0).hull(&Range::POSITIVE);
+    /// assert_eq!(hull, Range::NOT_NEGATIVE);
+    /// ```
+    #[must_use]
+    pub fn hull(&self, other: &Range) -> Range {
+        // With `sign`, the larger number is the one farther out; at the same number, that which is included.
+        let outer = |one: Bound<f64>, other: Bound<f64>, sign: f64| match (one, other) {
+            (Bound::Unbounded, _) | (_, Bound::Unbounded) => Bound::Unbounded,
+            (Bound::Included(a) | Bound::Excluded(a), Bound::Included(b) | Bound::Excluded(b)) => {
+                let first = sign * a > sign * b || (a == b && matches!(one, Bound::Included(_)));
+                if first { one } else { other }
+            }
+        };
+        Range {
+            min: outer(self.min, other.min, -1.0),
+            max: outer(self.max, other.max, 1.0),
+        }
+    }
+
     /// Whether `value` lies in the range. NaN lies in none.
     pub fn contains(&self, value: f64) -> bool {
         let above = match self.min {

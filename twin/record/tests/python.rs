@@ -1,35 +1,12 @@
 //! The packages `mcap` and `mcap-ros2-support` from `PyPI` read what we write.
-//!
-//! They live in `target/venv` (`pip install -r twin/record/tests/requirements.txt`), or in the Python
-//! that `TWINRIG_PYTHON` names. Without them the test says so and passes, except on CI.
 
 mod common;
-
-use std::path::{Path, PathBuf};
-use std::process::Command;
+#[path = "common/python.rs"]
+mod python;
 
 use common::*;
 use serde_json::{Value, json};
 use twinrig_record::{EPOCH, Recording};
-
-fn python() -> Option<PathBuf> {
-    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
-    let named = std::env::var_os("TWINRIG_PYTHON").map(PathBuf::from);
-    let python = named.unwrap_or(venv);
-    let check = Command::new(&python)
-        .args(["-c", "import mcap, mcap_ros2"])
-        .output();
-    if check.is_ok_and(|output| output.status.success()) {
-        return Some(python);
-    }
-    let why = format!(
-        "{} does not have the packages mcap and mcap-ros2-support",
-        python.display()
-    );
-    assert!(std::env::var_os("CI").is_none(), "{why}");
-    eprintln!("SKIPPED: {why}");
-    None
-}
 
 fn hex(values: &[f64]) -> Value {
     values
@@ -40,23 +17,14 @@ fn hex(values: &[f64]) -> Value {
 
 #[test]
 fn python_reads_every_bit() {
-    let Some(python) = python() else { return };
+    let Some(python) = python::python("mcap, mcap_ros2") else {
+        return;
+    };
     let file = std::env::temp_dir().join(format!("twinrig-python-{}.mcap", std::process::id()));
     let bytes = recorded(100);
     std::fs::write(&file, &bytes).unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/read_recording.py");
-    let output = Command::new(python)
-        .arg(script)
-        .arg(&file)
-        .output()
-        .unwrap();
+    let found = python::run(&python, "read_recording.py", &[&file], &json!(null));
     std::fs::remove_file(&file).unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
 
     let plant = found["samples"]["/plant"].as_array().unwrap();
     assert_eq!(plant.len(), 100);

@@ -57,6 +57,16 @@ impl Kind {
         self.variables.iter().find(|variable| variable.name == name)
     }
 
+    /// Adds the variables that this kind has on another robot: those that it lacks, and the ranges of the others.
+    pub fn unite_variables(&mut self, others: Vec<VariableSpec>) {
+        for other in others {
+            match self.variables.iter_mut().find(|one| one.name == other.name) {
+                Some(one) => one.range = one.range.hull(&other.range),
+                None => self.variables.push(other),
+            }
+        }
+    }
+
     /// The variables that the key `key` sets: the one of that name, or all of its groups (`key/fore`, `key/hind`).
     pub fn variables_of(&self, key: &str) -> Vec<&VariableSpec> {
         let meant = |variable: &&VariableSpec| variable.name == key || variable.key() == key;
@@ -123,6 +133,8 @@ pub struct VariableSpec {
     pub default: f64,
     /// One line for a person.
     pub about: String,
+    /// Its group is a leg, whose name is the robot's: another robot has other groups.
+    pub of_leg: bool,
 }
 
 impl VariableSpec {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use twinrig_scenario::schema;
 
 /// An unknown key in each table of a scenario, and where the schema has that table.
@@ -24,7 +24,7 @@ const TABLES: [(&str, &str); 22] = [
     ("[io]\nzzzzzzzz = 1", "/properties/io"),
     (
         "[io]\ntransfer_time = { zzzzzzzz = 1 }",
-        "/properties/io/properties/transfer_time/anyOf/1",
+        "/properties/io/properties/transfer_time",
     ),
     ("[observe]\nzzzzzzzz = 1", "/properties/observe"),
     ("[footsteps]\nzzzzzzzz = 1", "/properties/footsteps"),
@@ -33,10 +33,7 @@ const TABLES: [(&str, &str); 22] = [
         "[[change]]\nat = '1 s'\nset = 'frequency'\nto = '3 Hz'\nzzzzzzzz = 1",
         "/properties/change/items",
     ),
-    (
-        "[bus]\nkind = 'sbcp'\nzzzzzzzz = 1",
-        "/properties/bus/anyOf/0",
-    ),
+    ("[bus]\nkind = 'sbcp'\nzzzzzzzz = 1", "/properties/bus"),
     (
         "[[expect]]\nbody = { fall = false }\nzzzzzzzz = 1",
         "/properties/expect/items",
@@ -81,7 +78,11 @@ const TABLES: [(&str, &str); 22] = [
 
 /// The keys that the reader names when it meets one that is unknown in the table `path`.
 fn keys_of_reader(more: &str) -> Vec<String> {
-    let error = common::parse(&common::text(more)).unwrap_err().to_string();
+    keys_of_reader_in(&common::text(more))
+}
+
+fn keys_of_reader_in(text: &str) -> Vec<String> {
+    let error = common::parse(text).unwrap_err().to_string();
     let unknown = error
         .split("\n\n")
         .find(|problem| problem.contains("unknown key `zzzzzzzz`"))
@@ -95,14 +96,42 @@ fn keys_of_reader(more: &str) -> Vec<String> {
 }
 
 fn keys_of_schema(schema: &Value, pointer: &str) -> Vec<String> {
-    let properties = schema
-        .pointer(pointer)
-        .unwrap_or_else(|| panic!("{pointer}"));
-    let mut keys: Vec<String> = properties["properties"]
+    let at = |pointer: &str| {
+        let table = schema.pointer(pointer);
+        table.unwrap_or_else(|| panic!("{pointer}"))
+    };
+    let mut table = at(pointer);
+    while let Some(name) = table["$ref"].as_str() {
+        table = at(name.trim_start_matches('#'));
+    }
+    let mut keys: Vec<String> = table["properties"]
         .as_object()
         .unwrap()
         .keys()
         .cloned()
+        .collect();
+    keys.sort();
+    keys
+}
+
+/// The keys that a table has if its key `kind` is `word`.
+fn keys_of_case(schema: &Value, pointer: &str, kind: &str, word: &str) -> Vec<String> {
+    let mut case = schema.pointer(pointer).unwrap();
+    let words = format!("/if/properties/{kind}/enum");
+    let fits = |case: &Value| {
+        case.pointer(&words)
+            .unwrap()
+            .as_array()
+            .unwrap()
+            .contains(&json!(word))
+    };
+    while !fits(case) {
+        case = &case["else"];
+    }
+    let keys = case["then"]["propertyNames"]["enum"].as_array().unwrap();
+    let mut keys: Vec<String> = keys
+        .iter()
+        .map(|key| key.as_str().unwrap().to_owned())
         .collect();
     keys.sort();
     keys
@@ -153,6 +182,59 @@ fn schema_and_reader_know_the_same_keys() {
         keys,
         keys_of_schema(&schema, "/properties/expect/items/properties/footstep")
     );
+}
+
+#[test]
+fn schema_and_reader_know_the_same_keys_of_each_kind() {
+    let schema = schema(&common::catalogue());
+    let unknown =
+        |text: &str| keys_of_reader_in(&format!("duration = '1 s'\n{text}\nzzzzzzzz = 1"));
+    for model in ["massless", "own"] {
+        let reader = unknown(&format!("[plant]\nmodel = '{model}'"));
+        assert_eq!(
+            reader,
+            keys_of_case(&schema, "/properties/plant", "model", model)
+        );
+    }
+    for kind in ["cpg", "script", "none"] {
+        let reader = unknown(&format!("[controller]\nkind = '{kind}'\nperiod = '1 ms'"));
+        assert_eq!(
+            reader,
+            keys_of_case(&schema, "/properties/controller", "kind", kind)
+        );
+    }
+    for kind in ["sbcp", "rb110"] {
+        let reader = unknown(&format!("[bus]\nkind = '{kind}'"));
+        assert_eq!(
+            reader,
+            keys_of_case(&schema, "/properties/bus", "kind", kind)
+        );
+    }
+    for (profile, keys) in [
+        ("flat", ""),
+        ("step-down", "at = '1 m'\nheight = '1 m'"),
+        ("heights", "spacing = '1 m'\namplitude = '1 m'"),
+    ] {
+        let reader = unknown(&format!(
+            "[plant]\nmodel = 'massless'\n[plant.ground]\nprofile = '{profile}'\n{keys}"
+        ));
+        let pointer = "/properties/plant/properties/ground";
+        assert_eq!(reader, keys_of_case(&schema, pointer, "profile", profile));
+    }
+    for (kind, keys) in [
+        ("drop", ""),
+        ("flip", "rate = 0"),
+        ("delay", "by = '1 s'"),
+        ("stuck", ""),
+    ] {
+        let reader = unknown(&format!(
+            "[[fault]]\nat = '0 s'\non = 'wire/x'\nkind = '{kind}'\n{keys}"
+        ));
+        assert_eq!(
+            reader,
+            keys_of_case(&schema, "/properties/fault/items", "kind", kind)
+        );
+    }
 }
 
 fn keys_of_root() -> Vec<String> {

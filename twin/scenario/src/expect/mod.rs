@@ -9,7 +9,10 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
 
-pub(crate) use read::{Context, expectation, placed_text};
+pub(crate) use read::{
+    BODY_MEASURES, Context, SIGNAL_MODES, SUBJECTS, TIMING_MEASURES, expectation, placed_text,
+};
+pub(crate) use read_footstep::FOOTSTEP_MEASURES;
 
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
@@ -289,6 +292,8 @@ impl CostMeasure {
         "solver_iterations",
         "fallbacks",
     ];
+    /// The measure that depends on the machine, too.
+    pub(crate) const FACTOR: &'static str = "real_time_factor";
 }
 
 impl FootstepMeasure {

@@ -14,7 +14,31 @@ use super::{
 use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
 
-const SUBJECTS: [&str; 6] = ["footstep", "body", "timing", "signal", "energy", "cost"];
+pub(crate) const SUBJECTS: [&str; 6] = ["footstep", "body", "timing", "signal", "energy", "cost"];
+
+pub(crate) const BODY_MEASURES: [&str; 10] = [
+    "speed",
+    "height",
+    "roll",
+    "pitch",
+    "roll_range",
+    "pitch_range",
+    "height_range",
+    "yaw_drift",
+    "fall",
+    "settles",
+];
+
+pub(crate) const TIMING_MEASURES: [(&str, TimingMeasure); 6] = [
+    ("deadline_misses", TimingMeasure::DeadlineMisses),
+    ("cycle_rate", TimingMeasure::CycleRate),
+    ("jitter", TimingMeasure::Jitter),
+    ("latency", TimingMeasure::Latency),
+    ("longest_cycle", TimingMeasure::LongestCycle),
+    ("half_range", TimingMeasure::HalfRange),
+];
+
+pub(crate) const SIGNAL_MODES: [&str; 3] = ["always", "eventually", "settles"];
 
 /// What expectations of one scenario have in common.
 pub(crate) struct Context<'c> {
@@ -154,20 +178,9 @@ fn instant(item: &Item<'_>, context: &Context<'_>) -> Result<SimTime, Reported> 
 }
 
 fn body(item: &Item<'_>) -> Result<BodyClaim, Reported> {
-    const MEASURES: [&str; 10] = [
-        "speed",
-        "height",
-        "roll",
-        "pitch",
-        "roll_range",
-        "pitch_range",
-        "height_range",
-        "yaw_drift",
-        "fall",
-        "settles",
-    ];
     let table = item.table()?;
-    let measure = one_of(item, &table, &MEASURES, "nothing of the body is expected")?;
+    let nothing = "nothing of the body is expected";
+    let measure = one_of(item, &table, &BODY_MEASURES, nothing)?;
     let limits = |unit, domain| table.required(measure, |item| Limits::read(item, unit, &domain));
     let angle = |domain| limits(Unit::Radian, domain);
     Ok(match measure {
@@ -231,19 +244,11 @@ fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {
 }
 
 fn timing(item: &Item<'_>) -> Result<Claim, Reported> {
-    const MEASURES: [(&str, TimingMeasure); 6] = [
-        ("deadline_misses", TimingMeasure::DeadlineMisses),
-        ("cycle_rate", TimingMeasure::CycleRate),
-        ("jitter", TimingMeasure::Jitter),
-        ("latency", TimingMeasure::Latency),
-        ("longest_cycle", TimingMeasure::LongestCycle),
-        ("half_range", TimingMeasure::HalfRange),
-    ];
     let table = item.table()?;
     let of = table.required("of", placed_text);
-    let keys = MEASURES.map(|(key, _)| key);
+    let keys = TIMING_MEASURES.map(|(key, _)| key);
     let key = one_of(item, &table, &keys, "nothing of the timing is expected")?;
-    let measure = MEASURES
+    let measure = TIMING_MEASURES
         .into_iter()
         .find(|(known, _)| *known == key)
         .map_or(TimingMeasure::Latency, |(_, measure)| measure);
@@ -263,8 +268,8 @@ fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
     let component = table.optional("component", element);
     let within = table.optional("within", Item::positive_duration);
     let until = table.optional("until", until);
-    let modes = ["always", "eventually", "settles"];
-    let mode = one_of(item, &table, &modes, "nothing of the signal is expected")?;
+    let nothing = "nothing of the signal is expected";
+    let mode = one_of(item, &table, &SIGNAL_MODES, nothing)?;
     let (within, until) = (within?, until?);
     if within.is_some() && mode != "eventually" {
         let help = "`within` goes with `eventually`";
@@ -348,12 +353,11 @@ fn energy(item: &Item<'_>) -> Result<Claim, Reported> {
 }
 
 fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
-    const FACTOR: &str = "real_time_factor";
     let table = item.table()?;
     let mut keys = CostMeasure::COUNTS.to_vec();
-    keys.push(FACTOR);
+    keys.push(CostMeasure::FACTOR);
     let key = one_of(item, &table, &keys, "nothing of the cost is expected")?;
-    let (measure, domain) = if key == FACTOR {
+    let (measure, domain) = if key == CostMeasure::FACTOR {
         (CostMeasure::RealTimeFactor, Domain::POSITIVE)
     } else {
         (CostMeasure::Count(key), Domain::COUNT)

@@ -11,7 +11,7 @@ use super::{Axis, FootstepClaim, FootstepMeasure, LegChoice, Pattern};
 use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
 
-const MEASURES: [&str; 14] = [
+pub(crate) const FOOTSTEP_MEASURES: [&str; 14] = [
     "slip",
     "duty_factor",
     "stance",
@@ -42,7 +42,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
     let key = one_of(
         item,
         &table,
-        &MEASURES,
+        &FOOTSTEP_MEASURES,
         "nothing of the footsteps is expected",
     )?;
     let measure = measure(&table, key);

@@ -13,7 +13,8 @@ use twinrig_scenario::{
     VariableSpec,
 };
 
-/// A catalogue with a plant, one that is not built in, and a controller.
+/// A catalogue with one of everything that kinds can declare, and with keys that mean one thing in one kind and another in
+/// another.
 pub fn catalogue() -> Catalogue {
     let option = |name: &str, accepts, default| OptionSpec {
         name: name.into(),
@@ -52,6 +53,7 @@ pub fn catalogue() -> Catalogue {
         range,
         default,
         about: format!("the {name}"),
+        of_leg: name.ends_with("/LF"),
     };
     let height = Range::between(0.05, 0.148);
     cpg.variables = vec![
@@ -59,7 +61,12 @@ pub fn catalogue() -> Catalogue {
         variable("step_length", Unit::Meter, Range::NOT_NEGATIVE, 0.08),
         variable("hip_height/fore", Unit::Meter, height, 0.138),
         variable("hip_height/hind", Unit::Meter, height, 0.138),
+        variable("phase/LF", Unit::Radian, Range::between(-3.2, 3.2), 0.0),
     ];
+    let mut script = Kind::new("script", "shapes");
+    script.options = vec![option("gait", Accepts::Boolean, None)];
+    let turn = variable("frequency", Unit::RadianPerSecond, Range::ANY, 0.0);
+    script.variables = vec![turn];
     let mut sbcp = Kind::new("sbcp", "packets");
     let ppm = Accepts::Quantity {
         unit: Unit::One,
@@ -76,10 +83,12 @@ pub fn catalogue() -> Catalogue {
             None,
         ),
     ];
+    let mut rb110 = Kind::new("rb110", "pulses");
+    rb110.options = vec![option("clock", Accepts::Duration, None)];
     Catalogue {
         plants: vec![massless, mujoco, alone(option)],
-        controllers: vec![cpg],
-        buses: vec![sbcp, Kind::new("rb110", "pulses")],
+        controllers: vec![cpg, script],
+        buses: vec![sbcp, rb110],
     }
 }
 

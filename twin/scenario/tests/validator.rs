@@ -1,0 +1,180 @@
+//! An independent validator refuses nothing that the reader accepts, and of what the reader refuses all that a schema can.
+
+mod common;
+#[path = "../../record/tests/common/python.rs"]
+mod python;
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use twinrig_scenario::schema;
+
+/// Well-formed scenarios that together have every key, and every kind of value that it takes.
+const SOUND: &[&str] = &[
+    "name = 'n'\nseed = 18446744073709551615\n[override]\nfriction = 0.5",
+    "[actuator]\nkind = 'servo'\nlag = '5 ms'\nspeed = '20 rad/s'\n[actuator.hip]\ntorque = '5 N·m'\n[actuator.knee]\ndead_band = '0 deg'",
+    "[actuator]\nkind = 'motor'\nhip = {}",
+    "[io]\nstep = '1 ms'\ntransfer_time = { min = '0 s', max = '1 ms' }",
+    "[io]\ntransfer_time = { mean = '1 ms', deviation = '10 us', min = '0 s', max = '2 ms' }",
+    "[io]\ntransfer_time = { trace = ['1 ms', '2 ms'] }",
+    "[observe]\nperiod = '1 ms'\n[footsteps]\ntouch_down = 0.1\nlift_off = '5 %'\nshortest_swing = '0 s'\nleast_impulse = '3 ms'",
+    "[footsteps]\ntouch_down = '0.5 N'\nlift_off = '200 mN'",
+    "[record]\nsignals = ['body/*']\nframes = '0 Hz'\nbytes = true",
+    "[[change]]\nat = '1 s'\nset = 'frequency'\nto = '3 Hz'\n[[change]]\nat = '0 s'\nset = 'hip_height/fore'\nby = '-1 mm'",
+    "[[change]]\nat = '1 s'\nset = 'phase'\nto = '3 deg'",
+    "[bus]\nkind = 'sbcp'\nname = 'left'\nclock = '20 ppm'\nusb = { latency_timer = '1 ms', jitter = '10 us' }",
+    "[[bus]]\nkind = 'sbcp'\nclock = { LF = 1e-6, any = '-2 ppm' }\nusb.jitter = { trace = ['1 ms'] }\n[[bus]]\nkind = 'rb110'\nclock = '3 s'",
+    "bus = []\nchange = []\nfault = []\nexpect = []",
+    "[bus]\nkind = 'sbcp'\n[[fault]]\nat = '1 s'\nfor = '1 ms'\non = 'wire/sbcp'\nkind = 'drop'\nprobability = '5 %'\n[[fault]]\nat = '1 s'\non = 'wire/sbcp/LF'\nkind = 'flip'\nrate = 1e-3",
+    "[bus]\nkind = 'sbcp'\n[[fault]]\nat = '1 s'\non = 'wire/sbcp'\nkind = 'delay'\nby = '1 ms'\n[[fault]]\nat = '1 s'\non = 'wire/sbcp'\nkind = 'unplug'\nfails = true\n[[fault]]\nat = '1 s'\non = 'wire/sbcp'\nkind = 'stuck'\n[[fault]]\nat = '1 s'\non = 'wire/sbcp'\nkind = 'babble'\npause = '1 ms'",
+    "[[expect]]\nname = 'n'\nafter = '1 s'\nbefore = '2 s'\noptional = true\nplants = ['massless', 'mujoco']\nbody = { fall = false }",
+    "[[expect]]\nbody = { fall = { height = 0.3, tilt = '60 deg' } }\n[[expect]]\nbody = { speed = { near = '1 m/s', within = '3 %' }, along = 'path' }\n[[expect]]\nbody = { settles = { within = '1 mm', by = '2 s' } }",
+    "[[expect]]\nfootstep = { leg = 'fore', slip = { max = '1 mm' } }\n[[expect]]\nfootstep = { leg = ['LF'], position = { min = '0 m', max = '1 m' }, axis = 'z' }\n[[expect]]\nfootstep = { phase = 'trot', tolerance = 0.1 }\n[[expect]]\nfootstep = { phase = { LF = 0, RF = '50 %' }, tolerance = '5 %' }\n[[expect]]\nfootstep = { order = ['LF', ['RF', 'LH']] }",
+    "[[change]]\nat = '1 s'\nset = 'step_length'\nby = '-1 cm'\n[[expect]]\nfootstep = { displacement = { max = '1 mm' }, against = 'without changes', axis = 'horizontal', cycle = 2 }",
+    "[[expect]]\ntiming = { of = 'control', cycle_rate = { near = '500 Hz', within = '1 Hz' } }",
+    "[[expect]]\nsignal = { name = 'body/position', component = 'z', always = { min = '1 cm' }, until = { name = 'body/rpy', component = 2, max = '3 deg' } }\n[[expect]]\nsignal = { name = 'x', eventually = { near = 3, within = 1 }, within = '1 s' }\n[[expect]]\nsignal = { name = 'x', settles = { within = '1 N', by = '1 s' } }",
+    "[[expect]]\nenergy = { residual = { max = 1e-6 } }\n[[expect]]\ncost = { real_time_factor = { min = 10 } }\n[[expect]]\ncost = { steps = { max = 10 } }",
+];
+
+/// The same with a `[plant]` or `[controller]` of their own.
+const SOUND_OF_THEIR_OWN: &[&str] = &[
+    "duration = '1 s'\n[plant]\nmodel = 'own'\nfile = 'model.xml'\nstep = '1 ms'\n[plant.outputs.'leg/LF/hip/position']\njoint = 'hip'",
+    "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'own'\n[controller]\nkind = 'none'",
+    "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'massless'\nbase = 'planar'\nlegs = ['LF']\nstep = '1 ms'\nforce = 'lookup'\ncells = 16\ncrouch = '0 m'\ncoupling = 'exact'\nground = { friction = '60 %', restitution = 0.1, profile = 'flat' }\nstart = { q1 = '3 deg', q2_rate = '-1 rad/s' }",
+    "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'massless'\ncoupling = { grid = '1 ms', inputs = 'held' }\nground = { profile = 'step-down', at = '-1 m', height = '1 cm' }",
+    "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'massless'\nground = { profile = 'heights', spacing = '1 cm', amplitude = '1 cm', seed = 3 }",
+    "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'massless'\nground = { profile = 'heights', spacing = '1 cm', values = [['1 cm', '-1 cm']] }",
+    "duration = '1 s'\nrobot = 'r'\nplant = { model = 'massless' }\n[controller]\nkind = 'cpg'\nperiod = '2 ms'\ncompute_time = '1 ms'\ngait = 'walk'\nfrequency = '3 Hz'\nhip_height = { fore = '12 cm' }\nphase = { LF = '3 deg' }",
+    "duration = '1 s'\nrobot = 'r'\nplant = { model = 'massless' }\n[controller]\nkind = 'script'\nperiod = '2 ms'\ngait = true\nfrequency = '-3 rad/s'\n[[change]]\nat = '0 s'\nset = 'frequency'\nto = '3 rpm'",
+];
+
+/// Malformed files that no schema can refuse, and why not.
+const BEYOND_A_SCHEMA: [(&str, &str); 23] = [
+    ("bus_twice", "compares two values"),
+    ("change_leaves_the_range", "adds values up"),
+    (
+        "coupling_grid_does_not_divide_the_observation",
+        "divides values",
+    ),
+    (
+        "duration_below_a_nanosecond",
+        "is about a magnitude with a unit",
+    ),
+    ("expect_after_the_end", "compares two values"),
+    ("expect_before_after", "compares two values"),
+    (
+        "expect_displacement_without_change",
+        "a table needs another of a certain length",
+    ),
+    ("expect_limits_that_cross", "compares two values"),
+    ("expect_of_a_fourth_element", "is known to the plant"),
+    (
+        "expect_of_a_signal_in_another_unit",
+        "is known to the plant",
+    ),
+    ("expect_of_an_unknown_leg", "is known to the robot"),
+    ("expect_of_an_unknown_signal", "is known to the plant"),
+    ("expect_timing_of_no_bus", "one table names another"),
+    ("fault_on_another_wire", "one table names another"),
+    ("footsteps_flutter", "compares two values"),
+    ("heights_are_no_grid", "compares lengths of rows"),
+    ("io_step_does_not_divide_the_period", "divides values"),
+    ("io_time_makes_no_sense", "compares two values"),
+    ("leg_unknown", "is known to the robot"),
+    ("model_not_in_this_build", "is sound, and for another build"),
+    ("record_names_no_signal", "is known to the plant"),
+    ("step_is_too_long", "is about a magnitude with a unit"),
+    ("variable_out_of_range", "is about a magnitude with a unit"),
+];
+
+/// What the validator says of documents and of mutants of the sound ones; none without Python.
+fn validated(documents: &[String], mutants: usize) -> Option<Value> {
+    let python = python::python("jsonschema, tomllib")?;
+    let schema = schema(&common::catalogue());
+    let input = json!({ "schema": schema, "documents": documents, "mutants": mutants });
+    Some(python::run(&python, "validate.py", &[], &input))
+}
+
+fn sound() -> Vec<String> {
+    let own = SOUND_OF_THEIR_OWN.iter().map(|text| (*text).to_owned());
+    // Keys of the root stand before the tables of the smallest scenario.
+    let more = SOUND.iter().map(|more| match more.split_once("\n[") {
+        Some((root, _)) if !root.starts_with('[') => {
+            format!("{root}\n{}\n{}", common::text(""), &more[root.len()..])
+        }
+        None if !more.starts_with('[') => format!("{more}\n{}", common::text("")),
+        _ => common::text(more),
+    });
+    own.chain(more).collect()
+}
+
+#[test]
+fn an_independent_validator_accepts_every_kind_of_value() {
+    let documents = sound();
+    for text in &documents {
+        let read = common::parse(text);
+        assert!(read.is_ok(), "{text}\n{}", read.unwrap_err());
+    }
+    let Some(found) = validated(&documents, 0) else {
+        return;
+    };
+    for (text, errors) in documents.iter().zip(found["errors"].as_array().unwrap()) {
+        assert_eq!(errors, &json!([]), "{text}");
+    }
+}
+
+#[test]
+fn an_independent_validator_refuses_what_is_malformed() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/malformed");
+    let files = fs::read_dir(folder).unwrap();
+    let mut files: Vec<_> = files.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let texts: Vec<String> = files
+        .iter()
+        .map(|file| fs::read_to_string(file).unwrap())
+        .collect();
+    let Some(found) = validated(&texts, 0) else {
+        return;
+    };
+    let found = found["errors"].as_array().unwrap();
+    let accepted = files
+        .iter()
+        .zip(found)
+        .filter(|(_, errors)| **errors == json!([]));
+    let accepted: Vec<_> = accepted
+        .map(|(file, _)| file.file_stem().unwrap().to_str().unwrap())
+        .collect();
+    assert_eq!(accepted, BEYOND_A_SCHEMA.map(|(name, _)| name));
+}
+
+/// What the reader accepts, the schema accepts. Of what the reader refuses, the schema refuses nearly all: 804 of 805.
+#[test]
+fn the_schema_refuses_no_mutant_that_the_reader_accepts() {
+    let Some(found) = validated(&sound(), 1000) else {
+        return;
+    };
+    let (mut read, mut refused, mut refused_by_both) = (0, 0, 0);
+    for mutant in found["mutants"].as_array().unwrap() {
+        let text = mutant["text"].as_str().unwrap();
+        let accepted = mutant["errors"] == json!([]);
+        match common::parse(text) {
+            Ok(_) => {
+                read += 1;
+                assert!(accepted, "{text}\n{}", mutant["errors"]);
+            }
+            Err(error) => {
+                refused += 1;
+                refused_by_both += usize::from(!accepted);
+                if accepted {
+                    println!("the schema accepts what the reader does not:\n{text}\n{error}\n");
+                }
+            }
+        }
+    }
+    assert!(read > 100, "{read} of 1000 mutants are sound");
+    assert!(
+        100 * refused_by_both > 97 * refused,
+        "{refused_by_both} of {refused}"
+    );
+}
