@@ -119,6 +119,23 @@ mod tests {
         assert!(notes.iter().any(|note| note == nowhere), "{notes:?}");
     }
 
+    /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p rangefinder schema`.
+    #[test]
+    fn the_schema_beside_the_scenario_is_that_of_this_program() {
+        let registry = Registry::standard().with_bus(range_finder());
+        let mut schema = Vec::new();
+        let code = twinrig::run_with(&registry, ["schema"], &mut schema, &mut Vec::new());
+        assert_eq!(code, 0);
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario.schema.json");
+        if std::env::var_os("UPDATE_SCHEMA").is_some() {
+            std::fs::write(path, &schema).unwrap();
+        }
+        assert!(
+            std::fs::read(path).unwrap() == schema,
+            "run UPDATE_SCHEMA=1 cargo test -p rangefinder schema"
+        );
+    }
+
     #[test]
     fn the_page_about_drivers_quotes_this_example() {
         let page = include_str!("../../../drivers/README.md");

@@ -71,7 +71,12 @@ impl Process for Squat {
 }
 
 fn main() -> ExitCode {
-    let squat = ControllerKind::new("squat", "bends and stretches all legs together", |given| {
+    twinrig::run(Registry::standard().with_controller(squat()))
+}
+
+/// The kind that scenarios call `squat`.
+fn squat() -> ControllerKind {
+    ControllerKind::new("squat", "bends and stretches all legs together", |given| {
         let mut legs = Vec::new();
         for mount in given
             .robot
@@ -91,6 +96,27 @@ fn main() -> ExitCode {
             variables,
             cycle: 0.0,
         })
-    });
-    twinrig::run(Registry::standard().with_controller(squat))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p squat schema`.
+    #[test]
+    fn the_schema_beside_the_scenario_is_that_of_this_program() {
+        let registry = Registry::standard().with_controller(squat());
+        let mut schema = Vec::new();
+        let code = twinrig::run_with(&registry, ["schema"], &mut schema, &mut Vec::new());
+        assert_eq!(code, 0);
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario.schema.json");
+        if std::env::var_os("UPDATE_SCHEMA").is_some() {
+            std::fs::write(path, &schema).unwrap();
+        }
+        assert!(
+            std::fs::read(path).unwrap() == schema,
+            "run UPDATE_SCHEMA=1 cargo test -p squat schema"
+        );
+    }
 }

@@ -42,6 +42,12 @@ pub enum Command {
     Study(StudyArgs),
     /// Write a robot in the language of another program
     Export(ExportArgs),
+    /// Print the JSON schema of the scenarios of this build, for editors
+    ///
+    /// A scenario names the file that it was written to in its first line, seen from its own folder: "#:schema
+    /// scenario.schema.json". Process variables are those that controllers have on the robots that are in reach, or on
+    /// those that are named.
+    Schema(SchemaArgs),
 }
 
 impl Command {
@@ -238,6 +244,14 @@ pub struct MjcfArgs {
     /// Write to FILE instead of to where commands write
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+}
+
+/// `twin schema`
+#[derive(Clone, Debug, Args)]
+pub struct SchemaArgs {
+    /// A robot's name, or the path of its file, whose controllers' process variables the schema has; several may be named
+    #[arg(long, value_name = "ROBOT")]
+    pub robot: Vec<String>,
 }
 
 /// `twin study`

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use thiserror::Error;
-use twinrig_document::{DocumentError, suggestion};
+use twinrig_document::{DocumentError, Problem, suggestion};
 use twinrig_record::RecordError;
+use twinrig_robot::RobotError;
 use twinrig_runtime::{DeviceError, PanicReport, RigError, caught};
 
 use crate::registry::BuildError;
@@ -165,6 +166,19 @@ pub(crate) fn guarded<R>(
         let file = file.to_owned();
         Err(TwinError::Panic { file, source })
     })
+}
+
+impl From<RobotError> for TwinError {
+    fn from(error: RobotError) -> Self {
+        match error {
+            RobotError::Document(error) => error.into(),
+            RobotError::NotFound { name, help } => {
+                let message = format!("there is no robot `{name}`");
+                let problems = vec![Problem::of_file(name, message, help)];
+                DocumentError { problems }.into()
+            }
+        }
+    }
 }
 
 /// What comes before a build with a feature.

@@ -121,10 +121,27 @@ impl Registry {
         self.controllers.iter().map(ControllerKind::name)
     }
 
-    /// The JSON schema of the scenarios that this build can run, with the process variables that its controllers have on
-    /// `robot`. Editors complete keys with it.
-    pub fn schema(&self, robot: &Robot) -> serde_json::Value {
-        twinrig_scenario::schema(&self.catalogue(Some(robot)))
+    /// The JSON schema of the scenarios that this build can run, with the process variables that its controllers have on any
+    /// of `robots`. Editors complete keys with it.
+    ///
+    /// ```
+    /// use twinrig::Registry;
+    /// use twinrig::robot::RobotFile;
+    ///
+    /// let robot = RobotFile::find("oncilla", "".as_ref())?.robot()?;
+    /// let schema = Registry::standard().schema(&[robot]);
+    /// assert_eq!(schema["required"][1], "plant");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn schema(&self, robots: &[Robot]) -> serde_json::Value {
+        let mut catalogue = self.catalogue(None);
+        for robot in robots {
+            let kinds = self.controllers.iter().map(|kind| kind.offer(Some(robot)));
+            for (kind, on_robot) in catalogue.controllers.iter_mut().zip(kinds) {
+                kind.unite_variables(on_robot.variables);
+            }
+        }
+        twinrig_scenario::schema(&catalogue)
     }
 
     fn controller_kind(&self, name: &str) -> Option<&ControllerKind> {
@@ -197,7 +214,7 @@ impl Registry {
 
     /// What scenarios for `robot` may say. Ranges and defaults of process variables depend on the robot; without one, the
     /// kinds have none.
-    pub(crate) fn catalogue(&self, robot: Option<&Robot>) -> Catalogue {
+    pub fn catalogue(&self, robot: Option<&Robot>) -> Catalogue {
         let plants = self.plants.iter().map(PlantKind::kind);
         let controllers = self.controllers.iter().map(|kind| kind.offer(robot));
         let buses = self.buses.iter().map(BusKind::offer);

@@ -9,6 +9,7 @@ mod list;
 mod plan;
 mod replay;
 mod run;
+mod schema;
 mod serve;
 mod study;
 mod together;
@@ -79,6 +80,11 @@ impl Terminal<'_> {
         for warning in warnings {
             let _ = writeln!(self.err, "{warning}\n");
         }
+    }
+
+    /// Says beside the answer what it does not cover.
+    fn remark(&mut self, text: &str) {
+        let _ = writeln!(self.err, "note: {text}");
     }
 }
 
@@ -164,6 +170,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),
         Command::Export(args) => export::export(&args, terminal),
+        Command::Schema(args) => schema::schema(registry, &args, terminal),
     }
 }
 

@@ -8,6 +8,8 @@ mod hardware;
 mod interrupt;
 mod mjcf;
 mod panics;
+#[path = "../../../record/tests/common/python.rs"]
+mod python;
 mod recordings;
 mod schema;
 mod studies;

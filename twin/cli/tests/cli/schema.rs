@@ -1,26 +1,201 @@
-//! The schema of scenario files that the repository keeps is that of the program.
+//! `twin schema`: scenarios that are kept in the repository, and the schema that is kept with them, are at one.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
 
+use serde_json::{Value, json};
 use twinrig::Registry;
 use twinrig::robot::RobotFile;
+use twinrig_scenario::Scenario;
 
-/// Regenerate with `UPDATE_SCHEMA=1 cargo test -p twinrig schema`.
+use crate::common::{Folder, registry, twin, twin_of};
+use crate::python;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Files below `folder` whose name ends in `.EXTENSION`, in order.
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|known| known == extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// What an independent validator says of documents, and of mutants of the sound ones; none without Python.
+fn validated(schema: &Value, documents: &[String], mutants: usize) -> Option<Value> {
+    let python = python::python("jsonschema, tomllib")?;
+    let input = json!({ "schema": schema, "documents": documents, "mutants": mutants });
+    let script = "../../scenario/tests/validate.py";
+    Some(python::run(&python, script, &[], &input))
+}
+
+fn schema_of(registry: &Registry) -> Value {
+    let done = twin_of(registry, &["schema"]);
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    serde_json::from_str(&done.out).unwrap()
+}
+
+/// Regenerate with `UPDATE_SCHEMA=1 cargo test -p twinrig -p squat -p rangefinder schema`.
+#[cfg(not(any(feature = "mujoco", feature = "rapier")))]
 #[test]
 fn the_schema_that_is_kept_is_that_of_this_build() {
-    let robot = RobotFile::find("cheetah-cub", Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-    let schema = Registry::standard().schema(&robot.robot().unwrap());
-    let made = serde_json::to_string_pretty(&schema).unwrap() + "\n";
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/scenario.schema.json");
+    let made = twin_of(&Registry::standard(), &["schema"]).out;
+    let path = root().join("scenarios/scenario.schema.json");
     if std::env::var_os("UPDATE_SCHEMA").is_some() {
-        std::fs::write(&path, &made).unwrap();
+        fs::write(&path, &made).unwrap();
     }
-    let kept = std::fs::read_to_string(&path).unwrap();
+    let kept = fs::read_to_string(&path).unwrap();
     assert!(
         made == kept,
-        "run UPDATE_SCHEMA=1 cargo test -p twinrig schema"
+        "run UPDATE_SCHEMA=1 cargo test -p twinrig -p squat -p rangefinder schema"
     );
     for key in ["massless", "cpg", "hip_height", "phase_difference"] {
         assert!(made.contains(&format!("\"{key}\"")), "{key}");
     }
+}
+
+/// The schema that a file names in its first line, where editors look for it: seen from the file's folder.
+fn named_schema(file: &Path) -> PathBuf {
+    let text = fs::read_to_string(file).unwrap();
+    let line = text.lines().next().unwrap();
+    let Some(path) = line.strip_prefix("#:schema ") else {
+        panic!("{} begins with {line}", file.display());
+    };
+    assert!(
+        path.starts_with("./") || path.starts_with("../"),
+        "{path} is not relative to the file"
+    );
+    file.parent().unwrap().join(path)
+}
+
+#[test]
+fn every_scenario_of_the_repository_is_what_its_schema_says() {
+    let mut all = files(&root().join("scenarios"), "toml");
+    assert!(all.len() >= 22, "{all:?}");
+    for example in ["squat", "rangefinder"] {
+        all.push(root().join(format!("examples/{example}/{example}.toml")));
+    }
+    let mut by_schema: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
+    for file in all {
+        let schema = named_schema(&file);
+        let schema =
+            fs::canonicalize(&schema).unwrap_or_else(|error| panic!("{schema:?}: {error}"));
+        by_schema.entry(schema).or_default().push(file);
+    }
+    assert_eq!(by_schema.len(), 3, "{by_schema:?}");
+    for (schema, files) in by_schema {
+        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
+        let texts = files.iter().map(|file| fs::read_to_string(file).unwrap());
+        let Some(found) = validated(&schema, &texts.collect::<Vec<_>>(), 0) else {
+            return;
+        };
+        for (file, errors) in files.iter().zip(found["errors"].as_array().unwrap()) {
+            assert_eq!(errors, &json!([]), "{}", file.display());
+        }
+    }
+}
+
+/// What is no format string among the texts that look like a scenario: raw strings of tests, blocks of the documentation.
+fn scenarios_of_tests_and_documents() -> Vec<String> {
+    let mut texts = Vec::new();
+    let mut between = |text: &str, open: &str, close: &str| {
+        let parts = text.split(open).skip(1);
+        let inside = parts.filter_map(|part| Some(part.split_once(close)?.0));
+        let scenarios = inside.filter(|text| text.contains("duration = "));
+        texts.extend(scenarios.map(str::to_owned));
+    };
+    for folder in ["twin", "tests", "drivers", "plants", "examples"] {
+        for file in files(&root().join(folder), "rs") {
+            between(&fs::read_to_string(file).unwrap(), "r#\"", "\"#");
+        }
+    }
+    for page in ["README.md", "scenarios/README.md", "drivers/README.md"] {
+        let page = fs::read_to_string(root().join(page)).unwrap();
+        between(&page, "```toml\n", "```");
+    }
+    texts
+}
+
+/// What the program accepts, whatever its parts may say to it.
+fn accepted<'t>(registry: &Registry, texts: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
+    let robot = RobotFile::find("oncilla", Path::new("")).unwrap();
+    let catalogue = registry.catalogue(Some(&robot.robot().unwrap()));
+    let folder = Path::new("");
+    let read = |text: &&str| Scenario::parse("t.toml", text, folder, &[], &catalogue).is_ok();
+    texts.filter(read).collect()
+}
+
+#[test]
+fn sound_scenarios_of_tests_and_documents_are_accepted() {
+    let registry = registry();
+    let texts = scenarios_of_tests_and_documents();
+    let sound = accepted(&registry, texts.iter().map(String::as_str));
+    let sound: Vec<String> = sound.into_iter().map(str::to_owned).collect();
+    assert!(sound.len() >= 8, "{}", sound.len());
+    let Some(found) = validated(&schema_of(&registry), &sound, 0) else {
+        return;
+    };
+    for (text, errors) in sound.iter().zip(found["errors"].as_array().unwrap()) {
+        assert_eq!(errors, &json!([]), "{text}");
+    }
+}
+
+#[test]
+fn no_mutant_of_a_shipped_scenario_is_refused_that_the_program_accepts() {
+    let registry = Registry::standard();
+    let shipped = files(&root().join("scenarios"), "toml").into_iter();
+    let shipped = shipped.map(|file| fs::read_to_string(file).unwrap());
+    let shipped: Vec<String> = shipped.collect();
+    let Some(found) = validated(&schema_of(&registry), &shipped, 500) else {
+        return;
+    };
+    let mutants = found["mutants"].as_array().unwrap();
+    let texts = mutants
+        .iter()
+        .map(|mutant| mutant["text"].as_str().unwrap());
+    let sound = accepted(&registry, texts);
+    for mutant in mutants
+        .iter()
+        .filter(|mutant| sound.contains(&mutant["text"].as_str().unwrap()))
+    {
+        assert_eq!(mutant["errors"], json!([]), "{}", mutant["text"]);
+    }
+    assert!(sound.len() > 50, "{} of 500 mutants are sound", sound.len());
+}
+
+#[test]
+fn a_part_of_ones_own_is_in_the_schema_of_its_build() {
+    let own = schema_of(&registry());
+    let standard = schema_of(&Registry::standard());
+    let models = |schema: &Value| {
+        let models = schema["properties"]["plant"]["properties"]["model"]["enum"].clone();
+        models.as_array().unwrap().contains(&json!("toy"))
+    };
+    assert!(models(&own) && !models(&standard));
+}
+
+#[test]
+fn the_schema_is_for_the_robots_that_are_named() {
+    let done = twin(&["schema", "--robot", "oncila"]);
+    assert_eq!((done.code, done.out.as_str()), (2, ""));
+    assert!(done.err.contains("did you mean `oncilla`"), "{}", done.err);
+    // Legs of its own have variables of their own.
+    let folder = Folder::new("schema");
+    let robot = include_str!("../../../../robots/cheetah-cub.toml");
+    let robot = folder.file("wolf.toml", &robot.replace("\"LF\"", "\"front\""));
+    let done = twin(&["schema", "--robot", &robot]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let schema: Value = serde_json::from_str(&done.out).unwrap();
+    let phases = "/properties/controller/properties/phase_difference/properties/front";
+    assert!(schema.pointer(phases).is_some(), "{}", done.out);
 }

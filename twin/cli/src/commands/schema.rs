@@ -1,0 +1,82 @@
+//! `twin schema`
+
+use std::path::Path;
+
+use serde_json::Value;
+use twinrig_robot::{Robot, RobotFile};
+
+use super::{FINE, Terminal, WRONG};
+use crate::args::SchemaArgs;
+use crate::error::TwinError;
+use crate::registry::Registry;
+
+pub(super) fn schema(registry: &Registry, args: &SchemaArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let robots = match robots(args, terminal) {
+        Ok(robots) => robots,
+        Err(error) => {
+            terminal.complain(&error);
+            return WRONG;
+        }
+    };
+    let mut text = String::new();
+    write(&registry.schema(&robots), "", &mut text);
+    terminal.print(&text);
+    FINE
+}
+
+/// Columns of a line, where what stands in it can be broken.
+const WIDTH: usize = 120;
+
+/// Writes `value` as JSON: what fits into a line in one line, the rest an item a line.
+fn write(value: &Value, indent: &str, text: &mut String) {
+    let line = value.to_string();
+    let room = WIDTH.saturating_sub(indent.len());
+    let deeper = format!("{indent}  ");
+    let mut items = |open: char, close: char, items: &mut dyn Iterator<Item = (String, &Value)>| {
+        text.push(open);
+        for (n, (key, item)) in items.enumerate() {
+            text.push_str(if n == 0 { "\n" } else { ",\n" });
+            text.extend([deeper.as_str(), key.as_str()]);
+            write(item, &deeper, text);
+        }
+        text.extend(["\n", indent]);
+        text.push(close);
+    };
+    match value {
+        Value::Array(values) if line.len() > room => {
+            let values = values.iter().map(|value| (String::new(), value));
+            items('[', ']', &mut values.into_iter());
+        }
+        Value::Object(entries) if line.len() > room => {
+            let keyed = |(key, value)| (format!("{}: ", Value::String(key)), value);
+            let mut entries = entries
+                .iter()
+                .map(|(key, value)| keyed((key.clone(), value)));
+            items('{', '}', &mut entries);
+        }
+        _ => text.push_str(&line),
+    }
+}
+
+/// The robots that are named; without any, those in reach that are sound.
+fn robots(args: &SchemaArgs, terminal: &mut Terminal<'_>) -> Result<Vec<Robot>, TwinError> {
+    let beside = Path::new("");
+    let read = |name: &str| RobotFile::find(name, beside).and_then(|file| file.robot());
+    if !args.robot.is_empty() {
+        let robots = args.robot.iter().map(|name| Ok(read(name)?));
+        return robots.collect();
+    }
+    let mut robots = Vec::new();
+    for name in RobotFile::names(beside) {
+        match read(&name) {
+            Ok(robot) => robots.push(robot),
+            Err(error) => {
+                let error = TwinError::from(error);
+                terminal.remark(&format!(
+                    "the schema leaves out the robot `{name}`:\n{error}"
+                ));
+            }
+        }
+    }
+    Ok(robots)
+}
