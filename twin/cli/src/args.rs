@@ -67,7 +67,7 @@ impl Command {
                     | StudyCommand::Stability(options)
                     | StudyCommand::Coupling(options),
             }) => options.json,
-            Self::Serve(_) | Self::Export(_) => false,
+            Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
         }
     }
 }

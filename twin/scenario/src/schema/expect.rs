@@ -1,5 +1,7 @@
 //! The schema of `[[expect]]`.
 
+use std::ops::Bound;
+
 use serde_json::{Map, Value, json};
 use twinrig_document::{Range, percentage_pattern, quantity_name};
 use twinrig_kernel::Unit;
@@ -15,13 +17,15 @@ use crate::expect::{
 
 pub(super) fn expect(plants: &[Kind], defs: &mut Map<String, Value>) -> Value {
     let plants: Vec<&str> = plants.iter().map(|kind| kind.name.as_str()).collect();
+    let mut of_plants = list(&json!({ "enum": plants }));
+    of_plants["minItems"] = json!(1);
     let mut limits = Limits { defs };
     let properties = json!({
         "name": text(),
         "after": duration(),
         "before": duration(),
         "optional": boolean(),
-        "plants": list(&json!({ "enum": plants })),
+        "plants": of_plants,
         "footstep": footstep(&mut limits),
         "body": body(&mut limits),
         "timing": timing(&mut limits),
@@ -85,11 +89,17 @@ fn limits(value: &Value, within: &Value, more: Map<String, Value>, required: &[&
 fn footstep(limits: &mut Limits<'_>) -> Value {
     let mut named = texts();
     named["minItems"] = json!(1);
+    named["uniqueItems"] = json!(true);
     let leg = json!({ "anyOf": [text(), named] });
     let phases = table_of(&number(&Range::between(0.0, 1.0)));
     let patterns = json!({ "enum": ["trot", "pace", "walk", "bound"] });
     let mut order = list(&leg);
     order["minItems"] = json!(2);
+    order["uniqueItems"] = json!(true);
+    let below_half = Range {
+        max: Bound::Excluded(0.5),
+        ..Range::NOT_NEGATIVE
+    };
     let mut cycle = natural();
     cycle["minimum"] = json!(1);
     cycle["maximum"] = json!(u32::MAX);
@@ -107,7 +117,7 @@ fn footstep(limits: &mut Limits<'_>) -> Value {
         "axis": { "enum": ["x", "y", "z", "horizontal"] },
         "count": limits.of(Unit::One),
         "phase": { "anyOf": [patterns, phases] },
-        "tolerance": number(&Range::between(0.0, 0.5)),
+        "tolerance": number(&below_half),
         "phase_spread": limits.of(Unit::One),
         "order": order,
         "displacement": limits.of(Unit::Meter),

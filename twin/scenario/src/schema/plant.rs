@@ -23,6 +23,7 @@ pub(super) fn plant(kinds: &[Kind], defs: &mut serde_json::Map<String, Value>) -
     );
     let mut legs = texts();
     legs["uniqueItems"] = json!(true);
+    legs["minItems"] = json!(1);
     let common = json!({
         "base": { "enum": ["free", "planar", "fixed"] },
         "legs": described("The legs to simulate; without it, all.", legs),
