@@ -78,8 +78,8 @@ mod with_mujoco {
     #[test]
     fn what_the_model_does_not_have_is_shown_where_it_is_named() {
         let joint = refused("joint", "{ joint = \"lf_hip\" }", "{ joint = \"lf_hipp\" }");
-        let wanted = "error: the model has no joint `lf_hipp`\n  --> pup.toml:20:35\n   |\n\
-                      20 | \"leg/LF/hip/position\" = { joint = \"lf_hipp\" }\n   |                                   ^^^^^^^^^\n   \
+        let wanted = "error: the model has no joint `lf_hipp`\n  --> pup.toml:21:35\n   |\n\
+                      21 | \"leg/LF/hip/position\" = { joint = \"lf_hipp\" }\n   |                                   ^^^^^^^^^\n   \
                       = help: did you mean `lf_hip`?";
         assert!(joint.contains(wanted), "{joint}");
 
@@ -91,7 +91,7 @@ mod with_mujoco {
 
         let word = refused("word", "{ sensor = \"gyro\" }", "{ body = \"trunk\" }");
         assert!(word.contains("error: a body has no `gyro`"), "{word}");
-        assert!(word.contains("pup.toml:18:1"), "{word}");
+        assert!(word.contains("pup.toml:19:1"), "{word}");
 
         let unit = "{ actuator = \"lf_hip\", unit = \"N·m\" }";
         let unit = refused("unit", "{ actuator = \"lf_hip\" }", unit);
@@ -115,7 +115,7 @@ mod with_mujoco {
 
         let file = refused("file", "file = \"pup.xml\"", "file = \"cat.xml\"");
         assert!(
-            file.contains("cannot read") && file.contains("pup.toml:11:8"),
+            file.contains("cannot read") && file.contains("pup.toml:12:8"),
             "{file}"
         );
 
@@ -165,7 +165,7 @@ mod with_mujoco {
         folder.file("pup.xml", "<mujoco><include file=\"legs.xml\"/></mujoco>");
         let done = twin(&["check", &path]);
         let said = done.out + &done.err;
-        assert!(said.contains("pup.toml:11:8"), "{said}");
+        assert!(said.contains("pup.toml:12:8"), "{said}");
     }
 
     #[test]
