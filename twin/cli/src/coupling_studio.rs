@@ -148,7 +148,8 @@ impl RigWorkshop for RigStudio<'_> {
             setting("plant.coupling", coupled(make.way)),
             setting("observe.period", quantity(make.observe)),
             setting("record.signals", compared.clone()),
-            // Nothing is judged: what an expectation demands of the observation is of no concern here.
+            // Nothing is judged: what an expectation demands of the observation is of no concern
+            // here.
             setting("expect", "[]".to_owned()),
         ];
         let assembly = self.assembly(&settings);

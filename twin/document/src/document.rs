@@ -86,9 +86,10 @@ impl Document {
         &self.source.text
     }
 
-    /// Puts `value` at the dotted `key`, in place of what was there or new: `set("--set", "plant.step", "0.5 ms")`.
-    /// A value that is not TOML is taken as a text, so that a shell needs no second pair of quotes. Messages about the
-    /// value show `origin` for a file. What an earlier call put there is a warning: the last one counts.
+    /// Puts `value` at the dotted `key`, in place of what was there or new: `set("--set",
+    /// "plant.step", "0.5 ms")`. A value that is not TOML is taken as a text, so that a shell needs
+    /// no second pair of quotes. Messages about the value show `origin` for a file. What an earlier
+    /// call put there is a warning: the last one counts.
     ///
     /// # Errors
     /// The key is not a dotted key, or leads through something that is not a table.
@@ -125,7 +126,8 @@ impl Document {
         self.insert(&keys, &key_place, node)
     }
 
-    /// Notes the values at and below the path `keys` that do not stand in the file itself: they are about to be replaced.
+    /// Notes the values at and below the path `keys` that do not stand in the file itself: they are
+    /// about to be replaced.
     fn warn_of_earlier_settings(&mut self, keys: &[String], by: &Arc<Source>) {
         let mut leaves = Vec::new();
         if let Some(node) = self.root.find(keys) {
@@ -217,7 +219,8 @@ impl Overrides {
         self.leaves.iter().map(|(keys, ..)| keys.join("."))
     }
 
-    /// Keys that stand here twice, in different spellings: `leg.aslp.l1` and `"leg.aslp".l1`. Each but the last is shown.
+    /// Keys that stand here twice, in different spellings: `leg.aslp.l1` and `"leg.aslp".l1`. Each
+    /// but the last is shown.
     pub(crate) fn set_twice(&self) -> Vec<Problem> {
         let mut last: BTreeMap<&[String], &Place> = BTreeMap::new();
         let mut problems = Vec::new();

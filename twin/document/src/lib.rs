@@ -29,7 +29,8 @@
 //! );
 //! ```
 //!
-//! What is accepted and most likely a mistake is a [`Warning`] of [`Document::check_and_warn`], with its place, too.
+//! What is accepted and most likely a mistake is a [`Warning`] of [`Document::check_and_warn`],
+//! with its place, too.
 //!
 //! Quantities are texts with a unit (`"12.6 cm"`), checked by dimension; a bare number is accepted only where there is no
 //! dimension. A power of ten shifts the decimal point of the text and rounds once; durations become whole nanoseconds

@@ -112,8 +112,8 @@ impl Node {
             .find(rest)
     }
 
-    /// The values at and below this node with their dotted paths, of which `path` is that of this one: all but tables that
-    /// have entries.
+    /// The values at and below this node with their dotted paths, of which `path` is that of this
+    /// one: all but tables that have entries.
     pub fn leaves<'n>(&'n self, path: &str, leaves: &mut Vec<(String, &'n Node)>) {
         match &self.value {
             Value::Table(entries) if !entries.is_empty() => {

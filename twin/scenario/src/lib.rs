@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
+//! use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
 //! use twinrig_scenario::{Catalogue, Channel, Facts, Judge, Kind, Layouts, RunEnd, Scenario, Verdict};
 //!
 //! let text = r#"
@@ -42,7 +42,11 @@
 //!     tasks: &[],
 //! };
 //! let mut judge = Judge::new(&scene, layouts);
-//! judge.samples(SimTime::ZERO, Channel::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
+//! // Fewer than ten observations would be none.
+//! for millis in 0..10 {
+//!     let now = SimTime::ZERO + SimDuration::from_millis(millis);
+//!     judge.samples(now, Channel::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
+//! }
 //! let end = RunEnd {
 //!     at: scenario.end(),
 //!     energy: None,

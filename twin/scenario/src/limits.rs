@@ -15,8 +15,8 @@ pub struct Limits {
     pub max: Option<f64>,
 }
 
-/// The values that a measure can take, whatever the run does. Limits that all of them or none of them are within would be a
-/// verdict without a run.
+/// The values that a measure can take, whatever the run does. Limits that all of them or none of
+/// them are within would be a verdict without a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Domain {
     range: Range,
@@ -169,8 +169,8 @@ impl Limits {
         self.margin(value) >= 0.0
     }
 
-    /// Reads a table of its own: `{ min = …, max = … }` or `{ near = …, within = … }`, for a measure that takes the values
-    /// of `domain`.
+    /// Reads a table of its own: `{ min = …, max = … }` or `{ near = …, within = … }`, for a
+    /// measure that takes the values of `domain`.
     pub(crate) fn read(item: &Item<'_>, unit: Unit, domain: &Domain) -> Result<Self, Reported> {
         if !item.is_table() {
             let example = if unit == Unit::One {

@@ -13,7 +13,8 @@ fn warnings(scenario: &Scenario) -> Vec<(&'static str, usize)> {
         .collect()
 }
 
-/// Codes and lines of the warnings of the smallest scenario with `more` behind it, which begins in line 12.
+/// Codes and lines of the warnings of the smallest scenario with `more` behind it, which begins in
+/// line 12.
 fn of(more: &str) -> Vec<(&'static str, usize)> {
     warnings(&parse(&text(more)).unwrap_or_else(|error| panic!("{error}")))
 }

@@ -7,6 +7,7 @@ mod hardware;
 #[cfg(unix)]
 mod interrupt;
 mod mjcf;
+mod observations;
 mod panics;
 #[path = "../../../record/tests/common/python.rs"]
 mod python;

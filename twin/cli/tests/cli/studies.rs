@@ -320,7 +320,8 @@ fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
         "60 ms",
         "--json",
     ];
-    // Expectations are not judged here: that the study observes more rarely than they allow is no error.
+    // Expectations are not judged here: that the study observes more rarely than they allow is no
+    // error.
     let expecting = format!(
         "{DRIVEN}\n[footsteps]\nshortest_swing = \"8 ms\"\n[[expect]]\nfootstep = {{ slip = {{ max = \"1 mm\" }} }}\n"
     );

@@ -147,7 +147,8 @@ fn order(item: &Item<'_>) -> Result<Vec<Vec<Placed<String>>>, Reported> {
     Ok(groups)
 }
 
-/// A leg that stands in a list twice is a slip of the pen: an order could not be kept, or would be another one.
+/// A leg that stands in a list twice is a slip of the pen: an order could not be kept, or would be
+/// another one.
 fn none_twice<'l>(
     item: &Item<'_>,
     legs: impl Iterator<Item = &'l Placed<String>>,

@@ -61,10 +61,11 @@ pub(crate) struct Nearest {
 }
 
 impl Meter {
-    /// Takes the samples of the meter's channel at `now`, which is within its window. What must be known from before the
-    /// window goes to [`Meter::outside`].
+    /// Takes the samples of the meter's channel at `now`, which is within its window. What must be
+    /// known from before the window goes to [`Meter::outside`]. Whether they were looked at: what
+    /// settles is not before its time, nor is anything after what is waited for.
     #[inline]
-    pub fn sample(&mut self, now: SimTime, values: &[f64]) {
+    pub fn sample(&mut self, now: SimTime, values: &[f64]) -> bool {
         match self {
             Meter::Always {
                 elements,
@@ -106,19 +107,21 @@ impl Meter {
                 if over_at.is_none() && other_limits.hold(values[*other]) {
                     *over_at = Some(now);
                 }
-                if over_at.is_none() {
-                    for &element in elements.iter() {
-                        seen.add_within(now, values[element], limits);
-                    }
+                if over_at.is_some() {
+                    return false;
+                }
+                for &element in elements.iter() {
+                    seen.add_within(now, values[element], limits);
                 }
             }
             Meter::Settles { elements, settling } => {
-                settling.add(now, elements.iter().map(|&element| values[element]));
+                return settling.add(now, elements.iter().map(|&element| values[element]));
             }
             Meter::Speed(speed) => speed.sample(now, values),
             Meter::Yaw(yaw) => yaw.sample(now, values),
             Meter::Upright(upright) => upright.sample(now, values),
         }
+        true
     }
 
     /// Takes samples outside the meter's window.

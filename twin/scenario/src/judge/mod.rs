@@ -115,18 +115,25 @@ pub struct Judge {
     lengths: [usize; 4],
 }
 
+/// Fewer samples of a channel say nothing about it.
+const LEAST_SAMPLES: u64 = 10;
+
 /// What watches for one expectation.
 #[derive(Clone, Debug)]
 struct Watch {
     window: Window,
     channel: Channel,
     meter: Watcher,
+    /// How many samples of the channel were looked at.
+    samples: u64,
 }
 
 #[derive(Clone, Debug)]
 enum Watcher {
     Signal(Meter),
     Cycle(Cycle, CycleMeter),
+    /// Footsteps, which are judged at the end.
+    Footsteps,
     /// Judged from what is known at the end.
     AtEnd,
     /// Cannot be observed, and why.
@@ -165,7 +172,9 @@ impl Judge {
         });
         let feet: Vec<Foot> = feet.collect();
         let expectations = scenario.expectations.iter();
-        let watches = expectations.map(|expectation| resolve::watch(expectation, scene, &layouts));
+        let seen_in = feet.first().map_or(Channel::Plant, |foot| foot.channel);
+        let watch = |expectation| resolve::watch(expectation, scene, &layouts, seen_in);
+        let watches = expectations.map(watch);
         // Four footsteps a second and leg are a brisk trot; more only cost an allocation.
         let expected = scenario.duration.as_nanos() / 1_000_000_000 * 4 * feet.len() as u64 + 64;
         Judge {
@@ -204,12 +213,15 @@ impl Judge {
             if watch.channel != channel {
                 continue;
             }
-            if let Watcher::Signal(meter) = &mut watch.meter {
-                if watch.window.contains(now) {
-                    meter.sample(now, values);
-                } else {
-                    meter.outside(values);
+            match &mut watch.meter {
+                Watcher::Signal(meter) if watch.window.contains(now) => {
+                    watch.samples += u64::from(meter.sample(now, values));
                 }
+                Watcher::Signal(meter) => meter.outside(values),
+                Watcher::Footsteps => {
+                    watch.samples += u64::from(watch.window.contains(now));
+                }
+                Watcher::Cycle(..) | Watcher::AtEnd | Watcher::Absent(_) => {}
             }
         }
     }
@@ -261,9 +273,9 @@ impl Judge {
     fn finding(&self, expectation: &Expectation, watch: &Watch, run: &RunEnd<'_>) -> Finding {
         match (&watch.meter, &expectation.claim) {
             (Watcher::Absent(why), _) => Finding::unobserved(why.clone()),
-            (Watcher::Signal(meter), _) => meter.finding(),
-            (Watcher::Cycle(_, meter), _) => meter.finding(),
-            (Watcher::AtEnd, Claim::Footstep(claim)) => {
+            (Watcher::Signal(meter), _) => of_samples(meter.finding(), watch),
+            (Watcher::Cycle(_, meter), _) => meter.finding(watch.window.before.min(run.at)),
+            (Watcher::Footsteps, Claim::Footstep(claim)) => {
                 let broken = self.feet.iter().find_map(|foot| foot.detector.broken_at);
                 if broken.is_some() {
                     return Finding::not_a_number(broken);
@@ -275,13 +287,18 @@ impl Judge {
                     window: watch.window,
                     seen: &|leg| self.feet.iter().any(|foot| foot.detector.leg() == leg),
                 };
-                gait.finding(claim)
+                of_samples(gait.finding(claim), watch)
             }
             (Watcher::AtEnd, Claim::EnergyResidual(limits)) => energy(run.energy, limits),
             (Watcher::AtEnd, Claim::Cost(measure, limits)) => cost(*measure, limits, run),
-            (Watcher::AtEnd, _) => Finding::unobserved("nothing watched it"),
+            (Watcher::AtEnd | Watcher::Footsteps, _) => Finding::unobserved("nothing watched it"),
         }
     }
+}
+
+/// The finding of a watch of samples.
+fn of_samples(finding: Finding, watch: &Watch) -> Finding {
+    finding.of_few(watch.samples, LEAST_SAMPLES, "samples")
 }
 
 fn energy(books: Option<(f64, f64)>, limits: &Limits) -> Finding {

@@ -88,6 +88,16 @@ impl Finding {
         }
     }
 
+    /// The same of `count` observations, where fewer than `least` say nothing: a violation that was
+    /// seen at an instant is one nevertheless, all else is unobserved.
+    pub fn of_few(self, count: u64, least: u64, what: &str) -> Self {
+        let certain = self.verdict == Verdict::Fail && self.first_violation.is_some();
+        if count >= least || certain || self.verdict == Verdict::Unobserved {
+            return self;
+        }
+        Finding::unobserved(format!("{count} {what}, and {least} are needed"))
+    }
+
     /// A signal that is watched held something that is not a number.
     pub fn not_a_number(at: Option<SimTime>) -> Self {
         Finding {

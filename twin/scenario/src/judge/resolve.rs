@@ -24,7 +24,13 @@ pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Channel, Range<
 }
 
 /// What watches for `expectation`.
-pub(super) fn watch(expectation: &Expectation, scene: &Scene, layouts: &Layouts<'_>) -> Watch {
+/// `feet` is the channel that feet are seen in.
+pub(super) fn watch(
+    expectation: &Expectation,
+    scene: &Scene,
+    layouts: &Layouts<'_>,
+    feet: Channel,
+) -> Watch {
     let mut window = Window {
         after: expectation.after,
         before: expectation.before.unwrap_or(SimTime::MAX),
@@ -39,15 +45,15 @@ pub(super) fn watch(expectation: &Expectation, scene: &Scene, layouts: &Layouts<
             signal(claim, layouts)
         }
         Claim::Timing(claim) => cycle(claim, scene, layouts),
-        Claim::Footstep(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => {
-            Ok((Channel::Plant, Watcher::AtEnd))
-        }
+        Claim::Footstep(_) => Ok((feet, Watcher::Footsteps)),
+        Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Channel::Plant, Watcher::AtEnd)),
     };
     let (channel, meter) = watched.unwrap_or_else(|why| (Channel::Plant, Watcher::Absent(why)));
     Watch {
         window,
         channel,
         meter,
+        samples: 0,
     }
 }
 

@@ -1,9 +1,15 @@
 //! Watching numbers go by.
 
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimDuration, SimTime};
 
 use super::outcome::Finding;
 use crate::limits::{Comparison, Limits};
+
+/// The number that is nearest to a duration: that of a limit which is spelled alike, so that the
+/// limit itself is kept \[s\].
+pub(crate) fn seconds(duration: SimDuration) -> f64 {
+    duration.as_nanos() as f64 / 1e9
+}
 
 /// The time in which an expectation counts, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,15 +103,17 @@ impl Settling {
         }
     }
 
+    /// Whether the values are of the time in which they are to have settled.
     #[inline]
-    pub fn add(&mut self, now: SimTime, values: impl Iterator<Item = f64>) {
+    pub fn add(&mut self, now: SimTime, values: impl Iterator<Item = f64>) -> bool {
         if now < self.by {
-            return;
+            return false;
         }
         for ((extremes, last), value) in self.elements.iter_mut().zip(values) {
             extremes.add(now, value);
             *last = value;
         }
+        true
     }
 
     pub fn finding(&self) -> Finding {

@@ -105,7 +105,8 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<Change>,
     Ok(amounts.into_iter().map(change).collect())
 }
 
-/// Two changes of one variable at one instant: which of them counts would depend on their order in the file.
+/// Two changes of one variable at one instant: which of them counts would depend on their order in
+/// the file.
 fn once_an_instant(changes: &[(Change, &Item<'_>)]) -> Result<(), Reported> {
     let mut seen = BTreeSet::new();
     let mut result = Ok(());

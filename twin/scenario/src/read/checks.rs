@@ -1,6 +1,6 @@
-//! Checks of a scenario as a whole: times against the length of the run, periods against the phenomena that they are to show,
-//! frequencies against the control rate. Without them a run could pass because nothing was looked at, or because nothing
-//! happened.
+//! Checks of a scenario as a whole: times against the length of the run, periods against the
+//! phenomena that they are to show, frequencies against the control rate. Without them a run could
+//! pass because nothing was looked at, or because nothing happened.
 
 use twinrig_document::{Item, Place, Reported, Table};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
@@ -89,7 +89,8 @@ impl Whole<'_> {
         Err(table.report_at(&blamed, message, help))
     }
 
-    /// The longest observation period that shows what is expected, and which expectation demands it.
+    /// The longest observation period that shows what is expected, and which expectation demands
+    /// it.
     fn longest_observation(&self) -> (SimDuration, String) {
         let mut longest = (SimDuration::MAX, String::new());
         for expectation in self.expectations {
@@ -111,7 +112,8 @@ impl Whole<'_> {
         longest
     }
 
-    /// An observation period that no check objects to, and that gives each expectation the samples that it needs.
+    /// An observation period that no check objects to, and that gives each expectation the samples
+    /// that it needs.
     fn observation_that_would_do(&self, longest: SimDuration) -> SimDuration {
         let windows = self.expectations.iter().map(|expectation| {
             let before = expectation
@@ -167,7 +169,8 @@ impl Whole<'_> {
     }
 }
 
-/// Whether `value` of `variable` is a frequency that a controller of this period cannot put out: message and remedy.
+/// Whether `value` of `variable` is a frequency that a controller of this period cannot put out:
+/// message and remedy.
 pub(super) fn above_half_the_rate(
     variable: &VariableSpec,
     value: f64,

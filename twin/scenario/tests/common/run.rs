@@ -111,10 +111,20 @@ pub fn outcome(expect: &str, run: &Run<'_>) -> Outcome {
     judge_with(&scene, run, None).0.remove(0)
 }
 
-/// The events of a controller's cycle, judged.
+/// The events of a controller's cycle, judged; the run ends with the last of them.
 pub fn cycles(expect: &str, events: &[(u64, Happening)]) -> Outcome {
-    let scene = super::scene(&super::text(&format!("[[expect]]\n{expect}")))
-        .unwrap_or_else(|error| panic!("{error}"));
+    cycles_until(
+        expect,
+        events,
+        events.last().map_or(10_000_000, |(at, _)| *at),
+    )
+}
+
+/// The same of a run that ends at `end_us`.
+pub fn cycles_until(expect: &str, events: &[(u64, Happening)], end_us: u64) -> Outcome {
+    let text = super::text(&format!("[[expect]]\n{expect}"));
+    let text = text.replace("\"10 s\"", &format!("\"{end_us} us\""));
+    let scene = super::scene(&text).unwrap_or_else(|error| panic!("{error}"));
     let none = Layout::default();
     let mut judge = Judge::new(
         &scene,
