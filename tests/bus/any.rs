@@ -99,7 +99,7 @@ fn preset() -> impl Strategy<Value = UsbPreset> {
     ]
 }
 
-/// Longest jitter of completions for which the usual time-outs leave room: 1 ms less a round trip of 5 microframes and its
+/// Longest jitter of completions and writes together for which the usual time-outs leave room: 1 ms less a round trip of 5 microframes and its
 /// turnaround directly, 2 ms less 9 microframes and the same through a bus controller.
 const fn jitter_max(between: Between) -> SimDuration {
     match between {
@@ -108,21 +108,34 @@ const fn jitter_max(between: Between) -> SimDuration {
     }
 }
 
+/// Jitters of completions and of writes that are so long at most, together.
+fn jitters(most: SimDuration) -> impl Strategy<Value = (Timing, Timing)> {
+    jitter(most).prop_flat_map(move |completions| {
+        let writes = prop_oneof![
+            Just(Timing::ZERO),
+            jitter(most.checked_sub(longest(&completions)).unwrap_or_default())
+        ];
+        (Just(completions), writes)
+    })
+}
+
 prop_compose! {
     fn usb(between: Between)(
         preset in preset(),
         timer in prop_oneof![Just(0_u64), 0..4_000_u64],
         turnaround in 0..100_u64,
-        jitter in jitter(jitter_max(between)),
+        jitters in jitters(jitter_max(between)),
         frame_offset in 0..1_000_000_u64,
         frame_rate_ppb in -100_000..100_000_i64,
     ) -> Setting {
+        let (jitter, write_jitter) = jitters;
         Setting {
             between,
             preset,
             latency_timer: micros(timer),
             turnaround: micros(turnaround),
             jitter,
+            write_jitter,
             frame_offset: SimDuration::from_nanos(frame_offset),
             frame_rate_ppb,
             rates_ppb: [0; 4],

@@ -12,13 +12,12 @@ use crate::run::{ask, before_step, bench_of, run};
 use crate::scope::LEGS;
 use crate::setting::{Between, Setting, longest, micros, millis};
 
-/// Longest cycle of a free-running session in the mean: each round trip, and as many whole microframes as turnaround and jitter
+/// Longest cycle of a free-running session in the mean: each round trip, and as many whole microframes as turnaround and jitters
 /// have; within a microframe the grid swallows them.
 fn cycle_max(setting: &Setting) -> SimDuration {
     let (trips, grid) = setting.round_trips();
     let frame = setting.usb().microframe;
-    let late = setting.turnaround + longest(&setting.jitter);
-    (grid + frame * (late.as_nanos() / frame.as_nanos())) * trips
+    (grid + frame * (setting.late_max().as_nanos() / frame.as_nanos())) * trips
 }
 
 #[test]
@@ -47,7 +46,9 @@ fn a_free_running_session_is_at_least_as_fast_as_the_closed_form_and_in_the_thes
                 "{mean} s a cycle in the mean, {most} s at most; {errors} errors"
             ));
         }
-        let calm = setting.jitter == Timing::ZERO && setting.turnaround < micros(99);
+        let calm = setting.jitter == Timing::ZERO
+            && setting.write_jitter == Timing::ZERO
+            && setting.turnaround < micros(99);
         let timed = setting.latency_timer > micros(120);
         if calm && !timed && setting.preset == UsbPreset::Thesis {
             // But for clocks of frames that are off by a ten-thousandth, and the first microframe, which is not whole.
@@ -73,9 +74,17 @@ fn smooth() -> impl Strategy<Value = Setting> {
             Between::Nothing => Timing::ZERO,
             _ => setting.jitter.clone(),
         };
+        let late = longest(&setting.compute) + longest(&setting.write_jitter);
+        let write_jitter = match setting.between {
+            Between::CutThrough | Between::StoreAndForward if late < micros(900) => {
+                setting.write_jitter.clone()
+            }
+            _ => Timing::ZERO,
+        };
         Setting {
             preset,
             jitter,
+            write_jitter,
             following: Following::Smooth,
             ..setting
         }

@@ -9,7 +9,7 @@ use crate::any::{Kinds, any_setting};
 use crate::bench::Cycle;
 use crate::run::{ask, before_step, bench_of, run};
 use crate::scope::LEGS;
-use crate::setting::{Setting, longest, micros, millis};
+use crate::setting::{Setting, micros, millis};
 use crate::values::{QUIET, timeout};
 
 /// How long after the last fault something of it may still be under way to the host: what was delayed, by all delays
@@ -19,7 +19,7 @@ use crate::values::{QUIET, timeout};
 /// packets with their answers, 106 µs each, in 2 ms or more), a third as much again.
 fn echo(setting: &Setting) -> SimDuration {
     let usb = setting.usb();
-    let converter = usb.latency_timer + usb.microframe * 5 + usb.turnaround + longest(&usb.jitter);
+    let converter = usb.latency_timer + usb.microframe * 5 + setting.late_max();
     let (mut delays, mut noise) = (SimDuration::ZERO, SimDuration::ZERO);
     let mut places = BTreeSet::new();
     for trouble in &setting.troubles {

@@ -42,6 +42,7 @@ pub struct Setting {
     pub latency_timer: SimDuration,
     pub turnaround: SimDuration,
     pub jitter: Timing,
+    pub write_jitter: Timing,
     pub frame_offset: SimDuration,
     pub frame_rate_ppb: i64,
     pub rates_ppb: [i64; 4],
@@ -100,6 +101,7 @@ impl Setting {
             latency_timer: self.latency_timer,
             turnaround: self.turnaround,
             jitter: self.jitter.clone(),
+            write_jitter: self.write_jitter.clone(),
             frame_offset: self.frame_offset,
             frame_rate_ppb: self.frame_rate_ppb,
             ..UsbTiming::preset(self.preset)
@@ -107,11 +109,16 @@ impl Setting {
     }
 
     /// Longest that a transfer without faults takes from its first write to its end, from the microframes up: OUT, the bytes, IN,
-    /// latency timer, completion, turnaround and jitter, for each of its round trips.
+    /// latency timer, completion, turnaround and both jitters, for each of its round trips.
     pub fn transfer_max(&self) -> SimDuration {
         let (trips, grid) = self.round_trips();
-        let each = grid + self.turnaround + longest(&self.jitter);
+        let each = grid + self.late_max();
         each * trips
+    }
+
+    /// Longest that the host's software is late in a round trip.
+    pub fn late_max(&self) -> SimDuration {
+        self.turnaround + longest(&self.jitter) + longest(&self.write_jitter)
     }
 
     /// How many round trips a cycle has, and how long each takes from the start of the microframe of its write to that of its
@@ -262,7 +269,7 @@ impl fmt::Display for Setting {
              [plant]\nmodel = \"drives\"\nbase = \"fixed\"\n\n[actuator]\nkind = \"motor\"\n\n\
              [controller]\nkind = \"script\"\nperiod = \"{} ns\"\ncompute_time = {}\n\n\
              [bus]\nkind = \"sbcp\"\ntopology = \"{topology}\"\n{passing}\
-             usb = {{ preset = \"{}\", latency_timer = \"{} ns\", turnaround = \"{} ns\", jitter = {}, \
+             usb = {{ preset = \"{}\", latency_timer = \"{} ns\", turnaround = \"{} ns\", jitter = {}, write_jitter = {}, \
              frame_offset = \"{} ns\", frame_clock = {:?} }}\n\
              clock = {{ {} }}\nphase = {{ {} }}\nfollowing = \"{following}\"\n\
              gains = {{ p = 4, i = 0, d = 0 }}\nmax_speed = {}\nerror_threshold = -1\nfree_running = {}\n",
@@ -273,6 +280,7 @@ impl fmt::Display for Setting {
             self.latency_timer.as_nanos(),
             self.turnaround.as_nanos(),
             timed(&self.jitter),
+            timed(&self.write_jitter),
             self.frame_offset.as_nanos(),
             self.frame_rate_ppb as f64 * 1e-9,
             each(&|n| format!("{} ppm", self.rates_ppb[n] as f64 * 1e-3)),

@@ -12,7 +12,7 @@ use crate::any::{Kinds, any_setting};
 use crate::bench::{Bench, Goals};
 use crate::run::{ask, run};
 use crate::scope::{LEGS, stamp_of};
-use crate::setting::{Between, Setting, Trouble, micros, millis};
+use crate::setting::{Between, Setting, Trouble, longest, micros, millis};
 
 /// A tick of a board whose clock is slow by 2000 ppm, and what the plant's stamps leave open.
 const TICK: SimDuration = micros(1_003 + 250);
@@ -99,10 +99,12 @@ fn is_fresh(bench: &Bench, setting: &Setting, leg: usize) -> Result<(), String> 
     Ok(())
 }
 
-/// How many set-points of those that came in a tick of each other cannot all be seen.
-fn hidden(bench: &Bench, leg: usize) -> usize {
+/// How many set-points of those that came in a tick of each other cannot all be seen. Of two that were written, the first may
+/// have come later by the write jitter.
+fn hidden(bench: &Bench, setting: &Setting, leg: usize) -> usize {
     let sent = &bench.watch.sent[leg];
-    let close = |pair: &&[crate::bench::Sent]| pair[1].at - pair[0].at < TICK + micros(250);
+    let near = TICK + micros(250) + longest(&setting.write_jitter);
+    let close = |pair: &&[crate::bench::Sent]| pair[1].at - pair[0].at < near;
     1 + sent.windows(2).filter(close).count()
 }
 
@@ -237,11 +239,11 @@ fn without_faults_every_set_point_that_was_sent_is_taken_once_and_in_order() {
                 }
             }
             let open = match setting.following {
-                Following::Plain => hidden(&bench, leg),
+                Following::Plain => hidden(&bench, setting, leg),
                 // The one under way, and two that wait.
                 Following::Smooth => 3,
             };
-            if reached + open < sent.len() && hidden(&bench, leg) == 1 {
+            if reached + open < sent.len() && hidden(&bench, setting, leg) == 1 {
                 return Err(format!(
                     "{} reached {reached} of {} points",
                     name,
@@ -268,7 +270,7 @@ fn under_losses_a_board_takes_what_was_sent_less_what_answers_and_errors_account
             }
             if setting.following == Following::Plain {
                 let seen = taken(&bench, leg).len() as f64;
-                if seen > by_leg || seen + (hidden(&bench, leg) as f64) < by_leg {
+                if seen > by_leg || seen + (hidden(&bench, setting, leg) as f64) < by_leg {
                     return Err(format!(
                         "{name} counts {by_leg} set-points and shows {seen}"
                     ));

@@ -13,11 +13,13 @@ pub enum WireError {
         /// Which time.
         what: &'static str,
     },
-    /// The jitter cannot be drawn.
-    #[error("jitter of {name}: {source}")]
+    /// A jitter cannot be drawn.
+    #[error("{what} of {name}: {source}")]
     Jitter {
         /// Of which transport.
         name: String,
+        /// Which jitter.
+        what: &'static str,
         /// Why.
         source: TimingError,
     },

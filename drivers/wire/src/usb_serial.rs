@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, TimeSource, Wire, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TimeSource, Timing, Wire, WiringError, World};
 
 use crate::error::nonzero;
 use crate::frames::Frames;
@@ -9,7 +9,7 @@ use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, W
 
 /// A USB serial converter (FT2232H) with its UART, between the host and a line.
 ///
-/// What the host writes is in the chip by [`OutRule`] and leaves it through the UART, byte after byte. What the UART
+/// What the host writes is with the host controller when the write jitter is over, in the chip by [`OutRule`] and leaves it through the UART, byte after byte. What the UART
 /// receives goes back in packets: full ones at once, others when the latency timer has run out, which every return
 /// starts again; [`InRule`] says what they carry, [`CompletionRule`] when the host learns of them, turnaround
 /// and jitter when its program does. Packets without payload are not shown. Returns on changes of modem
@@ -46,6 +46,9 @@ struct State {
     jitter: TimeSource,
     /// That of the next completion.
     next_jitter: SimDuration,
+    write_jitter: TimeSource,
+    /// When the host controller had the last write.
+    written: SimTime,
     /// When the UART has sent everything.
     uart_free: SimTime,
     /// Microframe of the last return, perhaps of an empty packet; later ones are whole timers later.
@@ -64,7 +67,7 @@ struct State {
 
 impl<L: Line> UsbSerial<L> {
     /// In front of `line`, at whose baud rate a byte takes `byte_time`. The jitter is drawn from the stream
-    /// `wire/NAME/usb`; gauges are `NAME/usb/packets` and `NAME/usb/bytes`, both to the host.
+    /// `wire/NAME/usb`, that of writes from `wire/NAME/usb/write`; gauges are `NAME/usb/packets` and `NAME/usb/bytes`, both to the host.
     ///
     /// # Errors
     /// [`WireError`] if the timing cannot be.
@@ -78,11 +81,21 @@ impl<L: Line> UsbSerial<L> {
         nonzero(name, "byte time", byte_time)?;
         let frames = Frames::new(name, &timing)?;
         let microframe = timing.microframe.as_nanos();
-        let source = timing.jitter.source(seed, &format!("wire/{name}/usb"));
-        let mut jitter = source.map_err(|source| WireError::Jitter {
-            name: name.to_owned(),
-            source,
-        })?;
+        let source = |timing: Timing, what, stream: &str| {
+            let source = timing.source(seed, stream);
+            source.map_err(|source| WireError::Jitter {
+                name: name.to_owned(),
+                what,
+                source,
+            })
+        };
+        let stream = format!("wire/{name}/usb");
+        let mut jitter = source(timing.jitter, "jitter", &stream)?;
+        let write_jitter = source(
+            timing.write_jitter,
+            "write jitter",
+            &format!("{stream}/write"),
+        )?;
         Ok(Self {
             name: name.to_owned(),
             out: timing.out,
@@ -95,6 +108,8 @@ impl<L: Line> UsbSerial<L> {
             state: State {
                 next_jitter: jitter.draw(),
                 jitter,
+                write_jitter,
+                written: SimTime::ZERO,
                 uart_free: SimTime::ZERO,
                 returned: frames.of(SimTime::ZERO),
                 asked: SimTime::ZERO,
@@ -221,10 +236,13 @@ impl<L: Line> Wire for UsbSerial<L> {
         if bytes.is_empty() {
             return;
         }
+        let state = &mut self.state;
+        state.written = state.written.max(now + state.write_jitter.draw());
+        let microframe = self.frames.of(state.written);
         let in_chip = match self.out {
-            OutRule::AtOnce => now,
-            OutRule::StartOfNext => self.frames.start(self.frames.of(now) + 1),
-            OutRule::EndOfNext => self.frames.start(self.frames.of(now) + 2),
+            OutRule::AtOnce => state.written,
+            OutRule::StartOfNext => self.frames.start(microframe + 1),
+            OutRule::EndOfNext => self.frames.start(microframe + 2),
         };
         let start = in_chip.max(self.state.uart_free);
         self.line.send(Piece {

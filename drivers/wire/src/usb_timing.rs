@@ -63,8 +63,11 @@ pub struct UsbTiming {
     pub payload: usize,
     /// How many packets fit into a microframe.
     pub packets_per_microframe: usize,
-    /// Added to the turnaround of each completion. One that is late makes the next ones wait.
+    /// Added to the turnaround of each completion. One that is late makes the next ones wait. It delays what the host reads,
+    /// and what it writes only where that waits for a completion.
     pub jitter: Timing,
+    /// From a write of the host's program to the host controller. One that is late makes the next ones wait.
+    pub write_jitter: Timing,
     /// What the host controller's clock shows when the host's shows 0.
     pub frame_offset: SimDuration,
     /// How much faster than the host's clock it runs \[ppb\].
@@ -142,6 +145,7 @@ impl UsbTiming {
             payload: 510,
             packets_per_microframe: HIGH_SPEED_PACKETS,
             jitter: Timing::ZERO,
+            write_jitter: Timing::ZERO,
             frame_offset: SimDuration::ZERO,
             frame_rate_ppb: 0,
         };

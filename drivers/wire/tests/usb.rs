@@ -5,7 +5,7 @@ mod support;
 use support::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Timing, Wire};
-use twinrig_wire::{Node, Rs485, UsbPreset, UsbSerial, UsbTiming};
+use twinrig_wire::{Node, OutRule, Rs485, UsbPreset, UsbSerial, UsbTiming};
 
 fn wire(timing: UsbTiming, nodes: Vec<Box<dyn Node>>) -> UsbSerial<Rs485> {
     let bus = Rs485::new("sbcp", BYTE, us(2), nodes).unwrap();
@@ -249,6 +249,86 @@ fn jitter_delays_completions_and_lets_none_overtake_another() {
     assert_eq!(again, shaken);
 }
 
+/// When requests that are written every 2 ms are complete at a board.
+fn heard_at(timing: UsbTiming, count: u64) -> Vec<SimTime> {
+    let (sent, far) = std::sync::mpsc::channel();
+    let line = Scripted {
+        arrives: Vec::new(),
+        arrived: 0,
+        taken: 0,
+        now: SimTime::ZERO,
+        sent,
+    };
+    let mut wire = UsbSerial::new("sbcp", timing, BYTE, 1, line).unwrap();
+    for n in 0..count {
+        wire.advance(at(2_000 * n), &mut Nowhere).unwrap();
+        wire.send(at(2_000 * n), &request(0));
+    }
+    let last = far.try_iter().map(|(at, _)| at);
+    last.skip(9).step_by(10).collect()
+}
+
+#[test]
+fn write_jitter_delays_writes_to_later_microframes_and_lets_none_overtake_another() {
+    let with = |write_jitter, jitter, out| UsbTiming {
+        write_jitter,
+        jitter,
+        out,
+        ..UsbTiming::default()
+    };
+    let uniform = |max| Timing::Uniform {
+        min: us(0),
+        max: us(max),
+    };
+    let (next, none) = (OutRule::EndOfNext, Timing::ZERO);
+    let calm = heard_at(with(none.clone(), none.clone(), next), 500);
+    assert!(
+        calm.iter()
+            .zip(0..)
+            .all(|(heard, n)| *heard == at(2_000 * n + 280))
+    );
+    // Jitter of completions delays no write; jitter of writes that stays within the microframe moves none.
+    assert_eq!(heard_at(with(none.clone(), uniform(400), next), 500), calm);
+    assert_eq!(heard_at(with(uniform(124), none.clone(), next), 500), calm);
+    // Of 0 to 300 µs, writes fall in three microframes.
+    let shaken = heard_at(with(uniform(300), none.clone(), next), 500);
+    for late in [0, 125, 250] {
+        let count = shaken
+            .iter()
+            .zip(&calm)
+            .filter(|(heard, calm)| **heard == **calm + us(late))
+            .count();
+        assert!(count > 50, "{count} late by {late} µs");
+    }
+    // A write that waits for the one before: always in order, and none lost.
+    let crowded = heard_at(with(uniform(6_000), none.clone(), OutRule::AtOnce), 500);
+    assert_eq!(crowded.len(), 500);
+    assert!(crowded.is_sorted());
+    assert!(crowded.windows(2).any(|pair| pair[1] - pair[0] == us(30)));
+}
+
+#[test]
+fn the_two_jitters_are_drawn_from_streams_of_their_own() {
+    let uniform = || Timing::Uniform {
+        min: us(0),
+        max: us(400),
+    };
+    let with = |write_jitter| UsbTiming {
+        write_jitter,
+        jitter: uniform(),
+        ..UsbTiming::default()
+    };
+    // A write jitter that changes nothing leaves the completions as they were.
+    let within = Timing::Uniform {
+        min: us(0),
+        max: us(100),
+    };
+    assert_eq!(
+        reads_of(with(within), 900),
+        reads_of(with(Timing::ZERO), 900)
+    );
+}
+
 #[test]
 fn impossible_timings_are_refused() {
     let bus = || Rs485::new("sbcp", BYTE, us(2), boards()).unwrap();
@@ -276,6 +356,18 @@ fn impossible_timings_are_refused() {
     assert_eq!(
         refused(empty, BYTE).unwrap(),
         "jitter of sbcp: the recorded trace is empty"
+    );
+    let backwards = UsbTiming {
+        write_jitter: Timing::Uniform {
+            min: us(2),
+            max: us(1),
+        },
+        ..UsbTiming::default()
+    };
+    assert!(
+        refused(backwards, BYTE)
+            .unwrap()
+            .starts_with("write jitter of sbcp: no time lies")
     );
     assert_eq!(
         "fastest".parse::<UsbPreset>().unwrap_err().to_string(),

@@ -41,7 +41,7 @@ fn timing() -> impl Strategy<Value = UsbTiming> {
     ];
     let chip = (0_u64..3_000, 1_usize..40, 1_usize..4);
     let up_to = |micros: u64| prop_oneof![Just(0), 0..micros];
-    let host = (up_to(150), up_to(400));
+    let host = (up_to(150), up_to(400), up_to(400));
     let frames = (0_u64..300_000, -200_000_i64..200_000);
     (out, inn, completion, chip, host, frames).prop_map(
         |(out, inn, completion, chip, host, frames)| UsbTiming {
@@ -56,6 +56,10 @@ fn timing() -> impl Strategy<Value = UsbTiming> {
             jitter: Timing::Uniform {
                 min: us(0),
                 max: us(host.1),
+            },
+            write_jitter: Timing::Uniform {
+                min: us(0),
+                max: us(host.2),
             },
             frame_offset: SimDuration::from_nanos(frames.0),
             frame_rate_ppb: frames.1,

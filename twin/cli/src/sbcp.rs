@@ -160,7 +160,16 @@ fn usb_options() -> Vec<OptionSpec> {
             "from a completion to the program that waits for it",
             Accepts::Duration,
         ),
-        option("jitter", "added to that", Accepts::Time),
+        option(
+            "jitter",
+            "added to that: what the host reads comes later",
+            Accepts::Time,
+        ),
+        option(
+            "write_jitter",
+            "from a write of the host to the USB frame: what it writes comes later",
+            Accepts::Time,
+        ),
         option(
             "frame_offset",
             "what the clock of the USB frames shows at the start",
@@ -315,6 +324,7 @@ fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
         latency_timer,
         turnaround: duration("turnaround", default.turnaround),
         jitter: options.time("jitter").map_or(Timing::ZERO, timing),
+        write_jitter: options.time("write_jitter").map_or(Timing::ZERO, timing),
         frame_offset: duration("frame_offset", default.frame_offset),
         frame_rate_ppb,
         ..default
