@@ -142,7 +142,10 @@ const ARROWS: &[(&str, &[&str])] = &[
         "twinrig-rb110",
         &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
     ),
-    ("twinrig-record", &["twinrig-kernel", "twinrig-runtime"]),
+    (
+        "twinrig-record",
+        &["twinrig-document", "twinrig-kernel", "twinrig-runtime"],
+    ),
     ("twinrig-robot", &["twinrig-document", "twinrig-kernel"]),
     ("twinrig-runtime", &["twinrig-kernel"]),
     (

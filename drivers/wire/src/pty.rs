@@ -1,6 +1,10 @@
 use std::fs::{self, File};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::ErrorKind;
 use std::os::fd::{BorrowedFd, OwnedFd};
-use std::os::unix::fs::symlink;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::fs::{MetadataExt, symlink};
+use std::os::unix::net::{SocketAddr, UnixListener};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -36,6 +40,8 @@ pub struct Pty {
     tty: Tty,
     slave: PathBuf,
     link: Option<PathBuf>,
+    /// Says that the link is in use, for as long as this is.
+    claim: Option<UnixListener>,
 }
 
 /// Where the system keeps the other ends.
@@ -59,20 +65,24 @@ impl Pty {
             tty: Tty::new(slave.display().to_string(), master, Duration::ZERO),
             slave,
             link: None,
+            claim: None,
         })
     }
 
     /// Makes the other end known by a name that is the same every time, too: a symbolic link at `link`, which is
-    /// removed when this is dropped. One that an earlier run has left is replaced.
+    /// removed when this is dropped. One that an earlier run has left is replaced; one whose [`Pty`]
+    /// is still there, in whatever program, is not.
     ///
     /// # Errors
-    /// [`DeviceError::Other`] if there is something else at `link`, or nothing can be there.
+    /// [`DeviceError::Other`] if another [`Pty`] is linked there, there is something else at `link`, or nothing can be
+    /// there.
     pub fn linked(mut self, link: &Path) -> Result<Self, DeviceError> {
         let place = link.display().to_string();
         let failed = |why: String| DeviceError::Other {
             place: place.clone(),
             why,
         };
+        self.claim = Some(claim(link).map_err(&failed)?);
         match fs::read_link(link) {
             Ok(old) if old.starts_with(SLAVES) => {
                 fs::remove_file(link).map_err(|error| failed(error.to_string()))?;
@@ -94,6 +104,32 @@ impl Pty {
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.slave)
     }
+}
+
+/// Claims the name `link` until the listener is dropped, or the program ends, however that is: a socket in the abstract
+/// namespace, which is nowhere in the file system and leaves nothing behind. Nobody connects to it.
+fn claim(link: &Path) -> Result<UnixListener, String> {
+    let folder = match link.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let folder = fs::metadata(folder).map_err(|error| error.to_string())?;
+    // Whatever path leads there, and however long the name is.
+    let mut hash = DefaultHasher::new();
+    link.file_name().hash(&mut hash);
+    let name = format!(
+        "twinrig/pty/{:x}/{:x}/{:016x}",
+        folder.dev(),
+        folder.ino(),
+        hash.finish()
+    );
+    let address = SocketAddr::from_abstract_name(name).map_err(|error| error.to_string())?;
+    UnixListener::bind_addr(&address).map_err(|error| match error.kind() {
+        ErrorKind::AddrInUse => {
+            "another twin is served at that name; take another name, or end the other".to_owned()
+        }
+        _ => error.to_string(),
+    })
 }
 
 /// Bytes pass as they are: no echo, no line ends, no Ctrl-C. This holds for whoever opens it later.

@@ -136,16 +136,15 @@ fn nobody_waits_for_a_host_that_went_without_reading() {
 #[test]
 fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left() {
     let link = temporary("link");
+    // Of one that was killed.
+    std::os::unix::fs::symlink("/dev/pts/987654321", &link).unwrap();
     let first = Pty::open().unwrap().linked(&link).unwrap();
     assert_eq!(
         (first.path(), first.place()),
         (&*link, link.to_str().unwrap())
     );
     SerialPort::open(&link, BAUD).unwrap();
-    let second = Pty::open().unwrap().linked(&link).unwrap();
     drop(first);
-    SerialPort::open(&link, BAUD).unwrap();
-    drop(second);
     assert!(link.symlink_metadata().is_err(), "the link stayed behind");
 
     std::fs::write(&link, "precious").unwrap();
@@ -153,6 +152,26 @@ fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left
     assert!(matches!(error, DeviceError::Other { .. }), "{error}");
     assert_eq!(std::fs::read_to_string(&link).unwrap(), "precious");
     std::fs::remove_file(&link).unwrap();
+}
+
+#[test]
+fn a_link_that_is_in_use_is_refused_by_whatever_path_and_stays() {
+    let link = temporary("taken");
+    let first = Pty::open().unwrap().linked(&link).unwrap();
+    let folder = link.parent().unwrap();
+    let roundabout = folder.join(".").join(link.file_name().unwrap());
+    for name in [&link, &roundabout] {
+        let error = Pty::open().unwrap().linked(name).unwrap_err();
+        assert!(
+            error.to_string().contains("another twin is served"),
+            "{error}"
+        );
+        SerialPort::open(&link, BAUD).unwrap();
+    }
+    drop(first);
+    let second = Pty::open().unwrap().linked(&roundabout).unwrap();
+    SerialPort::open(&link, BAUD).unwrap();
+    drop(second);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use twinrig_actuator::PositionServo;
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_legged::Ledger;
 use twinrig_robot::Servo;
+use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::error::{DrivesError, once};
@@ -141,7 +142,11 @@ impl Plant for ServoBench {
                 why: "the command is not a number".to_owned(),
             });
         }
+        let mut steps = LongLoop::default();
         while self.now < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
             let next = to.min(self.now + STEP);
             self.step((next - self.now).as_secs_f64(), inputs);
             self.now = next;

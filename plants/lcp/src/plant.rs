@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Drives, Signals, Window};
 use twinrig_robot::Robot;
+use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{
     EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
 };
@@ -127,7 +128,11 @@ impl Plant for Lcp {
         self.signals
             .check_inputs(inputs, self.now, || self.energy().stored())?;
         self.body.command(inputs);
+        let mut steps = LongLoop::default();
         while self.now < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
             let now_s = self.now.as_secs_f64();

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Base, Fitted, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
+use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::drives::Inputs;
@@ -173,7 +174,11 @@ impl Plant for Massless {
                 *given = *input;
             }
         }
+        let mut steps = LongLoop::default();
         while self.now < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
             if self.flows.len() > 1 {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Signals, Window};
 use twinrig_robot::Robot;
+use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::flow::{Flow, FlowFault, SavedFlow};
@@ -104,7 +105,11 @@ impl Plant for Mujoco {
                 given[..each].copy_from_slice(inputs);
             }
         }
+        let mut steps = LongLoop::default();
         while self.now < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
             if let Err(fault) = self.flow.run(seconds) {

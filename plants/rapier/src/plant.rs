@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Fitted, Signals, Window};
 use twinrig_robot::Robot;
+use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::assembly::Handles;
@@ -124,7 +125,11 @@ impl Plant for Rapier {
         self.signals
             .check_inputs(inputs, self.now, || self.energy().stored())?;
         self.command(&inputs[..self.inputs().min(inputs.len())]);
+        let mut steps = LongLoop::default();
         while self.now < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
             let next = to.min(self.now + self.step);
             let energy = self.energy().stored();
             if let Err(broken) = self.run((next - self.now).as_secs_f64()) {

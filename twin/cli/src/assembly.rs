@@ -17,6 +17,7 @@ use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
 use crate::plant_kind::{OwnModel, Physics};
+use crate::recording_size;
 use crate::registry::{NO_ROBOT, Registry};
 use crate::sources::{SCENARIO_FILE, Sources};
 use crate::timing::timing;
@@ -130,6 +131,9 @@ impl<'r> Assembly<'r> {
             frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
         };
         assembly.scene = assembly.scene.scenario.scene(&facts)?;
+        let large =
+            recording_size::warning(&assembly.scene, &facts.plant_outputs, &facts.process_ports);
+        assembly.scene.scenario.warnings.extend(large);
         assembly.plant_outputs = facts.plant_outputs;
         assembly.gauges = facts.gauges;
         Ok(assembly)

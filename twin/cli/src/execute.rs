@@ -18,12 +18,15 @@ use crate::hardware;
 use crate::interrupt;
 use crate::plant_kind::OwnModel;
 use crate::progress::Progress;
+use crate::recording_size::LARGE_RECORDING;
 use crate::report::{Line, Report, Status, Warned, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::watch::Watch;
 
-/// How often a run looks up from its work: for Ctrl-C, for the progress line, for a full disk.
+/// How often a run looks up from its work, for the progress line and for a full disk: so often at least, and after so many of
+/// its shortest periods.
 const SLICE: SimDuration = SimDuration::from_millis(100);
+const SLICE_PERIODS: u64 = 4096;
 /// A chunk of the recording is closed so often, and what it holds then survives the process.
 const FLUSH: SimDuration = SimDuration::from_secs(1);
 
@@ -163,6 +166,10 @@ pub(crate) fn report<W: Write>(
     reference: Option<&[Footstep]>,
 ) -> Report {
     let mut report = judged(assembly, &mut watch, &course, reference);
+    if execution.recording.is_none() {
+        let warned = &mut report.warnings;
+        warned.retain(|warned| warned.code != LARGE_RECORDING);
+    }
     let (reached, mut error) = (course.reached, course.error);
     let verdict = Closing {
         verdict: if error.is_some() {
@@ -214,6 +221,14 @@ pub(crate) fn run<W: Write>(
     })
 }
 
+/// The time between two looks up.
+fn slice(assembly: &Assembly<'_>) -> SimDuration {
+    let observe = assembly.scenario().observe.period;
+    let shortest = assembly.period().min(observe).as_nanos();
+    let nanos = shortest.max(1).saturating_mul(SLICE_PERIODS);
+    SLICE.min(SimDuration::from_nanos(nanos))
+}
+
 fn run_in_slices<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
@@ -221,17 +236,19 @@ fn run_in_slices<W: Write>(
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
+    let slice = slice(assembly);
     let mut now = rig.now();
     while now < end {
-        now = now.checked_add(SLICE).map_or(end, |next| next.min(end));
-        rig.run_until(now, watch)
-            .map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
+        now = now.checked_add(slice).map_or(end, |next| next.min(end));
+        let ran = rig.run_until(now, watch);
+        if interrupt::asked() {
+            // Whatever else the run may have ended with then.
+            return Err(Stopped::Interrupted(rig.now()));
+        }
+        ran.map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
         if watch.is_broken() {
             // Closing the recording tells why.
             return Ok(now);
-        }
-        if interrupt::asked() {
-            return Err(Stopped::Interrupted(now));
         }
         progress.at(now.as_secs_f64());
     }

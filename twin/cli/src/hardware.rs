@@ -44,7 +44,11 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         reason = "the report says how long it took"
     )]
     let started = Instant::now();
-    let (ended, times) = rig.run(Some(scenario.duration), &mut looker, interrupt::flag());
+    let (ended, times) = rig.run(
+        Some(scenario.duration),
+        &mut looker,
+        interrupt::flag_at_devices(),
+    );
     let wall_s = started.elapsed().as_secs_f64();
     let Looker { watch, reached, .. } = looker;
     let (reached, error) = match ended {

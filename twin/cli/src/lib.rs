@@ -64,6 +64,7 @@ mod progress;
 #[cfg(feature = "rapier")]
 mod rapier;
 mod rb110;
+mod recording_size;
 mod registry;
 mod report;
 mod sbcp;

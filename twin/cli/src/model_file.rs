@@ -1,6 +1,5 @@
 //! A model of one's own, read, wired and built.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -107,7 +106,7 @@ fn load(bringing: &Bringing<'_>) -> Result<Own, DocumentError> {
 
 fn of_disk(path: &Path, file: &Placed<String>) -> Result<(Vec<u8>, ModelFile), DocumentError> {
     let unread = |why| file.error(format!("cannot read {}: {why}", path.display()), "");
-    let text = fs::read(path).map_err(unread)?;
+    let text = document::read_file(path, document::TEXT_MOST).map_err(unread)?;
     let model = ModelFile::read(path);
     let model = model.map_err(|error| refused(&error, path, &text, file))?;
     Ok((text, model))
@@ -126,7 +125,7 @@ fn refused(error: &ModelFileError, path: &Path, text: &[u8], file: &Placed<Strin
             let span = start + indent..start + found.trim_end().len();
             let name = path.display().to_string();
             let text = text.clone().into_owned();
-            let place = document::Place::new(Arc::new(Source { name, text }), span);
+            let place = document::Place::new(Arc::new(Source::new(&name, text)), span);
             Problem::at(&place, error.to_string(), "")
         }
         _ => Problem::at(&file.place, error.to_string(), ""),

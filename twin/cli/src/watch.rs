@@ -1,5 +1,6 @@
 //! Everything that looks on while a rig runs.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use serde::Serialize;
@@ -51,10 +52,12 @@ impl<W: Write> Watch<W> {
 
     /// Judges the run; the footsteps that it left open are recorded, if they ended at all.
     pub(crate) fn judge(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
-        let before = self.judge.footsteps().to_vec();
+        // A leg touches down once at a time, so that names a footstep.
+        let name = |step: &Footstep| (step.touch_down, step.leg);
+        let before: BTreeSet<_> = self.judge.footsteps().iter().map(name).collect();
         let outcomes = self.judge.finish(run);
         let late = self.judge.footsteps().iter();
-        for footstep in late.filter(|step| !before.contains(step)) {
+        for footstep in late.filter(|step| !before.contains(&name(step))) {
             write(&mut self.recorder, &self.legs, run.at, footstep);
         }
         outcomes

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{DocumentError, Problem, Warning};
+use crate::file::{TEXT_MOST, read_file};
 use crate::node::{Node, Value};
 use crate::source::{Place, Source};
 use crate::table::{Problems, Reported, Table};
@@ -26,10 +27,10 @@ impl Document {
     /// Reads the file at `path`; messages show the path as it is given here.
     ///
     /// # Errors
-    /// The file cannot be read, is not UTF-8, or is not TOML.
+    /// The file cannot be read or is too long ([`read_file`]), is not UTF-8, or is not TOML.
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
         let file = path.display().to_string();
-        match std::fs::read(path) {
+        match read_file(path, TEXT_MOST) {
             Err(error) => {
                 Err(Problem::of_file(file, format!("cannot be read: {error}"), "").into())
             }
@@ -59,10 +60,7 @@ impl Document {
     /// # Errors
     /// It is not TOML; every mistake that can be told apart is reported.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
-        let source = Arc::new(Source {
-            name: file.to_owned(),
-            text: text.to_owned(),
-        });
+        let source = Arc::new(Source::new(file, text.to_owned()));
         let (table, errors) = DeTable::parse_recoverable(text);
         if errors.is_empty() {
             let root = Node::of_table(&table, &source);
@@ -100,10 +98,7 @@ impl Document {
         } else {
             format!("{key} = {}", quoted(value))
         };
-        let source = Arc::new(Source {
-            name: origin.to_owned(),
-            text,
-        });
+        let source = Arc::new(Source::new(origin, text));
         let key_place = Place::new(Arc::clone(&source), 0..key.len());
         let (table, errors) = DeTable::parse_recoverable(&source.text);
         if !errors.is_empty() || !is_entry(&source.text) {

@@ -40,6 +40,7 @@
 
 mod document;
 mod error;
+mod file;
 mod item;
 mod near;
 mod node;
@@ -52,6 +53,7 @@ mod units;
 
 pub use document::{Document, Overrides};
 pub use error::{DocumentError, Problem, Warning};
+pub use file::{STREAM_MOST, TEXT_MOST, read_file};
 pub use item::Item;
 pub use near::{nearest, suggestion};
 pub use pattern::{any_quantity_pattern, duration_pattern, percentage_pattern, quantity_pattern};

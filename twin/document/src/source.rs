@@ -10,6 +10,27 @@ pub struct Source {
     pub name: String,
     /// The whole text.
     pub text: String,
+    /// Where each line begins: thousands of places ask for their lines.
+    lines: Vec<usize>,
+}
+
+impl Source {
+    /// `text`, shown under `name`.
+    pub fn new(name: &str, text: String) -> Self {
+        let newlines = text.match_indices('\n').map(|(at, _)| at + 1);
+        Source {
+            name: name.to_owned(),
+            lines: std::iter::once(0).chain(newlines).collect(),
+            text,
+        }
+    }
+
+    /// The number of the line with the byte `at`, from 0.
+    fn line_of(&self, at: usize) -> usize {
+        self.lines
+            .partition_point(|&start| start <= at)
+            .saturating_sub(1)
+    }
 }
 
 /// Where something stands: a range of bytes of a [`Source`].
@@ -43,7 +64,7 @@ impl Place {
 
     /// Line, counted from 1.
     pub fn line(&self) -> usize {
-        self.source.text[..self.span.start].matches('\n').count() + 1
+        self.source.line_of(self.span.start) + 1
     }
 
     /// Column in characters, counted from 1.
@@ -82,9 +103,8 @@ impl Place {
     }
 
     fn line_start(&self) -> usize {
-        self.source.text[..self.span.start]
-            .rfind('\n')
-            .map_or(0, |newline| newline + 1)
+        let line = self.source.line_of(self.span.start);
+        self.source.lines.get(line).copied().unwrap_or(0)
     }
 }
 
@@ -94,4 +114,28 @@ fn boundary(text: &str, at: usize) -> usize {
         at -= 1;
     }
     at
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn lines_and_columns_are_those_that_counting_gives(
+            text in "([a-zµ]{0,4}\r?\n?){0,8}",
+            at in 0_usize..64,
+        ) {
+            let place = Place::new(Arc::new(Source::new("text", text.clone())), at..at);
+            let before = &text[..boundary(&text, at)];
+            prop_assert_eq!(place.line(), before.matches('\n').count() + 1);
+            let last = before.rsplit('\n').next().unwrap_or_default();
+            prop_assert_eq!(place.column(), last.chars().count() + 1);
+            prop_assert_eq!(place.before(), last);
+            let line = text.split('\n').nth(place.line() - 1).unwrap_or_default();
+            prop_assert_eq!(place.line_text(), line.trim_end_matches('\r'));
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Typed reading of tables that know which of their keys were asked for.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 
 use crate::error::{Problem, Warning};
 use crate::item::Item;
@@ -214,15 +215,16 @@ impl Drop for Table<'_> {
         let Value::Table(entries) = &self.node.value else {
             return;
         };
-        for entry in entries {
-            if asked.contains(&entry.key) {
-                continue;
-            }
-            // A key that is there already is not what was meant.
-            let absent = asked.iter().map(String::as_str);
-            let absent: Vec<&str> = absent
-                .filter(|key| !entries.iter().any(|entry| entry.key == *key))
-                .collect();
+        let unknown = entries.iter().filter(|entry| !asked.contains(&entry.key));
+        let mut unknown = unknown.peekable();
+        if unknown.peek().is_none() {
+            return;
+        }
+        // A key that is there already is not what was meant.
+        let given: BTreeSet<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
+        let absent = asked.iter().map(String::as_str);
+        let absent: Vec<&str> = absent.filter(|key| !given.contains(key)).collect();
+        for entry in unknown {
             if self.given_up.get() && near::nearest(&entry.key, absent.iter().copied()).is_none() {
                 continue;
             }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use mcap::records::{Record, op};
 use serde::de::DeserializeOwned;
+use twinrig_document::read_file;
 use twinrig_kernel::{SimTime, near_misses};
 
 use crate::framing::{RawRecord, Records};
@@ -72,12 +73,12 @@ pub struct Series {
 }
 
 impl Recording {
-    /// Reads the file at `path`.
+    /// Reads the file at `path`: of one that is no regular file, no more than [`twinrig_document::STREAM_MOST`].
     ///
     /// # Errors
-    /// A file that cannot be read, is no MCAP, or is damaged other than by being cut off.
+    /// A file that cannot be read, for which there is no memory, is no MCAP, or is damaged other than by being cut off.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let bytes = std::fs::read(path).map_err(|source| RecordError::Read {
+        let bytes = read_file(path, u64::MAX).map_err(|source| RecordError::Read {
             path: path.to_owned(),
             source,
         })?;

@@ -79,6 +79,12 @@ pub enum RigError {
         /// Now.
         now: SimTime,
     },
+    /// The program is to end ([`crate::interrupt`]). All that was to happen up to then has happened.
+    #[error("interrupted at {time}")]
+    Interrupted {
+        /// When.
+        time: SimTime,
+    },
     /// Time stood still.
     #[error(transparent)]
     Livelock(#[from] LivelockError),

@@ -73,6 +73,7 @@ mod driver;
 mod error;
 mod far_end;
 mod given;
+pub mod interrupt;
 mod manager;
 mod observer;
 mod on_grid;

@@ -6,6 +6,7 @@ use twinrig_kernel::{
 
 use crate::between::{Between, Rows, integral_of};
 use crate::given::Given;
+use crate::interrupt::LongLoop;
 use crate::plant::{EnergyBooks, Plant, PlantEvent, PlantFault, WorkCounts};
 use crate::plant_state::PlantState;
 
@@ -144,7 +145,11 @@ impl OnGrid {
     /// Takes the steps that are over by `to`.
     fn follow(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.state.given.change(self.state.now, inputs);
+        let mut steps = LongLoop::default();
         while to.since_start() - self.state.reached.since_start() >= self.step {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.state.now));
+            }
             let over = self.state.reached + self.step;
             self.state.given.mean(over, &mut self.applied);
             self.go_on()?;
@@ -156,7 +161,11 @@ impl OnGrid {
 
     /// Takes the steps that have begun by `to`.
     fn lead(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        let mut steps = LongLoop::default();
         while self.state.reached < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.state.reached));
+            }
             self.state.now = self.state.reached;
             self.applied.copy_from_slice(inputs);
             self.go_on()?;

@@ -103,6 +103,18 @@ pub struct PlantFault {
     pub why: String,
 }
 
+impl PlantFault {
+    /// That `plant` stopped at `time` because the program is to end ([`crate::interrupt`]).
+    pub fn interrupted(plant: &dyn Plant, time: SimTime) -> Self {
+        Self {
+            time,
+            part: plant.name().to_owned(),
+            energy: plant.energy().stored(),
+            why: "interrupted".to_owned(),
+        }
+    }
+}
+
 /// A discontinuity that a plant met, at the time its own solution gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantEvent {

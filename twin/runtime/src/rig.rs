@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Agenda, Layout, PartId, Port, SimDuration, SimTime, Snapshot, Wake};
 
 use crate::far_end::FarEnd;
+use crate::interrupt;
 use crate::process_slot::{ProcessSlot, ProcessSlotState};
 use crate::wiring::TaskLinks;
 use crate::{
@@ -122,13 +123,20 @@ impl Rig {
     ///
     /// # Errors
     /// [`RigError`] if a part fails; `observer` has then seen everything that happened before, and the rig
-    /// answers every further call with the same error.
+    /// answers every further call with the same error. [`RigError::Interrupted`] if the program is to end: the
+    /// rig could go on from there.
     pub fn run_until<O: Observer>(
         &mut self,
         to: SimTime,
         observer: &mut O,
     ) -> Result<(), RigError> {
-        while self.step(to, observer)?.is_some() {}
+        while let Some(time) = self.step(to, observer)? {
+            if interrupt::is_requested() {
+                // What happens at one instant belongs together.
+                while self.step(time, observer)?.is_some() {}
+                return Err(RigError::Interrupted { time });
+            }
+        }
         Ok(())
     }
 

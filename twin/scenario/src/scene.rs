@@ -1,5 +1,7 @@
 //! A scene: what is left of a scenario when everything that nothing needs is left out.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 use twinrig_document::{DocumentError, Problem, quantity_name, suggestion};
 use twinrig_kernel::{Direction, Port, Unit};
@@ -131,8 +133,8 @@ impl Scenario {
     }
 
     /// The names of the signals that the expectations need.
-    fn needs(&self, facts: &Facts, problems: &mut Vec<Problem>) -> Vec<String> {
-        let mut needs = Vec::new();
+    fn needs(&self, facts: &Facts, problems: &mut Vec<Problem>) -> BTreeSet<String> {
+        let mut needs = BTreeSet::new();
         for expectation in &self.expectations {
             match &expectation.claim {
                 Claim::Footstep(claim) => {

@@ -92,6 +92,44 @@ fn what_takes_longer_than_its_period_in_the_mean_is_warned_of() {
 }
 
 #[test]
+fn a_run_that_takes_hours_is_warned_of_where_that_comes_from() {
+    let cases = [
+        ("[observe]\nperiod = '1 us'", None),
+        ("[observe]\nperiod = '2 ns'", Some(13)),
+        // Transfers begin with control steps, however fine their grid is.
+        ("[io]\nstep = '1 ns'", None),
+    ];
+    for (more, line) in cases {
+        let line = line.map(|line| ("long-run", line));
+        assert_eq!(of(more), Vec::from_iter(line), "{more}");
+    }
+    let with = |key: &str, value: &str| {
+        let setting = Setting {
+            origin: "--set".into(),
+            key: key.into(),
+            value: value.into(),
+        };
+        let folder = ".".as_ref();
+        let scenario = Scenario::parse("run.toml", &text(""), folder, &[setting], &catalogue());
+        scenario.unwrap().warnings
+    };
+    let step = with("plant.step", "1 ns");
+    let text = step[0].to_string();
+    assert!(
+        text.contains("the run has 1e10 steps of the plant, one every 1 ns"),
+        "{text}"
+    );
+    assert!(
+        text.contains("--> --set:1:14") && text.contains("2.8 hours"),
+        "{text}"
+    );
+    // A day of ordinary steps takes minutes, and thirty years of them days.
+    assert_eq!(with("duration", "86400 s"), []);
+    let years = with("duration", "1e9 s");
+    assert!(years[0].to_string().contains("days"), "{}", years[0]);
+}
+
+#[test]
 fn a_run_of_which_nothing_is_expected_though_of_other_plants_is_warned_of() {
     let of_another = "[[expect]]\nbody = { fall = false }\nplants = ['mujoco']\n";
     assert_eq!(of(of_another), [("nothing-expected", 5)]);

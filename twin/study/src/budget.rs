@@ -1,5 +1,8 @@
 //! How long a study may take, and each of its parts.
 
+use twinrig_runtime::interrupt;
+
+use crate::error::StudyError;
 use crate::stopwatch::{Deadline, Stopwatch};
 
 /// A part may take so many times its even share of what is left: most take less.
@@ -69,6 +72,18 @@ impl Budget {
             seconds,
             deadline: Deadline::within(seconds),
         }
+    }
+
+    /// That the last part came to its end.
+    ///
+    /// # Errors
+    /// The program is to end: what the last parts found is not what they would have found.
+    pub(crate) fn finished(&self) -> Result<(), StudyError> {
+        let (done, of) = self.progress();
+        if interrupt::is_requested() {
+            return Err(StudyError::Interrupted { done, of });
+        }
+        Ok(())
     }
 
     /// How many parts have begun, and of how many.

@@ -121,6 +121,7 @@ pub fn precision(
     } else {
         job.limit()?;
     }
+    job.budget.finished()?;
     let rows = std::mem::take(&mut job.rows);
     let mut study = Study::new(StudyKind::Precision, workshop, stage.end, stage.grid);
     study.references = notes;

@@ -121,6 +121,7 @@ pub fn stability(
             }
         }
     }
+    job.budget.finished()?;
     study.panics = panics.into_all();
     Ok(study)
 }

@@ -6,6 +6,8 @@
 
 use std::time::{Duration, Instant};
 
+use twinrig_runtime::interrupt;
+
 /// Time since it was started.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopwatch(Instant);
@@ -32,7 +34,8 @@ impl Deadline {
         Self(duration.and_then(|duration| Instant::now().checked_add(duration)))
     }
 
+    /// Whether it is time: also if the program is to end, and the study with it.
     pub(crate) fn passed(self) -> bool {
-        self.0.is_some_and(|at| Instant::now() >= at)
+        interrupt::is_requested() || self.0.is_some_and(|at| Instant::now() >= at)
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Ledger, Stored};
+use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
 
 use mujoco_rs::prelude::MjtDisableBit;
@@ -205,7 +206,11 @@ impl Plant for Mjcf {
         // As few steps of one length as there is room for.
         let steps = span.div_ceil(step);
         let mut seconds = self.step.as_secs_f64();
+        let mut turns = LongLoop::default();
         for k in 1..=steps {
+            if turns.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
             let part = u128::from(span) * u128::from(k) / u128::from(steps);
             let next = start + SimDuration::from_nanos(u64::try_from(part).unwrap_or(span));
             seconds = (next - self.now).as_secs_f64();

@@ -55,8 +55,8 @@ pub(super) struct EventDifference {
     bounds: Bounds,
     /// What both recordings cover.
     window_s: [f64; 2],
-    /// Whether there was anything to compare.
-    nothing: bool,
+    /// Whether there was nothing to compare.
+    pub(super) nothing: bool,
     /// Where a run ended; whether one ended by itself before the other.
     ended_a_s: f64,
     ended_b_s: f64,

@@ -17,6 +17,8 @@ use crate::report::seconds;
 pub(super) struct Difference {
     /// Nothing differs that both hold.
     pub(super) identical: bool,
+    /// Whether there was nothing to compare.
+    pub(super) nothing: bool,
     signals: usize,
     equal_samples: u64,
     first: Option<First>,
@@ -27,6 +29,14 @@ pub(super) struct Difference {
     /// Where a recording ends whose run was cut off or interrupted.
     cut_off_a_s: Option<f64>,
     cut_off_b_s: Option<f64>,
+}
+
+/// A comparison, and why it is none.
+#[derive(Serialize)]
+struct Compared<'d, D: Serialize> {
+    #[serde(flatten)]
+    difference: &'d D,
+    error: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -49,12 +59,16 @@ pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
         Ok((a, b)) => {
             let difference = Difference::of(&a, &b);
             if args.json {
-                terminal.print_json(&difference);
+                let error = difference.nothing.then_some(NOTHING);
+                terminal.print_json(&Compared {
+                    difference: &difference,
+                    error,
+                });
             } else {
                 let text = difference.text(terminal.paint);
                 terminal.print(&text);
             }
-            if difference.identical { FINE } else { NOT_SO }
+            code(difference.identical, difference.nothing)
         }
         Err(error) => {
             terminal.fail(&error, args.json);
@@ -74,12 +88,16 @@ fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
     match compared {
         Ok(difference) => {
             if args.json {
-                terminal.print_json(&difference);
+                let error = difference.nothing.then_some(NOTHING);
+                terminal.print_json(&Compared {
+                    difference: &difference,
+                    error,
+                });
             } else {
                 let text = difference.text(terminal.paint);
                 terminal.print(&text);
             }
-            if difference.same { FINE } else { NOT_SO }
+            code(difference.same, difference.nothing)
         }
         Err(error) => {
             terminal.fail(&error, args.json);
@@ -87,6 +105,18 @@ fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
         }
     }
 }
+
+/// The exit code of a comparison; one of nothing has found nothing out.
+fn code(same: bool, nothing: bool) -> u8 {
+    match (nothing, same) {
+        (true, _) => WRONG,
+        (false, true) => FINE,
+        (false, false) => NOT_SO,
+    }
+}
+
+/// Why a comparison of nothing is an error.
+pub(super) const NOTHING: &str = "error: the recordings have no sample of one signal in common";
 
 /// Names that are shown of many.
 const NAMED: usize = 6;
@@ -160,12 +190,11 @@ impl Difference {
                 b,
             },
         );
+        // Nothing is known to be the same then, nor to differ.
+        let nothing = first.is_none() && equal_samples == 0;
         Self {
-            // Of a recording that was cut off before it held anything, nothing is known to be the same.
-            identical: first.is_none()
-                && only_in_a.is_empty()
-                && only_in_b.is_empty()
-                && (equal_samples > 0 || (cut_off_a.is_none() && cut_off_b.is_none())),
+            identical: first.is_none() && only_in_a.is_empty() && only_in_b.is_empty() && !nothing,
+            nothing,
             signals,
             equal_samples,
             first,
@@ -188,7 +217,7 @@ impl Difference {
                     .filter_map(|(name, at)| Some(format!("{name} was cut off at {} s", at?)))
                     .collect();
                 let word = match (self.equal_samples, ends.is_empty()) {
-                    (0, false) => paint.yellow("nothing to compare"),
+                    (0, _) => paint.yellow("nothing to compare"),
                     (_, false) => paint.green("same as far as it goes"),
                     (_, true) => paint.green("equal"),
                 };

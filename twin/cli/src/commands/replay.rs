@@ -30,6 +30,9 @@ struct Replayed {
     cut_off_s: Option<f64>,
     error: Option<String>,
     difference: Difference,
+    /// It was cut off before it held anything.
+    #[serde(skip)]
+    nothing: bool,
 }
 
 pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Terminal<'_>) -> u8 {
@@ -38,7 +41,11 @@ pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Term
     }
     match again(registry, args, terminal.watched && !args.json) {
         Ok(replayed) => {
-            let code = if replayed.identical { FINE } else { NOT_SO };
+            let code = match (replayed.nothing, replayed.identical) {
+                (true, _) => WRONG,
+                (false, true) => FINE,
+                (false, false) => NOT_SO,
+            };
             if args.json {
                 terminal.print_json(&replayed);
             } else {
@@ -87,6 +94,7 @@ fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repla
         verdict: cut_off.is_none().then_some(report.verdict),
         cut_off_s: cut_off.map(|at| seconds(at.as_nanos())),
         error: report.error,
+        nothing: cut_off.is_some() && difference.nothing,
         difference,
     })
 }

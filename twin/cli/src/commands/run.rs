@@ -1,8 +1,8 @@
 //! `twin run`
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use twinrig_document::Warning;
 use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
@@ -12,6 +12,7 @@ use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
 use crate::execute::{Execution, execute};
+use crate::recording_size::LARGE_RECORDING;
 use crate::registry::Registry;
 use crate::report::{Report, Status};
 use crate::{interrupt, junit, table};
@@ -28,7 +29,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         registry,
         args,
         recordings: Vec::new(),
-        warned: Vec::new(),
+        warned: BTreeSet::new(),
         reports: Vec::new(),
     };
     let mut worst = Status::Pass.exit_code();
@@ -69,8 +70,8 @@ pub(super) struct Session<'a> {
     pub(super) args: &'a RunArgs,
     /// Where recordings went.
     recordings: Vec<PathBuf>,
-    /// The warnings that were shown.
-    warned: Vec<Warning>,
+    /// The warnings that were shown, in their words.
+    warned: BTreeSet<String>,
     pub(super) reports: Vec<Report>,
 }
 
@@ -98,12 +99,12 @@ impl<'a> Session<'a> {
             return;
         }
         let warnings = &assembly.scenario().warnings;
-        let new = warnings
-            .iter()
-            .filter(|warning| !self.warned.contains(warning));
-        let new: Vec<Warning> = new.cloned().collect();
-        terminal.warn(&new);
-        self.warned.extend(new);
+        let warned = &mut self.warned;
+        let recorded = !self.args.no_record;
+        let new = warnings.iter().filter(|warning| {
+            (recorded || warning.code != LARGE_RECORDING) && warned.insert(warning.to_string())
+        });
+        terminal.warn(new);
     }
 
     pub(super) fn assembly(

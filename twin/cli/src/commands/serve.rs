@@ -55,7 +55,7 @@ fn serve_twin(
     let options = options(args, scenario.observe.period);
     let served = Serve::new(options, assembly.wanted_plant()?, wires);
     let served = served.map_err(|error| assembly.rig_error(error))?;
-    let (ended, report) = served.run(&mut (), interrupt::flag());
+    let (ended, report) = served.run(&mut (), interrupt::flag_at_devices());
     terminal.print(&report.to_string());
     match ended {
         Ok(Ended::Duration | Ended::Stopped | Ended::HungUp) => Ok(FINE),

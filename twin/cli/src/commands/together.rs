@@ -8,7 +8,7 @@ use twinrig_kernel::{SimTime, Snapshot};
 
 use super::Terminal;
 use super::compare::{Bounds, EventDifference};
-use super::diff::open;
+use super::diff::{NOTHING, open};
 use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
@@ -274,7 +274,10 @@ fn show(pair: &Pair<'_>, from: Option<SimTime>, json: bool, terminal: &mut Termi
         Ok(difference) => (Some(difference), None),
         Err(error) => (None, Some(error.to_string())),
     };
-    let error = error.or_else(|| pair.end?.report.error.clone());
+    let nothing = || difference.as_ref()?.nothing.then(|| NOTHING.to_owned());
+    let error = error
+        .or_else(|| pair.end?.report.error.clone())
+        .or_else(nothing);
     let code = if error.is_some() {
         Status::Error
     } else {

@@ -1,12 +1,13 @@
 //! Ctrl-C, or a plain kill, ends a run with a verdict and a whole recording.
 
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use twinrig_record::Recording;
 
 use crate::common::{Folder, json, twin};
+use crate::hardware::{eventually, is_longer};
 
 /// Longer than anybody waits.
 const ENDLESS: &str = r#"
@@ -36,20 +37,9 @@ fn ends_well(signal: &str) {
         .spawn()
         .unwrap();
     let path = folder.join("out/endless-seed1.mcap");
-    #[expect(clippy::disallowed_methods, reason = "the test does not wait for ever")]
-    let started = Instant::now();
     // Past the first flush the run is under way and its handler listens.
-    while std::fs::metadata(&path).map_or(0, |file| file.len()) < 100_000 {
-        assert!(
-            started.elapsed() < Duration::from_secs(60),
-            "nothing is recorded"
-        );
-        sleep(Duration::from_millis(10));
-    }
-    let interrupt = Command::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status();
-    assert!(interrupt.unwrap().success());
+    eventually("something is recorded", || is_longer(&path, 100_000));
+    kill(signal, &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let report = &json(&String::from_utf8(output.stdout).unwrap())[0];
@@ -67,4 +57,86 @@ fn ends_well(signal: &str) {
     let replayed = &json(&replayed.out)[0];
     assert_eq!(replayed["fingerprint"], report["fingerprint"]);
     assert_eq!(replayed["cut_off_s"], report["simulated_s"]);
+}
+
+fn kill(signal: &str, child: &Child) {
+    let id = child.id().to_string();
+    let killed = Command::new("kill").args([signal, &id]).status();
+    assert!(killed.unwrap().success());
+}
+
+/// How `twin` with `words` ends after one signal, which it gets soon after the file at `path` is there.
+fn ends_after_one(signal: &str, words: &[&str], path: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_twin"))
+        .args(words)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    eventually("it has begun", || std::fs::exists(path).unwrap());
+    sleep(Duration::from_millis(200));
+    kill(signal, &child);
+    eventually("it ends", || child.try_wait().unwrap().is_some());
+    child.wait_with_output().unwrap()
+}
+
+/// Steps, periods and observations of a nanosecond: an hour of them to the next look of anybody, if nobody looked meanwhile.
+#[test]
+fn one_signal_ends_a_run_of_whatever_steps() {
+    let folder = Folder::new("interrupt-steps");
+    let scenario = folder.file("endless.toml", ENDLESS);
+    let settings: [&[&str]; 5] = [
+        &["plant.step=1 ns", "observe.period=20 ms"],
+        &["plant.step=1 ns", "plant.model=lcp", "observe.period=20 ms"],
+        &["controller.period=1 ns"],
+        &["observe.period=1 ns"],
+        &["plant.coupling={ grid = \"1 ns\" }", "observe.period=20 ms"],
+    ];
+    for (n, settings) in settings.into_iter().enumerate() {
+        let out = folder.join(&format!("out{n}"));
+        let set = settings.iter().flat_map(|setting| ["--set", setting]);
+        let signal = if n % 2 == 0 { "-INT" } else { "-TERM" };
+        let mut words = vec!["run", &scenario, "--json", "--out", &out];
+        words.extend(set);
+        let output = ends_after_one(signal, &words, &out);
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{settings:?}: {text}");
+        let report = &json(&text)[0];
+        let error = report["error"].as_str().unwrap();
+        assert!(error.contains("interrupted at"), "{settings:?}: {error}");
+        let recording = Recording::open(report["recording"].as_str().unwrap().as_ref()).unwrap();
+        assert!(recording.is_complete(), "{settings:?}");
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+}
+
+#[test]
+fn one_signal_ends_a_study() {
+    let folder = Folder::new("interrupt-study");
+    let scenario = folder.file("endless.toml", ENDLESS);
+    let out = folder.join("out");
+    let words = ["study", "precision", &scenario, "--json", "--out", &out];
+    let output = ends_after_one(
+        "-INT",
+        &[&words[..], &["--duration", "300 s"]].concat(),
+        &out,
+    );
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let error = json(&text)[0]["error"].as_str().unwrap().to_owned();
+    // In one of its parts, or while the scenario's own commands were recorded.
+    assert!(error.contains("interrupted a"), "{error}");
+}
+
+/// What hangs in the system, or in a part of somebody's own, looks at no flag.
+#[test]
+fn one_signal_ends_what_looks_at_nothing() {
+    let folder = Folder::new("interrupt-pipe");
+    let pipe = folder.join("pipe.toml");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let output = ends_after_one("-TERM", &["run", &pipe], &pipe);
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("error: interrupted"), "{told}");
 }

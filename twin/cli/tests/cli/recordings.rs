@@ -85,3 +85,73 @@ fn diff_finds_the_first_difference() {
     assert_eq!(difference["first"], json!(null));
     assert_eq!(difference["only_in_a"], json!(["plant: body/rpy"]));
 }
+
+#[test]
+fn a_comparison_of_nothing_is_an_error() {
+    let folder = Folder::new("nothing-to-diff");
+    let scenario = folder.file("bob.toml", SOUND);
+    let run = |out: &str, signals: &str| {
+        let set = format!("record.signals=[{signals}]");
+        let out = folder.join(out);
+        let done = twin(&["run", &scenario, "--json", "--out", &out, "--set", &set]);
+        json(&done.out)[0]["recording"].as_str().unwrap().to_owned()
+    };
+    let position = run("position", "\"body/position\"");
+    let attitude = run("attitude", "\"body/rpy\"");
+    for pair in [[&position, &attitude], [&attitude, &position]] {
+        for events in [&[][..], &["--events"]] {
+            let words = [&["diff", pair[0], pair[1]], events].concat();
+            let done = twin(&words);
+            assert_eq!(done.code, 2, "{words:?}: {done:?}");
+            assert!(done.out.contains("nothing to compare"), "{done:?}");
+            let done = twin(&[&words[..], &["--json"]].concat());
+            assert_eq!(done.code, 2, "{done:?}");
+            let difference = &json(&done.out)[0];
+            assert_eq!(difference["nothing"], true, "{difference}");
+            assert!(difference["error"].is_string(), "{difference}");
+        }
+    }
+    assert_eq!(twin(&["diff", &position, &position]).code, 0);
+    // Cut off before the first sample.
+    let bytes = std::fs::read(&position).unwrap();
+    std::fs::write(&position, &bytes[..bytes.len().min(2_000)]).unwrap();
+    assert_eq!(twin(&["diff", &position, &position]).code, 2);
+}
+
+#[test]
+fn what_does_not_end_is_refused() {
+    let endless = "/dev/zero";
+    for words in [
+        &["check", endless][..],
+        &["run", endless],
+        &["diff", endless, endless],
+        &["replay", endless],
+    ] {
+        let done = twin(words);
+        assert_eq!(done.code, 2, "{words:?}");
+        assert!(done.err.contains("after 16 MB"), "{words:?}: {done:?}");
+    }
+    let folder = Folder::new("endless-robot");
+    let robot = SOUND.replace("\"cheetah-cub\"", "\"./zero.toml\"");
+    let scenario = folder.file("zero-robot.toml", &robot);
+    std::os::unix::fs::symlink(endless, folder.join("zero.toml")).unwrap();
+    let done = twin(&["check", &scenario]);
+    assert_eq!(done.code, 2);
+    assert!(done.err.contains("after 16 MB"), "{done:?}");
+}
+
+/// A scenario that comes through a pipe, as from `<(…)` of a shell, is one like any other.
+#[test]
+fn what_is_no_regular_file_is_read_if_it_ends() {
+    let folder = Folder::new("pipe");
+    let pipe = folder.join("pipe.toml");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let writer = {
+        let pipe = pipe.clone();
+        std::thread::Builder::new().spawn(move || std::fs::write(pipe, SOUND).unwrap())
+    };
+    let done = twin(&["check", &pipe]);
+    assert_eq!(done.code, 0, "{done:?}");
+    writer.unwrap().join().unwrap();
+}

@@ -140,3 +140,23 @@ fn shipped_scenarios_pass_the_strict_check() {
         assert_eq!((done.code, done.err.as_str()), (0, ""));
     }
 }
+
+#[test]
+fn a_run_of_hours_or_terabytes_says_so_before_it_begins() {
+    let folder = Folder::new("warned-long");
+    let scenario = folder.file("bob.toml", &SOUND.replace("1 s", "1e7 s"));
+    let codes = |words: &[&str]| {
+        let done = twin(&[&["check", &scenario, "--json"], words].concat());
+        assert_eq!(done.code, 0, "{done:?}");
+        let warnings = json(&done.out)[0]["warnings"].as_array().unwrap().clone();
+        let codes = warnings.iter().map(|one| one["code"].as_str().unwrap());
+        codes.map(str::to_owned).collect::<Vec<_>>()
+    };
+    // 5e9 observations of 83 bytes, steps of the plant, and control steps.
+    assert_eq!(codes(&[]), ["long-run", "large-recording"]);
+    assert_eq!(codes(&["--set", "record.signals=[]"]), ["long-run"]);
+    assert_eq!(codes(&["--set", "duration=1e6 s"]), [""; 0]);
+    let done = twin(&["check", &scenario]);
+    assert!(done.err.contains("GB"), "{done:?}");
+    assert!(done.err.contains("5.6 hours"), "{done:?}");
+}

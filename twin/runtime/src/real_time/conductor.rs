@@ -5,6 +5,7 @@ use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration
 use super::clock::{Clock, later};
 use super::exchange::{Way, duration};
 use super::report::{RealTimeReport, TaskReport};
+use crate::interrupt::LongLoop;
 use crate::process_slot::ProcessSlot;
 use crate::wiring::{TaskLinks, check_names, wire};
 use crate::{
@@ -239,7 +240,8 @@ impl Conductor {
         observer: &mut O,
     ) -> Result<u64, RigError> {
         let mut missed = 0;
-        while self.due(step + 1).1 <= woke {
+        let mut turns = LongLoop::default();
+        while self.due(step + 1).1 <= woke && !turns.is_interrupted() {
             let at = self.due(step).1;
             self.hear(at, tasks, observer)?;
             missed += 1;
@@ -297,7 +299,8 @@ impl Conductor {
         observer: &mut O,
     ) -> Result<u64, RigError> {
         // An iteration that takes exactly a period is in time.
-        while self.due(step).1 < ended {
+        let mut turns = LongLoop::default();
+        while self.due(step).1 < ended && !turns.is_interrupted() {
             let (scheduled, at) = self.due(step);
             self.hear(at, tasks, observer)?;
             if let ControlStep::Late { missed } = self.manager.control_step(scheduled) {

@@ -19,10 +19,13 @@ pub(crate) mod code {
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
+    pub const LONG_RUN: &str = "long-run";
 }
 
 /// The trunk is looked at no less often: it falls 2 mm in such a time.
 const LONGEST_FOR_BODY: SimDuration = SimDuration::from_millis(20);
+/// A run is long from so many steps, observations and control steps on: at a microsecond each, an hour.
+const LONG: u128 = 3_600_000_000;
 /// Feet that may touch down again at once have no shortest swing: that of the default counts.
 const LONGEST_FOR_FEET: SimDuration = SimDuration::from_millis(10);
 
@@ -158,6 +161,7 @@ impl Whole<'_> {
                 ),
             );
         }
+        self.warn_of_length(table);
         if self.expectations.is_empty() && self.of_other_plants > 0 {
             table.warn_at(
                 &place(table, &["plant", "model"]),
@@ -166,6 +170,57 @@ impl Whole<'_> {
                 "this run cannot fail: add an [[expect]], or the plant to one's `plants`",
             );
         }
+    }
+}
+
+impl Whole<'_> {
+    /// Warns of a run that takes hours or days, by counting what happens in it.
+    fn warn_of_length(&self, table: &Table<'_>) {
+        let step = self.plant.step.unwrap_or(self.observe);
+        let (step, of_plant) = match self.plant.coupling {
+            Coupling::Grid { step: grid, .. } if grid < step => {
+                (grid, &["plant", "coupling", "grid"][..])
+            }
+            _ => (step, &["plant", "step"][..]),
+        };
+        let control = self.controller.map_or(self.io.step, |it| it.period);
+        let periods = [
+            (self.observe, &["observe", "period"][..], "observations"),
+            (step, of_plant, "steps of the plant"),
+            (control, &["controller", "period"], "control steps"),
+        ];
+        let count = |period: SimDuration| self.duration.as_nanos() / period.as_nanos().max(1);
+        let all: u128 = periods
+            .iter()
+            .map(|(period, ..)| u128::from(count(*period)))
+            .sum();
+        if all < LONG {
+            return;
+        }
+        // The first of those that are alike.
+        let most = periods
+            .iter()
+            .rev()
+            .max_by_key(|(period, ..)| count(*period));
+        let Some((period, keys, what)) = most else {
+            return;
+        };
+        let hours = all as f64 / 3.6e9;
+        let time = if hours < 48.0 {
+            format!("{hours:.1} hours")
+        } else {
+            format!("{:.0} days", hours / 24.0)
+        };
+        table.warn_at(
+            &place(table, keys),
+            code::LONG_RUN,
+            format!(
+                "the run has {:.0e} {what}, one every {}",
+                count(*period) as f64,
+                spelled(*period)
+            ),
+            format!("with a microsecond for each, and most take longer, that is a run of {time}"),
+        );
     }
 }
 

@@ -7,6 +7,7 @@ mod controller;
 mod coupling;
 mod plant;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use twinrig_document::{Document, DocumentError, Item, Overrides, Range, Reported, Table};
@@ -212,16 +213,18 @@ fn stem(file: &str) -> String {
 
 /// Expectations of the same name are told apart by a number.
 fn distinct(mut expectations: Vec<Expectation>) -> Vec<Expectation> {
-    for index in 1..expectations.len() {
-        let name = expectations[index].name.clone();
-        let taken = |name: &str| expectations[..index].iter().any(|other| other.name == name);
-        let mut count = 1;
+    let mut taken = BTreeSet::new();
+    // The last number that a name was given: where it ends, the search for the next begins.
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for expectation in &mut expectations {
+        let name = &expectation.name;
         let mut distinct = name.clone();
-        while taken(&distinct) {
-            count += 1;
+        while !taken.insert(distinct.clone()) {
+            let count = counts.entry(name.clone()).or_insert(1);
+            *count += 1;
             distinct = format!("{name} ({count})");
         }
-        expectations[index].name = distinct;
+        expectation.name = distinct;
     }
     expectations
 }

@@ -101,6 +101,7 @@ pub fn coupling(
             study.rows.push(row);
         }
     }
+    job.budget.finished()?;
     study.panics = panics.into_all();
     Ok(study)
 }

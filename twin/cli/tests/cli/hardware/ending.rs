@@ -69,6 +69,26 @@ fn a_twin_that_is_told_to_end_leaves_no_link_behind() {
 }
 
 #[test]
+fn a_name_at_which_a_twin_is_served_is_refused_until_that_is_over() {
+    let folder = Folder::new("taken");
+    let (bench, link) = (endless(&folder), folder.join("boards"));
+    let mut first = Running::serve(&folder, &bench, &link, &[]);
+    let pty = format!("sbcp={link}");
+    let refused = twin(&["serve", &bench, "--pty", &pty]);
+    assert_eq!(refused.code, 2, "{refused:?}");
+    assert!(
+        refused.err.contains("another twin is served"),
+        "{refused:?}"
+    );
+    assert!(is_there(&link));
+    first.signal("-TERM");
+    assert_eq!(first.end().code, Some(0));
+    let mut second = Running::serve(&folder, &bench, &link, &[]);
+    second.signal("-TERM");
+    assert_eq!(second.end().code, Some(0));
+}
+
+#[test]
 fn a_twin_that_is_to_stay_serves_one_run_after_the_other() {
     let folder = Folder::new("keep");
     let scenario = folder.file("bench.toml", BENCH);
