@@ -11,7 +11,7 @@ use twinrig_wire::{FaultKind, UsbPreset};
 
 use crate::bench::GRID;
 use crate::scope::LEGS;
-use crate::setting::{Between, FAULT_MAX, Setting, Trouble, jitter, longest, micros, millis};
+use crate::setting::{Between, FAULT_MAX, Setting, Trouble, jitter, micros, millis};
 
 /// Which kinds of faults.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +113,7 @@ fn jitters(most: SimDuration) -> impl Strategy<Value = (Timing, Timing)> {
     jitter(most).prop_flat_map(move |completions| {
         let writes = prop_oneof![
             Just(Timing::ZERO),
-            jitter(most.checked_sub(longest(&completions)).unwrap_or_default())
+            jitter(most.checked_sub(completions.longest()).unwrap_or_default())
         ];
         (Just(completions), writes)
     })
@@ -172,7 +172,7 @@ fn setting_of(kinds: Kinds, between: Between) -> impl Strategy<Value = Setting> 
     );
     let built = parts.prop_map(
         |(usb, rates_ppb, phases, following, longer, compute, troubles, seed)| {
-            let busy = usb.transfer_max() + longest(&compute) + GRID;
+            let busy = usb.transfer_max() + compute.longest() + GRID;
             let least = busy.as_nanos().div_ceil(1_000_000).max(2);
             let room = PERIODS_MS.end().saturating_sub(least);
             Setting {

@@ -10,7 +10,7 @@ use crate::any::{Kinds, any_setting};
 use crate::bench::Bench;
 use crate::run::{ask, before_step, bench_of, run};
 use crate::scope::LEGS;
-use crate::setting::{Between, Setting, longest, micros, millis};
+use crate::setting::{Between, Setting, micros, millis};
 
 /// Longest cycle of a free-running session in the mean: each round trip, and as many whole microframes as turnaround and jitters
 /// have; within a microframe the grid swallows them.
@@ -40,7 +40,7 @@ fn a_free_running_session_is_at_least_as_fast_as_the_closed_form_and_in_the_thes
         }
         let most = cycle_max(setting).as_secs_f64();
         // What the first and last completions are late is spread over all cycles.
-        let spread = longest(&setting.jitter).as_secs_f64() / bench.gauge("sbcp/cycles");
+        let spread = setting.jitter.longest().as_secs_f64() / bench.gauge("sbcp/cycles");
         if errors > 0.0 || mean > most + spread {
             return Err(format!(
                 "{mean} s a cycle in the mean, {most} s at most; {errors} errors"
@@ -74,7 +74,7 @@ fn smooth() -> impl Strategy<Value = Setting> {
             Between::Nothing => Timing::ZERO,
             _ => setting.jitter.clone(),
         };
-        let late = longest(&setting.compute) + longest(&setting.write_jitter);
+        let late = setting.compute.longest() + setting.write_jitter.longest();
         let write_jitter = match setting.between {
             Between::CutThrough | Between::StoreAndForward if late < micros(900) => {
                 setting.write_jitter.clone()

@@ -65,15 +65,6 @@ pub const fn millis(n: u64) -> SimDuration {
     SimDuration::from_millis(n)
 }
 
-/// Longest that such a timing takes.
-pub fn longest(timing: &Timing) -> SimDuration {
-    match timing {
-        Timing::Constant(duration) => *duration,
-        Timing::Uniform { max, .. } | Timing::Normal { max, .. } => *max,
-        Timing::Trace(durations) => durations.iter().max().copied().unwrap_or_default(),
-    }
-}
-
 /// Any jitter of at most that long.
 pub fn jitter(most: SimDuration) -> BoxedStrategy<Timing> {
     let most = most.as_nanos();
@@ -118,7 +109,7 @@ impl Setting {
 
     /// Longest that the host's software is late in a round trip.
     pub fn late_max(&self) -> SimDuration {
-        self.turnaround + longest(&self.jitter) + longest(&self.write_jitter)
+        self.turnaround + self.jitter.longest() + self.write_jitter.longest()
     }
 
     /// How many round trips a cycle has, and how long each takes from the start of the microframe of its write to that of its

@@ -12,7 +12,7 @@ use crate::any::{Kinds, any_setting};
 use crate::bench::{Bench, Goals};
 use crate::run::{ask, run};
 use crate::scope::{LEGS, stamp_of};
-use crate::setting::{Between, Setting, Trouble, longest, micros, millis};
+use crate::setting::{Between, Setting, Trouble, micros, millis};
 
 /// A tick of a board whose clock is slow by 2000 ppm, and what the plant's stamps leave open.
 const TICK: SimDuration = micros(1_003 + 250);
@@ -103,7 +103,7 @@ fn is_fresh(bench: &Bench, setting: &Setting, leg: usize) -> Result<(), String> 
 /// have come later by the write jitter.
 fn hidden(bench: &Bench, setting: &Setting, leg: usize) -> usize {
     let sent = &bench.watch.sent[leg];
-    let near = TICK + micros(250) + longest(&setting.write_jitter);
+    let near = TICK + micros(250) + setting.write_jitter.longest();
     let close = |pair: &&[crate::bench::Sent]| pair[1].at - pair[0].at < near;
     1 + sent.windows(2).filter(close).count()
 }

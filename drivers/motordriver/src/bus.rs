@@ -1,12 +1,14 @@
 use std::time::Duration;
 
-use twinrig_sbcp::{Controlled, ControllerConfig, FRAME_MAX, MasterConfig, Topology};
+use twinrig_kernel::SimDuration;
+use twinrig_sbcp::{Controlled, ControllerConfig, FRAME_MAX, MasterConfig, OVERHEAD, Topology};
 use twinrig_wire::{Faulty, FaultyNode, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
 use crate::config::{BusConfig, BusTopology, Generation};
 use crate::driver::MotorDriver;
 use crate::error::BusError;
+use crate::reply::{COMMAND_LEN, REPLY_LEN};
 use crate::stack::Stack;
 
 /// Everything between the host's driver and the plant: USB converter, bus controller, RS-485 and the boards.
@@ -83,10 +85,29 @@ fn with_faults(config: &BusConfig, place: &str, line: Stack) -> Result<Stack, Bu
     Ok(Stack::of(faulty))
 }
 
-/// Microframe for which the time-outs of the protocol's master are made.
+/// Microframe for which the usual time-outs of the protocol's master are made.
 const MICROFRAME: Duration = Duration::from_micros(125);
 /// ASSUMED: longest that a board with the first firmware takes to answer: its main loop, and a tenth for its clock.
 const FIRST_FIRMWARE: Duration = Duration::from_micros(1_100);
+/// Longest that a board with the final firmware takes to answer (thesis, section 5.3.2).
+const REACTION: SimDuration = SimDuration::from_micros(10);
+/// Microframes by which a host may be later than it is configured, in a direct cycle, before an answer is given up.
+const LATENESS: u64 = 2;
+
+/// From writing a request directly on the bus to giving its answer up.
+///
+/// A request costs (4 + ⌈bus time / microframe⌉) microframes, the turnaround and the jitters; [`LATENESS`] is allowed for
+/// beyond that. It is not longer, because a silent board costs it in every cycle, and it counts in whole microframes,
+/// reckoned from the turnaround: with the defaults 895 µs, so that the next request leaves 7 microframes after the
+/// one that was not answered, and three boards of 5 microframes with one that is silent are polled at 364 Hz.
+fn direct_timeout(config: &BusConfig) -> SimDuration {
+    let usb = &config.usb;
+    let bytes = COMMAND_LEN + REPLY_LEN + 2 * OVERHEAD;
+    let bus = config.byte_time * bytes as u64 + REACTION;
+    let frames = 4 + bus.as_nanos().div_ceil(usb.microframe.as_nanos().max(1));
+    let late = usb.turnaround + usb.jitter.longest() + usb.write_jitter.longest();
+    usb.microframe * (frames + LATENESS) + late
+}
 
 /// The master of a bus: its time-outs leave room for USB as it is configured, and for boards that answer late.
 pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
@@ -95,7 +116,7 @@ pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
         BusTopology::Controller(_) => Topology::Controller,
     };
     let usual = MasterConfig::new(topology);
-    let nanos = |duration: twinrig_kernel::SimDuration| Duration::from_nanos(duration.as_nanos());
+    let nanos = |duration: SimDuration| Duration::from_nanos(duration.as_nanos());
     let frames = nanos(config.usb.microframe)
         .as_nanos()
         .div_ceil(MICROFRAME.as_nanos());
@@ -107,10 +128,24 @@ pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
         Topology::Direct => late.min(1),
         Topology::Controller => late,
     });
-    let cycle = usual.cycle_timeout * frames + timer + FIRST_FIRMWARE * late.unwrap_or(u32::MAX);
+    let slow = timer + FIRST_FIRMWARE * late.unwrap_or(u32::MAX);
+    let longest = usual.cycle_timeout * frames;
+    let shortest = match topology {
+        Topology::Direct => longest.min(nanos(direct_timeout(config))),
+        Topology::Controller => longest,
+    };
+    let (cycle_timeout, grace) = match config.session.cycle_timeout {
+        Some(timeout) => (timeout, usual.grace),
+        // A time-out that is shorter leaves an answer no less time to come late.
+        None => (
+            shortest + slow,
+            usual.grace + longest.saturating_sub(shortest),
+        ),
+    };
     MasterConfig {
         lazy_timeout: usual.lazy_timeout + timer,
-        cycle_timeout: config.session.cycle_timeout.unwrap_or(cycle),
+        cycle_timeout,
+        grace,
         error_threshold: config.session.error_threshold,
         ..usual
     }

@@ -123,8 +123,8 @@ pub struct SessionConfig {
     pub calibration_timeout: Duration,
     /// Time between two looks whether calibration is over: 100 ms.
     pub calibration_poll: Duration,
-    /// Time-out of a packet or frame of a cycle; None for that of the topology ([`twinrig_sbcp::MasterConfig::new`]), or
-    /// 5 ms where a board has the first firmware.
+    /// Time-out of a packet or frame of a cycle; None for what topology, USB and firmware want: through the bus controller 2 ms,
+    /// directly a round trip and two microframes (895 µs), more with a latency timer, long microframes or the first firmware.
     pub cycle_timeout: Option<Duration>,
     /// Whether the next cycle begins as soon as one is over, with the set-points of the last transfer, until the
     /// controller has new ones: the rate that a bus can do shows. Not.

@@ -21,8 +21,8 @@ use crate::session::Session;
 ///
 /// Its gauges, `sbcp/…`, count since it was made:
 ///
-/// - `packets` (requests written), `answers`, `errors`, `cycles`, `transfers` (single registers), `strays`, `garbage`: see
-///   [`twinrig_sbcp::MasterCounters`]; `success`, the share of requests with a good answer;
+/// - `packets` (requests written), `answers`, `errors`, `cycles`, `transfers` (single registers), `strays`, `garbage`, `damaged`,
+///   `drain_timeouts`: see [`twinrig_sbcp::MasterCounters`]; `success`, the share of requests with a good answer;
 /// - `held`, replies that were missing; `implausible`, replies that no board gives although their checksum is right;
 ///   `saturated`, set-points out of range; `encoder_faults`, words of magnetic encoders whose status is not good;
 /// - of the intervals from the begin of one cycle to that of the next \[s\]: `cycle/mean`, which is (last − first) / (n − 1)
@@ -71,7 +71,7 @@ enum Stage {
 }
 
 /// Those beside the timing of the cycles.
-const GAUGES: [(&str, Unit); 13] = [
+const GAUGES: [(&str, Unit); 15] = [
     ("packets", Unit::One),
     ("answers", Unit::One),
     ("errors", Unit::One),
@@ -79,6 +79,8 @@ const GAUGES: [(&str, Unit); 13] = [
     ("transfers", Unit::One),
     ("strays", Unit::One),
     ("garbage", Unit::One),
+    ("damaged", Unit::One),
+    ("drain_timeouts", Unit::One),
     ("implausible", Unit::One),
     ("held", Unit::One),
     ("saturated", Unit::One),
@@ -318,6 +320,8 @@ impl Driver for MotorDriver {
             bus.transfers as f64,
             bus.strays as f64,
             bus.garbage as f64,
+            bus.damaged as f64,
+            bus.drain_timeouts as f64,
             state.implausible as f64,
             state.held as f64,
             sum(|leg| leg.saturated),

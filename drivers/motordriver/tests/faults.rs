@@ -5,7 +5,7 @@ mod common;
 use common::{Bench, LEGS, millis};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_motordriver::BusConfig;
+use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::IoTask;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
@@ -84,6 +84,61 @@ fn an_error_ends_the_run_where_none_is_tolerated_and_says_which() {
         panic!("an error was tolerated")
     };
     assert!(error.contains("board LH (id 3): silent"), "{error}");
+}
+
+/// A board that talks without a pause for a second, directly on the bus: bytes never end to come.
+fn babble() -> BusConfig {
+    let fault = Fault {
+        at: AT,
+        on: "wire/sbcp/RF".into(),
+        kind: FaultKind::Babble {
+            pause: SimDuration::ZERO,
+        },
+        lasts: millis(1_000),
+    };
+    BusConfig {
+        topology: BusTopology::Direct,
+        ..tolerant(vec![fault])
+    }
+}
+
+#[test]
+fn who_talks_without_end_costs_errors_and_not_the_bus() {
+    for free_running in [false, true] {
+        let mut config = babble();
+        config.session.free_running = free_running;
+        let mut bench = Bench::new(&config);
+        bench.open().unwrap();
+        bench.run_cycles(millis(10), AT, |_| [0.2; 8]).unwrap();
+        let before = bench.gauge("sbcp/cycles");
+        let end = AT + millis(1_000);
+        bench.run_cycles(millis(10), end, |_| [0.2; 8]).unwrap();
+        // Draining takes 2 ms, and four time-outs of 0.9 ms follow.
+        let cycles = bench.gauge("sbcp/cycles") - before;
+        assert!(cycles >= 99.0, "{cycles} cycles in a second");
+        let errors = bench.gauge("sbcp/errors");
+        assert!(errors > 3.0 * cycles, "{errors} errors in {cycles} cycles");
+        if !free_running {
+            assert!(bench.gauge("sbcp/drain_timeouts") > 90.0);
+        }
+        bench.run_until_idle(end + millis(10)).unwrap_or(());
+        let errors = bench.gauge("sbcp/errors");
+        bench
+            .run_cycles(millis(10), end + millis(500), |_| [0.2; 8])
+            .unwrap();
+        assert!(bench.gauge("sbcp/errors") - errors <= 4.0);
+    }
+}
+
+#[test]
+fn who_talks_without_end_ends_a_run_that_tolerates_ten_errors() {
+    let mut config = babble();
+    config.session.error_threshold = 10;
+    let mut bench = Bench::new(&config);
+    bench.open().unwrap();
+    let run = bench.run_cycles(millis(10), AT + millis(1_000), |_| [0.2; 8]);
+    assert!(run.unwrap_err().contains("given up at 10"));
+    assert!(bench.now() < AT + millis(40), "at {}", bench.now());
 }
 
 #[test]

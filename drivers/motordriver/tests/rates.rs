@@ -5,6 +5,7 @@ mod common;
 use common::{Bench, millis, with_clocks};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
 fn free_running(topology: BusTopology) -> BusConfig {
     let mut config = BusConfig {
@@ -53,6 +54,56 @@ fn through_the_bus_controller_a_cycle_takes_exactly_a_millisecond() {
         is(mean, 1e-3) && is(shortest, 1e-3) && is(longest, 1e-3),
         "{mean} {shortest} {longest}"
     );
+}
+
+/// Cycles a second of a direct bus with a fault, counted by the requests to the first board over 10 s.
+fn rate_with(on: &str, kind: FaultKind, seed: u64) -> f64 {
+    let mut config = free_running(BusTopology::Direct);
+    config.session.error_threshold = -1;
+    let mut bench = Bench::new(&config);
+    bench.open().unwrap();
+    // Once the boards are ready.
+    let fault = Fault {
+        at: bench.now(),
+        on: on.to_owned(),
+        kind,
+        lasts: SimDuration::from_secs(1_000),
+    };
+    config.faults = FaultSchedule {
+        faults: vec![fault],
+        seed,
+    };
+    let mut bench = Bench::new(&config);
+    bench.world.turning = false;
+    bench.open().unwrap();
+    bench.passed = Some(Vec::new());
+    bench.begin(&[0.0; 8]).unwrap();
+    let begin = bench.now();
+    bench.run_until(begin + SimDuration::from_secs(10)).unwrap();
+    assert!(bench.gauge("sbcp/errors") > 100.0);
+    bench.cycle_begins().len() as f64 / 10.0
+}
+
+/// It costs its time-out, 7 microframes, instead of 5.
+#[test]
+fn a_silent_board_leaves_a_direct_bus_364_hz_whichever_it_is() {
+    for leg in common::LEGS {
+        let rate = rate_with(
+            &format!("wire/sbcp/{leg}"),
+            FaultKind::Unplug { fails: false },
+            1,
+        );
+        assert!((rate - 8_000.0 / 22.0).abs() < 0.2, "{leg}: {rate} Hz");
+    }
+}
+
+#[test]
+fn bit_errors_of_a_thousandth_leave_a_direct_bus_370_hz() {
+    for seed in 0..3 {
+        let rate = rate_with("wire/sbcp", FaultKind::Flip { rate: 1e-3 }, seed);
+        println!("{rate} Hz");
+        assert!((370.0..400.0).contains(&rate), "{rate} Hz");
+    }
 }
 
 /// Boards with the first firmware, whose clocks differ by crystals and whose ticks come at random.

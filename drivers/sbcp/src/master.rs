@@ -1,3 +1,4 @@
+use std::ops::Range;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -5,83 +6,10 @@ use twinrig_kernel::HostTime;
 
 use crate::codes::{ErrorCode, FRAME_MAX};
 use crate::error::SbcpError;
+use crate::late_answers::LateAnswers;
+use crate::master_config::{Failure, MasterConfig, MasterCounters, Outcome, Topology};
 use crate::packet::{Payload, Request, Response};
 use crate::parser::Parser;
-
-/// What stands between the master and the boards.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Topology {
-    /// Nothing: one packet goes out when the answer to the last one is in.
-    Direct,
-    /// A bus controller: a frame goes out in one piece.
-    Controller,
-}
-
-/// How a master behaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MasterConfig {
-    /// What stands between it and the boards.
-    pub topology: Topology,
-    /// From writing a single request to giving its answer up: 20 ms.
-    pub lazy_timeout: Duration,
-    /// The same for a packet (direct: 1 ms, of which a good answer over USB takes 0.625 ms) or a frame
-    /// (through the bus controller: 2 ms) of a cycle.
-    pub cycle_timeout: Duration,
-    /// After something was given up or came unasked, nothing is written until no byte has come for that
-    /// long: 1 ms. What comes later than time-out and this together is beyond telling.
-    pub quiet: Duration,
-    /// Errors at which [`Master::is_out_of_errors`] holds; negative: never. 1, as in the original software.
-    pub error_threshold: i64,
-}
-
-impl MasterConfig {
-    /// The defaults for that topology.
-    pub const fn new(topology: Topology) -> Self {
-        Self {
-            topology,
-            lazy_timeout: Duration::from_millis(20),
-            cycle_timeout: match topology {
-                Topology::Direct => Duration::from_millis(1),
-                Topology::Controller => Duration::from_millis(2),
-            },
-            quiet: Duration::from_millis(1),
-            error_threshold: 1,
-        }
-    }
-}
-
-/// Why a request brought nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-pub enum Failure {
-    /// No answer came in time, or only a damaged one.
-    #[error("no answer")]
-    NoAnswer,
-    /// The board, or the bus controller in its place, answered with an error.
-    #[error("{0}")]
-    Refused(ErrorCode),
-}
-
-/// What a request brought.
-pub type Outcome = Result<Payload, Failure>;
-
-/// What a master has counted since it was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MasterCounters {
-    /// Single transfers finished.
-    pub transfers: u64,
-    /// Cycles finished.
-    pub cycles: u64,
-    /// Requests written.
-    pub requests: u64,
-    /// Good answers.
-    pub answers: u64,
-    /// Requests without a good answer; those of [`Master::probe`] do not count.
-    pub errors: u64,
-    /// Packets that nobody asked for, or that came too late.
-    pub strays: u64,
-    /// Bytes that belonged to no packet, or to one that came between transfers \[B\].
-    pub garbage: u64,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Kind {
@@ -93,8 +21,10 @@ enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum State {
     Idle,
-    /// A transfer has begun; it waits for the line to be quiet.
-    Draining,
+    /// A transfer has begun; it waits until nobody talks unasked, at most until then.
+    Draining(HostTime),
+    /// The next requests wait until no older answer of their boards can come.
+    Holding(HostTime),
     /// Requests are to be written.
     Writing,
     /// Answers are awaited until then.
@@ -111,9 +41,19 @@ enum State {
 ///
 /// **Which answer is whose.** Answers carry no number, only class and id of their source, and they come in
 /// the order of the requests. So an answer is that of the first open request to that address, and closes
-/// the requests before it, whose answers are lost. What matches no open request is a stray. An answer
-/// from an earlier transfer must not be taken for one of this: when a request was given up, or a stray or a byte
-/// came unasked, the next transfer first waits until the line has been quiet for [`MasterConfig::quiet`].
+/// the requests before it, whose answers are lost. What matches no open request is a stray.
+///
+/// **Late answers.** An answer to a request that was given up must not be taken for that to a later one. It could be
+/// for one to the same board only, so that board is not asked again until [`MasterConfig::cycle_timeout`] (or
+/// [`MasterConfig::lazy_timeout`]) and [`MasterConfig::grace`] have passed since the request that was given up was
+/// written ([`crate::GRACE`] says why this is enough); others are asked meanwhile.
+///
+/// **Who talks unasked.** After a stray, or a byte that no request is open for, the next transfer waits until nobody has
+/// talked unasked for [`MasterConfig::quiet`], but not longer than [`MasterConfig::drain_timeout`]: a talker who never
+/// ends costs errors, not the bus.
+///
+/// **Damaged answers.** Directly on the bus, what is an answer of the board that was asked but for its checksum ends
+/// the wait: that board says nothing more. A bus controller sends an error packet behind it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Master {
     config: MasterConfig,
@@ -125,10 +65,11 @@ pub struct Master {
     /// The first of the requests that is neither answered nor given up.
     open: usize,
     parser: Parser,
-    /// Something may still come that belongs to nothing.
-    unsettled: bool,
-    /// When a byte came last, or was given up.
-    last: HostTime,
+    /// When somebody talked unasked, the last time since the last transfer began.
+    noise: Option<HostTime>,
+    /// When the open requests were written.
+    written: HostTime,
+    late: LateAnswers,
     now: HostTime,
     counters: MasterCounters,
 }
@@ -150,8 +91,9 @@ impl Master {
             count: 0,
             open: 0,
             parser: Parser::default(),
-            unsettled: false,
-            last: HostTime::default(),
+            noise: None,
+            written: HostTime::default(),
+            late: LateAnswers::default(),
             now: HostTime::default(),
             counters: MasterCounters::default(),
         }
@@ -206,18 +148,20 @@ impl Master {
             return;
         }
         self.now = now;
-        self.last = now;
         let mut rest = bytes;
         while let State::Waiting(_) = self.state {
             let Some(packet) = self.parser.next(&mut rest) else {
+                self.take_damaged();
                 return;
             };
             let response = Response::parse(&packet);
             self.take(response.ok());
         }
-        // Nobody has asked for these.
-        self.counters.garbage += rest.len() as u64;
-        self.unsettled |= !rest.is_empty();
+        if !rest.is_empty() {
+            // Nobody has asked for these.
+            self.counters.garbage += rest.len() as u64;
+            self.noise = Some(now);
+        }
     }
 
     /// It is `now`, which is when [`Master::poll_timeout`] wanted to be told, or later.
@@ -226,9 +170,18 @@ impl Master {
             return;
         }
         self.now = now;
-        if self.state == State::Draining {
-            self.settle();
-            return;
+        match self.state {
+            State::Draining(limit) => {
+                let quiet = self.quiet_from().is_none_or(|from| from <= now);
+                self.counters.drain_timeouts += u64::from(!quiet && limit <= now);
+                self.settle();
+                return;
+            }
+            State::Holding(_) => {
+                self.request();
+                return;
+            }
+            State::Idle | State::Writing | State::Waiting(_) => {}
         }
         // What began like a packet may have hidden one behind it.
         while let State::Waiting(_) = self.state {
@@ -239,12 +192,8 @@ impl Master {
             self.take(response.ok());
         }
         if let State::Waiting(_) = self.state {
-            self.unsettled = true;
-            self.last = now;
-            self.open = match self.config.topology {
-                Topology::Direct => self.open + 1,
-                Topology::Controller => self.count,
-            };
+            self.give_up();
+            self.open = self.asked().end;
             self.go_on();
         }
     }
@@ -253,8 +202,8 @@ impl Master {
     pub fn poll_timeout(&self) -> Option<HostTime> {
         match self.state {
             State::Idle | State::Writing => None,
-            State::Draining => Some(later(self.last, self.config.quiet)),
-            State::Waiting(until) => Some(until),
+            State::Draining(limit) => Some(self.quiet_from().map_or(limit, |from| from.min(limit))),
+            State::Holding(until) | State::Waiting(until) => Some(until),
         }
     }
 
@@ -263,19 +212,15 @@ impl Master {
         if self.state != State::Writing {
             return false;
         }
-        let packets = match self.config.topology {
-            Topology::Direct => self.open..self.open + 1,
-            Topology::Controller => self.open..self.count,
-        };
+        // What came before cannot be an answer to these.
+        self.parser.reset();
+        let packets = self.asked();
         self.counters.requests += packets.len() as u64;
         for request in self.requests[packets].iter().flatten() {
             request.emit(bytes);
         }
-        let timeout = match self.kind {
-            Kind::Probe | Kind::Lazy => self.config.lazy_timeout,
-            Kind::Cycle => self.config.cycle_timeout,
-        };
-        self.state = State::Waiting(later(self.now, timeout));
+        self.written = self.now;
+        self.state = State::Waiting(later(self.now, self.timeout()));
         self.pass_broadcasts();
         true
     }
@@ -285,12 +230,12 @@ impl Master {
         self.state != State::Idle
     }
 
-    /// Gives up what goes on at `now`: its open requests fail, uncounted. Answers may still come; the next
-    /// transfer waits for them to pass.
+    /// Gives up what goes on at `now`: its open requests fail, uncounted. Their answers may still come; their boards are
+    /// not asked until they cannot any more.
     pub fn abort(&mut self, now: HostTime) {
+        self.now = now;
         if let State::Waiting(_) = self.state {
-            self.unsettled = true;
-            self.last = now;
+            self.give_up();
         }
         self.state = State::Idle;
     }
@@ -317,27 +262,78 @@ impl Master {
         self.open = 0;
         self.outcomes.clear();
         self.outcomes.resize(packets, Err(Failure::NoAnswer));
-        if self.unsettled && now < later(self.last, self.config.quiet) {
-            self.state = State::Draining;
+        if self.quiet_from().is_some_and(|from| now < from) {
+            self.state = State::Draining(later(now, self.config.drain_timeout));
         } else {
             self.settle();
         }
         Ok(())
     }
 
-    /// The line is quiet: what comes from now on belongs to what is written from now on.
+    /// From when on nobody has talked unasked for long enough, if somebody did.
+    fn quiet_from(&self) -> Option<HostTime> {
+        self.noise.map(|last| later(last, self.config.quiet))
+    }
+
+    /// The line is quiet, or never will be.
     fn settle(&mut self) {
-        self.unsettled = false;
-        self.parser.reset();
-        self.state = State::Writing;
+        self.noise = None;
+        self.request();
+    }
+
+    /// The requests that are open, or to be written next.
+    fn asked(&self) -> Range<usize> {
+        match self.config.topology {
+            Topology::Direct => self.open..self.count.min(self.open + 1),
+            Topology::Controller => self.open..self.count,
+        }
+    }
+
+    /// The next requests are to be written, as soon as no older answer of their boards can come.
+    fn request(&mut self) {
+        let requests = self.requests[self.asked()].iter().flatten();
+        let free = requests
+            .filter_map(|request| self.late.until(request.to))
+            .max();
+        self.state = match free.filter(|until| *until > self.now) {
+            Some(until) => State::Holding(until),
+            None => State::Writing,
+        };
+    }
+
+    fn timeout(&self) -> Duration {
+        match self.kind {
+            Kind::Probe | Kind::Lazy => self.config.lazy_timeout,
+            Kind::Cycle => self.config.cycle_timeout,
+        }
+    }
+
+    /// The open requests are given up; their answers may still come.
+    fn give_up(&mut self) {
+        let until = later(self.written, self.timeout() + self.config.grace);
+        for index in self.asked() {
+            if let Some(request) = self.requests[index] {
+                self.late.add(self.now, request.to, until);
+            }
+        }
+    }
+
+    /// All bytes so far were looked at, and no answer was among them. Perhaps it was, but damaged.
+    fn take_damaged(&mut self) {
+        let open = self.requests[self.asked()].first().copied().flatten();
+        let of_open =
+            |(class, id)| open.is_some_and(|open| (open.to.class(), open.to.id()) == (class, id));
+        let over = self.config.topology == Topology::Direct && !self.parser.is_amid();
+        if over && self.parser.damaged().is_some_and(of_open) {
+            self.counters.damaged += 1;
+            self.open += 1;
+            self.go_on();
+        }
     }
 
     /// A packet has come while answers are awaited; None if it is no response.
     fn take(&mut self, response: Option<Response>) {
-        let open = match self.config.topology {
-            Topology::Direct => self.open..self.open + 1,
-            Topology::Controller => self.open..self.count,
-        };
+        let open = self.asked();
         let asked = |response: &Response, index: usize| {
             self.requests[index].is_some_and(|request| request.to == response.from())
         };
@@ -347,7 +343,7 @@ impl Master {
         });
         let Some((index, response)) = found else {
             self.counters.strays += 1;
-            self.unsettled = true;
+            self.noise = Some(self.now);
             return;
         };
         self.outcomes[index] = match response.error {
@@ -361,7 +357,7 @@ impl Master {
     /// A request is answered or given up.
     fn go_on(&mut self) {
         if self.open < self.count && self.config.topology == Topology::Direct {
-            self.state = State::Writing;
+            self.request();
         } else {
             self.pass_broadcasts();
         }
@@ -369,10 +365,7 @@ impl Master {
 
     /// Nobody answers a broadcast, so it is done when it is written.
     fn pass_broadcasts(&mut self) {
-        let end = match self.config.topology {
-            Topology::Direct => self.count.min(self.open + 1),
-            Topology::Controller => self.count,
-        };
+        let end = self.asked().end;
         let before = self.open;
         while self.open < end
             && self.requests[self.open].is_some_and(|request| request.to.is_broadcast())
@@ -383,14 +376,16 @@ impl Master {
         if self.open == self.count {
             self.finish();
         } else if self.config.topology == Topology::Direct && self.open > before {
-            self.state = State::Writing;
+            self.request();
         }
     }
 
     fn finish(&mut self) {
         self.state = State::Idle;
         // Behind the answers there may be more, which belongs to nothing.
-        self.unsettled |= self.parser.is_amid();
+        if self.parser.is_amid() {
+            self.noise = Some(self.now);
+        }
         let answers = self.outcomes.iter().filter(|outcome| outcome.is_ok());
         let answers = answers.count() as u64;
         self.counters.answers += answers;

@@ -28,12 +28,16 @@ pub struct Parser {
     /// How many of them were handed out as a packet by the last call.
     taken: usize,
     skipped: u64,
+    /// Class and id of the last packet whose checksum was wrong.
+    damaged: Option<(u8, u8)>,
 }
 
 /// What a stretch of bytes begins with.
 enum Beginning {
     Packet(usize),
     Garbage,
+    /// What is a packet but for its checksum, from that class and id.
+    Damaged(u8, u8),
     /// Nothing yet; so many bytes are needed to know more.
     Needs(usize),
 }
@@ -44,7 +48,7 @@ fn beginning(bytes: &[u8]) -> Beginning {
         [HEADER, class, id, length, ..] => match packet_len(length) {
             Some(len) if class != HEADER && id != HEADER => match bytes.get(..len) {
                 Some(bytes) if Packet::new(bytes).is_ok() => Beginning::Packet(len),
-                Some(_) => Beginning::Garbage,
+                Some(_) => Beginning::Damaged(class, id),
                 None => Beginning::Needs(len),
             },
             _ => Beginning::Garbage,
@@ -66,6 +70,10 @@ impl Parser {
                     return Packet::new(&self.held[..len]).ok();
                 }
                 Beginning::Garbage => self.search_held(),
+                Beginning::Damaged(class, id) => {
+                    self.damaged = Some((class, id));
+                    self.search_held();
+                }
                 Beginning::Needs(_) if rest.is_empty() => return None,
                 Beginning::Needs(len) => self.take(len, rest),
             }
@@ -79,9 +87,10 @@ impl Parser {
                     *rest = behind;
                     return Packet::new(packet).ok();
                 }
-                Beginning::Garbage => {
-                    self.skipped += 1;
-                    *rest = &rest[1..];
+                Beginning::Garbage => self.skip_one(rest),
+                Beginning::Damaged(class, id) => {
+                    self.damaged = Some((class, id));
+                    self.skip_one(rest);
                 }
                 Beginning::Needs(len) => {
                     self.take(len, rest);
@@ -114,6 +123,12 @@ impl Parser {
         self.skipped += (self.len - self.taken) as u64;
         self.len = 0;
         self.taken = 0;
+        self.damaged = None;
+    }
+
+    /// Class and id of what was a packet but for its checksum, the last since [`Parser::reset`].
+    pub fn damaged(&self) -> Option<(u8, u8)> {
+        self.damaged
     }
 
     /// Whether it has seen what may be the beginning of a packet.
@@ -124,6 +139,12 @@ impl Parser {
     /// How many bytes belonged to no packet, so far.
     pub fn skipped(&self) -> u64 {
         self.skipped
+    }
+
+    /// The first byte begins no packet.
+    fn skip_one(&mut self, rest: &mut &[u8]) {
+        self.skipped += 1;
+        *rest = &rest[1..];
     }
 
     /// Moves bytes over until `len` are held, or there are no more.

@@ -364,3 +364,95 @@ fn after_bytes_that_nobody_asked_for_the_next_cycle_waits_for_quiet() {
     rig.master.handle_timeout(support::host(quiet));
     assert!(rig.master.poll_transmit(&mut Vec::new()));
 }
+
+#[test]
+fn a_talker_without_end_holds_a_transfer_up_for_the_drain_time_out_and_is_counted() {
+    let mut rig = Rig::new(Topology::Direct);
+    let (begin, mut now) = (rig.now, rig.now);
+    rig.master.handle_bytes(support::host(now), &[0]);
+    rig.master.cycle(support::host(now), &frame()).unwrap();
+    let mut written = None;
+    // A byte every 50 µs.
+    while written.is_none() {
+        now += micros(50);
+        rig.master.handle_bytes(support::host(now), &[0]);
+        if rig
+            .master
+            .poll_timeout()
+            .is_some_and(|due| due <= support::host(now))
+        {
+            rig.master.handle_timeout(support::host(now));
+        }
+        written = rig.master.poll_transmit(&mut Vec::new()).then_some(now);
+        assert!(now - begin <= micros(2_000), "it waits for ever");
+    }
+    assert_eq!(written, Some(begin + micros(2_000)));
+    assert_eq!(rig.master.counters().drain_timeouts, 1);
+}
+
+#[test]
+fn directly_a_silent_board_costs_its_time_out_and_no_silence() {
+    for silent in 0..4 {
+        let mut rig = Rig::new(Topology::Direct);
+        rig.slaves.remove(silent);
+        let good = LATENCIES + Duration::from_micros(106);
+        for _ in 0..5 {
+            let (outcomes, took) = rig.cycle(&frame());
+            assert_eq!(outcomes.iter().filter(|outcome| outcome.is_ok()).count(), 3);
+            assert_eq!(took, 3 * good + Duration::from_millis(1));
+        }
+    }
+}
+
+/// The silent one is asked again when its time-out and grace are over since it was asked, not before.
+#[test]
+fn a_board_alone_on_the_bus_is_not_asked_again_while_its_old_answer_may_come() {
+    let mut rig = Rig::new(Topology::Direct);
+    rig.slaves.clear();
+    let only = [frame()[0]];
+    let mut written = Vec::new();
+    for _ in 0..4 {
+        rig.cycle(&only);
+        written.push(rig.written);
+    }
+    for pair in written.windows(2) {
+        assert_eq!(pair[1] - pair[0], micros(2_000));
+    }
+}
+
+#[test]
+fn directly_a_damaged_answer_ends_the_wait_for_it() {
+    let good = LATENCIES + Duration::from_micros(106);
+    // A byte of the answer of board 2, and how long the cycle takes.
+    for (byte_no, took) in [
+        (1, 3 * good + Duration::from_millis(1)),
+        (4, 4 * good),
+        (12, 4 * good),
+        (21, 4 * good),
+    ] {
+        let mut rig = Rig::new(Topology::Direct);
+        let mut said = 0;
+        rig.fate = Box::new(move |talker, _, byte| {
+            let hit = talker == Talker::Board(2) && said == byte_no;
+            said += u32::from(talker == Talker::Board(2));
+            Some(byte ^ u8::from(hit) << 3)
+        });
+        let (outcomes, found) = rig.cycle(&frame());
+        assert_eq!(outcomes[2], Err(Failure::NoAnswer), "byte {byte_no}");
+        assert!(
+            [0, 1, 3].iter().all(|n| outcomes[*n].is_ok()),
+            "{outcomes:?}"
+        );
+        assert_eq!(found, took, "byte {byte_no}");
+        let counters = rig.master.counters();
+        assert_eq!(
+            (counters.errors, counters.damaged),
+            (1, u64::from(byte_no > 3))
+        );
+        assert_eq!((counters.strays, counters.garbage), (0, 22));
+        rig.fate = Box::new(|_, _, byte| Some(byte));
+        let (outcomes, found) = rig.cycle(&frame());
+        assert!(all_good(&outcomes));
+        assert_eq!(found, 4 * good);
+    }
+}

@@ -59,6 +59,15 @@ impl Timing {
     /// No time at all.
     pub const ZERO: Self = Self::Constant(SimDuration::ZERO);
 
+    /// The longest that it can be.
+    pub fn longest(&self) -> SimDuration {
+        match self {
+            Self::Constant(duration) => *duration,
+            Self::Uniform { max, .. } | Self::Normal { max, .. } => *max,
+            Self::Trace(durations) => durations.iter().max().copied().unwrap_or_default(),
+        }
+    }
+
     /// The durations in order, drawn from the stream of that name.
     ///
     /// # Errors
@@ -176,6 +185,7 @@ mod tests {
             let (min, max) = (ns(min), ns(min + width));
             let mean = min + SimDuration::try_from_secs_f64(mean * (max - min).as_secs_f64()).unwrap();
             for timing in [Timing::Uniform { min, max }, Timing::Normal { mean, deviation: ns(deviation), min, max }] {
+                prop_assert_eq!(timing.longest(), max);
                 let mut source = timing.source(seed, "any").unwrap();
                 for _ in 0..20 {
                     prop_assert!((min..=max).contains(&source.draw()));
