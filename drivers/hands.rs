@@ -124,6 +124,7 @@ pub fn says(
                 first: at,
                 spacing: SimDuration::ZERO,
                 bytes,
+                framing_error: false,
             });
             advance(node, at);
         } else if own <= to {

@@ -274,6 +274,7 @@ fn ten_million_damaged_and_random_bytes_make_nobody_on_sbcp_panic_or_take_a_wron
             first: now + SimDuration::from_micros(3 + pause),
             spacing: SimDuration::from_micros(spacing),
             bytes: burst,
+            framing_error: false,
         };
         now = piece.last();
         bytes += burst.len() as u64;

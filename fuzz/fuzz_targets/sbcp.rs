@@ -47,6 +47,7 @@ fuzz_target!(|data: &[u8]| {
             first,
             spacing,
             bytes,
+            framing_error: false,
         };
         now = first + spacing * bytes.len() as u64;
         let mut rest = bytes;

@@ -40,7 +40,8 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 ///   `request/p999` \[s\]; `request/phase/deviation` \[s\], and `request/deviation`, which is the same;
 /// - `response/shortest`, `response/longest` and `response/half_range` \[s\]: from the last bit of a request of the cycle to
 ///   the first of its answer;
-/// - `answers`, `refused`, `damaged`, `garbage`, `superseded`, `events_lost`: see [`twinrig_sbcp::SlaveCounters`].
+/// - `answers`, `refused`, `damaged`, `garbage`, `framing_errors`, `superseded`, `events_lost`: see
+///   [`twinrig_sbcp::SlaveCounters`].
 pub struct MotorBoard {
     /// `LF`.
     name: String,
@@ -79,7 +80,7 @@ struct Signals {
 }
 
 /// Names and units of a board's gauges beside the timing of the requests.
-const GAUGES: [(&str, Unit); 15] = [
+const GAUGES: [(&str, Unit); 16] = [
     ("missed_points", Unit::One),
     ("filled_steps", Unit::One),
     ("lost_points", Unit::One),
@@ -93,6 +94,7 @@ const GAUGES: [(&str, Unit); 15] = [
     ("refused", Unit::One),
     ("damaged", Unit::One),
     ("garbage", Unit::One),
+    ("framing_errors", Unit::One),
     ("superseded", Unit::One),
     ("events_lost", Unit::One),
 ];
@@ -355,6 +357,7 @@ impl Node for MotorBoard {
             bus.refused as f64,
             bus.damaged as f64,
             bus.garbage as f64,
+            bus.framing_errors as f64,
             bus.superseded as f64,
             bus.events_lost as f64,
         ]);

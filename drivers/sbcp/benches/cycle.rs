@@ -84,6 +84,7 @@ fn hear_others(bencher: Bencher) {
             first: now,
             spacing: BYTE_TIME,
             bytes: black_box(&bytes),
+            framing_error: false,
         });
     });
 }
@@ -103,6 +104,7 @@ fn hear_and_answer(bencher: Bencher) {
             first: now,
             spacing: BYTE_TIME,
             bytes: black_box(&bytes),
+            framing_error: false,
         });
         while slave.poll_event().is_some() {}
         said.clear();

@@ -25,11 +25,18 @@ struct Saved {
 }
 
 /// How many gauges there are of the controller itself.
-const GAUGES: [&str; 5] = ["requests", "answers", "failures", "timeouts", "overflows"];
+const GAUGES: [&str; 6] = [
+    "requests",
+    "answers",
+    "failures",
+    "timeouts",
+    "overflows",
+    "framing_errors",
+];
 
 impl<L: Line> Controlled<L> {
     /// Puts a controller before `bus`. `name` is that of the bus: gauges are `NAME/controller/requests`,
-    /// `answers`, `failures`, `timeouts` and `overflows`.
+    /// `answers`, `failures`, `timeouts`, `overflows` and `framing_errors`.
     ///
     /// # Errors
     /// [`SbcpError`] if there can be no such controller.
@@ -111,6 +118,7 @@ impl<L: Line> Line for Controlled<L> {
             counters.failures,
             counters.timeouts,
             counters.overflows,
+            counters.framing_errors,
         ];
         let (values, bus) = values.split_at_mut(GAUGES.len());
         for (value, count) in values.iter_mut().zip(own) {

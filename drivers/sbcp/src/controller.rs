@@ -110,7 +110,7 @@ impl Controller {
         if let Some(at) = broken.filter(|at| *at < piece.first) {
             self.break_off(at);
         }
-        let mut rest = piece;
+        let mut rest = self.received(piece);
         while !rest.bytes.is_empty() {
             let part = self.intake.take(&mut rest);
             if let Bus::Sending = self.bus {
@@ -132,7 +132,7 @@ impl Controller {
     pub fn handle_bus(&mut self, now: SimTime, piece: Piece<'_>) {
         self.now = self.now.max(now);
         self.intake.admit(now, !matches!(self.bus, Bus::Free));
-        let mut rest = piece;
+        let mut rest = self.received(piece);
         while !rest.bytes.is_empty() {
             if let Some((at, _)) = self.deadline().filter(|(at, _)| *at < rest.first) {
                 self.give_up(at);
@@ -140,6 +140,18 @@ impl Controller {
             self.hear(&mut rest);
         }
         self.drive();
+    }
+
+    /// What its UARTs hand on of a piece: they drop bytes whose stop bit is wrong.
+    fn received<'a>(&mut self, piece: Piece<'a>) -> Piece<'a> {
+        if !piece.framing_error {
+            return piece;
+        }
+        self.counters.framing_errors += piece.bytes.len() as u64;
+        Piece {
+            bytes: &[],
+            ..piece
+        }
     }
 
     /// It is `now`, which is when [`Controller::poll_timeout`] wanted to be told, or later; what came by then

@@ -92,4 +92,6 @@ pub struct ControllerCounters {
     pub overflows: u64,
     /// Bytes from the host that belonged to no packet \[B\].
     pub garbage: u64,
+    /// Bytes from either side that were dropped for a wrong stop bit \[B\].
+    pub framing_errors: u64,
 }

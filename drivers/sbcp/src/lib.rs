@@ -21,7 +21,7 @@
 //! Request::new(to, Instruction::LOW_LATENCY, &[0, 1, 0, 2])?.emit(&mut request);
 //! let micros = |n| SimTime::ZERO + SimDuration::from_micros(n);
 //! let (first, spacing) = (micros(3), SimDuration::from_micros(3));
-//! board.hear(Piece { first, spacing, bytes: &request });
+//! board.hear(Piece { first, spacing, bytes: &request, framing_error: false });
 //!
 //! // … and begins to answer 10 µs later.
 //! let mut answer = Vec::new();

@@ -72,21 +72,33 @@ impl Listener {
         }
     }
 
+    /// Bytes pass that are dropped: the line is not idle meanwhile, but it may have been before.
+    pub(crate) fn line_busy(&mut self, piece: Piece<'_>) {
+        if self.was_idle(piece) {
+            self.reset();
+        }
+    }
+
     /// Begins to hear a piece: says how many of its bytes are done with. [`Listener::next`] takes it from there.
     pub(crate) fn begin(&mut self, piece: Piece<'_>) -> usize {
-        let quiet = self.idle_gap + self.byte_time;
-        let silence = piece.first.checked_since(self.last);
-        self.last = self.last.max(piece.last());
-        if piece.spacing > quiet && piece.bytes.len() > 1 {
+        let was_idle = self.was_idle(piece);
+        if piece.spacing > self.idle_gap + self.byte_time && piece.bytes.len() > 1 {
             // Every byte stands alone; none of them completes a packet.
             self.reset();
             self.garbage += piece.bytes.len() as u64;
             return piece.bytes.len();
         }
-        if silence.is_some_and(|silence| silence > quiet) {
+        if was_idle {
             self.reset();
         }
         0
+    }
+
+    /// Whether the line was idle before that piece, for longer than the idle gap of a packet. The piece has passed then.
+    fn was_idle(&mut self, piece: Piece<'_>) -> bool {
+        let idle = piece.first.checked_since(self.last);
+        self.last = self.last.max(piece.last());
+        idle.is_some_and(|idle| idle > self.idle_gap + self.byte_time)
     }
 
     /// The next request for `own` in the piece, from byte `at` on, with the instant of its last bit. Nothing

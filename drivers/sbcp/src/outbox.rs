@@ -80,6 +80,7 @@ impl Outbox {
             first: run.first,
             spacing: self.byte_time,
             bytes: &self.bytes[self.done..self.done + run.count],
+            framing_error: false,
         });
         self.drop_front(run.count);
         true

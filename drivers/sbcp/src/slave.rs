@@ -93,6 +93,8 @@ pub struct SlaveCounters {
     pub damaged: u64,
     /// Bytes that belonged to no packet \[B\].
     pub garbage: u64,
+    /// Bytes that were dropped for a wrong stop bit \[B\].
+    pub framing_errors: u64,
     /// Requests, or answers not yet begun, that a newer request replaced.
     pub superseded: u64,
     /// Events that nobody took in time.
@@ -200,6 +202,11 @@ impl Slave {
 
     /// Hears bytes that others put on the bus, complete by now.
     pub fn hear(&mut self, piece: Piece<'_>) {
+        if piece.framing_error {
+            self.counters.framing_errors += piece.bytes.len() as u64;
+            self.listener.line_busy(piece);
+            return;
+        }
         let mut heard = self.listener.begin(piece);
         while let Some((at, request)) = self.listener.next(self.address, piece, &mut heard) {
             self.handle(at, &request);

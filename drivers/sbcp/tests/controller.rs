@@ -17,6 +17,7 @@ fn piece(first: u64, spacing: u64, bytes: &[u8]) -> Piece<'_> {
         first: at(first),
         spacing: micros(spacing),
         bytes,
+        framing_error: false,
     }
 }
 
@@ -215,5 +216,49 @@ proptest! {
         let bytes = [&noise[..], &answer[..len], &behind].concat();
         let ends: Vec<usize> = ends.into_iter().collect();
         prop_assert_eq!(passed_on(&bytes, &ends), passed_on(&bytes, &[]));
+    }
+}
+
+/// The bytes one by one, from `first` on at the pace of the bus, one of them with a wrong stop bit.
+fn with_framing_error(first: u64, bytes: &[u8], wrong: usize) -> Vec<Piece<'_>> {
+    let whole = piece(first, 3, bytes);
+    let one = |n: usize| Piece {
+        first: whole.at(n),
+        bytes: &bytes[n..=n],
+        framing_error: n == wrong,
+        ..whole
+    };
+    (0..bytes.len()).map(one).collect()
+}
+
+#[test]
+fn bytes_with_a_wrong_stop_bit_are_dropped_and_counted_on_either_side() {
+    for wrong in 4..10 {
+        let (mut controller, request) = (new(), request(0));
+        for piece in with_framing_error(3, &request, wrong) {
+            controller.handle_link(piece.first, piece);
+        }
+        controller.handle_timeout(at(200));
+        assert_eq!(
+            told(&mut controller),
+            [(1, ErrorCode::TRUNCATED)],
+            "{wrong}"
+        );
+        assert_eq!(controller.counters().framing_errors, 1);
+    }
+    for wrong in 4..22 {
+        let (mut controller, request, response) = (new(), request(0), response(1));
+        controller.handle_link(at(3), piece(3, 3, &request));
+        on_bus(&mut controller, 100);
+        for piece in with_framing_error(60, &response, wrong) {
+            controller.handle_bus(piece.first, piece);
+        }
+        controller.handle_timeout(at(400));
+        assert_eq!(
+            told(&mut controller),
+            [(1, ErrorCode::TRUNCATED)],
+            "{wrong}"
+        );
+        assert_eq!(controller.counters().framing_errors, 1);
     }
 }

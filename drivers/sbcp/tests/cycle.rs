@@ -233,6 +233,7 @@ fn first_firmware_answers_from_its_main_loop() {
         first: twinrig_kernel::SimTime::from_nanos(3_000),
         spacing: micros(3),
         bytes: &bytes,
+        framing_error: false,
     });
     assert_eq!(slave.poll_transmit(&mut answer), None);
     let tick = twinrig_kernel::SimTime::from_nanos(1_000_000);
@@ -310,6 +311,7 @@ fn a_board_that_never_stops_talking_is_left_after_the_limit() {
         first: at(first),
         spacing: micros(3),
         bytes,
+        framing_error: false,
     };
     stuck.handle_link(at(0), piece(3_000, &bytes));
     while stuck.poll_bus(at(1_000_000), &mut |_| {}) {}

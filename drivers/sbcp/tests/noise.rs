@@ -42,7 +42,7 @@ proptest! {
         let mut master = Master::new(MasterConfig::new(topology));
         let (mut slave, mut now, mut said) = (slave(1), SimTime::ZERO, Vec::new());
         for (pause, spacing, link, bytes) in &bursts {
-            let piece = Piece { first: now + micros(*pause), spacing: micros(*spacing), bytes };
+            let piece = Piece { first: now + micros(*pause), spacing: micros(*spacing), bytes, framing_error: false };
             now = now.max(piece.last());
             if controller.poll_timeout().is_some_and(|due| due < now) {
                 controller.handle_timeout(now);
@@ -90,7 +90,7 @@ proptest! {
             frame()[which].emit(&mut bytes);
             bytes.truncate(*cut);
             if cut > &0 {
-                controller.handle_link(now, Piece { first: now, spacing: micros(3), bytes: &bytes });
+                controller.handle_link(now, Piece { first: now, spacing: micros(3), bytes: &bytes, framing_error: false });
             }
             for _ in 0..3 {
                 if let Some(due) = controller.poll_timeout() {

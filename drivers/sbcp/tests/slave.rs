@@ -32,6 +32,7 @@ fn piece(first: SimTime, bytes: &[u8]) -> Piece<'_> {
         first,
         spacing: BYTE_TIME,
         bytes,
+        framing_error: false,
     }
 }
 
@@ -269,4 +270,43 @@ proptest! {
         slave.hear(piece(now, &emitted(&request)));
         prop_assert!(slave.poll_transmit(&mut Vec::new()).is_some());
     }
+}
+
+#[test]
+fn a_byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
+    let (mut slave, mut now) = (slave(3), SimTime::ZERO);
+    let request = emitted(&support::frame()[2]);
+    for wrong in 0..request.len() {
+        now += micros(1_000);
+        let whole = piece(now, &request);
+        for (n, byte) in request.iter().enumerate() {
+            slave.hear(Piece {
+                first: whole.at(n),
+                bytes: &[*byte],
+                framing_error: n == wrong,
+                ..whole
+            });
+        }
+        assert_eq!(slave.poll_transmit(&mut Vec::new()), None, "byte {wrong}");
+        assert_eq!(slave.counters().framing_errors, 1 + wrong as u64);
+        // And it is well again with the next one.
+        now += micros(1_000);
+        slave.hear(piece(now, &request));
+        assert!(slave.poll_transmit(&mut Vec::new()).is_some());
+    }
+}
+
+/// A packet that broke off is forgotten in the idle gap, even if the first byte behind the gap is dropped.
+#[test]
+fn a_byte_with_a_wrong_stop_bit_behind_an_idle_gap_begins_a_new_packet_like_any_other() {
+    let (mut slave, mut now) = (slave(3), SimTime::from_nanos(1_000_000));
+    let long = Request::new(board(3), Instruction::PING, &[7; 16]).unwrap();
+    slave.hear(piece(now, &emitted(&long)[..6]));
+    now += micros(1_000);
+    slave.hear(Piece {
+        framing_error: true,
+        ..piece(now, &[0])
+    });
+    slave.hear(piece(now + BYTE_TIME, &emitted(&support::frame()[2])));
+    assert!(slave.poll_transmit(&mut Vec::new()).is_some());
 }

@@ -10,6 +10,9 @@ pub struct Piece<'a> {
     pub spacing: SimDuration,
     /// The bytes.
     pub bytes: &'a [u8],
+    /// Whether the stop bits of these bytes were wrong, all of them. A board's UART drops such a byte and counts it; a USB
+    /// converter delivers it and flags it.
+    pub framing_error: bool,
 }
 
 impl Piece<'_> {
@@ -21,6 +24,24 @@ impl Piece<'_> {
     /// When the last byte is complete; the first one's time if there is none.
     pub fn last(&self) -> SimTime {
         self.at(self.bytes.len().saturating_sub(1))
+    }
+}
+
+/// A byte as a UART receives it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Octet {
+    pub(crate) byte: u8,
+    /// Whether its stop bit was wrong.
+    pub(crate) framing_error: bool,
+}
+
+impl Octet {
+    /// Without an error.
+    pub(crate) const fn good(byte: u8) -> Self {
+        Self {
+            byte,
+            framing_error: false,
+        }
     }
 }
 
@@ -46,32 +67,56 @@ struct Run {
     count: usize,
     first: SimTime,
     spacing: SimDuration,
+    framing_error: bool,
 }
 
 impl Arrivals {
     /// Appends bytes, the first of which was complete at `first`, the others `spacing` later each.
     pub fn push(&mut self, first: SimTime, spacing: SimDuration, bytes: &[u8]) {
-        if !bytes.is_empty() {
-            self.bytes.extend_from_slice(bytes);
+        self.push_piece(Piece {
+            first,
+            spacing,
+            bytes,
+            framing_error: false,
+        });
+    }
+
+    /// Appends bytes with their times and their framing error, if they have one.
+    pub fn push_piece(&mut self, piece: Piece<'_>) {
+        if !piece.bytes.is_empty() {
+            self.bytes.extend_from_slice(piece.bytes);
             self.runs.push(Run {
-                count: bytes.len(),
-                first,
-                spacing,
+                count: piece.bytes.len(),
+                first: piece.first,
+                spacing: piece.spacing,
+                framing_error: piece.framing_error,
             });
         }
     }
 
     /// Appends one byte to those that came at the same pace before, or begins anew with it.
-    pub(crate) fn push_byte(&mut self, at: SimTime, spacing: SimDuration, byte: u8) {
+    pub(crate) fn push_byte(&mut self, at: SimTime, spacing: SimDuration, octet: Octet) {
         if let Some(run) = self.runs.last_mut()
             && run.spacing == spacing
+            && run.framing_error == octet.framing_error
             && run.first + spacing * run.count as u64 == at
         {
             run.count += 1;
-            self.bytes.push(byte);
+            self.bytes.push(octet.byte);
         } else {
-            self.push(at, spacing, &[byte]);
+            self.push_piece(Piece {
+                first: at,
+                spacing,
+                bytes: &[octet.byte],
+                framing_error: octet.framing_error,
+            });
         }
+    }
+
+    /// How many of the bytes have a framing error.
+    pub(crate) fn framing_errors(&self) -> usize {
+        let wrong = self.runs.iter().filter(|run| run.framing_error);
+        wrong.map(|run| run.count).sum()
     }
 
     /// Moves everything out of `other`, which keeps its room.
@@ -125,6 +170,7 @@ impl Arrivals {
                     first: run.first,
                     spacing: run.spacing,
                     bytes: &self.bytes[from..from + part],
+                    framing_error: run.framing_error,
                 });
                 from += part;
             }
@@ -149,6 +195,7 @@ impl Arrivals {
                 first: run.first,
                 spacing: run.spacing,
                 bytes,
+                framing_error: run.framing_error,
             }
         })
     }
@@ -194,23 +241,38 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_taken_and_what_is_left_are_what_was_there(
-            runs in prop::collection::vec((0_u64..50, 0_u64..9, prop::collection::vec(any::<u8>(), 0..9)), 0..6),
+            runs in prop::collection::vec(
+                (0_u64..50, 0_u64..9, prop::collection::vec(any::<u8>(), 0..9), any::<bool>()), 0..6,
+            ),
             count in 0_usize..40, now in 0_u64..400,
         ) {
             let (mut arrivals, mut first) = (Arrivals::default(), 0);
-            for (gap, spacing, bytes) in &runs {
+            for (gap, spacing, bytes, framing_error) in &runs {
                 first += gap;
-                arrivals.push(ns(first), SimDuration::from_nanos(*spacing), bytes);
-                first += spacing * bytes.len() as u64;
+                let spacing = SimDuration::from_nanos(*spacing);
+                arrivals.push_piece(Piece {
+                    first: ns(first),
+                    spacing,
+                    bytes,
+                    framing_error: *framing_error,
+                });
+                first += spacing.as_nanos() * bytes.len() as u64;
             }
             let before: Vec<_> = arrivals.iter().collect();
+            let wrong = |arrivals: &Arrivals| -> Vec<bool> {
+                let pieces = arrivals.pieces();
+                pieces.flat_map(|piece| vec![piece.framing_error; piece.bytes.len()]).collect()
+            };
+            let wrong_before = wrong(&arrivals);
+            prop_assert_eq!(arrivals.framing_errors(), wrong_before.iter().filter(|wrong| **wrong).count());
             prop_assert_eq!(arrivals.complete(ns(now)), before.iter().filter(|(at, _)| *at <= ns(now)).count());
             prop_assert_eq!(arrivals.last(), before.last().map(|(at, _)| *at));
             prop_assert_eq!(arrivals.at(count), before.get(count).map(|(at, _)| *at));
             let mut after = Arrivals::default();
-            arrivals.take(count, |piece| after.push(piece.first, piece.spacing, piece.bytes));
+            arrivals.take(count, |piece| after.push_piece(piece));
             after.append(&mut arrivals);
             prop_assert!(arrivals.is_empty());
+            prop_assert_eq!(wrong(&after), wrong_before);
             prop_assert_eq!(after.iter().collect::<Vec<_>>(), before);
         }
     }

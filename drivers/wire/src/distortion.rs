@@ -3,6 +3,7 @@ use std::mem;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError, Stream, stream};
 
+use crate::arrivals::Octet;
 use crate::error::nonzero;
 use crate::noise::Noise;
 use crate::{Arrivals, Fault, FaultKind, FaultSchedule, Piece, WireError};
@@ -29,9 +30,9 @@ struct State {
     /// Whether it may go on.
     open: bool,
     /// Copy of the burst under way.
-    copy: Vec<u8>,
+    copy: Vec<Octet>,
     /// A burst that waits for the next one, or for the end of the fault.
-    held: Vec<u8>,
+    held: Vec<Octet>,
     held_until: SimTime,
     /// What has come out and was not taken.
     out: Arrivals,
@@ -100,14 +101,19 @@ impl Distortion {
     pub(crate) fn pass(&mut self, piece: Piece<'_>) {
         if self.passes_unharmed(piece) {
             let state = &mut self.state;
-            state.out.push(piece.first, piece.spacing, piece.bytes);
+            state.out.push_piece(piece);
             state.last_in = Some(piece.last());
             state.last_out = Some(piece.last());
             (state.fate, state.open) = (Fate::default(), true);
             return;
         }
-        for (n, byte) in piece.bytes.iter().enumerate() {
-            self.pass_byte(piece.at(n), *byte);
+        let framing_error = piece.framing_error;
+        for (n, &byte) in piece.bytes.iter().enumerate() {
+            let octet = Octet {
+                byte,
+                framing_error,
+            };
+            self.pass_byte(piece.at(n), octet);
         }
     }
 
@@ -130,7 +136,7 @@ impl Distortion {
                 .is_none_or(|out| out + self.byte_time <= piece.first)
     }
 
-    fn pass_byte(&mut self, at: SimTime, byte: u8) {
+    fn pass_byte(&mut self, at: SimTime, octet: Octet) {
         // A sender that does not wait for itself is none of the faults.
         let at = self.state.last_in.map_or(at, |last| last.max(at));
         self.before(at);
@@ -152,20 +158,22 @@ impl Distortion {
             state.harmed += 1;
             return;
         }
-        let byte = self.flip(at, byte);
+        let Some(octet) = self.flip(at, octet) else {
+            return;
+        };
         let state = &mut self.state;
         if state.fate.copied {
-            state.copy.push(byte);
+            state.copy.push(octet);
         }
         if state.fate.held {
             state.harmed += 1;
-            state.held.push(byte);
+            state.held.push(octet);
             return;
         }
         state.harmed += u64::from(!state.fate.delay.is_zero());
         let earliest = state.last_out.map_or(at, |last| last + gap);
         let out = (at + state.fate.delay).max(earliest);
-        state.out.push_byte(out, self.byte_time, byte);
+        state.out.push_byte(out, self.byte_time, octet);
         state.last_out = Some(out);
     }
 
@@ -194,17 +202,22 @@ impl Distortion {
         }
     }
 
-    fn flip(&mut self, at: SimTime, byte: u8) -> u8 {
-        let mut flipped = byte;
+    /// Turns bits round: the start bit, eight data bits and the stop bit, in the order in which they pass. None if the receiver
+    /// does not see the start bit, so that the byte is lost.
+    fn flip(&mut self, at: SimTime, octet: Octet) -> Option<Octet> {
+        let (mut flipped, mut unseen) = (octet, false);
         for fault in self.faults.iter().filter(|fault| fault.holds(at)) {
             if let FaultKind::Flip { rate } = fault.kind {
+                let mut turned = || self.state.stream.unit() < rate;
+                unseen ^= turned();
                 for bit in 0..8 {
-                    flipped ^= u8::from(self.state.stream.unit() < rate) << bit;
+                    flipped.byte ^= u8::from(turned()) << bit;
                 }
+                flipped.framing_error ^= turned();
             }
         }
-        self.state.harmed += u64::from(flipped != byte);
-        flipped
+        self.state.harmed += u64::from(unseen || flipped != octet);
+        (!unseen).then_some(flipped)
     }
 
     /// How long after its last byte a burst is over.
@@ -285,11 +298,11 @@ impl Distortion {
     }
 
     /// Lets bytes come out from `now` on, one after the other; gives the empty buffer back.
-    fn put(&mut self, now: SimTime, mut bytes: Vec<u8>) -> Vec<u8> {
-        for byte in bytes.drain(..) {
+    fn put(&mut self, now: SimTime, mut bytes: Vec<Octet>) -> Vec<Octet> {
+        for octet in bytes.drain(..) {
             let start = self.state.last_out.map_or(now, |last| last.max(now));
             let at = start + self.byte_time;
-            self.state.out.push_byte(at, self.byte_time, byte);
+            self.state.out.push_byte(at, self.byte_time, octet);
             self.state.last_out = Some(at);
         }
         bytes

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
 
+use crate::arrivals::Octet;
 use crate::{Arrivals, Line, Node, Piece};
 
 /// A connection with one device at its far end, which may talk while it hears: a serial port, a USB device.
@@ -20,7 +21,7 @@ pub struct Duplex<N> {
 struct State {
     now: SimTime,
     /// On its way to the device, with the times at which it is complete there.
-    outward: VecDeque<(SimTime, u8)>,
+    outward: VecDeque<(SimTime, Octet)>,
     /// On its way from the device.
     homeward: VecDeque<Burst>,
     /// When the device is done with talking.
@@ -32,6 +33,7 @@ struct Burst {
     /// When its first byte is complete.
     first: SimTime,
     bytes: Vec<u8>,
+    framing_error: bool,
     /// How many of them were taken at the near end.
     taken: usize,
 }
@@ -52,6 +54,7 @@ impl<N: Node> Duplex<N> {
             first: burst.first,
             spacing: self.byte_time,
             bytes: &burst.bytes,
+            framing_error: burst.framing_error,
         }
     }
 
@@ -73,8 +76,12 @@ impl<N: Node> Line for Duplex<N> {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
-        let bytes = piece.bytes.iter().enumerate();
-        let timed = bytes.map(|(n, &byte)| (piece.at(n), byte));
+        let framing_error = piece.framing_error;
+        let octets = piece.bytes.iter().map(|&byte| Octet {
+            byte,
+            framing_error,
+        });
+        let timed = octets.enumerate().map(|(n, octet)| (piece.at(n), octet));
         self.state.outward.extend(timed);
     }
 
@@ -89,18 +96,20 @@ impl<N: Node> Line for Duplex<N> {
 
     fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
         self.state.now = now;
-        while let Some(&(at, byte)) = self.state.outward.front().filter(|(at, _)| *at <= now) {
+        while let Some(&(at, octet)) = self.state.outward.front().filter(|(at, _)| *at <= now) {
             self.state.outward.pop_front();
             self.node.hear(Piece {
                 first: at,
                 spacing: SimDuration::ZERO,
-                bytes: &[byte],
+                bytes: &[octet.byte],
+                framing_error: octet.framing_error,
             });
         }
         self.node.advance(now, world)?;
         loop {
             self.spoken.clear();
-            let Some(start) = self.node.poll_transmit(&mut self.spoken) else {
+            let spoken = self.node.poll_transmit_framed(&mut self.spoken);
+            let Some((start, framing_error)) = spoken else {
                 break;
             };
             if self.spoken.is_empty() {
@@ -109,6 +118,7 @@ impl<N: Node> Line for Duplex<N> {
             let burst = Burst {
                 first: start.max(self.state.silent) + self.byte_time,
                 bytes: self.spoken.clone(),
+                framing_error,
                 taken: 0,
             };
             self.state.silent = self.piece(&burst).last();
@@ -123,11 +133,11 @@ impl<N: Node> Line for Duplex<N> {
             let piece = self.piece(&burst);
             let by_now = (burst.taken..burst.bytes.len()).take_while(|&n| piece.at(n) <= now);
             let whole = burst.taken..burst.taken + by_now.count();
-            arrivals.push(
-                piece.at(whole.start),
-                self.byte_time,
-                &burst.bytes[whole.clone()],
-            );
+            arrivals.push_piece(Piece {
+                first: piece.at(whole.start),
+                bytes: &burst.bytes[whole.clone()],
+                ..piece
+            });
             burst.taken = whole.end;
             if burst.taken < burst.bytes.len() {
                 self.state.homeward.push_front(burst);

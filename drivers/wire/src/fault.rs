@@ -49,7 +49,8 @@ pub enum FaultKind {
         /// How probable that is, from 0 to 1.
         probability: f64,
     },
-    /// Bits are turned round.
+    /// Bits are turned round: of the ten of a byte, start and stop bits included. A byte whose start bit is wrong is lost; one
+    /// whose stop bit is wrong has a framing error ([`crate::Piece::framing_error`]).
     Flip {
         /// How probable that is for each bit, from 0 to 1.
         rate: f64,

@@ -103,8 +103,8 @@ impl<L: Line> Line for Faulty<L> {
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        let push = |piece: Piece<'_>| arrivals.push(piece.first, piece.spacing, piece.bytes);
-        self.inward.take(self.now, push);
+        self.inward
+            .take(self.now, |piece| arrivals.push_piece(piece));
         self.look_ahead();
     }
 

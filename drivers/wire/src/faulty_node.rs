@@ -99,6 +99,7 @@ impl<N: Node> Node for FaultyNode<N> {
                 first: start.max(now).max(self.free_at) + self.byte_time,
                 spacing: self.byte_time,
                 bytes: &self.bytes,
+                framing_error: false,
             };
             if !piece.bytes.is_empty() {
                 self.free_at = piece.last();
@@ -111,12 +112,17 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let mut start = None;
+        self.poll_transmit_framed(bytes).map(|(start, _)| start)
+    }
+
+    fn poll_transmit_framed(&mut self, bytes: &mut Vec<u8>) -> Option<(SimTime, bool)> {
+        let mut said = None;
         self.said.take_piece(|piece| {
             bytes.extend_from_slice(piece.bytes);
-            start = Some(SimTime::ZERO + (piece.first.since_start() - self.byte_time));
+            let start = SimTime::ZERO + (piece.first.since_start() - self.byte_time);
+            said = Some((start, piece.framing_error));
         });
-        start
+        said
     }
 
     fn gauges(&self) -> Vec<Port> {

@@ -88,6 +88,8 @@ pub struct FramedNode<E: Emulation> {
     emulation: E,
     framer: Framer,
     said: Said,
+    /// Bytes that were dropped for their stop bits.
+    framing_errors: u64,
     state: E::State,
 }
 
@@ -99,6 +101,7 @@ impl<E: Emulation> FramedNode<E> {
             emulation,
             framer: Framer::new(E::measure),
             said: Said::default(),
+            framing_errors: 0,
             state,
         }
     }
@@ -114,7 +117,11 @@ impl<E: Emulation> Node for FramedNode<E> {
     }
 
     fn hear(&mut self, piece: Piece<'_>) {
-        self.framer.push(piece.bytes);
+        if piece.framing_error {
+            self.framing_errors += piece.bytes.len() as u64;
+        } else {
+            self.framer.push(piece.bytes);
+        }
     }
 
     fn attention(&self) -> Option<usize> {
@@ -131,6 +138,7 @@ impl<E: Emulation> Node for FramedNode<E> {
             framer,
             said,
             state,
+            ..
         } = self;
         while emulation.next_instant(state).is_some_and(|at| at <= now) {
             emulation.act(state, now, world, said)?;
@@ -154,17 +162,18 @@ impl<E: Emulation> Node for FramedNode<E> {
     fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
         if let [own @ .., unheard] = values {
             self.emulation.read_gauges(&self.state, own);
-            *unheard = self.framer.skipped() as f64;
+            *unheard = (self.framer.skipped() + self.framing_errors) as f64;
         }
     }
 
     fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, &self.said, self.framer.state()))
+        let framer = self.framer.state();
+        Snapshot::of(&(&self.state, &self.said, framer, self.framing_errors))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let framer: FramerState;
-        (self.state, self.said, framer) = snapshot.read()?;
+        (self.state, self.said, framer, self.framing_errors) = snapshot.read()?;
         self.framer.set_state(framer);
         Ok(())
     }

@@ -33,6 +33,7 @@ impl<L: Line> Wire for HostEnd<L> {
             first: now,
             spacing: SimDuration::ZERO,
             bytes,
+            framing_error: false,
         });
     }
 

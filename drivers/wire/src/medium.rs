@@ -39,6 +39,8 @@ struct Talk {
     first: SimTime,
     spacing: SimDuration,
     bytes: Vec<u8>,
+    /// Whether their stop bits are wrong.
+    framing_error: bool,
     /// How many of them have been heard, by the near end at least.
     done: usize,
     /// How many of them the nodes have been told.
@@ -59,6 +61,7 @@ impl Talk {
             first: self.at(range.start),
             spacing: self.spacing,
             bytes: &self.bytes[range],
+            framing_error: self.framing_error,
         }
     }
 
@@ -142,6 +145,7 @@ impl Medium {
             first,
             spacing: piece.spacing.max(self.byte_time),
             bytes,
+            framing_error: piece.framing_error,
             done: 0,
             told: 0,
         };
@@ -269,7 +273,7 @@ impl Medium {
 
     fn hear_byte(&mut self, index: usize, heard: &mut impl FnMut(usize, Piece<'_>)) {
         let talk = &mut self.talks[index];
-        let (by, at) = (talk.by, talk.at(talk.done));
+        let (by, at, framing_error) = (talk.by, talk.at(talk.done), talk.framing_error);
         talk.done += 1;
         talk.told = talk.done;
         let met = self.talks.iter().any(|other| {
@@ -289,6 +293,7 @@ impl Medium {
                     first: at,
                     spacing: self.byte_time,
                     bytes: &[byte],
+                    framing_error,
                 };
                 heard(hearer, piece);
             }

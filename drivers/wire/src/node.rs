@@ -18,7 +18,8 @@ pub trait Node: Send {
     /// [`WiringError`] if the plant has not those that it cannot do without.
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
-    /// Hears bytes that others put on the bus, complete by now, damaged ones included.
+    /// Hears bytes that others put on the bus, complete by now, damaged ones included. It drops those with a framing error, and
+    /// counts them.
     fn hear(&mut self, piece: Piece<'_>);
 
     /// How many bytes it must hear from now on before it can react to them, at least: what is still missing of
@@ -40,6 +41,11 @@ pub trait Node: Send {
     /// Appends what it puts on the bus next to `bytes`, and says when its first bit is on the wires: now or
     /// later, and not before what it said last is over. None if it keeps quiet.
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime>;
+
+    /// The same, and whether the stop bits of those bytes are wrong: for what damages the words of a node.
+    fn poll_transmit_framed(&mut self, bytes: &mut Vec<u8>) -> Option<(SimTime, bool)> {
+        self.poll_transmit(bytes).map(|start| (start, false))
+    }
 
     /// What can be seen of it: counters. Output ports, the same at every call.
     fn gauges(&self) -> Vec<Port> {

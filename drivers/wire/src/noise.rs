@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Stream};
 
+use crate::arrivals::Octet;
 use crate::{Arrivals, Fault, FaultKind};
 
 /// Bytes that nobody sent: of a line held low, or of one who babbles. Made in blocks, each when it begins.
@@ -70,7 +71,7 @@ impl Noise {
                 FaultKind::Stuck => 0,
                 _ => self.stream.bits().to_le_bytes()[0],
             };
-            out.push_byte(start + byte_time * n, byte_time, byte);
+            out.push_byte(start + byte_time * n, byte_time, Octet::good(byte));
         }
         let end = start + byte_time * made;
         self.until = self.until.max(end);

@@ -112,7 +112,7 @@ impl Rs485 {
         let eager = self.attention.is_some();
         let heard = self.medium.hear(now, eager, |hearer, piece| {
             if hearer == NEAR {
-                near.push(piece.first, piece.spacing, piece.bytes);
+                near.push_piece(piece);
             } else {
                 let seat = &mut seats[hearer - 1];
                 seat.node.hear(piece);
@@ -130,13 +130,15 @@ impl Rs485 {
             seat.node.advance(now, world)?;
             loop {
                 self.said.clear();
-                let Some(start) = seat.node.poll_transmit(&mut self.said) else {
+                let said = seat.node.poll_transmit_framed(&mut self.said);
+                let Some((start, framing_error)) = said else {
                     break;
                 };
                 let piece = Piece {
                     first: start.max(now) + self.medium.byte_time(),
                     spacing: self.medium.byte_time(),
                     bytes: &self.said,
+                    framing_error,
                 };
                 self.medium.say(index + 1, piece);
             }

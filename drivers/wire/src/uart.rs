@@ -51,6 +51,7 @@ impl<L: Line> Line for Uart<L> {
                 first: start + self.byte_time,
                 spacing,
                 bytes,
+                framing_error: piece.framing_error,
             };
             self.free_at = piece.last();
             self.line.send(piece);

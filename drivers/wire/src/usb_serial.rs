@@ -63,11 +63,13 @@ struct State {
     readable: Vec<u8>,
     packets: u64,
     bytes: u64,
+    framing_errors: u64,
 }
 
 impl<L: Line> UsbSerial<L> {
     /// In front of `line`, at whose baud rate a byte takes `byte_time`. The jitter is drawn from the stream
-    /// `wire/NAME/usb`, that of writes from `wire/NAME/usb/write`; gauges are `NAME/usb/packets` and `NAME/usb/bytes`, both to the host.
+    /// `wire/NAME/usb`, that of writes from `wire/NAME/usb/write`; gauges are `NAME/usb/packets` and `NAME/usb/bytes`, both to
+    /// the host, and `NAME/usb/framing_errors`, the bytes among them that came with a wrong stop bit.
     ///
     /// # Errors
     /// [`WireError`] if the timing cannot be.
@@ -118,6 +120,7 @@ impl<L: Line> UsbSerial<L> {
                 readable: Vec::new(),
                 packets: 0,
                 bytes: 0,
+                framing_errors: 0,
             },
             frames,
             byte_time,
@@ -206,6 +209,7 @@ impl<L: Line> UsbSerial<L> {
             return Ok(false);
         };
         self.state.last_byte = Some(last);
+        self.state.framing_errors += self.arrived.framing_errors() as u64;
         self.state.pending.append(&mut self.arrived);
         Ok(true)
     }
@@ -249,6 +253,7 @@ impl<L: Line> Wire for UsbSerial<L> {
             first: start + self.byte_time,
             spacing: self.byte_time,
             bytes,
+            framing_error: false,
         });
         self.line_wake = self.line.next_wake();
         self.state.uart_free = start + self.byte_time * bytes.len() as u64;
@@ -286,14 +291,16 @@ impl<L: Line> Wire for UsbSerial<L> {
     }
 
     fn gauges(&self) -> Vec<Port> {
-        let own = ["packets", "bytes"];
+        let own = ["packets", "bytes", "framing_errors"];
         let own = own.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
         own.into_iter().chain(self.line.gauges()).collect()
     }
 
     fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((own, line)) = values.split_first_chunk_mut::<2>() {
-            *own = [self.state.packets as f64, self.state.bytes as f64];
+        if let Some((own, line)) = values.split_first_chunk_mut::<3>() {
+            let state = &self.state;
+            let counts = [state.packets, state.bytes, state.framing_errors];
+            *own = counts.map(|count| count as f64);
             self.line.read_gauges(now, line);
         }
     }

@@ -83,6 +83,7 @@ fn play(script: &Script, also: &[SimTime]) -> Vec<Heard> {
             first: *start + BYTE,
             spacing: BYTE,
             bytes,
+            framing_error: false,
         });
     }
     let mut near = Arrivals::default();
@@ -223,7 +224,7 @@ proptest! {
         let start = |mut bus: Rs485| {
             for (n, board) in requests.iter().enumerate() {
                 // Closer to each other than answers are long: they meet.
-                bus.send(Piece { first: at(3 + 70 * n as u64), spacing: BYTE, bytes: &request(*board) });
+                bus.send(Piece { first: at(3 + 70 * n as u64), spacing: BYTE, bytes: &request(*board), framing_error: false });
             }
             bus
         };

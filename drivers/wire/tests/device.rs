@@ -112,7 +112,7 @@ proptest! {
         bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, looks in vec(0..5_000_u64, 0..20),
     ) {
         let mut line = Duplex::new(BYTE, Echo::default());
-        line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes });
+        line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes, framing_error: false });
         let mut looks: Vec<SimTime> = looks.into_iter().map(at).collect();
         looks.sort_unstable();
         let arrived = run(&mut line, &looks, at(5_000));
@@ -128,7 +128,7 @@ proptest! {
     ) {
         let run_with = |looks: &[SimTime]| {
             let mut line = Duplex::new(BYTE, Echo::default());
-            line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes });
+            line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes, framing_error: false });
             run(&mut line, looks, at(5_000))
         };
         let mut looks: Vec<SimTime> = looks.into_iter().map(at).collect();
@@ -139,7 +139,7 @@ proptest! {
     #[test]
     fn a_restored_line_goes_on_as_it_was(bytes in vec(any::<u8>(), 1..40), saved_at in 0..2_000_u64) {
         let mut line = Duplex::new(BYTE, Echo::default());
-        line.send(Piece { first: at(500), spacing: BYTE, bytes: &bytes });
+        line.send(Piece { first: at(500), spacing: BYTE, bytes: &bytes, framing_error: false });
         run(&mut line, &[at(saved_at)], at(saved_at));
         let saved = line.save();
         let rest = run(&mut line, &[], at(4_000));

@@ -296,6 +296,7 @@ fn a_device_wants_the_bytes_that_are_missing_and_nothing_of_it_is_lost_between_t
             first: now,
             spacing: SimDuration::ZERO,
             bytes,
+            framing_error: false,
         });
         node.advance(now, &mut Nothing).unwrap();
     };

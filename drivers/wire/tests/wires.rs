@@ -129,7 +129,7 @@ proptest! {
         for (gap, spacing, count) in pieces {
             first += SimDuration::from_nanos(gap);
             let bytes: Vec<u8> = (0..count).map(|n| n.to_le_bytes()[0]).collect();
-            let piece = Piece { first, spacing: SimDuration::from_nanos(spacing), bytes: &bytes };
+            let piece = Piece { first, spacing: SimDuration::from_nanos(spacing), bytes: &bytes, framing_error: false };
             uart.send(piece);
             for (n, byte) in bytes.iter().enumerate() {
                 free = free.max(piece.at(n)) + BYTE;
@@ -261,6 +261,7 @@ fn a_cycle_of_four_boards_takes_few_wake_ups() {
             first: now + BYTE,
             spacing: BYTE,
             bytes: &request(board),
+            framing_error: false,
         });
         while near.len() < 22 {
             now = bus.next_wake().unwrap();

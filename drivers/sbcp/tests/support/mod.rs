@@ -108,6 +108,7 @@ impl Rig {
                 first: self.now + self.latency + BYTE_TIME,
                 spacing: BYTE_TIME,
                 bytes: &bytes,
+                framing_error: false,
             };
             match &mut self.controller {
                 Some(controller) => controller.handle_link(self.now, piece),
@@ -162,6 +163,7 @@ impl Rig {
                         first,
                         spacing,
                         bytes: &bytes,
+                        framing_error: false,
                     },
                 );
             }
@@ -200,6 +202,7 @@ impl Rig {
             first: at,
             spacing: BYTE_TIME,
             bytes: &bytes,
+            framing_error: false,
         };
         let mut said = Vec::new();
         for (index, slave) in self.slaves.iter_mut().enumerate() {
@@ -226,6 +229,7 @@ impl Rig {
                     first: start + BYTE_TIME,
                     spacing: BYTE_TIME,
                     bytes: &bytes,
+                    framing_error: false,
                 },
             );
         }

@@ -54,6 +54,7 @@ impl Parties {
             first: self.now + BYTE_TIME,
             spacing: BYTE_TIME,
             bytes: &self.bytes,
+            framing_error: false,
         };
         self.controller.handle_link(self.now, piece);
         while let Some(start) = self.controller.bus_start() {
@@ -83,6 +84,7 @@ impl Parties {
                 first: start + BYTE_TIME,
                 spacing: BYTE_TIME,
                 bytes: &self.said,
+                framing_error: false,
             };
             for (other, slave) in self.slaves.iter_mut().enumerate() {
                 if other != talker {
