@@ -98,6 +98,21 @@ impl Ground {
         })
     }
 
+    /// Its height at a place \[m\].
+    pub fn height(&self, x: f64, y: f64) -> f64 {
+        match &self.terrain {
+            Terrain::Flat => 0.0,
+            Terrain::StepDown { at, drop } => {
+                if x < *at {
+                    0.0
+                } else {
+                    -drop
+                }
+            }
+            Terrain::Heights(field) => field.at(x, y)[0],
+        }
+    }
+
     /// The ground below a point.
     pub fn below(&self, point: &Vector3<f64>) -> Surface {
         match &self.terrain {
@@ -247,6 +262,32 @@ mod tests {
             .collect();
         let field = HeightField::new([-0.2, -0.3], 0.05, 10, heights).unwrap();
         Ground::new(Terrain::Heights(field), 0.6, 0.0).unwrap()
+    }
+
+    #[test]
+    fn the_gap_along_the_normal_is_that_above_the_height() {
+        let field = HeightField::new(
+            [-0.2, -0.2],
+            0.1,
+            5,
+            (0..25).map(|n| f64::from(n * n % 7) * 0.01).collect(),
+        );
+        let terrains = [
+            Terrain::Flat,
+            Terrain::StepDown { at: 0.1, drop: 0.3 },
+            Terrain::Heights(field.unwrap()),
+        ];
+        for terrain in terrains {
+            let ground = Ground::new(terrain, 0.5, 0.0).unwrap();
+            for (x, y) in [(0.0, 0.0), (0.13, -0.07), (-0.31, 0.22), (0.1, 0.0)] {
+                let surface = ground.below(&Vector3::new(x, y, 0.7));
+                let above = surface.gap / surface.normal.z;
+                assert!(
+                    (above - (0.7 - ground.height(x, y))).abs() < 1e-12,
+                    "{ground:?}"
+                );
+            }
+        }
     }
 
     proptest! {

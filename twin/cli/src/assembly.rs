@@ -8,7 +8,9 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{
     Change, PartKind, Plant, Process, Rig, RigError, Schedule, Timing, WiringError, in_part,
 };
-use twinrig_scenario::{ActuatorSpec, ChangeAmount, Facts, PlantSpec, Scenario, Scene, Setting};
+use twinrig_scenario::{
+    ActuatorSpec, ChangeAmount, Facts, GroundBelow, PlantSpec, Scenario, Scene, Setting,
+};
 
 use crate::body::Body;
 use crate::controller_kind::{Given, GivenLegs};
@@ -19,6 +21,7 @@ use crate::idle::Idle;
 use crate::plant_kind::{OwnModel, Physics};
 use crate::recording_size;
 use crate::registry::{NO_ROBOT, Registry};
+use crate::setup::ground_below;
 use crate::sources::{SCENARIO_FILE, Sources};
 use crate::timing::timing;
 
@@ -113,6 +116,7 @@ impl<'r> Assembly<'r> {
                 left_out: Vec::new(),
                 scenario,
                 legs,
+                ground: GroundBelow::Nothing,
             },
             body,
             plant_outputs: Vec::new(),
@@ -129,6 +133,7 @@ impl<'r> Assembly<'r> {
             plant_outputs,
             process_ports,
             frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
+            ground: assembly.ground_below()?,
         };
         assembly.scene = assembly.scene.scenario.scene(&facts)?;
         let large =
@@ -137,6 +142,12 @@ impl<'r> Assembly<'r> {
         assembly.plant_outputs = facts.plant_outputs;
         assembly.gauges = facts.gauges;
         Ok(assembly)
+    }
+
+    fn ground_below(&self) -> Result<GroundBelow, TwinError> {
+        let scenario = self.scenario();
+        let ground = ground_below(&scenario.plant, scenario.seed);
+        ground.map_err(|source| self.not_built("plant", &scenario.plant.model, source))
     }
 
     /// The scene.

@@ -7,6 +7,7 @@ use twinrig_kernel::{SimTime, Snapshot};
 use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::execute::{self, Course, Execution};
+use crate::judging;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::watch::Watch;
@@ -39,7 +40,7 @@ pub(crate) fn go_on(
     let unjudged = other.without_changes();
     let end: SimTime = other.end();
     let recorder = execute::recorder(other, &rig, execution)?;
-    let mut watch = Watch::new(execute::judge(&unjudged, &rig), recorder);
+    let mut watch = Watch::new(judging::judge(&unjudged, &rig), recorder);
     let scenario = other.scenario();
     let title = format!("{}, {} from here on", scenario.name, scenario.plant.model);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
@@ -52,6 +53,6 @@ pub(crate) fn go_on(
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
     let course = Course::of(&rig, wall_s, ran);
-    let report = execute::report(&unjudged, execution, watch, course, None);
+    let report = execute::report(&unjudged, execution, watch, course);
     Ok(Continuation { report, lost })
 }

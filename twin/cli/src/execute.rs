@@ -9,17 +9,18 @@ use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
 use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts, caught};
-use twinrig_scenario::{Footstep, Judge, Layouts, RunEnd, Setting};
+use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::executor::Executor;
 use crate::hardware;
 use crate::interrupt;
+use crate::judging::{judge, judged, reference};
 use crate::plant_kind::OwnModel;
 use crate::progress::Progress;
 use crate::recording_size::LARGE_RECORDING;
-use crate::report::{Line, Report, Status, Warned, seconds};
+use crate::report::{Line, Report, Status, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::watch::Watch;
 
@@ -78,14 +79,14 @@ pub(crate) fn execute_saving(
     save_at: Option<SimTime>,
 ) -> Result<(Report, Option<Snapshot>), TwinError> {
     let end = end.min(assembly.end());
-    let reference = if assembly.scenario().needs_reference() {
-        Some(reference(assembly, execution, end)?)
-    } else {
-        None
-    };
+    let reference = reference(assembly, execution, end)?;
     let mut rig = assembly.rig()?;
     let recorder = recorder(assembly, &rig, execution)?;
-    let mut watch = Watch::new(judge(assembly, &rig), recorder);
+    let mut judge = judge(assembly, &rig);
+    if let Some(reference) = reference {
+        judge = judge.with_reference(&reference);
+    }
+    let mut watch = Watch::new(judge, recorder);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(
@@ -97,13 +98,15 @@ pub(crate) fn execute_saving(
     let mut ran = Ok(SimTime::ZERO);
     if let Some(at) = save_at {
         ran = run(assembly, &mut rig, &mut watch, &mut progress, at);
-        saved = ran.is_ok().then(|| rig.save());
+        // A fall may have ended the run before.
+        let came = ran.as_ref().is_ok_and(|reached| *reached >= at);
+        saved = came.then(|| rig.save());
     }
     let ran = ran.and_then(|_| run(assembly, &mut rig, &mut watch, &mut progress, end));
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
     let course = Course::of(&rig, wall_s, ran);
-    let report = report(assembly, execution, watch, course, reference.as_deref());
+    let report = report(assembly, execution, watch, course);
     Ok((report, saved))
 }
 
@@ -163,9 +166,8 @@ pub(crate) fn report<W: Write>(
     execution: &Execution,
     mut watch: Watch<W>,
     course: Course,
-    reference: Option<&[Footstep]>,
 ) -> Report {
-    let mut report = judged(assembly, &mut watch, &course, reference);
+    let mut report = judged(assembly, &mut watch, &course);
     if execution.recording.is_none() {
         let warned = &mut report.warnings;
         warned.retain(|warned| warned.code != LARGE_RECORDING);
@@ -196,6 +198,13 @@ pub(crate) fn report<W: Write>(
     report
 }
 
+/// The first multiple of `period` after `now`; none past the end of time.
+fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
+    let count = now.as_nanos() / period.as_nanos().max(1);
+    let next = period.checked_mul(count.checked_add(1)?)?;
+    SimTime::ZERO.checked_add(next)
+}
+
 /// The last message of a recording. No wall clock in it: the same run makes the same file.
 #[derive(Serialize)]
 struct Closing<'a> {
@@ -206,7 +215,8 @@ struct Closing<'a> {
     expectations: &'a [Line],
 }
 
-/// Runs on to the end, or to where the recording can take no more; says where that is.
+/// Runs on to the end, to a fall that ends the run, or to where the recording can take no more; says
+/// where that is.
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
@@ -238,8 +248,18 @@ fn run_in_slices<W: Write>(
 ) -> Result<SimTime, Stopped> {
     let slice = slice(assembly);
     let mut now = rig.now();
+    let scenario = assembly.scenario();
+    // The end of a run by a fall is the observation that shows it.
+    let observation = scenario
+        .ends_with_a_fall()
+        .then_some(scenario.observe.period);
     while now < end {
-        now = now.checked_add(slice).map_or(end, |next| next.min(end));
+        if watch.ended_at().is_some() {
+            return Ok(now);
+        }
+        let next = now.checked_add(slice).map_or(end, |next| next.min(end));
+        let observed = observation.and_then(|period| next_multiple(now, period));
+        now = observed.map_or(next, |observed| observed.min(next));
         let ran = rig.run_until(now, watch);
         if interrupt::asked() {
             // Whatever else the run may have ended with then.
@@ -256,96 +276,6 @@ fn run_in_slices<W: Write>(
         return Err(Stopped::NotOpen(end));
     }
     Ok(end)
-}
-
-/// The footsteps of the run without changes.
-fn reference(
-    assembly: &Assembly<'_>,
-    execution: &Execution,
-    end: SimTime,
-) -> Result<Vec<Footstep>, TwinError> {
-    let assembly = assembly.without_changes();
-    let mut rig = assembly.rig()?;
-    let mut watch: Watch<Vec<u8>> = Watch::new(judge(&assembly, &rig), None);
-    let title = format!("{}, without changes", assembly.scenario().name);
-    let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
-    // What the reference does not reach cannot be compared with, and fails as unobserved.
-    let ran = run(&assembly, &mut rig, &mut watch, &mut progress, end);
-    if let Err(Stopped::Panic(error)) = ran {
-        return Err(error);
-    }
-    let _ = watch.judge(&RunEnd {
-        at: rig.now(),
-        energy: None,
-        work: &[],
-        real_time_factor: None,
-        reference: None,
-    });
-    Ok(watch.footsteps().to_vec())
-}
-
-/// The judge of what an executor runs.
-pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
-    let layouts = Layouts {
-        plant: executor.layout(Group::Plant),
-        process_inputs: executor.layout(Group::ProcessInputs),
-        process_outputs: executor.layout(Group::ProcessOutputs),
-        gauges: executor.layout(Group::Gauges),
-        tasks: &executor.tasks(),
-    };
-    Judge::new(assembly.scene(), layouts)
-}
-
-fn judged<W: Write>(
-    assembly: &Assembly<'_>,
-    watch: &mut Watch<W>,
-    course: &Course,
-    reference: Option<&[Footstep]>,
-) -> Report {
-    let scenario = assembly.scenario();
-    let (energy, work) = course.plant.unzip();
-    let simulated_s = seconds(course.reached.as_nanos());
-    let wall_s = course.wall_s;
-    let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
-    let counted = work.as_ref().map(counts);
-    let outcomes = watch.judge(&RunEnd {
-        at: course.reached,
-        energy: energy.map(|books| (books.residual, books.exchanged)),
-        work: counted.as_ref().map_or(&[], |counted| &counted[..]),
-        real_time_factor,
-        reference,
-    });
-    let pass = outcomes.iter().all(twinrig_scenario::Outcome::holds);
-    Report {
-        scenario: scenario.name.clone(),
-        verdict: if pass { Status::Pass } else { Status::Fail },
-        seed: Some(scenario.seed),
-        plant: course.simulated.then(|| scenario.plant.model.clone()),
-        fingerprint: Some(watch.digest().to_string()),
-        simulated_s: Some(simulated_s),
-        wall_s: Some(wall_s),
-        real_time_factor,
-        expectations: outcomes.into_iter().map(Line).collect(),
-        left_out: assembly.scene().left_out.clone(),
-        recording: None,
-        file: scenario.file.clone(),
-        error: None,
-        energy: energy.map(Into::into),
-        work,
-        real_time: None,
-        warnings: Warned::all(&scenario.warnings),
-    }
-}
-
-fn counts(work: &WorkCounts) -> [(&'static str, u64); 6] {
-    [
-        ("steps", work.steps),
-        ("evaluations", work.evaluations),
-        ("factorisations", work.factorisations),
-        ("events", work.events),
-        ("solver_iterations", work.solver_iterations),
-        ("fallbacks", work.fallbacks),
-    ]
 }
 
 /// Begins the recording of a run, if there is to be one.

@@ -12,8 +12,9 @@ use twinrig_wire::SerialPort;
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
-use crate::execute::{Course, Execution, judge, recorder, report};
+use crate::execute::{Course, Execution, recorder, report};
 use crate::interrupt;
+use crate::judging::judge;
 use crate::muted::Muted;
 use crate::progress::Progress;
 use crate::report::{RealTime, Report};
@@ -63,7 +64,7 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         simulated: false,
         plant: None,
     };
-    let mut report = report(assembly, execution, watch, course, None);
+    let mut report = report(assembly, execution, watch, course);
     report.real_time = Some(RealTime { times, notes });
     Ok(report)
 }

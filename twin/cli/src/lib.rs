@@ -45,6 +45,7 @@ mod grid;
 mod hardware;
 mod idle;
 mod interrupt;
+mod judging;
 mod junit;
 mod lcp;
 mod massless;

@@ -75,6 +75,8 @@ pub struct Report {
     pub real_time: Option<RealTime>,
     /// What is accepted in the scenario and most likely a mistake.
     pub warnings: Vec<Warned>,
+    /// When the robot fell, if that was observed \[s\].
+    pub fell_at_s: Option<f64>,
 }
 
 /// A warning, as it is written down.
@@ -272,6 +274,7 @@ impl Report {
             work: None,
             real_time: None,
             warnings: Vec::new(),
+            fell_at_s: None,
         }
     }
 

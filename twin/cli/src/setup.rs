@@ -1,13 +1,15 @@
 //! What every plant of a legged robot is built from, out of a scenario's words.
 
+use std::sync::Arc;
+
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
-    ActuatorKind, Base as SceneBase, Ground as SceneGround, Heights, Profile, ServoOverride,
-    StartPose as SceneStart,
+    ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
+    Profile, ServoOverride, StartPose as SceneStart,
 };
 
 use crate::plant_kind::Physics;
@@ -27,7 +29,9 @@ pub(crate) fn setup(physics: &Physics<'_>, step: SimDuration) -> Result<Setup, B
             SceneBase::Fixed => Base::Fixed,
         },
         legs: physics.legs.iter().map(|&leg| leg.to_owned()).collect(),
-        ground: ground.map(|ground| terrain(ground, physics)).transpose()?,
+        ground: ground
+            .map(|ground| terrain(ground, physics.robot.friction, physics.seed))
+            .transpose()?,
         step: plant.step.unwrap_or(step),
         drives: drives(physics)?,
         start: start(physics),
@@ -95,18 +99,38 @@ fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
     }
 }
 
-fn terrain(ground: &SceneGround, physics: &Physics<'_>) -> Result<Ground, BuildError> {
+/// The ground of a scenario, as far as a fall is seen against it.
+///
+/// # Errors
+/// A ground that cannot be.
+pub(crate) fn ground_below(plant: &PlantSpec, seed: u64) -> Result<GroundBelow, BuildError> {
+    // A model that a plant brings along stands on the plane through the origin, or says nothing of it.
+    if plant.stands_alone {
+        return Ok(GroundBelow::Level);
+    }
+    let Some(ground) = &plant.ground else {
+        return Ok(GroundBelow::Nothing);
+    };
+    if ground.profile == Profile::Flat {
+        return Ok(GroundBelow::Level);
+    }
+    let ground = terrain(ground, 0.0, seed)?;
+    Ok(GroundBelow::Heights(Arc::new(move |x, y| {
+        ground.height(x, y)
+    })))
+}
+
+/// The ground, of this friction where the scenario gives none.
+fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, BuildError> {
     let terrain = match &ground.profile {
         Profile::Flat => Terrain::Flat,
         Profile::StepDown { at, height } => Terrain::StepDown {
             at: *at,
             drop: *height,
         },
-        Profile::Heights { spacing, heights } => {
-            Terrain::Heights(field(*spacing, heights, physics.seed)?)
-        }
+        Profile::Heights { spacing, heights } => Terrain::Heights(field(*spacing, heights, seed)?),
     };
-    let friction = ground.friction.unwrap_or(physics.robot.friction);
+    let friction = ground.friction.unwrap_or(friction);
     Ok(Ground::new(terrain, friction, ground.restitution)?)
 }
 

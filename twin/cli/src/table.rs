@@ -287,6 +287,11 @@ fn facts(report: &Report) -> Grid {
             format!("{simulated} s simulated in {wall:.3} s{speed}"),
         );
     }
+    if let Some(at) = report.fell_at_s {
+        let ended = report.simulated_s.is_some_and(|simulated| simulated <= at);
+        let end = if ended { ", which ended the run" } else { "" };
+        fact("fall", format!("at {at} s{end}"));
+    }
     if let Some(energy) = report.energy {
         let (residual, exchanged) = (energy.residual_j, energy.exchanged_j);
         let exchanged = if exchanged < 1.0 {

@@ -1,13 +1,12 @@
 //! Everything that looks on while a rig runs.
 
-use std::collections::BTreeSet;
 use std::io::Write;
 
 use serde::Serialize;
 use twinrig_kernel::SimTime;
 use twinrig_record::{Digest, Fingerprint, RecordError, Recorder, Topic};
 use twinrig_runtime::{Group, Observer, RunEvent};
-use twinrig_scenario::{Channel, Cycle, Footstep, Happening, Judge, Outcome, RunEnd};
+use twinrig_scenario::{Channel, Cycle, Footstep, Happening, Judge, Outcome, Reference, RunEnd};
 
 use crate::report::seconds;
 
@@ -17,8 +16,6 @@ pub(crate) struct Watch<W: Write> {
     recorder: Option<Recorder<W>>,
     judge: Judge,
     legs: Vec<String>,
-    /// How many of the judge's footsteps are in the recording.
-    written: usize,
 }
 
 /// A footstep as it stands in a recording.
@@ -40,7 +37,6 @@ impl<W: Write> Watch<W> {
             legs: judge.legs().map(str::to_owned).collect(),
             recorder,
             judge,
-            written: 0,
         }
     }
 
@@ -52,19 +48,32 @@ impl<W: Write> Watch<W> {
 
     /// Judges the run; the footsteps that it left open are recorded, if they ended at all.
     pub(crate) fn judge(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
-        // A leg touches down once at a time, so that names a footstep.
-        let name = |step: &Footstep| (step.touch_down, step.leg);
-        let before: BTreeSet<_> = self.judge.footsteps().iter().map(name).collect();
         let outcomes = self.judge.finish(run);
-        let late = self.judge.footsteps().iter();
-        for footstep in late.filter(|step| !before.contains(&name(step))) {
-            write(&mut self.recorder, &self.legs, run.at, footstep);
-        }
+        self.write_footsteps(run.at);
         outcomes
     }
 
-    pub(crate) fn footsteps(&self) -> &[Footstep] {
-        self.judge.footsteps()
+    /// What runs with changes are compared with, if this one was without and is over.
+    pub(crate) fn reference(&self) -> Reference {
+        self.judge.reference()
+    }
+
+    /// When the robot fell, as far as that is observed.
+    pub(crate) fn fell_at(&self) -> Option<SimTime> {
+        self.judge.fell_at()
+    }
+
+    /// When a fall ended the run.
+    pub(crate) fn ended_at(&self) -> Option<SimTime> {
+        self.judge.ended_at()
+    }
+
+    fn write_footsteps(&mut self, now: SimTime) {
+        if let Some(recorder) = &mut self.recorder {
+            for footstep in self.judge.closed() {
+                write(recorder, &self.legs, now, footstep);
+            }
+        }
     }
 
     pub(crate) fn digest(&self) -> Digest {
@@ -86,13 +95,8 @@ impl<W: Write> Watch<W> {
     }
 }
 
-fn write<W: Write>(
-    recorder: &mut Option<Recorder<W>>,
-    legs: &[String],
-    now: SimTime,
-    footstep: &Footstep,
-) {
-    let (Some(recorder), Some(lift_off)) = (recorder, footstep.lift_off) else {
+fn write<W: Write>(recorder: &mut Recorder<W>, legs: &[String], now: SimTime, footstep: &Footstep) {
+    let Some(lift_off) = footstep.lift_off else {
         return;
     };
     let message = FootstepMessage {
@@ -119,12 +123,8 @@ impl<W: Write> Observer for Watch<W> {
         self.judge.samples(now, channel, values);
         if let Some(recorder) = &mut self.recorder {
             Observer::samples(recorder, now, group, values);
-            let footsteps = self.judge.footsteps();
-            if self.written < footsteps.len() {
-                for footstep in &footsteps[self.written..] {
-                    write(&mut self.recorder, &self.legs, now, footstep);
-                }
-                self.written = footsteps.len();
+            for footstep in self.judge.closed() {
+                write(recorder, &self.legs, now, footstep);
             }
         }
     }

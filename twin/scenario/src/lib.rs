@@ -52,7 +52,6 @@
 //!     energy: None,
 //!     work: &[],
 //!     real_time_factor: None,
-//!     reference: None,
 //! };
 //! let outcomes = judge.finish(&end);
 //! assert_eq!(outcomes[0].verdict, Verdict::Pass);
@@ -64,6 +63,7 @@
 mod catalogue;
 mod expect;
 mod glob;
+mod ground_below;
 mod judge;
 mod limits;
 mod options;
@@ -78,14 +78,17 @@ pub use expect::{
     LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
 };
 pub use glob::matches;
-pub use judge::{Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Verdict};
+pub use ground_below::GroundBelow;
+pub use judge::{
+    Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, Reference, RunEnd, Verdict,
+};
 pub use limits::{Comparison, Limits};
 pub use options::{OptionValue, Options};
 pub use scenario::{
     ActuatorKind, ActuatorSpec, Base, BusSpec, Change, ChangeAmount, ControllerSpec, Coupling,
-    FaultKind, FaultSpec, FootstepSpec, GridInputs, Ground, Heights, IoSpec, LoadThreshold,
-    ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting,
-    StartPose, TimeModel,
+    FallSpec, FaultKind, FaultSpec, FootstepSpec, GridInputs, Ground, Heights, IoSpec,
+    LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario, ServoOverride,
+    Setting, StartPose, TimeModel,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

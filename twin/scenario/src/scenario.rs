@@ -6,7 +6,7 @@ use twinrig_document::{Document, DocumentError, Overrides, Place, Problem, Warni
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::catalogue::Catalogue;
-use crate::expect::Expectation;
+use crate::expect::{BodyClaim, Claim, Expectation};
 use crate::options::Options;
 use crate::read;
 
@@ -73,6 +73,8 @@ pub struct Scenario {
     pub faults: Vec<FaultSpec>,
     /// What is looked at, and how often.
     pub observe: ObserveSpec,
+    /// The thresholds of a fall.
+    pub fall: FallSpec,
     /// What is written down.
     pub record: RecordSpec,
     /// Changes of process variables, by time, then in the order of the file.
@@ -379,6 +381,18 @@ pub struct FootstepSpec {
     pub least_impulse: f64,
 }
 
+/// `fall`: when the robot has fallen. From then on no claim about its footsteps, its speed or its
+/// heading passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FallSpec {
+    /// The trunk is lower than this share of its first height above the ground below it.
+    pub height: f64,
+    /// It rolls or pitches beyond this \[rad\].
+    pub tilt: f64,
+    /// Whether that ends the run.
+    pub end: bool,
+}
+
 /// A load of a foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadThreshold {
@@ -466,6 +480,13 @@ impl Scenario {
     /// Whether an expectation compares with a run without the changes.
     pub fn needs_reference(&self) -> bool {
         self.expectations.iter().any(Expectation::needs_reference)
+    }
+
+    /// Whether a fall ends the run.
+    pub fn ends_with_a_fall(&self) -> bool {
+        let ends =
+            |claim: &Claim| matches!(claim, Claim::Body(BodyClaim::Upright { end: true, .. }));
+        self.fall.end || self.expectations.iter().any(|one| ends(&one.claim))
     }
 
     /// The bus of that name.

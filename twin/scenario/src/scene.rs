@@ -7,9 +7,10 @@ use twinrig_document::{DocumentError, Problem, quantity_name, suggestion};
 use twinrig_kernel::{Direction, Port, Unit};
 
 use crate::expect::{
-    Claim, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim,
+    Claim, Expectation, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim,
 };
 use crate::glob::{is_pattern, matches};
+use crate::ground_below::GroundBelow;
 use crate::scenario::{ActuatorKind, Base, Placed, Scenario};
 
 /// A leg of the robot.
@@ -40,6 +41,8 @@ pub struct Facts {
     pub measured: Vec<String>,
     /// Patterns of the plant outputs that a recording of poses needs.
     pub frame_signals: Vec<String>,
+    /// The ground that a fall is seen against.
+    pub ground: GroundBelow,
 }
 
 /// What is left of a scenario.
@@ -57,6 +60,8 @@ pub struct Scene {
     pub recorded: Vec<String>,
     /// What is left out.
     pub left_out: Vec<LeftOut>,
+    /// The ground that a fall is seen against.
+    pub ground: GroundBelow,
 }
 
 /// A part that is left out.
@@ -129,12 +134,17 @@ impl Scenario {
             wanted,
             recorded,
             left_out,
+            ground: facts.ground.clone(),
         })
     }
 
     /// The names of the signals that the expectations need.
     fn needs(&self, facts: &Facts, problems: &mut Vec<Problem>) -> BTreeSet<String> {
         let mut needs = BTreeSet::new();
+        let falls = |expectation: &Expectation| expectation.claim.is_of_an_upright_robot();
+        if self.fall.end || self.expectations.iter().any(falls) {
+            needs.extend([BODY_POSITION, BODY_RPY].map(str::to_owned));
+        }
         for expectation in &self.expectations {
             match &expectation.claim {
                 Claim::Footstep(claim) => {

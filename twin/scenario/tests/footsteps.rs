@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::run::{CYCLE_MS, Run, STANCE_MS, at, judge_with, outcome, trot_load};
+use common::run::{CYCLE_MS, Run, STANCE_MS, at, judge_with, outcome, trot_load, watched};
 use proptest::prelude::*;
 use twinrig_scenario::{Footstep, Verdict};
 
@@ -222,13 +222,13 @@ fn a_displacement_is_against_the_same_cycle_of_the_run_without_the_change() {
         foot: &walker(0.0),
         ..Run::default()
     };
-    let without = footsteps(&reference);
     let judged = |expect: &str, run: &Run<'_>| {
         let text = common::text(&format!(
             "{change}\n[[expect]]\nfootstep = {{ {expect}, against = 'without changes' }}"
         ));
         let scene = common::scene(&text).unwrap();
         assert!(scene.scenario.needs_reference());
+        let without = watched(&scene, &reference, None).judge.reference();
         let (mut with, _) = judge_with(&scene, run, Some(&without));
         let (none, _) = judge_with(&scene, run, None);
         assert_eq!(none[0].verdict, Verdict::Unobserved);

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use twinrig_scenario::schema;
 
 /// An unknown key in each table of a scenario, and where the schema has that table.
-const TABLES: [(&str, &str); 22] = [
+const TABLES: [(&str, &str); 23] = [
     ("zzzzzzzz = 1\nrobot = 1", ""),
     ("[actuator]\nzzzzzzzz = 1", "/properties/actuator"),
     (
@@ -27,6 +27,7 @@ const TABLES: [(&str, &str); 22] = [
         "/properties/io/properties/transfer_time",
     ),
     ("[observe]\nzzzzzzzz = 1", "/properties/observe"),
+    ("[fall]\nzzzzzzzz = 1", "/properties/fall"),
     ("[footsteps]\nzzzzzzzz = 1", "/properties/footsteps"),
     ("[record]\nzzzzzzzz = 1", "/properties/record"),
     (

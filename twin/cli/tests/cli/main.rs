@@ -2,6 +2,7 @@
 
 mod commands;
 mod common;
+mod falls;
 #[cfg(unix)]
 mod hardware;
 #[cfg(unix)]

@@ -11,6 +11,7 @@ use crate::scenario::Placed;
 
 pub(crate) use read::{
     BODY_MEASURES, Context, SIGNAL_MODES, SUBJECTS, TIMING_MEASURES, expectation, placed_text,
+    thresholds,
 };
 pub(crate) use read_footstep::FOOTSTEP_MEASURES;
 
@@ -46,6 +47,17 @@ pub enum Claim {
     EnergyResidual(Limits),
     /// Of the work that the run took.
     Cost(CostMeasure, Limits),
+}
+
+impl Claim {
+    /// Whether it is about how a robot goes, and says nothing about one that lies: where it fell,
+    /// its footsteps, its speed and its heading are those of a fall.
+    pub(crate) fn is_of_an_upright_robot(&self) -> bool {
+        matches!(
+            self,
+            Claim::Footstep(_) | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
+        )
+    }
 }
 
 /// A claim about footsteps.
@@ -169,6 +181,8 @@ pub enum BodyClaim {
         height: f64,
         /// It has fallen when it rolls or pitches beyond this \[rad\].
         tilt: f64,
+        /// Whether that ends the run.
+        end: bool,
     },
     /// From `by` on to the window's end, each coordinate stays within `within` of where it ends.
     Settles {

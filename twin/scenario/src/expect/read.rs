@@ -221,19 +221,36 @@ fn fall(item: &Item<'_>) -> Result<BodyClaim, Reported> {
         return Ok(BodyClaim::Upright {
             height: HEIGHT,
             tilt: TILT,
+            end: false,
         });
     }
     let table = item.table()?;
-    let share = Range::between(0.0, 1.0);
-    let height = table.optional("height", |item| item.number(&share));
-    let half_turn = Range::between(0.0, PI);
-    let tilt = table.optional("tilt", |item| item.quantity(Unit::Radian, &half_turn));
+    let (height, tilt, end) = thresholds(&table);
     let (height, tilt) = (height?.unwrap_or(HEIGHT), tilt?.unwrap_or(TILT));
     if height == 0.0 && tilt >= PI {
         let help = "a `height` above 0, or a `tilt` below 180 deg";
         return Err(item.report("nothing is a fall by these thresholds", help));
     }
-    Ok(BodyClaim::Upright { height, tilt })
+    let end = end?.unwrap_or(false);
+    Ok(BodyClaim::Upright { height, tilt, end })
+}
+
+/// What a fall is given by.
+type Thresholds = (
+    Result<Option<f64>, Reported>,
+    Result<Option<f64>, Reported>,
+    Result<Option<bool>, Reported>,
+);
+
+/// `height`, `tilt` and `end` of a fall.
+pub(crate) fn thresholds(table: &Table<'_>) -> Thresholds {
+    let share = Range::between(0.0, 1.0);
+    let half_turn = Range::between(0.0, PI);
+    (
+        table.optional("height", |item| item.number(&share)),
+        table.optional("tilt", |item| item.quantity(Unit::Radian, &half_turn)),
+        table.optional("end", Item::boolean),
+    )
 }
 
 fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {

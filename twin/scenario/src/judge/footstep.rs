@@ -3,6 +3,8 @@
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 
+use super::tracker::seconds;
+
 /// One footstep.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Footstep {
@@ -21,6 +23,13 @@ pub struct Footstep {
     pub impulse: f64,
     /// Greatest load, as it was observed \[N\].
     pub peak_load: f64,
+}
+
+impl Footstep {
+    /// Touch-down to lift-off \[s\]; none if the foot did not lift off.
+    pub(crate) fn stance(&self) -> Option<f64> {
+        Some(seconds(self.lift_off? - self.touch_down))
+    }
 }
 
 /// What counts as a footstep, in newtons.
@@ -45,8 +54,19 @@ pub(crate) struct Detector {
     open: Option<Footstep>,
     /// Impulse of the contact whose place the open footstep has.
     best_impulse: f64,
+    /// Whether the open footstep has enough impulse to be one for sure.
+    sure: bool,
     /// When a load or a place was no number.
     pub broken_at: Option<SimTime>,
+}
+
+/// What an observation of a foot brings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Seen {
+    /// The touch-down of the open footstep, which is one for sure from now on.
+    pub touch_down: Option<SimTime>,
+    /// The footstep that is closed.
+    pub closed: Option<Footstep>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +86,7 @@ impl Detector {
             contact: None,
             open: None,
             best_impulse: 0.0,
+            sure: false,
             broken_at: None,
         }
     }
@@ -75,8 +96,15 @@ impl Detector {
         self.leg
     }
 
-    /// Takes an observation: the mean load since the last one, and the place of the foot. Gives the footstep that it closes.
-    pub fn sample(&mut self, now: SimTime, load: f64, position: [f64; 3]) -> Option<Footstep> {
+    /// The touch-down of a footstep that may come to nothing.
+    pub fn unsure(&self) -> Option<SimTime> {
+        let open = self.open.as_ref().filter(|_| !self.sure)?;
+        Some(open.touch_down)
+    }
+
+    /// Takes an observation: the mean load since the last one, and the place of the foot.
+    #[inline]
+    pub fn sample(&mut self, now: SimTime, load: f64, position: [f64; 3]) -> Seen {
         let since = self
             .previous
             .map_or(0.0, |previous| (now - previous).as_secs_f64());
@@ -84,17 +112,36 @@ impl Detector {
         let finite = load.is_finite() && position.iter().all(|x| x.is_finite());
         if !finite {
             self.broken_at.get_or_insert(now);
-            return None;
+            return Seen::default();
         }
         if self.contact.is_some() {
             self.stand(now, load, since, position);
-            return None;
+            return Seen {
+                touch_down: self.become_sure(),
+                closed: None,
+            };
         }
         let closed = self.close(now);
         if load >= self.thresholds.touch_down {
             self.touch_down(now, load, since, position);
         }
-        closed
+        Seen {
+            touch_down: self.become_sure(),
+            closed,
+        }
+    }
+
+    /// The touch-down of the open footstep, once its impulse is enough.
+    fn become_sure(&mut self) -> Option<SimTime> {
+        let open = self.open.as_ref().filter(|_| !self.sure)?;
+        let lasting = self.contact.map_or(0.0, |contact| contact.impulse);
+        self.sure = open.impulse + lasting >= self.thresholds.least_impulse;
+        self.sure.then_some(open.touch_down)
+    }
+
+    /// The open footstep as it would be if the run ended now.
+    pub fn so_far(&self) -> Option<Footstep> {
+        self.clone().finish()
     }
 
     /// The footstep that the end of the run leaves open.
@@ -166,7 +213,8 @@ impl Detector {
 
     fn take_open(&mut self) -> Option<Footstep> {
         self.best_impulse = 0.0;
+        let sure = std::mem::take(&mut self.sure);
         let footstep = self.open.take()?;
-        (footstep.impulse >= self.thresholds.least_impulse).then_some(footstep)
+        (sure || footstep.impulse >= self.thresholds.least_impulse).then_some(footstep)
     }
 }

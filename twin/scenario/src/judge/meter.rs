@@ -47,8 +47,8 @@ pub(crate) enum Meter {
     Speed(Speed),
     /// Greatest turn away from the first yaw.
     Yaw(Yaw),
-    /// The trunk stays up.
-    Upright(Upright),
+    /// The trunk stays up, and whether the run ends when it does not.
+    Upright(Upright, bool),
 }
 
 /// How near an element has come to the limits.
@@ -119,7 +119,7 @@ impl Meter {
             }
             Meter::Speed(speed) => speed.sample(now, values),
             Meter::Yaw(yaw) => yaw.sample(now, values),
-            Meter::Upright(upright) => upright.sample(now, values),
+            Meter::Upright(upright, _) => upright.sample(now, values),
         }
         true
     }
@@ -127,9 +127,15 @@ impl Meter {
     /// Takes samples outside the meter's window.
     #[inline]
     pub fn outside(&mut self, values: &[f64]) {
-        if let Meter::Upright(upright) = self {
+        if let Meter::Upright(upright, _) = self {
             upright.stand(values);
         }
+    }
+
+    /// Whether what was seen ends the run.
+    #[inline]
+    pub fn ends_the_run(&self) -> bool {
+        matches!(self, Meter::Upright(upright, true) if upright.has_fallen())
     }
 
     /// What was found.
@@ -147,7 +153,7 @@ impl Meter {
             Meter::Settles { settling, .. } => settling.finding(),
             Meter::Speed(speed) => speed.finding(),
             Meter::Yaw(yaw) => yaw.finding(),
-            Meter::Upright(upright) => upright.finding(),
+            Meter::Upright(upright, _) => upright.finding(),
         }
     }
 }

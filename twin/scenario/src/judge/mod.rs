@@ -1,116 +1,73 @@
 //! The judge: samples and events in, verdicts out.
 
+mod at_end;
+mod channel;
 mod cycle;
+mod fall;
 mod footstep;
-mod gait;
 mod meter;
 mod outcome;
-mod phase;
 mod resolve;
+mod steps;
+mod touch_downs;
 mod tracker;
 mod trunk;
 
-use twinrig_kernel::{Layout, SimTime, Unit};
+use twinrig_kernel::SimTime;
 
-use crate::expect::{Claim, CostMeasure, Expectation};
-use crate::limits::Limits;
+use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
+use at_end::{cost, energy};
 use cycle::CycleMeter;
+use fall::FallWatch;
 use footstep::{Detector, Thresholds};
-use gait::Gait;
 use meter::Meter;
-use outcome::Finding;
+use outcome::{Finding, outcome};
+use steps::{Counterpart, Known, StepMeter};
+use touch_downs::{TouchDown, TouchDowns};
 use tracker::Window;
-use trunk::TILT;
 
+pub use channel::{Channel, Cycle, Happening, Layouts};
 pub use footstep::Footstep;
 pub use outcome::{Outcome, Verdict};
-
-/// Where samples come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel {
-    /// The outputs of the plant.
-    Plant,
-    /// What the controller is told.
-    ProcessInputs,
-    /// What the controller says.
-    ProcessOutputs,
-    /// What drivers and boards count.
-    Gauges,
-}
-
-/// How the samples of each channel are laid out.
-#[derive(Clone, Copy, Debug)]
-pub struct Layouts<'l> {
-    /// Of [`Channel::Plant`].
-    pub plant: &'l Layout,
-    /// Of [`Channel::ProcessInputs`].
-    pub process_inputs: &'l Layout,
-    /// Of [`Channel::ProcessOutputs`].
-    pub process_outputs: &'l Layout,
-    /// Of [`Channel::Gauges`].
-    pub gauges: &'l Layout,
-    /// The names of the tasks, which [`Cycle::Task`] numbers: those of buses.
-    pub tasks: &'l [String],
-}
-
-impl Layouts<'_> {
-    /// Channels and their layouts, in the order in which a signal is looked for.
-    fn channels(&self) -> [(Channel, &Layout); 4] {
-        [
-            (Channel::Plant, self.plant),
-            (Channel::ProcessInputs, self.process_inputs),
-            (Channel::ProcessOutputs, self.process_outputs),
-            (Channel::Gauges, self.gauges),
-        ]
-    }
-}
-
-/// Whose cycle something happens to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cycle {
-    /// The controller's.
-    Control,
-    /// That of the task of this number.
-    Task(usize),
-}
-
-/// What happens to a cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Happening {
-    /// A cycle begins.
-    CycleBegin,
-    /// It ends.
-    CycleEnd,
-    /// A cycle could not begin when it should have: the last one had not ended.
-    CycleMissed,
-}
 
 /// What is known when a run is over.
 #[derive(Clone, Copy, Debug)]
 pub struct RunEnd<'r> {
-    /// When it ended. If that is before the scenario's end, nothing passes.
+    /// When it ended. If that is before the scenario's end, nothing passes, unless a fall ended it
+    /// as it should and the time of the expectation was over.
     pub at: SimTime,
-    /// The residual of the energy books and the energy exchanged \[J\]; none where nobody keeps books.
+    /// The residual of the energy balance and the energy exchanged \[J\]; none without a balance.
     pub energy: Option<(f64, f64)>,
-    /// The work that the plant took, by the names of [`CostMeasure::COUNTS`].
+    /// The work that the plant took, by the names of [`crate::CostMeasure::COUNTS`].
     pub work: &'r [(&'r str, u64)],
     /// Simulated over wall time; none if nobody looked at a clock.
     pub real_time_factor: Option<f64>,
-    /// The footsteps of the run without changes, if there was one.
-    pub reference: Option<&'r [Footstep]>,
 }
 
-/// Watches a run and says what became of each expectation. It never looks at a clock and never changes what it watches;
-/// between [`Judge::new`] and [`Judge::finish`] it allocates only to keep footsteps.
+/// The footsteps of a run without changes that expectations compare with: see [`Judge::reference`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference(Vec<Vec<Option<Counterpart>>>);
+
+/// Observes a run and judges each expectation. It never looks at a clock and never changes the run;
+/// between [`Judge::new`] and [`Judge::finish`] it keeps statistics, so
+/// its memory does not grow with the length of the run.
 #[derive(Clone, Debug)]
 pub struct Judge {
     expectations: Vec<Expectation>,
     end: SimTime,
     legs: Vec<LegFact>,
     watches: Vec<Watch>,
+    /// The watches of footsteps, by index.
+    of_steps: Vec<usize>,
     feet: Vec<Foot>,
-    footsteps: Vec<Footstep>,
+    touch_downs: TouchDowns,
+    /// The footsteps that the last samples closed.
+    closed: Vec<Footstep>,
+    fall: FallWatch,
+    /// When a fall ended the run, if it did.
+    ended_at: Option<SimTime>,
+    has_reference: bool,
     /// Number of values of each channel.
     lengths: [usize; 4],
 }
@@ -126,14 +83,16 @@ struct Watch {
     meter: Watcher,
     /// How many samples of the channel were looked at.
     samples: u64,
+    /// Whether the robot fell within the window of a claim that says nothing about a robot that
+    /// lies: it is judged as it was before.
+    fell: bool,
 }
 
 #[derive(Clone, Debug)]
 enum Watcher {
     Signal(Meter),
     Cycle(Cycle, CycleMeter),
-    /// Footsteps, which are judged at the end.
-    Footsteps,
+    Footsteps(StepMeter),
     /// Judged from what is known at the end.
     AtEnd,
     /// Cannot be observed, and why.
@@ -153,39 +112,50 @@ impl Judge {
     /// A judge of the scene's expectations, fed with samples of these layouts.
     pub fn new(scene: &Scene, layouts: Layouts<'_>) -> Self {
         let scenario = &scene.scenario;
-        let spec = scenario.observe.footsteps;
-        let thresholds = Thresholds {
-            touch_down: spec.touch_down.newton(scene.weight),
-            lift_off: spec.lift_off.newton(scene.weight),
-            shortest_swing: spec.shortest_swing,
-            least_impulse: spec.least_impulse * scene.weight,
-        };
-        let feet = scene.legs.iter().enumerate().filter_map(|(index, leg)| {
-            let (channel, load) = resolve::find(&layouts, &foot_load(&leg.name))?;
-            let (other, position) = resolve::find(&layouts, &foot_position(&leg.name))?;
-            (channel == other && load.len() == 1 && position.len() == 3).then(|| Foot {
-                channel,
-                load: load.start,
-                position: position.start,
-                detector: Detector::new(index, thresholds),
-            })
-        });
-        let feet: Vec<Foot> = feet.collect();
-        let expectations = scenario.expectations.iter();
+        let feet = feet(scene, &layouts);
         let seen_in = feet.first().map_or(Channel::Plant, |foot| foot.channel);
         let watch = |expectation| resolve::watch(expectation, scene, &layouts, seen_in);
-        let watches = expectations.map(watch);
-        // Four footsteps a second and leg are a brisk trot; more only cost an allocation.
-        let expected = scenario.duration.as_nanos() / 1_000_000_000 * 4 * feet.len() as u64 + 64;
+        let watches: Vec<Watch> = scenario.expectations.iter().map(watch).collect();
+        let of_steps = |watch: &Watch| matches!(watch.meter, Watcher::Footsteps(_));
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
             legs: scene.legs.clone(),
-            watches: watches.collect(),
+            of_steps: (0..watches.len())
+                .filter(|index| of_steps(&watches[*index]))
+                .collect(),
+            watches,
+            closed: Vec::with_capacity(feet.len()),
             feet,
+            touch_downs: TouchDowns::new(),
+            fall: FallWatch::new(scene, &layouts),
+            ended_at: None,
+            has_reference: false,
             lengths: layouts.channels().map(|(_, layout)| layout.len()),
-            footsteps: Vec::with_capacity(usize::try_from(expected).unwrap_or(64).min(1 << 20)),
         }
+    }
+
+    /// The same judge, whose displacements are against the run without changes, which was watched by
+    /// a judge of the same scene.
+    #[must_use]
+    pub fn with_reference(mut self, reference: &Reference) -> Self {
+        for (watch, counterparts) in self.watches.iter_mut().zip(&reference.0) {
+            if let Watcher::Footsteps(meter) = &mut watch.meter {
+                meter.compare_with(counterparts);
+            }
+        }
+        self.has_reference = true;
+        self
+    }
+
+    /// What a run with changes is compared with, if the run that was watched is the one without;
+    /// known when it is over.
+    pub fn reference(&self) -> Reference {
+        let counterparts = |watch: &Watch| match &watch.meter {
+            Watcher::Footsteps(meter) => meter.counterparts(),
+            _ => Vec::new(),
+        };
+        Reference(self.watches.iter().map(counterparts).collect())
     }
 
     /// Takes the samples of a channel, laid out as [`Judge::new`] was told.
@@ -199,30 +169,99 @@ impl Judge {
             self.lengths[channel as usize],
             "samples of another layout"
         );
+        self.closed.clear();
+        if self.fall.sample(now, channel, values) {
+            self.fallen(now);
+        }
+        self.find_footsteps(now, channel, values);
+        for watch in &mut self.watches {
+            if watch.channel != channel || watch.fell {
+                continue;
+            }
+            match &mut watch.meter {
+                Watcher::Signal(meter) if watch.window.contains(now) => {
+                    watch.samples += u64::from(meter.sample(now, values));
+                    if meter.ends_the_run() {
+                        self.ended_at.get_or_insert(now);
+                    }
+                }
+                Watcher::Signal(meter) => meter.outside(values),
+                Watcher::Footsteps(_) => {
+                    watch.samples += u64::from(watch.window.contains(now));
+                }
+                Watcher::Cycle(..) | Watcher::AtEnd | Watcher::Absent(_) => {}
+            }
+        }
+    }
+
+    #[inline]
+    fn find_footsteps(&mut self, now: SimTime, channel: Channel, values: &[f64]) {
         for foot in &mut self.feet {
             if foot.channel != channel {
                 continue;
             }
             let position = foot.position;
             let position = [values[position], values[position + 1], values[position + 2]];
-            if let Some(footstep) = foot.detector.sample(now, values[foot.load], position) {
-                self.footsteps.push(footstep);
+            let seen = foot.detector.sample(now, values[foot.load], position);
+            if let Some(at) = seen.touch_down {
+                let leg = foot.detector.leg();
+                self.touch_downs.add(TouchDown { at, leg });
+            }
+            self.closed.extend(seen.closed);
+        }
+        if !self.touch_downs.waiting().is_empty() {
+            self.hand_on(now);
+        }
+        for step in &self.closed {
+            for index in &self.of_steps {
+                let watch = &mut self.watches[*index];
+                if let (Watcher::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+                    meter.step(step);
+                }
             }
         }
-        for watch in &mut self.watches {
-            if watch.channel != channel {
+    }
+
+    /// Hands on the touch-downs that none can come before any more: those that may still be are not
+    /// before now, nor before the touch-down of a foot that is not sure to have made a footstep.
+    fn hand_on(&mut self, now: SimTime) {
+        let unsure = self.feet.iter().filter_map(|foot| {
+            let at = foot.detector.unsure()?;
+            let leg = foot.detector.leg();
+            Some(TouchDown { at, leg })
+        });
+        let now = TouchDown { at: now, leg: 0 };
+        let horizon = unsure.fold(now, TouchDown::min);
+        while let Some(touch_down) = self.touch_downs.next_before(horizon) {
+            for index in &self.of_steps {
+                let watch = &mut self.watches[*index];
+                if let (Watcher::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+                    meter.touch_down(touch_down);
+                }
+            }
+        }
+    }
+
+    /// The robot falls at `now`: claims about how it goes end here, with the footsteps as they are.
+    fn fallen(&mut self, now: SimTime) {
+        if self.fall.ended_at().is_some() {
+            self.ended_at.get_or_insert(now);
+        }
+        for (watch, expectation) in self.watches.iter_mut().zip(&self.expectations) {
+            if !expectation.claim.is_of_an_upright_robot() || watch.window.before < now {
                 continue;
             }
-            match &mut watch.meter {
-                Watcher::Signal(meter) if watch.window.contains(now) => {
-                    watch.samples += u64::from(meter.sample(now, values));
+            if let Watcher::Footsteps(meter) = &mut watch.meter {
+                for touch_down in self.touch_downs.waiting() {
+                    meter.touch_down(*touch_down);
                 }
-                Watcher::Signal(meter) => meter.outside(values),
-                Watcher::Footsteps => {
-                    watch.samples += u64::from(watch.window.contains(now));
+                for foot in &self.feet {
+                    if let Some(step) = foot.detector.so_far() {
+                        meter.step(&step);
+                    }
                 }
-                Watcher::Cycle(..) | Watcher::AtEnd | Watcher::Absent(_) => {}
             }
+            watch.fell = true;
         }
     }
 
@@ -244,30 +283,66 @@ impl Judge {
         self.legs.iter().map(|leg| leg.name.as_str())
     }
 
-    /// The footsteps so far, in the order in which they were closed: the list only grows while the run goes on. After
-    /// [`Judge::finish`] it holds the footsteps that the run left open too, and is sorted by touch-down and leg.
-    pub fn footsteps(&self) -> &[Footstep] {
-        &self.footsteps
+    /// The footsteps that the last [`Judge::samples`] closed; after [`Judge::finish`] those that the
+    /// run left open, by touch-down and leg. Whoever wants them all takes them every time.
+    pub fn closed(&self) -> &[Footstep] {
+        &self.closed
+    }
+
+    /// When the robot fell; none if it did not, or if nothing is observed of its trunk.
+    pub fn fell_at(&self) -> Option<SimTime> {
+        self.fall.fell_at()
+    }
+
+    /// When a fall ended the run, where the scenario wants that: nothing later is to be run.
+    pub fn ended_at(&self) -> Option<SimTime> {
+        self.ended_at
     }
 
     /// The outcomes, one for each expectation, in their order.
     pub fn finish(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
-        for foot in &mut self.feet {
-            self.footsteps.extend(foot.detector.finish());
-        }
-        self.footsteps
-            .sort_by_key(|step| (step.touch_down, step.leg));
+        self.close_footsteps();
         let outcomes = self.expectations.iter().zip(&self.watches);
         outcomes
             .map(|(expectation, watch)| {
-                let mut finding = self.finding(expectation, watch, run);
-                if run.at < self.end && finding.verdict == Verdict::Pass {
-                    finding.verdict = Verdict::Unobserved;
-                    finding.detail = format!("the run ended at {} of {}", run.at, self.end);
-                }
+                let finding = self.finding(expectation, watch, run);
+                let finding = self.of_the_time_that_was(finding, watch, run);
                 outcome(expectation, finding)
             })
             .collect()
+    }
+
+    /// The footsteps that the run leaves open are over with it.
+    fn close_footsteps(&mut self) {
+        self.closed.clear();
+        for foot in &mut self.feet {
+            self.closed.extend(foot.detector.finish());
+        }
+        self.closed.sort_by_key(|step| (step.touch_down, step.leg));
+        self.hand_on(SimTime::MAX);
+        for step in &self.closed {
+            for watch in &mut self.watches {
+                if let (Watcher::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+                    meter.step(step);
+                }
+            }
+        }
+    }
+
+    /// Nothing passes of which a part was not seen: after a fall, or after the end of a run that
+    /// ended early.
+    fn of_the_time_that_was(&self, finding: Finding, watch: &Watch, run: &RunEnd<'_>) -> Finding {
+        if watch.fell && finding.verdict != Verdict::Fail {
+            return fell(self.fall.fell_at());
+        }
+        if run.at >= self.end || finding.verdict != Verdict::Pass {
+            return finding;
+        }
+        match self.ended_at {
+            Some(_) if watch.window.before <= run.at => finding,
+            Some(at) => fell(Some(at)),
+            None => Finding::unobserved(format!("the run ended at {} of {}", run.at, self.end)),
+        }
     }
 
     fn finding(&self, expectation: &Expectation, watch: &Watch, run: &RunEnd<'_>) -> Finding {
@@ -275,24 +350,34 @@ impl Judge {
             (Watcher::Absent(why), _) => Finding::unobserved(why.clone()),
             (Watcher::Signal(meter), _) => of_samples(meter.finding(), watch),
             (Watcher::Cycle(_, meter), _) => meter.finding(watch.window.before.min(run.at)),
-            (Watcher::Footsteps, Claim::Footstep(claim)) => {
-                let broken = self.feet.iter().find_map(|foot| foot.detector.broken_at);
-                if broken.is_some() {
-                    return Finding::not_a_number(broken);
-                }
-                let gait = Gait {
-                    legs: &self.legs,
-                    footsteps: &self.footsteps,
-                    reference: run.reference,
-                    window: watch.window,
-                    seen: &|leg| self.feet.iter().any(|foot| foot.detector.leg() == leg),
-                };
-                of_samples(gait.finding(claim), watch)
-            }
+            (Watcher::Footsteps(meter), _) => of_samples(self.of_footsteps(meter, watch), watch),
             (Watcher::AtEnd, Claim::EnergyResidual(limits)) => energy(run.energy, limits),
             (Watcher::AtEnd, Claim::Cost(measure, limits)) => cost(*measure, limits, run),
-            (Watcher::AtEnd | Watcher::Footsteps, _) => Finding::unobserved("nothing watched it"),
+            (Watcher::AtEnd, _) => Finding::unobserved("nothing watched it"),
         }
+    }
+
+    fn of_footsteps(&self, meter: &StepMeter, watch: &Watch) -> Finding {
+        let mut feet = self.feet.iter().map(|foot| &foot.detector);
+        if let Some(at) = feet.clone().find_map(|detector| detector.broken_at) {
+            return Finding::not_a_number(Some(at));
+        }
+        if meter.legs().is_empty() {
+            return Finding::unobserved("the scene has no such leg");
+        }
+        let unseen = |leg: &&usize| feet.all(|detector| detector.leg() != **leg);
+        if let Some(leg) = meter.legs().iter().find(unseen) {
+            let name = &self.legs[*leg].name;
+            return Finding::unobserved(format!("nothing tells load and place of foot {name}"));
+        }
+        if meter.wants_a_reference() && !self.has_reference {
+            return Finding::unobserved("there was no run without changes");
+        }
+        meter.finding(&Known {
+            legs: &self.legs,
+            fell: watch.fell,
+            lost: self.touch_downs.is_lost(),
+        })
     }
 }
 
@@ -301,53 +386,30 @@ fn of_samples(finding: Finding, watch: &Watch) -> Finding {
     finding.of_few(watch.samples, LEAST_SAMPLES, "samples")
 }
 
-fn energy(books: Option<(f64, f64)>, limits: &Limits) -> Finding {
-    let Some((residual, exchanged)) = books else {
-        return Finding::unobserved("nobody keeps energy books");
-    };
-    if exchanged == 0.0 {
-        return Finding::unobserved("no energy was exchanged");
-    }
-    let share = residual.abs() / exchanged;
-    if share.is_finite() {
-        Finding::of(limits.compare(share, share), None, "")
-    } else {
-        Finding::not_a_number(None)
-    }
+fn fell(at: Option<SimTime>) -> Finding {
+    let seconds = at.map_or(0.0, |at| tracker::seconds(at.since_start()));
+    Finding::unobserved(format!("fell at {seconds} s"))
 }
 
-fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd<'_>) -> Finding {
-    let value = match measure {
-        CostMeasure::RealTimeFactor => run.real_time_factor,
-        CostMeasure::Count(name) => {
-            let count = run.work.iter().find(|(known, _)| *known == name);
-            count.map(|(_, count)| *count as f64)
-        }
+/// The feet whose load and place are observed.
+fn feet(scene: &Scene, layouts: &Layouts<'_>) -> Vec<Foot> {
+    let spec = scene.scenario.observe.footsteps;
+    let thresholds = Thresholds {
+        touch_down: spec.touch_down.newton(scene.weight),
+        lift_off: spec.lift_off.newton(scene.weight),
+        shortest_swing: spec.shortest_swing,
+        least_impulse: spec.least_impulse * scene.weight,
     };
-    match value {
-        Some(value) if value.is_finite() => Finding::of(limits.compare(value, value), None, ""),
-        Some(_) => Finding::not_a_number(None),
-        None => Finding::unobserved("nobody counted"),
-    }
-}
-
-fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
-    let finite = |value: f64| value.is_finite().then_some(value);
-    let numbers = finding.comparison;
-    let unit = match resolve::unit(&expectation.claim) {
-        Unit::Meter if finding.detail == TILT => Unit::Radian,
-        unit => unit,
-    };
-    Outcome {
-        name: expectation.name.clone(),
-        verdict: finding.verdict,
-        optional: expectation.optional,
-        measured: numbers.and_then(|numbers| finite(numbers.measured)),
-        bound: numbers.and_then(|numbers| finite(numbers.bound)),
-        other_bound: numbers.and_then(|numbers| numbers.other),
-        unit,
-        margin: numbers.and_then(|numbers| finite(numbers.margin)),
-        first_violation: finding.first_violation,
-        detail: finding.detail,
-    }
+    let legs = scene.legs.iter().enumerate();
+    let feet = legs.filter_map(|(index, leg)| {
+        let (channel, load) = resolve::find(layouts, &foot_load(&leg.name))?;
+        let (other, position) = resolve::find(layouts, &foot_position(&leg.name))?;
+        (channel == other && load.len() == 1 && position.len() == 3).then(|| Foot {
+            channel,
+            load: load.start,
+            position: position.start,
+            detector: Detector::new(index, thresholds),
+        })
+    });
+    feet.collect()
 }

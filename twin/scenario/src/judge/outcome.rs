@@ -3,6 +3,9 @@
 use serde::Serialize;
 use twinrig_kernel::{SimTime, Unit};
 
+use super::resolve;
+use super::trunk::TILT;
+use crate::expect::Expectation;
 use crate::limits::Comparison;
 
 /// Whether an expectation holds.
@@ -106,5 +109,27 @@ impl Finding {
             first_violation: at,
             detail: "not a number".into(),
         }
+    }
+}
+
+/// The outcome of an expectation of which this was found.
+pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let numbers = finding.comparison;
+    let unit = match resolve::unit(&expectation.claim) {
+        Unit::Meter if finding.detail == TILT => Unit::Radian,
+        unit => unit,
+    };
+    Outcome {
+        name: expectation.name.clone(),
+        verdict: finding.verdict,
+        optional: expectation.optional,
+        measured: numbers.and_then(|numbers| finite(numbers.measured)),
+        bound: numbers.and_then(|numbers| finite(numbers.bound)),
+        other_bound: numbers.and_then(|numbers| numbers.other),
+        unit,
+        margin: numbers.and_then(|numbers| finite(numbers.margin)),
+        first_violation: finding.first_violation,
+        detail: finding.detail,
     }
 }

@@ -6,6 +6,7 @@ use twinrig_kernel::{SimTime, Unit};
 
 use super::cycle::CycleMeter;
 use super::meter::{Meter, Nearest};
+use super::steps::StepMeter;
 use super::tracker::{Extremes, Settling, Window};
 use super::trunk::{Speed, Upright, Yaw};
 use super::{Channel, Cycle, Layouts, Watch, Watcher};
@@ -45,7 +46,10 @@ pub(super) fn watch(
             signal(claim, layouts)
         }
         Claim::Timing(claim) => cycle(claim, scene, layouts),
-        Claim::Footstep(_) => Ok((feet, Watcher::Footsteps)),
+        Claim::Footstep(claim) => {
+            let meter = StepMeter::new(claim, window, &scene.legs);
+            Ok((feet, Watcher::Footsteps(meter)))
+        }
         Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Channel::Plant, Watcher::AtEnd)),
     };
     let (channel, meter) = watched.unwrap_or_else(|why| (Channel::Plant, Watcher::Absent(why)));
@@ -54,6 +58,7 @@ pub(super) fn watch(
         channel,
         meter,
         samples: 0,
+        fell: false,
     }
 }
 
@@ -167,12 +172,10 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), 
                 Meter::Speed(Speed::new(position, rpy + 2, *along, *limits)),
             )
         }
-        BodyClaim::Upright { height, tilt } => {
+        BodyClaim::Upright { height, tilt, end } => {
             let (channel, position, rpy) = trunk.both()?;
-            (
-                channel,
-                Meter::Upright(Upright::new(position + 2, rpy, *height, *tilt)),
-            )
+            let upright = Upright::new(position + 2, rpy, *height, *tilt);
+            (channel, Meter::Upright(upright, *end))
         }
         BodyClaim::Settles { within, by } => {
             let (channel, position) = trunk.position()?;

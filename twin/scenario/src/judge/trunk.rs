@@ -159,6 +159,11 @@ impl Upright {
         *self.standing.get_or_insert(values[self.height])
     }
 
+    /// Whether it has fallen within the window.
+    pub fn has_fallen(&self) -> bool {
+        self.fallen_at.is_some()
+    }
+
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
         let floor = self.share * self.stand(values);

@@ -5,6 +5,7 @@ mod changes;
 mod checks;
 mod controller;
 mod coupling;
+mod fall;
 mod plant;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,6 +112,7 @@ fn read(
         controller::controller(item, &catalogue.controllers)
     });
     let buses = table.optional("bus", |item| bus::buses(item, &catalogue.buses));
+    let fall = table.optional("fall", fall::fall);
     let footsteps = table.optional("footsteps", |item| footsteps(&item.table()?));
     let record = table.optional("record", |item| record(&item.table()?));
     let controller = controller.map(Option::flatten);
@@ -178,6 +180,7 @@ fn read(
             period: observe?.unwrap_or(OBSERVE_PERIOD),
             footsteps,
         },
+        fall: fall::spec(fall?.unwrap_or_default(), &expectations),
         record: record?.unwrap_or(RECORD),
         changes: changes?,
         expectations: distinct(expectations),

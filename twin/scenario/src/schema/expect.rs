@@ -141,11 +141,20 @@ fn footstep(limits: &mut Limits<'_>) -> Value {
     footstep
 }
 
-fn body(limits: &mut Limits<'_>) -> Value {
+/// The thresholds of a fall.
+pub(super) fn fall() -> Value {
     let thresholds = json!({
-        "height": number(&Range::between(0.0, 1.0)),
+        "height": described(
+            "Share of the trunk's first height.",
+            number(&Range::between(0.0, 1.0)),
+        ),
         "tilt": quantity(Unit::Radian, &Range::NOT_NEGATIVE),
+        "end": described("Whether a fall ends the run.", boolean()),
     });
+    object(thresholds, &[])
+}
+
+fn body(limits: &mut Limits<'_>) -> Value {
     let properties = json!({
         "speed": limits.of(Unit::MeterPerSecond),
         "along": { "enum": ["heading", "path"] },
@@ -156,7 +165,7 @@ fn body(limits: &mut Limits<'_>) -> Value {
         "pitch": limits.of(Unit::Radian),
         "pitch_range": limits.of(Unit::Radian),
         "yaw_drift": limits.of(Unit::Radian),
-        "fall": { "anyOf": [{ "const": false }, object(thresholds, &[])] },
+        "fall": { "anyOf": [{ "const": false }, fall()] },
         "settles": settles(&quantity(Unit::Meter, &Range::NOT_NEGATIVE)),
     });
     let mut body = object_of_one(properties, &[], &BODY_MEASURES);

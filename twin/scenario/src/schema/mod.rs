@@ -44,6 +44,7 @@ pub fn schema(catalogue: &Catalogue) -> Value {
             "transfer_time": time(),
         }), &[]),
         "observe": object(json!({ "period": positive_duration() }), &[]),
+        "fall": described("When the robot has fallen.", expect::fall()),
         "footsteps": footsteps(),
         "record": object(json!({
             "signals": described("Names of signals; * and ** are wild.", texts()),

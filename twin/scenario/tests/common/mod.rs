@@ -9,8 +9,8 @@ use std::path::Path;
 use twinrig_document::{DocumentError, Range};
 use twinrig_kernel::{Port, Unit};
 use twinrig_scenario::{
-    Accepts, Catalogue, Facts, Kind, LegFact, OptionSpec, OptionValue, Scenario, Scene,
-    VariableSpec,
+    Accepts, Catalogue, Facts, GroundBelow, Kind, LegFact, OptionSpec, OptionValue, Scenario,
+    Scene, VariableSpec,
 };
 
 /// A catalogue with one of everything that kinds can declare, and with keys that mean one thing in one kind and another in
@@ -149,6 +149,7 @@ pub fn facts(legs: Vec<LegFact>) -> Facts {
         plant_outputs: outputs,
         process_ports: process,
         frame_signals: vec!["body/position".into()],
+        ground: GroundBelow::Level,
         ..Facts::default()
     }
 }

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
 use twinrig_scenario::{
-    Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, RunEnd, Scene,
+    Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, Reference, RunEnd, Scene,
 };
 
 /// Time between two observations.
@@ -58,8 +58,21 @@ pub fn at(ms: u64) -> SimTime {
 pub fn judge_with(
     scene: &Scene,
     run: &Run<'_>,
-    reference: Option<&[Footstep]>,
+    reference: Option<&Reference>,
 ) -> (Vec<Outcome>, Vec<Footstep>) {
+    let judged = watched(scene, run, reference);
+    (judged.outcomes, judged.footsteps)
+}
+
+/// A run that was watched to its end.
+pub struct Watched {
+    pub judge: Judge,
+    pub outcomes: Vec<Outcome>,
+    pub footsteps: Vec<Footstep>,
+}
+
+/// Watches `run` to its end, or to the fall that ends it.
+pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> Watched {
     let ports: Vec<Port> = super::facts(scene.legs.clone())
         .plant_outputs
         .into_iter()
@@ -77,6 +90,11 @@ pub fn judge_with(
             tasks: &[],
         },
     );
+    if let Some(reference) = reference {
+        judge = judge.with_reference(reference);
+    }
+    let mut footsteps = Vec::new();
+    let mut reached = run.end_ms;
     let mut values = vec![0.0; layout.len()];
     for ms in (0..=run.end_ms).step_by(usize::try_from(PERIOD_MS).unwrap()) {
         for field in layout.fields() {
@@ -92,16 +110,26 @@ pub fn judge_with(
             }
         }
         judge.samples(at(ms), Channel::Plant, &values);
+        footsteps.extend_from_slice(judge.closed());
+        if judge.ended_at().is_some() {
+            reached = ms;
+            break;
+        }
     }
     let end = RunEnd {
-        at: at(run.end_ms),
+        at: at(reached),
         energy: Some((2e-7, 1.0)),
         work: &[("steps", 10_000), ("evaluations", 40_000)],
         real_time_factor: Some(400.0),
-        reference,
     };
     let outcomes = judge.finish(&end);
-    (outcomes, judge.footsteps().to_vec())
+    footsteps.extend_from_slice(judge.closed());
+    footsteps.sort_by_key(|step| (step.touch_down, step.leg));
+    Watched {
+        judge,
+        outcomes,
+        footsteps,
+    }
 }
 
 /// The outcome of the one expectation `expect` (the inside of an `[[expect]]`) of `run`.
@@ -145,7 +173,6 @@ pub fn cycles_until(expect: &str, events: &[(u64, Happening)], end_us: u64) -> O
         energy: None,
         work: &[],
         real_time_factor: None,
-        reference: None,
     };
     judge.finish(&end).remove(0)
 }
