@@ -27,7 +27,7 @@ pub enum Bound {
         /// Coulomb coefficient.
         friction: f64,
     },
-    /// The second component of the [`Bound::Disc`] before it.
+    /// The second component of the [`Bound::Disc`] before it, which sets it.
     DiscSecond,
 }
 
@@ -128,21 +128,67 @@ impl Problem {
         self.offset[row] = value;
     }
 
-    /// Sets the bound of an unknown; a [`Bound::Disc`] takes the next one with it.
+    /// Sets the bound of an unknown; a [`Bound::Disc`] takes the next one with it. A friction pair stays one until
+    /// [`Self::reset`]: half of a friction force has no meaning. Where a contact is to push no more, its normal is bounded.
     ///
     /// # Panics
-    /// For an interval whose ends are not in order.
+    /// For an interval whose ends are not in order, and for a friction pair that is none: half of one overwritten, two that
+    /// overlap, a normal that is not there or is itself friction, a coefficient that is negative or NaN.
     pub fn bound(&mut self, row: usize, bound: Bound) {
         self.factored = false;
-        self.bounds[row] = bound;
         match bound {
-            Bound::Disc { .. } => self.bounds[row + 1] = Bound::DiscSecond,
-            Bound::Between { low, high } => {
-                assert!(low <= high, "an interval from {low} to {high}");
-                self.shifted |= low > 0.0 || high < 0.0;
+            Bound::Disc { normal, friction } => {
+                self.check_pair(row, normal, friction);
+                self.bounds[row + 1] = Bound::DiscSecond;
             }
-            _ => {}
+            Bound::DiscSecond => panic!("row {row} is bounded by the friction pair before it"),
+            Bound::Free | Bound::NonNegative | Bound::Between { .. } => {
+                assert!(
+                    !self.is_friction(row),
+                    "row {row} is half of a friction pair"
+                );
+            }
         }
+        if let Bound::Between { low, high } = bound {
+            assert!(low <= high, "an interval from {low} to {high}");
+            self.shifted |= low > 0.0 || high < 0.0;
+        }
+        self.bounds[row] = bound;
+    }
+
+    /// Refuses a friction pair at a row and the next that contradicts itself or another pair.
+    fn check_pair(&self, row: usize, normal: usize, friction: f64) {
+        let (n, second) = (self.len(), row + 1);
+        assert!(
+            second < n,
+            "a friction pair at rows {row} and {second} of {n}"
+        );
+        let rebound = matches!(self.bounds[row], Bound::Disc { .. });
+        let bounded = self.bounds[row] == Bound::DiscSecond || self.bounds[second] != Bound::Free;
+        assert!(
+            rebound || !bounded,
+            "the friction pair at row {row} overlaps what is bounded otherwise"
+        );
+        let apart = normal < n && normal != row && normal != second;
+        assert!(
+            apart && !self.is_friction(normal),
+            "row {normal} is no normal force for the friction pair at row {row}"
+        );
+        let normal_of = |bound: &Bound| match *bound {
+            Bound::Disc { normal, .. } => Some(normal),
+            _ => None,
+        };
+        let mut normals = self.bounds.iter().filter_map(normal_of);
+        assert!(
+            !normals.any(|other| other == row || other == second),
+            "the friction pair at row {row} is the normal force of another"
+        );
+        assert!(friction >= 0.0, "a friction coefficient of {friction}");
+    }
+
+    /// Whether a row belongs to a friction pair.
+    fn is_friction(&self, row: usize) -> bool {
+        matches!(self.bounds[row], Bound::Disc { .. } | Bound::DiscSecond)
     }
 
     /// Sets a guess of an unknown, such as its value in a problem much like this one.

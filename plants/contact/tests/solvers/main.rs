@@ -6,3 +6,4 @@ mod degenerate;
 mod friction;
 mod impact;
 mod oracle;
+mod reuse;
