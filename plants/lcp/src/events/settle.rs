@@ -40,7 +40,13 @@ impl<const N: usize> Instant<N> {
         let (articulated, drive) = motors_only(scene, state);
         self.find(scene, state, &articulated, &drive, legs, true, &touching);
         let drifts = self.drifts.take();
+        let mut kept = false;
         self.entries.retain_mut(|entry| {
+            // A foot's tangents stand behind its normal, and stay or go with it: whether they stick or slide is not a matter
+            // of gaps.
+            if entry.role.is_tangent() {
+                return kept;
+            }
             let drift = |drifts: [[f64; PLACES]; 4]| drifts[entry.row.leg][entry.role.place()];
             let rests = if entry.held {
                 drifts.is_none_or(|drifts| entry.rate - drift(drifts) < PARTING)
@@ -50,9 +56,9 @@ impl<const N: usize> Instant<N> {
             entry.parts = !rests;
             // A stop that was knocked open may close again before anything else can happen.
             let hops = entry.held && matches!(entry.role, Role::Stop(_));
-            !entry.is_normal() || rests || hops
+            kept = rests || hops;
+            kept
         });
-        self.drop_orphans();
         for &leg in legs {
             for stop in Stop::ALL {
                 let holds = stop.of(mode);
@@ -115,22 +121,6 @@ impl<const N: usize> Instant<N> {
             }
         }
         caught
-    }
-
-    /// Takes out the tangents of feet that are not there any more.
-    fn drop_orphans(&mut self) {
-        let mut kept = false;
-        self.entries.retain(|entry| match entry.role {
-            Role::Normal { slides, .. } => {
-                kept = slides.is_none();
-                true
-            }
-            Role::Tangent { .. } => kept,
-            Role::Stop(_) => {
-                kept = false;
-                true
-            }
-        });
     }
 
     /// Notes what pushes with more than `least`, leaving out what others imply. What has come to its end pushes with next to

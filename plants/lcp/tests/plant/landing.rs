@@ -5,7 +5,7 @@ use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Servo;
 use twinrig_runtime::{Plant, PlantEventKind};
 
-use crate::scene::{DEFAULT, LEGS, SERVO, Scene, WAYS, Way, below, flat, robot, standing};
+use crate::scene::{DEFAULT, LEGS, SERVO, Scene, WAYS, Way, below, flat, pose, robot, standing};
 
 fn drop(height: f64, friction: f64) -> Setup {
     Setup {
@@ -154,6 +154,32 @@ fn ice_holds_nothing_back_and_glue_everything() {
             let setup = drop(0.1, friction);
             let mut scene = Scene::new(&robot(), &setup, *way);
             let _ = scene.soundly(0.3);
+        }
+    }
+}
+
+/// A landing elsewhere moves a foot that sticks along the ground: its friction is still one force, whose halves are not let go
+/// one by one as if they were stops that open.
+#[test]
+fn friction_of_a_foot_that_is_knocked_along_the_ground_stays_a_pair() {
+    let robot = robot();
+    let (hip, knee) = (robot.actuators.hip, robot.actuators.knee);
+    let setup = Setup {
+        drives: Drives::Servos { hip, knee },
+        start: pose([40.1049, -7.82852, 7.82852], [0.0; 3]),
+        ..drop(0.15, 0.6)
+    };
+    let mut scene = Scene::new(&robot, &setup, DEFAULT.with_toes());
+    for _ in 0..150 {
+        scene.plant.begin_window();
+        scene.soundly(2e-3).unwrap();
+        for leg in LEGS {
+            let force = scene.read(&format!("leg/{leg}/foot/force"));
+            let sideways = libm::hypot(force[0], force[1]);
+            assert!(
+                sideways <= 0.6 * force[2] * (1.0 + 1e-6) + 1e-6,
+                "{force:?}"
+            );
         }
     }
 }

@@ -124,6 +124,8 @@ pub struct Way {
     pub method: Method,
     pub step_us: u64,
     pub tolerance: f64,
+    /// Whether legs have a joint in the toe.
+    pub toe: bool,
 }
 
 /// As scenarios have it that do not say.
@@ -131,6 +133,7 @@ pub const DEFAULT: Way = Way {
     method: Method::Rk4,
     step_us: 2000,
     tolerance: Options::TOLERANCE,
+    toe: false,
 };
 
 impl Way {
@@ -139,7 +142,12 @@ impl Way {
             method,
             step_us,
             tolerance: Options::TOLERANCE,
+            toe: false,
         }
+    }
+
+    pub const fn with_toes(self) -> Self {
+        Self { toe: true, ..self }
     }
 
     pub const fn within(self, tolerance: f64) -> Self {
@@ -175,7 +183,7 @@ fn wanting(
         },
         method: way.method,
         tolerance: way.tolerance,
-        toe: false,
+        toe: way.toe,
     };
     Lcp::new(robot, &options, wanted)
 }
