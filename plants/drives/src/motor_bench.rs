@@ -224,7 +224,13 @@ impl Plant for MotorBench {
         self.ledger.balance([kinetic, 0.0, 0.0]);
         self.now = to;
         self.steps += 1;
-        Ok(())
+        let checked = self.ledger.check();
+        checked.map_err(|why| PlantFault {
+            time: self.now,
+            part: "integrator".to_owned(),
+            energy: self.energy().stored(),
+            why: why.to_string(),
+        })
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {

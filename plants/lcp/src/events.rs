@@ -10,6 +10,7 @@
 mod closed;
 pub(crate) mod constrained;
 mod impact;
+mod losses;
 mod regain;
 mod settle;
 

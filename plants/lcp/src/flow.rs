@@ -1,7 +1,7 @@
 //! The plant in motion.
 
 use twinrig_contact::Unsolved;
-use twinrig_legged::{Fitted, Ledger, Stored};
+use twinrig_legged::{Fitted, Ledger, NegativeDissipation, Stored};
 use twinrig_runtime::WorkCounts;
 
 use crate::articulated::{into_world, stored_in};
@@ -30,6 +30,11 @@ pub(crate) enum FlowError {
     TooStiff { seconds: f64 },
     #[error("steps of {seconds} s are unstable: they have made {gained:.3e} J out of nothing")]
     Gained { seconds: f64, gained: f64 },
+    #[error("steps of {seconds} s are unstable: {why}")]
+    Dissipation {
+        seconds: f64,
+        why: NegativeDissipation,
+    },
     #[error("steps of {seconds} s are too long: they have lost {lost:.3e} J into nothing")]
     Lost { seconds: f64, lost: f64 },
 }

@@ -323,20 +323,18 @@ impl<const N: usize> Flow<N> {
             .as_ref()
             .map_or(0.0, |ground| ground.restitution);
         let before = core::mem::take(&mut self.pushed);
+        let losses = self.instant.losses(1.0, |row| {
+            let entry = &self.instant.entries[row];
+            self.instant.problem.w(row) - allowed(entry, restitution, seconds)
+        });
+        self.ledger.impact += losses.impact;
+        self.ledger.dissipated += losses.friction;
         let impulses = self.instant.problem.unknowns();
-        for (i, (entry, impulse)) in self.instant.entries.iter().zip(impulses).enumerate() {
-            let rate = self.instant.problem.w(i) - allowed(entry, restitution, seconds);
-            let work = 0.5 * impulse * (entry.rate + rate);
+        for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
             let (leg, place) = (entry.row.leg, entry.role.place());
             self.pushed[leg][place] = impulse / seconds;
-            if entry.role.is_tangent() {
-                self.ledger.dissipated -= work;
-            } else {
-                self.ledger.impact -= work;
-                if *impulse > 0.0 && before[leg][place] <= 0.0 {
-                    self.counts.events += 1;
-                }
-            }
+            let met = *impulse > 0.0 && before[leg][place] <= 0.0;
+            self.counts.events += u64::from(met && !entry.role.is_tangent());
         }
         let ground = self.instant.ground();
         self.tally.push(&ground);

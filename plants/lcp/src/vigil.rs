@@ -56,7 +56,8 @@ impl<const N: usize> Flow<N> {
             let lost = -books.residual;
             return Err(FlowError::Lost { seconds, lost });
         }
-        Ok(())
+        let checked = self.ledger.check();
+        checked.map_err(|why| FlowError::Dissipation { seconds, why })
     }
 
     /// Whether what was just stepped, from these books on, was too long a step.

@@ -23,7 +23,41 @@ pub struct Ledger {
     flows: [f64; 3],
 }
 
+/// Friction dissipates. Where its work is positive, its forces are not those of the motion that the plant has found.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("friction has given {given:.3e} J in all, and can only take")]
+pub struct NegativeDissipation {
+    /// Energy that friction has given since the start \[J\].
+    pub given: f64,
+}
+
+/// Round-off of the work of friction: absolute \[J\], and as a share of the energy exchanged.
+const ROUND_OFF: f64 = 1e-9;
+const ROUND_OFF_SHARE: f64 = 1e-9;
+
 impl Ledger {
+    /// Checks that the energy dissipated since the start is not negative, up to round-off. Every plant does so after its steps.
+    ///
+    /// # Errors
+    /// [`NegativeDissipation`].
+    pub fn check(&self) -> Result<(), NegativeDissipation> {
+        self.check_within(ROUND_OFF.max(ROUND_OFF_SHARE * self.exchanged))
+    }
+
+    /// Checks that friction has given no more than `allowed` \[J\] in all: for engines whose contacts are soft, so that what
+    /// friction takes is not exact.
+    ///
+    /// # Errors
+    /// [`NegativeDissipation`].
+    pub fn check_within(&self, allowed: f64) -> Result<(), NegativeDissipation> {
+        // Written so that NaN does not pass.
+        if self.dissipated >= -allowed {
+            return Ok(());
+        }
+        let given = -self.dissipated;
+        Err(NegativeDissipation { given })
+    }
+
     /// Opens the books with what there is.
     pub fn opened(stored: Stored) -> Self {
         Self {

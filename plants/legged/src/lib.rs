@@ -41,17 +41,19 @@ mod readings;
 mod segment;
 mod setup;
 mod signals;
+mod slide;
 mod sound;
 mod start;
 mod window;
 
 pub use error::{LeggedError, positive};
-pub use ledger::{Ledger, Stored};
+pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use posture::{LegPosture, Posture};
 pub use readings::Readings;
 pub use segment::Segment;
 pub use setup::{Base, Drives, Fitted, Motors, Servos, Setup};
 pub use signals::Signals;
+pub use slide::{Slide, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};
 pub use window::Window;
 

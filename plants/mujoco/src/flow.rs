@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
-use twinrig_legged::{Base, Fitted, LEGS, Ledger, Posture, Stored};
-use twinrig_robot::Robot;
+use twinrig_legged::{Base, Fitted, LEGS, Ledger, NegativeDissipation, Posture, Stored};
+use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
 use crate::addresses::Addresses;
@@ -21,6 +21,11 @@ use crate::sliding::CONTACTS;
 /// A trunk that another plant has so much farther out of this one's way than this cannot be taken over \[m, 1\].
 const OFF: f64 = 1e-6;
 
+/// What friction may give in soft contacts, beyond which the step is too long: this share of what was exchanged, and what lifts
+/// the trunk by so much \[m\].
+const SOFT: f64 = 0.05;
+const SUNK: f64 = 1e-3;
+
 /// Times that clutches are let go further in a step, at most.
 const TIRED_MAX: u32 = 4;
 
@@ -33,6 +38,8 @@ pub(crate) enum FlowFault {
         "the foot has left the height field, which ends at {at:.3} m along {axis}; give the scenario a larger field"
     )]
     Beyond { leg: usize, axis: char, at: f64 },
+    #[error("{0}: take a shorter step")]
+    Dissipation(#[from] NegativeDissipation),
 }
 
 /// Everything that moves.
@@ -196,6 +203,9 @@ impl Flow {
         }
         done?;
         self.close(seconds);
+        let soft = SOFT * self.ledger.books().exchanged;
+        let weight = GRAVITY * self.model.trunk_mass;
+        self.ledger.check_within(soft + SUNK * weight)?;
         Ok(())
     }
 

@@ -58,7 +58,7 @@ impl Mujoco {
 
     fn fault(&self, fault: &FlowFault) -> PlantFault {
         let part = match fault {
-            FlowFault::Engine(_) => "integrator".to_owned(),
+            FlowFault::Engine(_) | FlowFault::Dissipation(_) => "integrator".to_owned(),
             FlowFault::Beyond { leg, .. } => format!("leg/{}", self.flow.model.legs[*leg].name),
         };
         PlantFault {

@@ -82,16 +82,18 @@ impl Machine {
         let legs = self.model.legs.iter().flat_map(|leg| &leg.segments);
         let mass = self.model.mass + legs.map(|segment| segment.mass).sum::<f64>();
         let most = FROM_NOWHERE * books.exchanged + LIFT * GRAVITY * mass;
-        if within(books.residual, most) {
-            return Ok(());
-        }
-        Err(Broken {
+        let broken = |why: String| Broken {
             part: "energy".to_owned(),
-            why: format!(
+            why,
+        };
+        if !within(books.residual, most) {
+            return Err(broken(format!(
                 "{:.3e} J came from nowhere, and {:.3e} J were exchanged in all: shorten the step",
                 books.residual, books.exchanged
-            ),
-        })
+            )));
+        }
+        let checked = self.state.ledger.check_within(most);
+        checked.map_err(|why| broken(format!("{why}: shorten the step")))
     }
 
     /// The worst of what must be closed and is not: joints apart, stops passed, cables too long, feet in the ground \[m\].

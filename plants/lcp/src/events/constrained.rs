@@ -15,6 +15,7 @@ use twinrig_contact::{Method, Problem, Unsolved};
 use super::Instant;
 use super::closed::{Entry, HOLDING, Role, Stop, touching};
 use super::impact::RESTING;
+use super::losses::Losses;
 use super::settle::motors_only;
 use crate::articulated::Articulated;
 use crate::hold::{CABLE, Driven};
@@ -115,7 +116,14 @@ impl<const N: usize> Instant<N> {
     ) -> Constrained<N> {
         let mut accelerations = articulated.accelerations();
         let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);
-        let (mut impact, mut friction) = (0.0, 0.0);
+        let mut losses = Losses::default();
+        if let Demand::Velocity { .. } = demand {
+            let restitution = scene.model.ground.as_ref().map_or(0.0, |g| g.restitution);
+            losses = self.losses(seconds, |row| {
+                let entry = &self.entries[row];
+                seconds * self.problem.w(row) - entry.returned(restitution) * entry.rate
+            });
+        }
         let mut cable = Lanes::zero();
         for (i, entry) in self.entries.iter().enumerate() {
             let force = self.problem.unknowns()[i];
@@ -128,15 +136,6 @@ impl<const N: usize> Instant<N> {
             }
             if entry.role == Role::Stop(Stop::Cable) {
                 cable = cable.with_lane(leg, force);
-            }
-            if let Demand::Velocity { .. } = demand {
-                let restitution = scene.model.ground.as_ref().map_or(0.0, |g| g.restitution);
-                let after = seconds * self.problem.w(i) - entry.returned(restitution) * entry.rate;
-                let work = 0.5 * seconds * force * (entry.rate + after);
-                match entry.role {
-                    Role::Tangent { .. } => friction -= work,
-                    _ => impact -= work,
-                }
             }
         }
         if !self.entries.is_empty() {
@@ -156,8 +155,8 @@ impl<const N: usize> Instant<N> {
                 articulated,
                 drive,
             },
-            impact,
-            friction: friction + seconds * slid,
+            impact: losses.impact,
+            friction: losses.friction + seconds * slid,
             ground: self.ground(),
         }
     }

@@ -7,6 +7,7 @@ use twinrig_legged::Fitted;
 
 use super::Instant;
 use super::closed::{HOLDING, PLACES, Role, Stop, touching};
+use super::losses::Losses;
 use crate::articulated::Articulated;
 use crate::hold::Driven;
 use crate::motion::Scene;
@@ -73,11 +74,6 @@ impl<const N: usize> Instant<N> {
         let mut trunk = [0.0; 6];
         let mut torques = [Lanes::zero(); N];
         for (i, (entry, &impulse)) in self.entries.iter().zip(self.problem.unknowns()).enumerate() {
-            let work = 0.5 * impulse * (entry.rate + self.problem.w(i));
-            match entry.role {
-                Role::Tangent { .. } => toll.friction -= work,
-                _ => toll.impact -= work,
-            }
             for (a, r) in trunk.iter_mut().zip(&self.pushes[i].trunk) {
                 *a += r * impulse;
             }
@@ -93,6 +89,8 @@ impl<const N: usize> Instant<N> {
             }
         }
         articulated.give_way(state, trunk, torques);
+        let Losses { impact, friction } = self.losses(1.0, |row| self.problem.w(row));
+        (toll.impact, toll.friction) = (impact, friction);
         toll.ground = self.ground();
         Ok(toll)
     }

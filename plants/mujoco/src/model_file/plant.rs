@@ -15,6 +15,10 @@ use crate::model_file::contact::Mean;
 use crate::model_file::meaning::Source;
 use crate::model_file::wired::Written;
 
+/// What dampers may be said to give, beyond which the step is too long, as a share of what was exchanged, or of a joule where
+/// that is less.
+const DAMPED: f64 = 0.05;
+
 /// Any model in MuJoCo.
 ///
 /// After every [`Plant::advance`], and so whenever somebody looks, all that MuJoCo derives from the state is that of the
@@ -166,7 +170,7 @@ impl Mjcf {
         }
     }
 
-    fn fault(&self, why: &EngineFault) -> PlantFault {
+    fn fault(&self, why: &impl ToString) -> PlantFault {
         PlantFault {
             time: self.now,
             part: "integrator".to_owned(),
@@ -218,7 +222,12 @@ impl Plant for Mjcf {
             done.map_err(|why| self.fault(&why))?;
         }
         let found = self.find(seconds);
-        found.map_err(|why| self.fault(&why))
+        found.map_err(|why| self.fault(&why))?;
+        // A damper's force is that of a step's beginning, and works along its mean velocity.
+        let checked = self
+            .ledger
+            .check_within(DAMPED * self.energy().exchanged.max(1.0));
+        checked.map_err(|why| self.fault(&why))
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
