@@ -75,6 +75,8 @@ pub struct Pantograph {
     pub(crate) pulley_radius: f64,
     pub(crate) length_max: f64,
     pub(crate) length_min: f64,
+    /// Least distance of knee and foot where these tell the pose.
+    pub(crate) span_min: f64,
     /// Absolute angle of the first segment in the reference pose (thesis, A.12 with its sign corrected).
     pub(crate) hip_ref: f64,
 }
@@ -185,6 +187,7 @@ impl Pantograph {
             pulley_radius: leg.pulley_radius,
             length_max,
             length_min,
+            span_min: Self::least_span(l2, b),
             hip_ref,
         })
     }

@@ -1,6 +1,6 @@
 //! A pose of the leg as points in the leg plane, its velocity, and the statics of its segments.
 
-use libm::{atan2, sqrt};
+use libm::{atan2, cos, sqrt};
 
 use crate::LegError;
 use crate::pantograph::{Pantograph, Planar, along, cross, turned};
@@ -36,6 +36,10 @@ pub struct Pose {
     parallel_vector: Planar,
 }
 
+/// How near the ankle may be folded up to where the third segment lies on the second, in plants that know a pose by hip angle
+/// and foot \[rad\]: there foot and hip do not tell the pose, and springs push a foot without bounds.
+const FOLDED: f64 = 0.1;
+
 /// Velocity of the leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocity {
@@ -55,6 +59,8 @@ pub enum Length {
     Parallel,
     /// The cable, hip to ankle.
     Cable,
+    /// Knee to foot: what the second and the third segment span.
+    Span,
 }
 
 /// Derivative of a scalar with respect to hip angle and foot position.
@@ -229,8 +235,34 @@ impl Pantograph {
                 ankle: pose.ankle / pose.cable,
                 foot: none,
             },
+            Length::Span => {
+                let span = pose.foot - pose.knee;
+                let n = span / span.norm();
+                Pull {
+                    inner: none,
+                    knee: -n,
+                    ankle: none,
+                    foot: n,
+                }
+            }
         };
         self.pulled_back(pose, &pull)
+    }
+
+    /// How far knee and foot are from where the ankle is folded up as far as hip angle and foot tell the pose \[m\]; negative
+    /// beyond it.
+    pub fn unfolded(&self, pose: &Pose) -> f64 {
+        (pose.foot - pose.knee).norm() - self.span_min
+    }
+
+    /// Whether the ankle is on that side of it, which the distance alone does not tell.
+    pub fn is_unfolded(&self, pose: &Pose) -> bool {
+        pose.ankle_sine > 0.0 && self.unfolded(pose) >= 0.0
+    }
+
+    /// The least distance of knee and foot for such poses \[m\].
+    pub(crate) fn least_span(l2: f64, b: f64) -> f64 {
+        sqrt(l2 * l2 + b * b - 2.0 * l2 * b * cos(FOLDED))
     }
 
     /// Velocity of the leg from the hip's angular velocity \[rad/s\] and the foot's velocity in the hip frame \[m/s\].
@@ -276,6 +308,7 @@ impl Pantograph {
             Length::Diagonal => ankle_acceleration - inner_acceleration,
             Length::Parallel => ankle_acceleration * (1.0 + lever) - inner_acceleration,
             Length::Cable => ankle_acceleration,
+            Length::Span => -knee_acceleration,
         };
         let (vector, rate, value) = self.stretch(pose, velocity, length);
         let along = vector.dot(&rate) / value;
@@ -318,6 +351,10 @@ impl Pantograph {
                 (pose.parallel_vector, outer - inner, pose.parallel)
             }
             Length::Cable => (pose.ankle, velocity.ankle, pose.cable),
+            Length::Span => {
+                let span = pose.foot - pose.knee;
+                (span, velocity.foot - velocity.knee, span.norm())
+            }
         }
     }
 

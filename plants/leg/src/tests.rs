@@ -111,11 +111,12 @@ proptest! {
         };
         let d = difference(&|p| leg.spring_energy(p));
         prop_assert!(near(leg.spring_gradient(&pose), d, 100.0 / pose.ankle_sine), "{:?} {:?}", leg.spring_gradient(&pose), d);
-        for length in [Length::Diagonal, Length::Parallel, Length::Cable] {
+        for length in [Length::Diagonal, Length::Parallel, Length::Cable, Length::Span] {
             let d = difference(&|p| match length {
                 Length::Diagonal => p.diagonal,
                 Length::Parallel => p.parallel,
                 Length::Cable => p.cable,
+                Length::Span => (p.foot - p.knee).norm(),
             });
             prop_assert!(near(leg.length_gradient(&pose, length), d, 10.0 / pose.ankle_sine), "{length:?}");
         }
@@ -134,11 +135,12 @@ proptest! {
         let velocity = leg.velocity(&pose, hip_rate, v);
         let h = 1e-5;
         let at = |t: f64| at_hip(hip + hip_rate * t, pose.foot + v * t);
-        for length in [Length::Diagonal, Length::Parallel, Length::Cable] {
+        for length in [Length::Diagonal, Length::Parallel, Length::Cable, Length::Span] {
             let value = |p: Pose| match length {
                 Length::Diagonal => p.diagonal,
                 Length::Parallel => p.parallel,
                 Length::Cable => p.cable,
+                Length::Span => (p.foot - p.knee).norm(),
             };
             let rate = (value(at(h)) - value(at(-h))) / (2.0 * h);
             let curvature = (value(at(h)) - 2.0 * value(at(0.0)) + value(at(-h))) / (h * h);

@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Bound, Problem, Unsolved};
 use twinrig_leg::Stop;
-use twinrig_legged::LEGS;
+use twinrig_legged::{LEGS, Slide, taken_by_friction};
 
 use crate::midpoint::{Midpoint, Placement};
 use crate::mobility::{Mobility, Motion, Response};
@@ -18,17 +18,22 @@ const RECOVERY: f64 = 1.0 / 3.0;
 /// Approach below which an impact gives nothing back, and the speed at which overlaps are \[m/s\].
 const RESTING: f64 = 0.05;
 
-/// Impulses of a leg's constraints in the last step, per second: stops in the order of [`Stop::ALL`], then the ground's
-/// along normal and tangents \[N\].
-pub(crate) type LegForces = [f64; Stop::ALL.len() + 3];
+/// Impulses of a leg's constraints in the last step, per second: stops in the order of [`Stop::ALL`], the ankle's, then the
+/// ground's along normal and tangents \[N\].
+pub(crate) type LegForces = [f64; GROUND + 3];
+
+/// Where the ankle's force is in [`LegForces`].
+const ANKLE: usize = Stop::ALL.len();
 
 /// Where the ground's forces begin in [`LegForces`].
-pub(crate) const GROUND: usize = Stop::ALL.len();
+pub(crate) const GROUND: usize = ANKLE + 1;
 
 /// What a row stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Stop(Stop),
+    /// The ankle folds up no farther than hip angle and foot tell the pose.
+    Ankle,
     Normal,
     First,
     Second,
@@ -39,6 +44,7 @@ impl Role {
     const fn place(self) -> usize {
         match self {
             Self::Stop(stop) => stop as usize,
+            Self::Ankle => ANKLE,
             Self::Normal => GROUND,
             Self::First => GROUND + 1,
             Self::Second => GROUND + 2,
@@ -93,6 +99,12 @@ impl Constraints {
                     let row = leg.stop_row(constants, stop, i);
                     self.consider(&[(row, Role::Stop(stop))], gap, before, motion, seconds);
                 }
+            }
+            let pose = &start.poses[i];
+            if pose.along[1].dot(&pose.along[2]) < FOLDING {
+                let gap = constants.pantograph.unfolded(pose);
+                let rows = [(leg.ankle_row(constants, i), Role::Ankle)];
+                self.consider(&rows, gap, before, motion, seconds);
             }
             let surface = &start.surfaces[i];
             if surface.gap < REACH_OF_FOOT {
@@ -158,7 +170,9 @@ impl Constraints {
                 self.problem.set(j, i, mobile);
             }
             match entry.role {
-                Role::Stop(_) | Role::Normal => self.problem.bound(i, Bound::NonNegative),
+                Role::Stop(_) | Role::Ankle | Role::Normal => {
+                    self.problem.bound(i, Bound::NonNegative);
+                }
                 Role::First => self.problem.bound(
                     i,
                     Bound::Disc {
@@ -197,7 +211,7 @@ impl Constraints {
                 Role::Normal if restitution > 0.0 && entry.rate < -RESTING => {
                     (restitution * entry.rate).min(recovered)
                 }
-                Role::Stop(_) | Role::Normal => recovered,
+                Role::Stop(_) | Role::Ankle | Role::Normal => recovered,
             };
             self.problem.offset(i, free + allowed);
         }
@@ -235,11 +249,24 @@ impl Constraints {
     /// Energy that impacts and sliding have taken in the step, from the velocities at its end \[J\].
     pub(crate) fn losses(&self, after: &State) -> (f64, f64) {
         let (mut impact, mut sliding) = (0.0, 0.0);
-        for (entry, &impulse) in self.entries.iter().zip(self.problem.unknowns()) {
-            let work = 0.5 * impulse * (entry.rate + entry.row.rate(after));
+        let impulses = self.problem.unknowns();
+        let slide = |row: usize| {
+            let entry = &self.entries[row];
+            Slide {
+                impulse: impulses[row],
+                before: entry.rate,
+                after: entry.row.rate(after),
+            }
+        };
+        for (i, entry) in self.entries.iter().enumerate() {
             match entry.role {
-                Role::Stop(_) | Role::Normal => impact -= work,
-                Role::First | Role::Second => sliding -= work,
+                Role::Stop(_) | Role::Ankle | Role::Normal => impact += slide(i).taken(),
+                Role::First => {
+                    let (taken, rest) = taken_by_friction([slide(i), slide(i + 1)]);
+                    sliding += taken;
+                    impact += rest;
+                }
+                Role::Second => {}
             }
         }
         (impact, sliding)
@@ -252,7 +279,7 @@ impl Constraints {
             .iter()
             .zip(self.problem.unknowns())
             .filter(|(entry, impulse)| {
-                let gap = matches!(entry.role, Role::Stop(_) | Role::Normal);
+                let gap = matches!(entry.role, Role::Stop(_) | Role::Ankle | Role::Normal);
                 gap && **impulse > 0.0 && before[entry.row.leg][entry.role.place()] <= 0.0
             });
         met.count() as u64
@@ -273,6 +300,9 @@ const TOUCHING: f64 = 1e-6;
 
 /// Gaps farther from closing than this after a step are not looked at \[m\].
 const REACH: f64 = 2e-3;
+
+/// Ankles with a greater cosine from the second to the third segment are not folded up in a step.
+const FOLDING: f64 = -0.8;
 
 /// Feet higher than this cannot reach the ground in a step \[m\].
 const REACH_OF_FOOT: f64 = 2e-2;

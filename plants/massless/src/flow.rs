@@ -1,28 +1,15 @@
-//! One step in time.
+//! The plant in motion: what of it is saved, and how far a step leads.
 
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Unsolved;
-use twinrig_legged::{Base, LEGS, Ledger, Stored};
+use twinrig_legged::{Base, LEGS, Ledger, NegativeDissipation, Stored};
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
-use crate::drives::{DriveStep, Inputs};
-use crate::midpoint::{Midpoint, NoPose, Placement, carried};
-use crate::mobility::{Mobility, Motion};
+use crate::drives::Inputs;
+use crate::midpoint::{Midpoint, NoPose, Placement};
 use crate::model::{GRAVITY, Model};
 use crate::state::State;
-
-/// Estimates of a step's end, at most. Each is (ωh/2)² times nearer than the one before: a hundredth, where the stiffest
-/// mode of the leg meets a step of 2 ms.
-const ESTIMATES_MAX: u32 = 12;
-
-/// What a step's springs may lose or gain unaccounted for, as a share of the robot's weight times its leg's length:
-/// 2e-8 J for Cheetah-cub, which exchanges 0.03 J in a millisecond of trot. The next step makes up for it, so that it does
-/// not add up.
-const UNACCOUNTED: f64 = 1e-8;
-
-/// Times [`UNACCOUNTED`] that a step may leave open after its last estimate; a shorter one is tried where it leaves more.
-const OPEN_MAX: f64 = 1e3;
 
 /// Halvings of a step that leads out of a leg's reach, at most.
 const HALVINGS_MAX: u32 = 8;
@@ -36,8 +23,21 @@ pub(crate) enum FlowError {
     Unsolved(#[from] Unsolved),
     #[error("the state is not a number")]
     NotFinite,
-    #[error("a step of {seconds:e} s does not come to rest: {energy:e} J stay open")]
-    NotConverged { seconds: f64, energy: f64 },
+    #[error(
+        "the end of a step of {seconds:e} s does not converge: its springs' energy is open by {energy:e} J, its feet by {metres:e} m"
+    )]
+    NotConverged {
+        seconds: f64,
+        energy: f64,
+        metres: f64,
+    },
+    #[error("a step of {seconds:e} s is too long: a foot goes {metres:e} m deep")]
+    Deep { seconds: f64, metres: f64 },
+    #[error("a step of {seconds:e} s is too long: {why}")]
+    Dissipation {
+        seconds: f64,
+        why: NegativeDissipation,
+    },
 }
 
 /// A [`Flow`] at rest, so to say.
@@ -49,6 +49,7 @@ pub(crate) struct SavedFlow {
     torques: [[f64; 2]; LEGS],
     impulses: [[f64; 3]; LEGS],
     owed: [f64; LEGS],
+    damped: bool,
     ledger: Ledger,
     counts: WorkCounts,
 }
@@ -68,18 +69,22 @@ pub(crate) struct Flow {
     pub(crate) impulses: [[f64; 3]; LEGS],
     /// What the springs of each leg have lost beyond the work they did \[J\]; the next step makes up for it.
     pub(crate) owed: [f64; LEGS],
+    /// Whether the friction of the joints is too stiff for repetition and counts as a part of the inertia.
+    pub(crate) damped: bool,
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
     /// Where things are now.
     pub(crate) here: Placement,
-    there: Placement,
-    middle: Midpoint,
-    constraints: Constraints,
+    pub(crate) there: Placement,
+    pub(crate) middle: Midpoint,
+    pub(crate) constraints: Constraints,
 }
 
 impl Flow {
     /// Starts at a state.
     pub(crate) fn new(model: Model, state: &State, inputs: Inputs) -> Result<Self, FlowError> {
+        // A hip without a drive has next to no inertia beside its friction.
+        let damped = model.drives.is_none();
         let mut flow = Self {
             model,
             state: *state,
@@ -88,6 +93,7 @@ impl Flow {
             torques: [[0.0; 2]; LEGS],
             impulses: [[0.0; 3]; LEGS],
             owed: [0.0; LEGS],
+            damped,
             ledger: Ledger::default(),
             counts: WorkCounts::default(),
             here: Placement::new(),
@@ -128,6 +134,7 @@ impl Flow {
             torques,
             impulses,
             owed,
+            damped,
             ledger,
             counts,
             ..
@@ -139,6 +146,7 @@ impl Flow {
             torques: *torques,
             impulses: *impulses,
             owed: *owed,
+            damped: *damped,
             ledger: *ledger,
             counts: *counts,
         }
@@ -149,7 +157,7 @@ impl Flow {
         self.replace(&saved.state)?;
         (self.inputs, self.forces, self.torques) = (saved.inputs, saved.forces, saved.torques);
         (self.impulses, self.owed, self.ledger) = (saved.impulses, saved.owed, saved.ledger);
-        self.counts = saved.counts;
+        (self.damped, self.counts) = (saved.damped, saved.counts);
         self.constraints.sweeps = saved.counts.solver_iterations;
         self.constraints.factorisations = saved.counts.factorisations;
         Ok(())
@@ -189,147 +197,8 @@ impl Flow {
         Ok(())
     }
 
-    /// A step of the midpoint rule: energy-conserving springs, constraints at velocity level, friction by the velocity at
-    /// the end.
-    fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
-        let before = self.state;
-        let mut after = before;
-        let mut drives = DriveStep::new(&self.model, &before, &self.inputs, seconds);
-        let (mut owed, mut open) = (self.owed, 0.0);
-        let mut mobility = Mobility::new(&self.model, &[]);
-        for estimate in 0..ESTIMATES_MAX {
-            self.counts.evaluations += 1;
-            self.middle.place(&self.model, &before, &after, seconds)?;
-            if estimate == 0 {
-                mobility = Mobility::new(&self.model, &self.middle.legs);
-            } else {
-                let lost = std::array::from_fn(|i| {
-                    self.here.springs[i] - self.there.springs[i] + self.owed[i]
-                });
-                self.middle.conserve(&self.model, &before, &after, &lost);
-            }
-            let motion =
-                self.constrained_motion(&mut drives, &mut mobility, estimate == 0, seconds)?;
-            after = before;
-            motion.apply(&mut after, seconds, self.model.legs.len());
-            let mut mean = self.middle.state;
-            mean.take_mean_velocities(&before, &after, self.model.legs.len());
-            let moved = carried(&self.model, &before, &mean, seconds);
-            after.take_positions(&moved, self.model.legs.len());
-            self.there.place(&self.model, &after)?;
-            owed = self.unpaid(&before, &after);
-            let most = owed
-                .iter()
-                .fold(0.0_f64, |most, energy| most.max(energy.abs()));
-            open = most / (self.model.energy_scale * UNACCOUNTED);
-            if estimate > 0 && open < 1.0 {
-                break;
-            }
-        }
-        if open > OPEN_MAX {
-            let energy = open * self.model.energy_scale * UNACCOUNTED;
-            return Err(FlowError::NotConverged { seconds, energy });
-        }
-        (self.owed, self.torques) = (owed, drives.torques);
-        self.finish(&after, seconds)
-    }
-
-    /// The step's accelerations, with the impulses of the constraints and the torque limits of the drives in them. The first
-    /// estimate finds the constraints; the later ones only solve for them again.
-    fn constrained_motion(
-        &mut self,
-        drives: &mut DriveStep,
-        mobility: &mut Mobility,
-        first: bool,
-        seconds: f64,
-    ) -> Result<Motion, FlowError> {
-        /// A drive that changes its mind more often is on the border of its torque; either answer is right there.
-        const CHANGES_MAX: usize = 6;
-        /// Tolerances of the impulses, relative to the greatest speed and in m/s: a tenth of a nanometre a step. The first
-        /// estimate is on the way to another.
-        const TOLERANCES: [[f64; 2]; 2] = [[1e-6, 1e-7], [1e-3, 1e-5]];
-        let free = self.middle.free_motion(&self.model, mobility);
-        let mut fresh = first;
-        for change in 0.. {
-            let mut motion = free;
-            drives.impose(&self.model, &self.middle, mobility, &mut motion);
-            if first && change == 0 {
-                let Self {
-                    model,
-                    state,
-                    here,
-                    middle,
-                    constraints,
-                    ..
-                } = self;
-                constraints.find(model, state, here, middle, &motion, seconds);
-            }
-            if fresh {
-                self.constraints
-                    .prepare(&self.model, mobility, &self.forces, seconds);
-            }
-            let tolerance = TOLERANCES[usize::from(first)];
-            let solved =
-                self.constraints
-                    .solve(&self.model, mobility, &mut motion, seconds, tolerance);
-            (self.counts.solver_iterations, self.counts.factorisations) =
-                (self.constraints.sweeps, self.constraints.factorisations);
-            solved?;
-            fresh = drives.exhausted(&self.model, &self.middle, &self.constraints, &motion);
-            if !fresh || change == CHANGES_MAX {
-                return Ok(motion);
-            }
-        }
-        unreachable!("the loop returns")
-    }
-
-    /// What the springs of each leg will have lost beyond the work they did \[J\].
-    fn unpaid(&self, before: &State, after: &State) -> [f64; LEGS] {
-        let mut owed = [0.0; LEGS];
-        for (i, leg) in self.middle.legs.iter().enumerate() {
-            let work = -leg.spring.foot.dot(&(after.foot(i) - before.foot(i)))
-                - leg.spring.hip * (after.hip(i) - before.hip(i));
-            owed[i] = self.owed[i] + self.here.springs[i] - self.there.springs[i] - work;
-        }
-        owed
-    }
-
-    /// Takes the step's end as the present and writes up what has flowed.
-    fn finish(&mut self, after: &State, seconds: f64) -> Result<(), FlowError> {
-        if !after.is_finite() {
-            return Err(FlowError::NotFinite);
-        }
-        let before = self.state;
-        let (impact, sliding) = self.constraints.losses(after);
-        self.ledger.impact += impact;
-        self.ledger.dissipated += sliding;
-        self.counts.events += self.constraints.met(&self.forces);
-        self.forces = self.constraints.forces(seconds);
-        for (i, leg) in self.middle.legs.iter().enumerate() {
-            self.ledger.dissipated -= leg.friction.foot.dot(&(after.foot(i) - before.foot(i)))
-                + leg.friction.hip * (after.hip(i) - before.hip(i));
-            let turned = [
-                after.hip(i) - before.hip(i),
-                after.pulley(i) - before.pulley(i),
-            ];
-            self.ledger.actuator += self.torques[i][0] * turned[0] + self.torques[i][1] * turned[1];
-            let surface = &self.here.surfaces[i];
-            let [along, across] = surface.tangents();
-            let [normal, first, second] = ground_force(&self.forces[i]);
-            let impulse = (surface.normal * normal + along * first + across * second) * seconds;
-            for (sum, part) in self.impulses[i].iter_mut().zip(impulse.iter()) {
-                *sum += part;
-            }
-        }
-        self.state = *after;
-        std::mem::swap(&mut self.here, &mut self.there);
-        self.counts.steps += 1;
-        self.ledger.balance(self.stored());
-        Ok(())
-    }
-
     /// Kinetic, spring and gravity energy \[J\].
-    fn stored(&self) -> Stored {
+    pub(crate) fn stored(&self) -> Stored {
         let (velocity, rate) = (self.state.velocity(), self.state.rate());
         let height = self.state.position().z;
         let mut twice = self.model.mass * velocity.norm_squared()

@@ -33,10 +33,12 @@
 //! # }
 //! ```
 //!
-//! What is not here: inertia of the segments (the full plant has it), the toe (its spring stays unloaded under a point
+//! What is not here: inertia of the segments (the full plant has it), ankles folded up to the second segment (hip and foot do
+//! not tell the pose there; a stop is before it), the toe (its spring stays unloaded under a point
 //! foot), abduction of the hips, collisions of anything but the feet, and the drives' electronics.
 
 mod constraints;
+mod damping;
 mod drives;
 mod flow;
 mod midpoint;
@@ -47,6 +49,7 @@ mod posture;
 mod readings;
 mod rows;
 mod state;
+mod step;
 
 pub use model::{Force, MasslessError, Options};
 pub use plant::Massless;

@@ -138,13 +138,16 @@ impl Midpoint {
     }
 
     /// Bends the springs' gradients so that their work over the step is exactly what their energy loses (Gonzalez'
-    /// discrete gradient).
+    /// discrete gradient), and what is owed from the steps before. `stiffest`: how stiff the force that makes up for what is
+    /// owed may be \[N/m\].
     pub(crate) fn conserve(
         &mut self,
         model: &Model,
         before: &State,
         after: &State,
         lost: &[f64; LEGS],
+        owed: &[f64; LEGS],
+        stiffest: f64,
     ) {
         /// Moves shorter than this \[m\] leave no work to speak of.
         const STILL: f64 = 1e-12;
@@ -155,7 +158,9 @@ impl Midpoint {
             let lever = model.legs[i].pantograph.length_max();
             let square = foot.norm_squared() + hip * hip * lever * lever;
             if square > STILL * STILL {
-                let missing = -lost[i] - leg.spring.foot.dot(&foot) - leg.spring.hip * hip;
+                let most = stiffest * square;
+                let due = lost[i] + owed[i].clamp(-most, most);
+                let missing = -due - leg.spring.foot.dot(&foot) - leg.spring.hip * hip;
                 let share = missing / square;
                 leg.spring = leg.spring
                     + Gradient {
@@ -163,6 +168,26 @@ impl Midpoint {
                         foot: foot * share,
                     };
             }
+        }
+    }
+
+    /// Where the friction of the joints is a part of the inertia: takes its force at the start of the step.
+    pub(crate) fn begin_friction(&mut self, before: &State, mobility: &Mobility) {
+        let Some(damping) = &mobility.damping else {
+            return;
+        };
+        for (i, leg) in self.legs.iter_mut().enumerate() {
+            leg.friction = damping.friction_at(before, i);
+        }
+    }
+
+    /// And adds what the motion does to it, which is the mean force then.
+    pub(crate) fn end_friction(&mut self, motion: &Motion, mobility: &Mobility) {
+        let Some(damping) = &mobility.damping else {
+            return;
+        };
+        for (i, leg) in self.legs.iter_mut().enumerate() {
+            leg.friction = leg.friction + damping.friction_by(motion, i);
         }
     }
 

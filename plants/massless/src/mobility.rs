@@ -1,9 +1,10 @@
 //! The inverse of the mass matrix. Nothing but the feet's sideways inertia couples the coordinates, so it is short.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use twinrig_leg::Planar;
 use twinrig_legged::{Base, LEGS};
 
+use crate::damping::{Coupled, Damping};
 use crate::model::Model;
 use crate::rows::{LegKinematics, Row};
 use crate::state::State;
@@ -13,9 +14,11 @@ use crate::state::State;
 pub(crate) struct Mobility {
     sagittal: Vector3<f64>,
     lateral: Matrix3<f64>,
-    foot: [f64; LEGS],
+    pub(crate) foot: [f64; LEGS],
     /// Of hip and pulley; zero where the drive imposes its acceleration.
     pub(crate) drive: [[f64; 2]; LEGS],
+    /// The friction of the joints, where it counts as a part of the inertia.
+    pub(crate) damping: Option<Damping>,
 }
 
 /// Accelerations, or changes of velocity, of all coordinates.
@@ -32,6 +35,8 @@ pub(crate) struct Motion {
 pub(crate) struct Response {
     sagittal: Vector3<f64>,
     lateral: Vector3<f64>,
+    /// Of foot and hip of all legs, where the friction of the joints is a part of the inertia.
+    legs: [Vector3<f64>; LEGS],
 }
 
 impl Mobility {
@@ -46,13 +51,7 @@ impl Mobility {
             Base::Free | Base::Planar => Vector3::new(heave, heave, 1.0 / model.inertia.y),
         };
         let lateral = if model.base == Base::Free {
-            let mut inertia =
-                Matrix3::from_diagonal(&Vector3::new(model.mass, model.inertia.x, model.inertia.z));
-            for (leg, kinematics) in model.legs.iter().zip(legs) {
-                let sideways = kinematics.sideways();
-                inertia += sideways * sideways.transpose() * leg.mass;
-            }
-            inverse_of_symmetric(&inertia)
+            inverse_of_symmetric(&lateral_inertia(model, legs))
         } else {
             Matrix3::zeros()
         };
@@ -61,7 +60,48 @@ impl Mobility {
             lateral,
             foot,
             drive: [[0.0; 2]; LEGS],
+            damping: None,
         }
+    }
+
+    /// Takes the friction of the joints as a part of the inertia from now on, in the middle of a step.
+    pub(crate) fn damp(&mut self, model: &Model, legs: &[LegKinematics], seconds: f64) {
+        self.damping = Some(match &self.damping {
+            None => Damping::new(model, legs, seconds),
+            Some(damping) => damping.again(model, legs, seconds),
+        });
+    }
+
+    /// Factors the inertia with the friction of the joints in it, for the present mobilities of the drives; none where that
+    /// is no inertia.
+    pub(crate) fn factor(&mut self, model: &Model) -> Option<()> {
+        let Some(damping) = &mut self.damping else {
+            return Some(());
+        };
+        damping.factor(model, &self.foot, &self.drive)
+    }
+
+    /// Lets the friction of the joints resist accelerations that were found without it.
+    pub(crate) fn hold_back(&self, motion: &mut Motion, legs: usize) {
+        if let Some(damping) = &self.damping {
+            damping.hold_back(motion, legs);
+        }
+    }
+
+    /// The inertia of the trunk, with the sideways inertia of the feet: x, z, pitch, y, roll, yaw. Of one that is held it is one.
+    pub(crate) fn trunk_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix6<f64> {
+        let mut inertia = Matrix6::identity();
+        if model.base != Base::Fixed {
+            let own = [model.mass, model.mass, model.inertia.y];
+            own.into_iter()
+                .enumerate()
+                .for_each(|(i, own)| inertia[(i, i)] = own);
+        }
+        if model.base == Base::Free {
+            let lateral = lateral_inertia(model, legs);
+            inertia.fixed_view_mut::<3, 3>(3, 3).copy_from(&lateral);
+        }
+        inertia
     }
 
     /// What the trunk does about forces on it.
@@ -78,13 +118,36 @@ impl Mobility {
 
     /// What the trunk does about a unit force along a row.
     pub(crate) fn response(&self, row: &Row) -> Response {
-        let (sagittal, lateral) = self.trunk(&row.sagittal, &row.lateral);
-        Response { sagittal, lateral }
+        let Some(damping) = &self.damping else {
+            let (sagittal, lateral) = self.trunk(&row.sagittal, &row.lateral);
+            let legs = [Vector3::zeros(); LEGS];
+            return Response {
+                sagittal,
+                lateral,
+                legs,
+            };
+        };
+        let Coupled { trunk, legs } = damping.response(row);
+        Response {
+            sagittal: trunk.fixed_rows::<3>(0).into(),
+            lateral: trunk.fixed_rows::<3>(3).into(),
+            legs,
+        }
     }
 
     /// Acceleration along `row` of a unit force along `force`, whose response is given.
     pub(crate) fn between(&self, row: &Row, force: &Row, response: &Response) -> f64 {
         let trunk = row.sagittal.dot(&response.sagittal) + row.lateral.dot(&response.lateral);
+        if self.damping.is_some() {
+            let leg = &response.legs[row.leg];
+            let on_leg = row.foot.x * leg.x + row.foot.y * leg.y + row.hip * leg.z;
+            let pulley = if row.leg == force.leg {
+                self.drive[row.leg][1] * row.pulley * force.pulley
+            } else {
+                0.0
+            };
+            return trunk + on_leg + pulley;
+        }
         if row.leg != force.leg {
             return trunk;
         }
@@ -104,6 +167,26 @@ impl Motion {
             lateral: still,
             foot: [Planar::new(0.0, 0.0); LEGS],
             drive: [[0.0; 2]; LEGS],
+        }
+    }
+
+    /// The trunk's: x, z, pitch, y, roll, yaw.
+    pub(crate) fn trunk(&self) -> Vector6<f64> {
+        let (s, l) = (&self.sagittal, &self.lateral);
+        Vector6::new(s.x, s.y, s.z, l.x, l.y, l.z)
+    }
+
+    /// Adds what forces do to trunk and legs together.
+    pub(crate) fn add(&mut self, coupled: &Coupled) {
+        self.sagittal += coupled.trunk.fixed_rows::<3>(0);
+        self.lateral += coupled.trunk.fixed_rows::<3>(3);
+        self.add_to_legs(&coupled.legs, 1.0);
+    }
+
+    fn add_to_legs(&mut self, legs: &[Vector3<f64>; LEGS], magnitude: f64) {
+        for ((foot, drive), leg) in self.foot.iter_mut().zip(&mut self.drive).zip(legs) {
+            *foot += Planar::new(leg.x, leg.y) * magnitude;
+            drive[0] += leg.z * magnitude;
         }
     }
 
@@ -127,6 +210,12 @@ impl Motion {
     ) {
         self.sagittal += response.sagittal * magnitude;
         self.lateral += response.lateral * magnitude;
+        if mobility.damping.is_some() {
+            self.add_to_legs(&response.legs, magnitude);
+            let pulley = mobility.drive[force.leg][1] * force.pulley;
+            self.drive[force.leg][1] += pulley * magnitude;
+            return;
+        }
         self.foot[force.leg] += force.foot * (mobility.foot[force.leg] * magnitude);
         let drive = &mut self.drive[force.leg];
         drive[0] += mobility.drive[force.leg][0] * force.hip * magnitude;
@@ -147,8 +236,19 @@ impl Motion {
     }
 }
 
+/// Inertia of the trunk sideways, in roll and in yaw, with that of the feet, which move sideways with it.
+fn lateral_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix3<f64> {
+    let mut inertia =
+        Matrix3::from_diagonal(&Vector3::new(model.mass, model.inertia.x, model.inertia.z));
+    for (leg, kinematics) in model.legs.iter().zip(legs) {
+        let sideways = kinematics.sideways();
+        inertia += sideways * sideways.transpose() * leg.mass;
+    }
+    inertia
+}
+
 /// Inverse by cofactors; the matrix is an inertia, so its determinant is positive.
-fn inverse_of_symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn inverse_of_symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
     let (a, b, c) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
     let (d, e, f) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);
     let (aa, bb, cc) = (d * f - e * e, c * e - b * f, b * e - c * d);

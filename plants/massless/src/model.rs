@@ -71,8 +71,12 @@ pub(crate) struct Model {
     /// Inputs of a leg.
     pub(crate) inputs: usize,
     pub(crate) ground: Option<Ground>,
+    /// The plant's step \[s\].
+    pub(crate) step: f64,
     /// Mobility given to redundant constraints \[1/kg\].
     pub(crate) compliance: f64,
+    /// The greatest length of a leg: by which distances are measured \[m\].
+    pub(crate) reach: f64,
     /// Weight times leg length: the energy by which others are measured \[J\].
     pub(crate) energy_scale: f64,
 }
@@ -137,6 +141,7 @@ impl Model {
         Ok(Self {
             base: setup.base,
             centre,
+            reach,
             energy_scale: total * GRAVITY * reach,
             mass,
             inertia,
@@ -144,6 +149,7 @@ impl Model {
             drives,
             inputs: setup.drives.inputs(),
             ground: setup.ground.clone(),
+            step: setup.step.as_secs_f64(),
             // Nine digits below the mobility of a foot: invisible where constraints are independent, and enough to make
             // redundant ones share their load.
             compliance: 1e-9 / lightest.min(mass),

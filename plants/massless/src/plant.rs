@@ -92,7 +92,10 @@ impl Massless {
         let part = match error {
             FlowError::NoPose(no_pose) => format!("leg/{}", flow.model.legs[no_pose.leg].name),
             FlowError::Unsolved(_) => "contact".to_owned(),
-            FlowError::NotFinite | FlowError::NotConverged { .. } => "integrator".to_owned(),
+            FlowError::NotFinite
+            | FlowError::NotConverged { .. }
+            | FlowError::Deep { .. }
+            | FlowError::Dissipation { .. } => "integrator".to_owned(),
         };
         PlantFault {
             time: self.now,
@@ -127,9 +130,10 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs),
     let mut inputs = Inputs::default();
     for (i, leg) in model.legs.iter().enumerate() {
         let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
-        let [_, second, third] = start.angles;
-        if libm::sin(third - second) <= 0.0 {
-            let why = "the ankle is folded up beyond the second segment, where hip and foot do not tell the pose";
+        let pose = leg.pantograph.pose_of_angles(start.angles);
+        let pose = pose.map_err(|error| MasslessError::Start(error.to_string()))?;
+        if !leg.pantograph.is_unfolded(&pose) {
+            let why = "the ankle is folded up to the second segment, where hip and foot do not tell the pose";
             return Err(MasslessError::Start(format!("leg {}: {why}", leg.name)));
         }
         if let Some(Fitted::Servos(_)) = model.drives {

@@ -3,7 +3,8 @@
 use libm::sincos;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
-use twinrig_leg::{Gradient, LegError, Planar, Pose, Stop, Velocity};
+use twinrig_leg::{Gradient, LegError, Length, Planar, Pose, Stop, Velocity};
+use twinrig_robot::JointFriction;
 
 use crate::model::LegModel;
 use crate::state::State;
@@ -56,12 +57,7 @@ impl LegKinematics {
             None => model.pantograph.spring_gradient(&pose),
             Some(table) => table.look_up(sine, cosine, foot_in_hip)?.1,
         };
-        let [w1, w2, w3] = joint_velocity.omega;
-        let (knee, ankle) = (
-            model.friction.knee * (w2 - w1),
-            model.friction.ankle * (w3 - w2),
-        );
-        let hip = model.friction.hip * w1;
+        let [hip, knee, ankle] = joint_friction(model, &joint_velocity);
         Ok(Self {
             pose,
             joint_velocity,
@@ -73,6 +69,39 @@ impl LegKinematics {
                 .pantograph
                 .torque_gradient(&pose, [knee - hip, ankle - knee, -ankle]),
         })
+    }
+
+    /// The viscous coefficient of hip, knee and ankle \[N·m·s/rad\], and what the rate of each is per velocity of hip and foot
+    /// relative to the trunk.
+    pub(crate) fn joint_gradients(&self, model: &LegModel) -> [(f64, Gradient); 3] {
+        let segment = |torques| model.pantograph.torque_gradient(&self.pose, torques);
+        let [first, second, third] = [
+            segment([1.0, 0.0, 0.0]),
+            segment([0.0, 1.0, 0.0]),
+            segment([0.0, 0.0, 1.0]),
+        ];
+        let JointFriction {
+            hip, knee, ankle, ..
+        } = model.friction;
+        [
+            (hip, first),
+            (knee, second + first * -1.0),
+            (ankle, third + second * -1.0),
+        ]
+    }
+
+    /// What the friction of the joints takes while foot and hip move as far as this in the trunk, in so many seconds \[J\].
+    pub(crate) fn friction_loss(
+        &self,
+        model: &LegModel,
+        foot: Planar,
+        hip: f64,
+        seconds: f64,
+    ) -> f64 {
+        let moved = model.pantograph.velocity(&self.pose, hip, foot);
+        let [w1, w2, w3] = moved.omega;
+        let [hip, knee, ankle] = joint_friction(model, &moved);
+        (hip * w1 + knee * (w2 - w1) + ankle * (w3 - w2)) / seconds
     }
 
     /// The trunk's share in the foot's sideways velocity: of (y, roll, yaw).
@@ -111,6 +140,28 @@ impl LegKinematics {
     /// The row of a stop.
     pub(crate) fn stop_row(&self, model: &LegModel, stop: Stop, leg: usize) -> Row {
         let (length, sign) = stop.limits();
+        let pulley = if stop == Stop::Cable {
+            -model.pantograph.pulley_radius()
+        } else {
+            0.0
+        };
+        self.length_row(model, length, sign, pulley, leg)
+    }
+
+    /// The row of the distance from knee to foot, which an ankle that folds up makes shorter.
+    pub(crate) fn ankle_row(&self, model: &LegModel, leg: usize) -> Row {
+        self.length_row(model, Length::Span, 1.0, 0.0, leg)
+    }
+
+    /// The row of a length of the leg, times a sign.
+    fn length_row(
+        &self,
+        model: &LegModel,
+        length: Length,
+        sign: f64,
+        pulley: f64,
+        leg: usize,
+    ) -> Row {
         let gradient = model.pantograph.length_gradient(&self.pose, length) * sign;
         let (gx, gz, r) = (gradient.foot.x, gradient.foot.y, &self.foot);
         Row {
@@ -119,11 +170,7 @@ impl LegKinematics {
             lateral: Vector3::new(0.0, -r.y * gz, r.y * gx),
             foot: gradient.foot,
             hip: gradient.hip,
-            pulley: if stop == Stop::Cable {
-                -model.pantograph.pulley_radius()
-            } else {
-                0.0
-            },
+            pulley,
         }
     }
 
@@ -147,6 +194,15 @@ impl LegKinematics {
             }
         })
     }
+}
+
+/// Torques by which the friction of hip, knee and ankle resists.
+fn joint_friction(model: &LegModel, velocity: &Velocity) -> [f64; 3] {
+    let [w1, w2, w3] = velocity.omega;
+    let JointFriction {
+        hip, knee, ankle, ..
+    } = model.friction;
+    [hip * w1, knee * (w2 - w1), ankle * (w3 - w2)]
 }
 
 impl Row {

@@ -397,12 +397,12 @@ fn weak_and_stiff_springs_and_light_feet_run_or_say_why_not() {
         }
         let mut scene = Scene::new(&robot, &setup());
         let through = run(&mut scene, 0, 200);
-        // Springs a hundred times too weak let the legs fold flat under the trunk; ten thousand times too stiff, they swing
-        // four times in a step of the plant and still keep their books.
-        assert_eq!(through, stiffness >= 1.0, "stiffness × {stiffness}");
+        // Springs a hundred times too weak let the legs fold flat under the trunk, as far as their ankles go; ten thousand
+        // times too stiff, they swing four times in a step of the plant and the energy balance still closes.
+        assert!(through, "stiffness × {stiffness}");
         let books = scene.energy();
         assert!(
-            !through || books.residual.abs() < 1e-3 * books.exchanged + 1e-6,
+            books.residual.abs() < 1e-3 * books.exchanged + 1e-6,
             "stiffness × {stiffness}, foot × {foot}: {books:?}"
         );
     }

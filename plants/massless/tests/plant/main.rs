@@ -4,6 +4,7 @@ mod allocation;
 mod books;
 mod extremes;
 mod force;
+mod friction;
 mod motors;
 mod passive;
 mod properties;
