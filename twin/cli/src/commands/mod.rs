@@ -6,6 +6,7 @@ mod devices;
 mod diff;
 mod export;
 mod list;
+mod outputs;
 mod plan;
 mod replay;
 mod run;
@@ -15,7 +16,7 @@ mod study;
 mod together;
 
 use std::ffi::OsString;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -43,12 +44,35 @@ struct Terminal<'a> {
     paint: Paint,
     /// Whether a person is looking on, who likes to see progress.
     watched: bool,
+    /// The first error of writing the answer.
+    unwritten: Option<std::io::Error>,
 }
 
 impl Terminal<'_> {
-    /// Prints lines that end as they should. Whoever closed the pipe has seen enough.
+    /// Prints lines that end as they should.
     fn print(&mut self, text: &str) {
-        let _ = writeln!(self.out, "{}", text.trim_end());
+        let written = writeln!(self.out, "{}", text.trim_end());
+        self.note(written);
+    }
+
+    fn note(&mut self, written: std::io::Result<()>) {
+        if let Err(error) = written {
+            self.unwritten.get_or_insert(error);
+        }
+    }
+
+    /// The exit code of a command that came to `code`, once all it printed is written. An answer that could not be written is an
+    /// error; a reader that closed the pipe has seen enough.
+    fn finish(&mut self, code: u8) -> u8 {
+        let flushed = self.out.flush();
+        self.note(flushed);
+        match self.unwritten.take() {
+            Some(error) if error.kind() != ErrorKind::BrokenPipe => {
+                let _ = writeln!(self.err, "error: cannot write to standard output: {error}");
+                WRONG
+            }
+            _ => code,
+        }
     }
 
     fn print_json(&mut self, value: &impl Serialize) {
@@ -100,12 +124,13 @@ pub fn run(registry: Registry) -> ExitCode {
         err: &mut std::io::stderr(),
         paint: Paint::of(&std::io::stdout()),
         watched: true,
+        unwritten: None,
     };
     match Cli::try_parse() {
         Ok(cli) => dispatch(&registry, cli, &mut terminal).into(),
         Err(error) => {
-            let _ = error.print();
-            refused(&error).into()
+            let printed = error.print();
+            no_command(&error, printed, &mut terminal).into()
         }
     }
 }
@@ -123,27 +148,35 @@ pub fn run_with(
         err,
         paint: Paint::PLAIN,
         watched: false,
+        unwritten: None,
     };
     let name = std::iter::once(OsString::from("twin"));
     match Cli::try_parse_from(name.chain(words.into_iter().map(Into::into))) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
-            let code = refused(&error);
             let text = error.render().to_string();
-            let stream = if code == FINE {
-                terminal.out
+            let stream = if error.use_stderr() {
+                &mut terminal.err
             } else {
-                terminal.err
+                &mut terminal.out
             };
-            let _ = write!(stream, "{text}");
-            code
+            let printed = write!(stream, "{text}");
+            no_command(&error, printed, &mut terminal)
         }
     }
 }
 
-/// Help and version are no errors.
-fn refused(error: &clap::Error) -> u8 {
-    if error.use_stderr() { WRONG } else { FINE }
+/// The exit code if there is no command to do. Help and version are no errors, unless they are not written.
+fn no_command(
+    error: &clap::Error,
+    printed: std::io::Result<()>,
+    terminal: &mut Terminal<'_>,
+) -> u8 {
+    if error.use_stderr() {
+        return WRONG;
+    }
+    terminal.note(printed);
+    terminal.finish(FINE)
 }
 
 /// Does what the command line says. A panic that no run of a scenario and no row of a study was there to catch is an error of
@@ -151,11 +184,12 @@ fn refused(error: &clap::Error) -> u8 {
 fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let json = cli.command.json();
     let done = caught(|| command(registry, cli.command, terminal));
-    done.unwrap_or_else(|source| {
+    let code = done.unwrap_or_else(|source| {
         let file = String::new();
         terminal.fail(&TwinError::Panic { file, source }, json);
         WRONG
-    })
+    });
+    terminal.finish(code)
 }
 
 fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -> u8 {

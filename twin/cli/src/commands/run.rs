@@ -7,7 +7,7 @@ use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
 use super::together::{self, Together};
-use super::{PLANT, Terminal, settings};
+use super::{PLANT, Terminal, outputs, settings};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
@@ -21,7 +21,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     if terminal.watched {
         interrupt::listen();
     }
-    if let Err(error) = together::check(args) {
+    if let Err(error) = together::check(args).and_then(|()| writable(args)) {
         terminal.fail(&error, args.json);
         return Status::Error.exit_code();
     }
@@ -62,6 +62,17 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         status = Some(Status::Error.exit_code());
     }
     status.unwrap_or(Status::Error.exit_code())
+}
+
+/// Whether everything can be written that the command is to write: that is not found out after hours.
+fn writable(args: &RunArgs) -> Result<(), TwinError> {
+    if let Some(path) = &args.junit {
+        outputs::check_file(path)?;
+    }
+    if !args.no_record {
+        outputs::check_folder(&args.out)?;
+    }
+    Ok(())
 }
 
 /// What is run with one command, and what has become of it so far.

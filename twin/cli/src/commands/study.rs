@@ -8,7 +8,7 @@ use twinrig_study::{
     csv, html, precision, stability,
 };
 
-use super::{FINE, Terminal, WRONG};
+use super::{FINE, Terminal, WRONG, outputs};
 use crate::args::{StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
 use crate::coupling_studio::RigStudio;
@@ -124,6 +124,7 @@ fn done(
     }
     // What cannot be written is known before the work.
     create(&options.out)?;
+    outputs::check_folder(&options.out)?;
     let machine = Machine::here(BUILD);
     let wanted = terminal.watched && !options.json;
     let looker = &mut Looker(Progress::of_parts(name, wanted));

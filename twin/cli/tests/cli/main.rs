@@ -16,4 +16,5 @@ mod recordings;
 mod schema;
 mod studies;
 mod together;
+mod unwritten;
 mod warnings;
