@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
 use twinrig_wire::{Arrivals, Line, Piece};
 
 /// Lines around lines, as the configuration of a bus puts them together.
@@ -18,6 +18,10 @@ impl Line for Stack {
 
     fn send(&mut self, piece: Piece<'_>) {
         self.0.send(piece);
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        self.0.transmit_buffer()
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
 
 use crate::distortion::Distortion;
 use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
@@ -89,6 +89,10 @@ impl<L: Line> Line for Faulty<L> {
         self.outward.pass(piece);
         self.hand_on();
         self.look_ahead();
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        self.line.transmit_buffer()
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, Wire, WiringError, World};
 
 use crate::{Arrivals, Line, Piece, earlier};
 
@@ -35,6 +35,10 @@ impl<L: Line> Wire for HostEnd<L> {
             bytes,
             framing_error: false,
         });
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        self.line.transmit_buffer()
     }
 
     fn next_wake(&self) -> Option<SimTime> {

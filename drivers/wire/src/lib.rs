@@ -63,8 +63,8 @@
 //! ```
 //!
 //! What it does not do: it knows no protocol, and no packets but those of USB; no baud rates that differ between the ends of a wire,
-//! no parity, no flow control and no modem lines; no limit of the converter's buffers; no levels on the
-//! wires but high and low; no byte that a wrong bit makes a receiver see where none was sent; and it reads no scenario.
+//! no parity, no flow control and no modem lines; no limit of the converter's receive buffer, and of its transmit buffer only for
+//! who asks for the room in it; no levels on the wires but high and low; no byte that a wrong bit makes a receiver see where none was sent; and it reads no scenario.
 
 mod arrivals;
 mod distortion;

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
 
 use crate::{Arrivals, Piece};
 
@@ -26,6 +26,11 @@ pub trait Line: Send {
     /// Puts bytes in at the near end. They may be announced before they are complete, even before the first
     /// begins; pieces come in order of time and do not overlap.
     fn send(&mut self, piece: Piece<'_>);
+
+    /// The transmitter at its near end, if it has one: bytes wait there.
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        None
+    }
 
     /// When something happens next that may show at the near end or act on the plant. Of bytes that follow one
     /// another without a pause only the first and the last are named. It changes only when something is done to the

@@ -108,8 +108,13 @@ impl Device for SerialPort {
         self.tty.write(bytes)
     }
 
-    fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
-        self.tty.read(patience, bytes)
+    fn read_up_to(
+        &mut self,
+        limit: usize,
+        patience: Duration,
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), DeviceError> {
+        self.tty.read_up_to(limit, patience, bytes)
     }
 
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {

@@ -163,8 +163,13 @@ impl Device for Pty {
         self.tty.write(bytes).map_err(hung_up)
     }
 
-    fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
-        self.tty.read(patience, bytes).map_err(hung_up)
+    fn read_up_to(
+        &mut self,
+        limit: usize,
+        patience: Duration,
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), DeviceError> {
+        self.tty.read_up_to(limit, patience, bytes).map_err(hung_up)
     }
 
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {

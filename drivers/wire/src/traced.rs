@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
 
 use crate::{Arrivals, Line, Piece};
 
@@ -54,6 +54,10 @@ impl<L: Line> Line for Traced<L> {
     fn send(&mut self, piece: Piece<'_>) {
         self.note(OUT, piece.bytes);
         self.line.send(piece);
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        self.line.transmit_buffer()
     }
 
     fn next_wake(&self) -> Option<SimTime> {

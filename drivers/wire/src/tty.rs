@@ -72,20 +72,24 @@ impl Tty {
         Ok(())
     }
 
-    pub(crate) fn read(
+    pub(crate) fn read_up_to(
         &mut self,
+        limit: usize,
         patience: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError> {
         let mut chunk = [0; CHUNK];
         let mut waited = patience.is_zero();
-        loop {
-            match self.file.read(&mut chunk) {
+        let mut left = limit;
+        while left > 0 {
+            let wanted = left.min(CHUNK);
+            match self.file.read(&mut chunk[..wanted]) {
                 // A terminal whose other end is gone for good.
                 Ok(0) => return Err(self.gone()),
                 Ok(read) => {
                     bytes.extend_from_slice(&chunk[..read]);
-                    if read < CHUNK {
+                    left -= read;
+                    if read < wanted {
                         return Ok(());
                     }
                     waited = true;
@@ -100,6 +104,7 @@ impl Tty {
                 Err(error) => return Err(self.failed(&error)),
             }
         }
+        Ok(())
     }
 
     /// Waits for `what`; says what the device has, be it that it is gone: nothing if the time is over.

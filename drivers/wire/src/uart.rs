@@ -1,7 +1,10 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
 
 use crate::{Arrivals, Line, Piece};
+
+/// What a serial port of the host, or the chip of a USB converter (FT2232H), holds of what is to be sent \[bytes\].
+pub(crate) const TRANSMIT_BUFFER: usize = 4096;
 
 /// The sender of a UART: bytes leave it one after the other, each in 10 bit times, whatever pace they come in at.
 ///
@@ -56,6 +59,14 @@ impl<L: Line> Line for Uart<L> {
             self.free_at = piece.last();
             self.line.send(piece);
         }
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        Some(TransmitBuffer {
+            idle_from: self.free_at,
+            byte_time: self.byte_time,
+            capacity: TRANSMIT_BUFFER,
+        })
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -1,19 +1,25 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, TimeSource, Timing, Wire, WiringError, World};
+use twinrig_runtime::{
+    PlantSignals, TaskError, TimeSource, Timing, TransmitBuffer, Wire, WiringError, World,
+};
 
 use crate::error::nonzero;
 use crate::frames::Frames;
 use crate::line::earlier;
+use crate::uart::TRANSMIT_BUFFER;
 use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, WireError};
 
 /// A USB serial converter (FT2232H) with its UART, between the host and a line.
 ///
-/// What the host writes is with the host controller when the write jitter is over, in the chip by [`OutRule`] and leaves it through the UART, byte after byte. What the UART
-/// receives goes back in packets: full ones at once, others when the latency timer has run out, which every return
-/// starts again; [`InRule`] says what they carry, [`CompletionRule`] when the host learns of them, turnaround
-/// and jitter when its program does. Packets without payload are not shown. Returns on changes of modem
-/// lines, and the limits of the chip's 4 kB buffers, are not modelled.
+/// What the host writes is with the host controller when the write jitter is over, in the chip by [`OutRule`] and leaves it
+/// through the UART, byte after byte. What the UART receives goes back in packets: full ones at once, others when the latency
+/// timer has run out, which every return starts again; [`InRule`] says what they carry, [`CompletionRule`] when the host learns of
+/// them, turnaround and jitter when its program does. Packets without payload are not shown.
+///
+/// The chip's transmit buffer holds 4 kB. [`Wire::transmit_buffer`] tells the room in it; [`Wire::send`] does not refuse what is
+/// beyond, because in virtual time no driver waits for a write. Returns on changes of modem lines, and the limit of the receive
+/// buffer, are not modelled.
 pub struct UsbSerial<L> {
     name: String,
     out: OutRule,
@@ -199,6 +205,21 @@ impl<L: Line> UsbSerial<L> {
         state.next_jitter = state.jitter.draw();
     }
 
+    /// The UART sends bytes from `start` on.
+    fn transmit(&mut self, start: SimTime, bytes: &[u8]) {
+        if bytes.is_empty() {
+            return;
+        }
+        self.line.send(Piece {
+            first: start + self.byte_time,
+            spacing: self.byte_time,
+            bytes,
+            framing_error: false,
+        });
+        self.line_wake = self.line.next_wake();
+        self.state.uart_free = start + self.byte_time * bytes.len() as u64;
+    }
+
     /// Asks the line what has come by `now`: says whether anything has.
     fn ask(&mut self, now: SimTime, world: &mut dyn World) -> Result<bool, TaskError> {
         self.line.advance(now, world)?;
@@ -248,15 +269,23 @@ impl<L: Line> Wire for UsbSerial<L> {
             OutRule::StartOfNext => self.frames.start(microframe + 1),
             OutRule::EndOfNext => self.frames.start(microframe + 2),
         };
-        let start = in_chip.max(self.state.uart_free);
-        self.line.send(Piece {
-            first: start + self.byte_time,
-            spacing: self.byte_time,
-            bytes,
-            framing_error: false,
-        });
-        self.line_wake = self.line.next_wake();
-        self.state.uart_free = start + self.byte_time * bytes.len() as u64;
+        self.transmit(in_chip.max(self.state.uart_free), bytes);
+    }
+
+    fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
+        if now <= self.state.uart_free {
+            self.transmit(self.state.uart_free, bytes);
+        } else {
+            self.send(now, bytes);
+        }
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        Some(TransmitBuffer {
+            idle_from: self.state.uart_free,
+            byte_time: self.byte_time,
+            capacity: TRANSMIT_BUFFER,
+        })
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -2,6 +2,7 @@
 
 mod support;
 
+use proptest::prelude::*;
 use support::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Timing, Wire};
@@ -373,4 +374,69 @@ fn impossible_timings_are_refused() {
         "fastest".parse::<UsbPreset>().unwrap_err().to_string(),
         "there is no USB timing \"fastest\", but thesis, earliest, low-latency, default, full-speed"
     );
+}
+
+/// When the host has what, of a request whose bytes it writes at these times after `begin`, each as long as the UART is busy.
+fn answered(writes: &[u64], begin: SimTime) -> Vec<(SimTime, Vec<u8>)> {
+    let mut wire = wire(UsbTiming::default(), boards());
+    let request = request(1);
+    let mut now = begin;
+    wire.advance(now, &mut Nowhere).unwrap();
+    wire.send(now, &request[..request.len() - writes.len()]);
+    let rest = request.len() - writes.len()..request.len();
+    for (n, after) in rest.zip(writes) {
+        let busy = wire.transmit_buffer().unwrap().idle_from;
+        let then = (begin + us(*after)).clamp(now, busy);
+        while let Some(wake) = wire.next_wake().filter(|wake| *wake < then) {
+            wire.advance(wake, &mut Nowhere).unwrap();
+        }
+        now = then;
+        wire.advance(now, &mut Nowhere).unwrap();
+        wire.send_on(now, &request[n..=n]);
+    }
+    let mut read = Vec::new();
+    while let Some(wake) = wire.next_wake().filter(|wake| *wake < begin + us(5_000)) {
+        wire.advance(wake, &mut Nowhere).unwrap();
+        let mut bytes = Vec::new();
+        wire.receive(&mut bytes);
+        if !bytes.is_empty() {
+            read.push((wake, bytes));
+        }
+    }
+    read
+}
+
+proptest! {
+    #[test]
+    fn bytes_that_are_written_while_the_uart_is_busy_pass_as_if_they_had_been_written_at_once(
+        begin in 0_u64..1_000, mut writes in proptest::collection::vec(0_u64..400, 1..9),
+    ) {
+        writes.sort_unstable();
+        let begin = SimTime::ZERO + us(begin);
+        let at_once = answered(&[], begin);
+        prop_assert!(at_once.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() == 22);
+        prop_assert_eq!(answered(&writes, begin), at_once);
+    }
+
+    #[test]
+    fn the_transmit_buffer_takes_4096_bytes_less_what_is_not_sent(
+        writes in proptest::collection::vec((0_u64..20_000, 1_usize..3_000), 1..9), later in 0_u64..40_000,
+    ) {
+        let mut wire = wire(UsbTiming::default(), boards());
+        let (mut now, mut idle) = (SimTime::ZERO, SimTime::ZERO);
+        for (pause, count) in writes {
+            now += us(pause);
+            wire.send(now, &vec![0; count]);
+            // From the end of the next microframe on, if nothing else is sent then.
+            let frame = us(125).as_nanos();
+            let in_chip = SimTime::from_nanos((now.as_nanos() / frame + 2) * frame);
+            idle = in_chip.max(idle) + BYTE * count as u64;
+            let unsent = usize::try_from((idle - now).as_nanos().div_ceil(BYTE.as_nanos())).unwrap();
+            prop_assert_eq!(wire.transmit_buffer().unwrap().room(now), 4_096_usize.saturating_sub(unsent));
+        }
+        let then = now + us(later);
+        if then >= idle {
+            prop_assert_eq!(wire.transmit_buffer().unwrap().room(then), 4_096);
+        }
+    }
 }

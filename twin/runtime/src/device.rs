@@ -3,6 +3,9 @@ use std::time::Duration;
 
 use thiserror::Error;
 
+/// Most that [`Device::read`] takes at once \[bytes\]: a writer that does not pause keeps nobody reading for ever.
+pub const READ_MAX: usize = 1 << 16;
+
 /// A real byte transport, opened: a serial port, a PTY. Only the real-time executors touch one.
 pub trait Device: Send {
     /// Where it is, for messages: `/dev/ttyUSB0`.
@@ -14,11 +17,25 @@ pub trait Device: Send {
     /// [`DeviceError`] if the device is gone or does not take them in time.
     fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError>;
 
-    /// Waits for bytes, for `patience` at most, and appends what has come to `bytes`; nothing is no error.
+    /// Waits for bytes, for `patience` at most, and appends what has come to `bytes`, `limit` bytes at most; nothing is no
+    /// error. What is beyond the limit stays in the device.
     ///
     /// # Errors
     /// [`DeviceError`] if the device is gone.
-    fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError>;
+    fn read_up_to(
+        &mut self,
+        limit: usize,
+        patience: Duration,
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), DeviceError>;
+
+    /// The same, as many as there are, up to [`READ_MAX`].
+    ///
+    /// # Errors
+    /// [`DeviceError`] if the device is gone.
+    fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
+        self.read_up_to(READ_MAX, patience, bytes)
+    }
 
     /// What the operating system can wait for, beside other devices. One that has no such thing is looked at
     /// every millisecond where it is not the only one.

@@ -95,7 +95,7 @@ mod wiring;
 pub use std::ops::Bound;
 
 pub use beside::{Beside, NameClash};
-pub use device::{Device, DeviceError};
+pub use device::{Device, DeviceError, READ_MAX};
 pub use direct_io::DirectIo;
 pub use driver::{Driver, DriverError, Transfer};
 pub use error::RigError;
@@ -111,6 +111,6 @@ pub use schedule::{Change, Schedule};
 pub use task::{IoTask, Phase, PlantSignals, Progress, TaskError, World};
 pub use timing::{TimeSource, Timing, TimingError};
 pub use variable::{ProcessVariable, VariableError};
-pub use wire::Wire;
+pub use wire::{TransmitBuffer, Wire};
 pub use wired_task::WiredTask;
 pub use wiring::{NearMisses, WiringError};

@@ -1,6 +1,28 @@
-use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 
 use crate::{PlantSignals, TaskError, WiringError, World};
+
+/// The transmit buffer of a serial port or converter, and the transmitter that empties it at the baud rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TransmitBuffer {
+    /// When everything that was written so far is sent.
+    pub idle_from: SimTime,
+    /// Time on the line of a byte.
+    pub byte_time: SimDuration,
+    /// How much it holds \[bytes\].
+    pub capacity: usize,
+}
+
+impl TransmitBuffer {
+    /// How many bytes it takes at `now` without making the writer wait. Time before the transmitter begins counts as if it
+    /// were sending.
+    pub fn room(&self, now: SimTime) -> usize {
+        let busy = self.idle_from.checked_since(now).unwrap_or_default();
+        let unsent = busy.as_nanos().div_ceil(self.byte_time.as_nanos().max(1));
+        self.capacity
+            .saturating_sub(usize::try_from(unsent).unwrap_or(usize::MAX))
+    }
+}
 
 /// Everything that stands right of a driver, in virtual time: the transport with its timing, and the
 /// emulated boards at its far end. It meets the driver through bytes and the plant through signals.
@@ -16,6 +38,17 @@ pub trait Wire: Send {
 
     /// The host writes `bytes` at `now`, in one piece.
     fn send(&mut self, now: SimTime, bytes: &[u8]);
+
+    /// The host writes more at `now`, at the pace of its program, while the transmitter is busy or just idle
+    /// ([`TransmitBuffer::idle_from`]): these bytes follow the earlier ones without a pause, as in one piece.
+    fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
+        self.send(now, bytes);
+    }
+
+    /// What is between the host and the line, if that has a limit. A host that obeys it writes no more than there is room for.
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        None
+    }
 
     /// When something happens next of which the host may learn, or that acts on the plant.
     fn next_wake(&self) -> Option<SimTime>;

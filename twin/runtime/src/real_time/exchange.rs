@@ -296,7 +296,12 @@ mod tests {
             self.notes.lock().unwrap().push(format!("writes {bytes:?}"));
             Ok(())
         }
-        fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
+        fn read_up_to(
+            &mut self,
+            _: usize,
+            patience: Duration,
+            bytes: &mut Vec<u8>,
+        ) -> Result<(), DeviceError> {
             let mut now = self.now.lock().unwrap();
             let until = *now + u64::try_from(patience.as_nanos()).unwrap();
             match self.comes.first() {

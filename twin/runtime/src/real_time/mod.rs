@@ -14,6 +14,7 @@ mod report;
 mod rig;
 mod ring;
 mod serve;
+mod serve_options;
 mod served;
 mod worker;
 
@@ -23,7 +24,8 @@ pub use limits::Limits;
 pub use privileges::Privileges;
 pub use report::{RealTimeReport, TaskReport};
 pub use rig::{Ended, RealTimeOptions, RealTimeRig};
-pub use serve::{Hold, Serve, ServeOptions, ServeReport, ServedWire};
+pub use serve::Serve;
+pub use serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 
 #[cfg(test)]
 mod tests;

@@ -1,22 +1,21 @@
-use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
 
-use super::Histogram;
 use super::clock::{Clock, MonotonicClock, later};
 use super::exchange::duration;
 use super::journal::{JournalWriter, journal};
 use super::privileges::raise;
 use super::rig::{Ended, joined, look_on};
+use super::serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 use super::served::{Served, listen};
 use crate::far_end::FarEnd;
 use crate::wiring::check_names;
 use crate::{
-    Device, DeviceError, Group, Observer, PartKind, Plant, RigError, RunEvent, TaskError, Wire,
-    caught, in_part,
+    DeviceError, Group, Observer, PartKind, Plant, RigError, RunEvent, TaskError, Wire, caught,
+    in_part,
 };
 
 /// The right half of a twin in real time: a plant, and wires with emulated boards, each with a device at
@@ -25,6 +24,11 @@ use crate::{
 /// Everything right of the driver happens at its own instants and in order, as in lockstep; only what the
 /// host does comes when it comes. The twin is never ahead of the clock. If it falls behind, it hurries after
 /// it, and says how far behind it was; no instant is left out, and none comes twice.
+///
+/// A host writes at the pace of the baud rate: no more is read from a device than the transmit buffer of its wire has room for
+/// ([`Wire::transmit_buffer`]), so a writer that does not pause waits, as at a real converter, and memory is bounded.
+/// Bytes that a host writes one by one follow each other on the wire without a pause if each is written before the transmitter has
+/// been idle for 200 µs; for so long the twin stays behind the clock after a write.
 pub struct Serve {
     far_end: FarEnd,
     ports: Vec<Served>,
@@ -40,108 +44,18 @@ pub struct Serve {
     report: ServeReport,
 }
 
-/// A wire, and the device at which its host is.
-pub struct ServedWire {
-    /// Name of the bus.
-    pub name: String,
-    /// The transport with its boards.
-    pub wire: Box<dyn Wire>,
-    /// The master end of a PTY, or whatever the host is at the other end of.
-    pub device: Box<dyn Device>,
-}
-
-/// How a twin is served.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ServeOptions {
-    /// Period of the observation grid, which begins at 0.
-    pub observe: SimDuration,
-    /// How long the plant is held in its start.
-    pub hold: Hold,
-    /// Falling behind the clock by more than this is counted.
-    pub behind: SimDuration,
-    /// When to end; without end if there is none.
-    pub duration: Option<SimDuration>,
-    /// Whether to end when the host has closed the devices that it had opened.
-    pub until_hang_up: bool,
-    /// Priority among the threads of `SCHED_FIFO`, 1 to 99; none leaves the twin an ordinary thread.
-    pub priority: Option<u8>,
-    /// Room for what the observer has not seen yet \[bytes\].
-    pub queue_bytes: usize,
-}
-
-/// Observed every 2 ms, held until the first byte, without end. An ordinary thread: a twin that cannot keep up
-/// would stop the machine.
-impl Default for ServeOptions {
-    fn default() -> Self {
-        Self {
-            observe: SimDuration::from_millis(2),
-            hold: Hold::UntilFirstByte,
-            behind: SimDuration::from_millis(1),
-            duration: None,
-            until_hang_up: false,
-            priority: None,
-            queue_bytes: 4 << 20,
-        }
-    }
-}
-
-/// How long the plant is held in its start: boards wake up and calibrate while the robot hangs on its stand. In
-/// lockstep it is let go at the first control step, of which nobody tells a twin that is served.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hold {
-    /// It is not.
-    Never,
-    /// Until the host sends its first byte, on whatever wire.
-    UntilFirstByte,
-    /// Until so long after that byte: what the host takes to configure and calibrate.
-    AfterFirstByte(SimDuration),
-}
-
-/// How serving went.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ServeReport {
-    /// What was simulated.
-    pub served: SimDuration,
-    /// How much later than its instant anything happened, each time that the twin caught up with the clock.
-    pub lag: Histogram,
-    /// How often that was more than [`ServeOptions::behind`].
-    pub behind: u64,
-    /// Bytes that the host did not read in time, and will not.
-    pub unread: u64,
-    /// Records that the observer never saw, because its queue was full.
-    pub lost: u64,
-}
-
-impl fmt::Display for ServeReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "served {}; later than its instant by:\n{}",
-            self.served, self.lag
-        )?;
-        if self.behind > 0 {
-            writeln!(
-                f,
-                "BEHIND the clock {} times: this machine is too slow for this twin, or busy",
-                self.behind
-            )?;
-        }
-        if self.unread > 0 {
-            writeln!(f, "{} bytes were not read by the host", self.unread)?;
-        }
-        if self.lost > 0 {
-            writeln!(f, "LOST: {} records did not reach the observer", self.lost)?;
-        }
-        Ok(())
-    }
-}
-
 /// Lanes of a port itself, before those of its wire: what the host writes, what it reads.
 const OUT: usize = 0;
 const IN: usize = 1;
 const OWN_LANES: usize = 2;
 /// How far the twin goes before it looks at its devices again, if it is behind.
 const SLICE: SimDuration = SimDuration::from_millis(1);
+/// How long the twin waits where a transmitter has become idle, for a host that writes its bytes one by one: they are to follow
+/// each other on the wire without a pause, however the scheduler of the machine interrupts the host or the twin. No answer is late
+/// for that where USB takes its usual two microframes from the board to the host.
+const GATHERING: SimDuration = SimDuration::from_micros(200);
+/// Longest that it does so for one burst: a host that never pauses for longer than that does not stop the twin.
+const BURST_MAX: SimDuration = SimDuration::from_millis(2);
 /// A wire that wants to be woken at one instant more often than this does not let time pass.
 const WAKES_MAX: u32 = 100_000;
 
@@ -296,17 +210,30 @@ impl Serve {
             .options
             .duration
             .map(|duration| SimTime::ZERO + duration);
-        let since = clock.now().since(start).as_nanos();
-        let wall = SimTime::from_nanos(u64::try_from(since).unwrap_or(u64::MAX));
+        self.send_on(wall_time(clock, start), observer)?;
+        let wall = wall_time(clock, start);
+        if self
+            .ports
+            .iter()
+            .any(|port| port.gathers_no_longer(self.now(), wall))
+        {
+            // Read after the clock: what the host had written by then is there, however long this thread had to wait.
+            self.listen(start, clock)?;
+            self.send_on(wall, observer)?;
+        }
+        let held = self.held(wall);
         let wall = end.map_or(wall, |end| wall.min(end)).max(self.now());
-        let now = wall.min(self.now() + SLICE);
+        let now = held.map_or(wall, |(idle, _)| idle.min(wall));
+        // Where nothing happens no time is lost.
+        let begin = self.next_event().map_or(now, |at| at.max(self.now()));
+        let now = now.min(begin + SLICE);
         if let Some(first) = self.next_event().filter(|first| *first <= now) {
             let lag = wall - first;
             self.report.lag.count(duration(lag));
             self.report.behind += u64::from(lag > self.options.behind);
         }
         self.catch_up(now, observer)?;
-        self.send(observer)?;
+        self.send(wall, observer)?;
         if end.is_some_and(|end| self.now() >= end) {
             return Ok(Some(Ended::Duration));
         }
@@ -316,10 +243,25 @@ impl Serve {
         // The stop flag is looked at every so often even if nothing happens.
         let mut until = self.now() + SLICE * 20;
         until = self.next_event().map_or(until, |at| at.min(until));
+        if let Some((_, by)) = self.held(wall).filter(|(idle, _)| *idle < until) {
+            until = until.max(by);
+        }
         until = end.map_or(until, |end| end.min(until));
         let until = later(start, duration(until - SimTime::ZERO));
-        listen(&mut self.ports, until, clock).map_err(|error| self.gone(error))?;
+        self.listen(until, clock)?;
         Ok(None)
+    }
+
+    /// Listens until `until`, or until something comes.
+    fn listen(&mut self, until: HostTime, clock: &dyn Clock) -> Result<(), RigError> {
+        let now = self.now();
+        listen(&mut self.ports, now, until, clock).map_err(|error| self.gone(error))
+    }
+
+    /// Where the twin is held back for more bytes of a host, and until when by the clock, which shows `wall`.
+    fn held(&self, wall: SimTime) -> Option<(SimTime, SimTime)> {
+        let held = self.ports.iter();
+        held.filter_map(|port| port.gathers(self.now(), wall)).min()
     }
 
     /// Whether the host had devices open, and has none any more. It may close one of them long before another.
@@ -381,32 +323,58 @@ impl Serve {
         }
     }
 
-    /// Puts onto the wires what has been read.
-    fn send<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+    /// Puts onto the wires what has been read while their transmitters were busy, or became idle just now: without a pause behind
+    /// what was written before.
+    fn send_on<O: Observer>(&mut self, wall: SimTime, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         for n in 0..self.ports.len() {
-            if self.ports[n].heard.is_empty() {
-                continue;
+            let port = &self.ports[n];
+            if !port.heard.is_empty() && port.idle_from().is_some_and(|idle| now <= idle) {
+                self.put(n, |wire, bytes| wire.send_on(now, bytes), observer)?;
+                self.ports[n].gather(now, wall, GATHERING);
             }
-            match self.options.hold {
-                Hold::AfterFirstByte(after) if self.far_end.is_held() => {
-                    self.let_go_at = self.let_go_at.or(Some(now + after));
-                }
-                _ => self.let_go(observer),
-            }
-            let port = &mut self.ports[n];
-            let far_end = &mut self.far_end;
-            let sent = in_part(PartKind::Wire, &port.name, || {
-                port.wire.advance(now, far_end)?;
-                port.wire.send(now, &port.heard);
-                Ok(())
-            });
-            sent.map_err(failed(&port.name, now))?;
-            observer.bytes(now, port.first_lane + OUT, &port.heard);
-            port.heard.clear();
-            self.go_on(n, observer)?;
         }
         Ok(())
+    }
+
+    /// Puts onto the wires what has been read.
+    fn send<O: Observer>(&mut self, wall: SimTime, observer: &mut O) -> Result<(), RigError> {
+        let now = self.now();
+        for n in 0..self.ports.len() {
+            if !self.ports[n].heard.is_empty() {
+                self.put(n, |wire, bytes| wire.send(now, bytes), observer)?;
+                let port = &mut self.ports[n];
+                port.burst_until = wall + BURST_MAX;
+                port.gather(now, wall, GATHERING);
+            }
+        }
+        Ok(())
+    }
+
+    fn put<O: Observer>(
+        &mut self,
+        n: usize,
+        send: impl FnOnce(&mut dyn Wire, &[u8]),
+        observer: &mut O,
+    ) -> Result<(), RigError> {
+        let now = self.now();
+        match self.options.hold {
+            Hold::AfterFirstByte(after) if self.far_end.is_held() => {
+                self.let_go_at = self.let_go_at.or(Some(now + after));
+            }
+            _ => self.let_go(observer),
+        }
+        let port = &mut self.ports[n];
+        let far_end = &mut self.far_end;
+        let sent = in_part(PartKind::Wire, &port.name, || {
+            port.wire.advance(now, far_end)?;
+            send(&mut *port.wire, &port.heard);
+            Ok(())
+        });
+        sent.map_err(failed(&port.name, now))?;
+        observer.bytes(now, port.first_lane + OUT, &port.heard);
+        port.heard.clear();
+        self.go_on(n, observer)
     }
 
     /// Lets a wire go on at now, and gives the host what there is for it.
@@ -451,6 +419,12 @@ impl Serve {
     }
 }
 
+/// What the clock shows, from the start of serving on.
+fn wall_time(clock: &dyn Clock, start: HostTime) -> SimTime {
+    let since = clock.now().since(start).as_nanos();
+    SimTime::from_nanos(u64::try_from(since).unwrap_or(u64::MAX))
+}
+
 /// A wire that failed. The plant's own error stays what it is.
 fn failed(name: &str, time: SimTime) -> impl FnOnce(TaskError) -> RigError + '_ {
     move |source| match source {
@@ -462,3 +436,7 @@ fn failed(name: &str, time: SimTime) -> impl FnOnce(TaskError) -> RigError + '_ 
         },
     }
 }
+
+#[cfg(test)]
+#[path = "serve_tests.rs"]
+mod tests;

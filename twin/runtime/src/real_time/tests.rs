@@ -177,7 +177,7 @@ impl Tasks for Troupe {
 }
 
 /// A plant that is not there.
-struct Nothing;
+pub(super) struct Nothing;
 
 impl Plant for Nothing {
     fn name(&self) -> &'static str {

@@ -4,6 +4,7 @@
 mod commands;
 mod ending;
 mod exchange;
+mod flood;
 mod judging;
 mod lane;
 mod unplugging;
@@ -116,6 +117,15 @@ impl Running {
 
     fn has_ended(&mut self) -> bool {
         self.child.try_wait().unwrap().is_some()
+    }
+
+    /// How much memory it has \[bytes\].
+    pub fn memory(&self) -> u64 {
+        let path = format!("/proc/{}/status", self.child.id());
+        let status = std::fs::read_to_string(path).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let kilobytes = line.unwrap().trim().trim_end_matches("kB").trim();
+        kilobytes.parse::<u64>().unwrap() * 1024
     }
 
     /// Sends it a signal: `-INT`.

@@ -1,0 +1,284 @@
+//! A twin that is served under a clock that the test winds.
+
+use std::collections::VecDeque;
+use std::sync::atomic::AtomicU64;
+use std::sync::{Mutex, MutexGuard};
+use std::time::Duration;
+
+use proptest::prelude::*;
+use twinrig_kernel::{Snapshot, SnapshotError};
+
+use super::*;
+use crate::real_time::tests::Nothing;
+use crate::{Device, PlantSignals, TransmitBuffer, WiringError, World};
+
+const BYTE_TIME: SimDuration = SimDuration::from_micros(3);
+const CAPACITY: usize = 4096;
+/// From a write to its first byte on the line.
+const LATENCY: SimDuration = SimDuration::from_micros(100);
+
+fn millis(n: u64) -> SimTime {
+    SimTime::ZERO + SimDuration::from_millis(n)
+}
+
+fn micros(n: u64) -> SimDuration {
+    SimDuration::from_micros(n)
+}
+
+/// A clock that passes whenever it is looked at, as on a machine whose scheduler runs others in between, by durations that come in
+/// turn.
+#[derive(Default)]
+struct Interrupted {
+    now_ns: AtomicU64,
+    looks: AtomicU64,
+    pauses: Vec<SimDuration>,
+}
+
+impl Interrupted {
+    fn shows(&self) -> u64 {
+        self.now_ns.load(Ordering::Relaxed)
+    }
+}
+
+impl Clock for Interrupted {
+    fn now(&self) -> HostTime {
+        let look = self.looks.fetch_add(1, Ordering::Relaxed);
+        if !self.pauses.is_empty() {
+            let pause = self.pauses[usize::try_from(look).unwrap() % self.pauses.len()];
+            self.now_ns.fetch_add(pause.as_nanos(), Ordering::Relaxed);
+        }
+        HostTime::from_nanos(self.shows())
+    }
+    fn sleep_until(&self, at: HostTime) {
+        self.now_ns.fetch_max(at.as_nanos(), Ordering::Relaxed);
+    }
+}
+
+/// What has passed on the line.
+#[derive(Default)]
+struct Passed {
+    count: usize,
+    first: Option<SimTime>,
+    last: Option<SimTime>,
+    /// How often the line was idle between two bytes.
+    pauses: usize,
+}
+
+/// A transmitter with its buffer, and a line on which it is noted what passes.
+struct Paced {
+    idle_from: SimTime,
+    passed: Arc<Mutex<Passed>>,
+}
+
+impl Paced {
+    fn transmit(&mut self, start: SimTime, count: usize) {
+        let mut passed = self.passed.lock().unwrap();
+        passed.pauses += usize::from(passed.count > 0 && start > self.idle_from);
+        passed.count += count;
+        passed.first.get_or_insert(start + BYTE_TIME);
+        self.idle_from = start + BYTE_TIME * count as u64;
+        passed.last = Some(self.idle_from);
+    }
+
+    fn check_room(&self, now: SimTime, bytes: &[u8]) {
+        let room = self.transmit_buffer().unwrap().room(now);
+        assert!(
+            bytes.len() <= room,
+            "{} bytes for a room of {room}",
+            bytes.len()
+        );
+    }
+}
+
+impl Wire for Paced {
+    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
+        Ok(())
+    }
+    fn send(&mut self, now: SimTime, bytes: &[u8]) {
+        self.check_room(now, bytes);
+        self.transmit((now + LATENCY).max(self.idle_from), bytes.len());
+    }
+    fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
+        self.check_room(now, bytes);
+        assert!(now <= self.idle_from);
+        self.transmit(self.idle_from, bytes.len());
+    }
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        Some(TransmitBuffer {
+            idle_from: self.idle_from,
+            byte_time: BYTE_TIME,
+            capacity: CAPACITY,
+        })
+    }
+    fn next_wake(&self) -> Option<SimTime> {
+        None
+    }
+    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+        Ok(())
+    }
+    fn receive(&mut self, _: &mut Vec<u8>) {}
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+        Ok(())
+    }
+}
+
+/// A host that writes without a pause until an instant, and then single bytes.
+struct Host {
+    clock: Arc<Interrupted>,
+    floods_until: SimTime,
+    then: VecDeque<SimTime>,
+}
+
+impl Device for Host {
+    fn place(&self) -> &'static str {
+        "a host"
+    }
+    fn write(&mut self, _: &[u8]) -> Result<(), DeviceError> {
+        Ok(())
+    }
+    fn read_up_to(
+        &mut self,
+        limit: usize,
+        patience: Duration,
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), DeviceError> {
+        assert!((1..=CAPACITY).contains(&limit));
+        let now = SimTime::from_nanos(self.clock.shows());
+        if now < self.floods_until {
+            bytes.resize(bytes.len() + limit, 0x55);
+            return Ok(());
+        }
+        let until = now + duration_of(patience);
+        if let Some(at) = self.then.front().filter(|at| **at <= until) {
+            self.clock.sleep_until(HostTime::from_nanos(at.as_nanos()));
+        } else {
+            self.clock
+                .sleep_until(HostTime::from_nanos(until.as_nanos()));
+        }
+        let now = SimTime::from_nanos(self.clock.shows());
+        while self.then.front().is_some_and(|at| *at <= now) && bytes.len() < limit {
+            self.then.pop_front();
+            bytes.push(0xAA);
+        }
+        Ok(())
+    }
+}
+
+fn duration_of(patience: Duration) -> SimDuration {
+    SimDuration::from_nanos(u64::try_from(patience.as_nanos()).unwrap())
+}
+
+/// Serves a host until `end`: what has passed on the line, and a function that runs the twin until an instant.
+fn served(
+    pauses: Vec<SimDuration>,
+    floods_until: SimTime,
+    then: &[SimTime],
+    end: SimTime,
+) -> (Arc<Mutex<Passed>>, impl FnMut(SimTime) + use<>) {
+    let clock = Arc::new(Interrupted {
+        pauses,
+        ..Interrupted::default()
+    });
+    let passed = Arc::new(Mutex::new(Passed::default()));
+    let wire = ServedWire {
+        name: "wire".into(),
+        wire: Box::new(Paced {
+            idle_from: SimTime::ZERO,
+            passed: passed.clone(),
+        }),
+        device: Box::new(Host {
+            clock: clock.clone(),
+            floods_until,
+            then: then.iter().copied().collect(),
+        }),
+    };
+    let options = ServeOptions {
+        duration: Some(end - SimTime::ZERO),
+        ..ServeOptions::default()
+    };
+    let mut serve = Serve::new(options, Box::new(Nothing), vec![wire]).unwrap();
+    let run_until = move |until: SimTime| {
+        while serve.now() < until {
+            let ended = serve.turn(&*clock, HostTime::default(), &mut ()).unwrap();
+            if ended.is_some() {
+                break;
+            }
+        }
+    };
+    (passed, run_until)
+}
+
+fn look(passed: &Mutex<Passed>) -> MutexGuard<'_, Passed> {
+    passed.lock().unwrap()
+}
+
+#[test]
+fn a_flood_of_30_s_drains_at_the_baud_rate_and_what_is_written_afterwards_is_not_held_up() {
+    let flood = millis(30_000);
+    let ping = millis(30_050);
+    let (passed, mut run_until) = served(Vec::new(), flood, &[ping], millis(30_100));
+    run_until(flood);
+    let most = 30_000_000 / 3 + CAPACITY;
+    {
+        let passed = look(&passed);
+        assert!(
+            (most - 2 * CAPACITY..=most).contains(&passed.count),
+            "{} bytes",
+            passed.count
+        );
+        assert_eq!(passed.pauses, 0, "the transmitter was idle in a flood");
+    }
+    run_until(millis(30_040));
+    let before = look(&passed).count;
+    run_until(millis(30_100));
+    let passed = look(&passed);
+    assert_eq!(passed.count, before + 1);
+    let late = passed.last.unwrap() - ping;
+    assert!(late <= LATENCY + BYTE_TIME + GATHERING, "{late}");
+}
+
+proptest! {
+    /// Ten bytes that a host takes 200 µs to write, on a machine that interrupts the twin for up to 5 ms whenever it looks at the
+    /// clock.
+    #[test]
+    fn bytes_that_are_written_one_by_one_follow_each_other_without_a_pause_however_the_twin_is_interrupted(
+        gaps in prop::collection::vec(0_u64..20, 10),
+        pauses in prop::collection::vec(prop_oneof![4 => Just(0_u64), 4 => 0_u64..60, 1 => 0_u64..5_000], 1..40),
+        begin in 0_u64..3_000,
+    ) {
+        let mut at = millis(1) + micros(begin);
+        let writes: Vec<SimTime> = gaps
+            .iter()
+            .map(|gap| {
+                at += micros(*gap);
+                at
+            })
+            .collect();
+        let pauses: Vec<SimDuration> = pauses.into_iter().map(micros).collect();
+        let (passed, mut run_until) = served(pauses, SimTime::ZERO, &writes, millis(60));
+        run_until(millis(60));
+        let passed = look(&passed);
+        prop_assert_eq!(passed.count, 10);
+        prop_assert_eq!(passed.pauses, 0);
+        prop_assert_eq!(passed.last.unwrap() - passed.first.unwrap(), BYTE_TIME * 9);
+    }
+
+    /// A host that dribbles does not stop the twin.
+    #[test]
+    fn a_host_that_never_pauses_for_long_keeps_the_twin_behind_by_no_more_than_a_burst(
+        gap in 1_u64..400,
+    ) {
+        let writes: Vec<SimTime> = (0..2_000).map(|n| millis(1) + micros(gap * n)).collect();
+        let end = writes[writes.len() - 1] + micros(1_000);
+        let (passed, mut run_until) = served(Vec::new(), SimTime::ZERO, &writes, end);
+        run_until(end);
+        let passed = look(&passed);
+        prop_assert_eq!(passed.count, writes.len());
+        // As soon as the line and the latency let it, and no later than the patience.
+        let sent = (writes[writes.len() - 1] + LATENCY).max(writes[0] + LATENCY + BYTE_TIME * 2_000);
+        prop_assert!(passed.last.unwrap() <= sent + BURST_MAX + GATHERING);
+    }
+}
