@@ -212,6 +212,34 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         self.base = Some(base);
     }
 
+    /// The inertia in another state in its place: nothing pushes, and the trunk stands as the world.
+    #[inline(always)]
+    pub(crate) fn unload(
+        &mut self,
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        [angles, rates]: [&[R; N]; 2],
+        holding: &Holding<'_, R>,
+    ) {
+        self.chain = Chain::new(legs, angles, rates);
+        self.give = self.chain.give(legs, angles, holding);
+        self.torques = [R::zero(); N];
+        if !model.is_free() {
+            self.base = None;
+            return;
+        }
+        let carried = Carried::unloaded(legs, &self.chain);
+        let trunk = Trunk::unloaded(&model.trunk, &summed(&carried.burden));
+        let schur = Schur::with(&model.trunk, &trunk, &carried, &self.give, trunk.force);
+        let (none, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
+        self.base = Some(Floating {
+            carried,
+            trunk,
+            schur,
+            rotation: [[one, none, none], [none, one, none], [none, none, one]],
+        });
+    }
+
     /// Legs on a trunk that is held, and the torques on their links.
     #[inline(always)]
     pub(crate) fn legs(

@@ -55,13 +55,35 @@ pub(crate) struct Carried<R, const N: usize> {
 impl<R: Real, const N: usize> Carried<R, N> {
     #[inline(always)]
     pub(crate) fn new(leg: &Constants<R, N>, chain: &Chain<R, N>, trunk: &Carrier<R>) -> Self {
+        Self::with::<true>(leg, chain, trunk)
+    }
+
+    /// The inertia alone: neither torques nor forces.
+    #[inline(always)]
+    pub(crate) fn unloaded(leg: &Constants<R, N>, chain: &Chain<R, N>) -> Self {
+        let still = Carrier {
+            turning: [R::zero(); 3],
+            field: [R::zero(); 3],
+        };
+        Self::with::<false>(leg, chain, &still)
+    }
+
+    #[inline(always)]
+    fn with<const LOADED: bool>(
+        leg: &Constants<R, N>,
+        chain: &Chain<R, N>,
+        trunk: &Carrier<R>,
+    ) -> Self {
         let zero = R::zero();
         let [hx, hy, hz] = leg.hip;
         let [wx, wy, wz] = trunk.turning;
         let square = wx * wx + wy * wy + wz * wz;
         let two = R::splat(2.0);
         let mut columns = [[zero; 5]; N];
-        let mut torques = chain.torques(leg, [trunk.field[0], trunk.field[2]]);
+        let mut torques = [zero; N];
+        if LOADED {
+            torques = chain.torques(leg, [trunk.field[0], trunk.field[2]]);
+        }
         // Σ bⱼ eⱼ and Σᵢⱼ Aᵢⱼ eᵢ eⱼᵀ
         let (mut ex, mut ez) = (zero, zero);
         let (mut exx, mut ezz, mut exz) = (zero, zero, zero);
@@ -100,6 +122,11 @@ impl<R: Real, const N: usize> Carried<R, N> {
                 b * across - own,
                 -(b * hy * nx),
             ];
+            drift[0] += b * rate * nx;
+            drift[1] += b * rate * nz;
+            if !LOADED {
+                continue;
+            }
             // n·x, ω·x and ω·n.
             let along = nx * x + nz * z;
             let turned = wx * x + wy * (b * hy) + wz * z;
@@ -110,8 +137,6 @@ impl<R: Real, const N: usize> Carried<R, N> {
                 }
             }
             torques[j] += square * along - (wx * nx + wz * nz) * turned - two * wy * coriolis;
-            drift[0] += b * rate * nx;
-            drift[1] += b * rate * nz;
             let rate2 = rate * rate;
             force[0] += rate2 * b * s;
             force[1] -= rate2 * b * c;

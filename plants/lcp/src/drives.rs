@@ -11,7 +11,7 @@ use twinrig_actuator::PositionServo;
 use twinrig_legged::{Fitted, Motors, Servos};
 
 use crate::hold::Driven;
-use crate::real::Real;
+use crate::real::{Lanes, Real};
 
 /// What hip and pulley of each leg are told \[rad\], and which way a motor that is used up pushes: −1, 0 or 1. Where the
 /// drives are motors: their torques at standstill \[N·m\], what damps them \[N·m·s/rad\], and always 1.
@@ -52,6 +52,24 @@ pub(crate) fn greatest<R: Real>(servo: &PositionServo, spent: R, rate: R) -> R {
     }
     let share = R::splat(1.0) - spent * rate * R::splat(1.0 / servo.speed());
     spent * R::splat(servo.torque()) * share.clamped(R::zero(), R::splat(1.0))
+}
+
+/// The line through the torque of a motor that is used up, about a rate: torque at standstill \[N·m\], and what it falls by
+/// with the rate \[N·m·s/rad\]. Zero where no motor is used up.
+pub(crate) fn line(servo: &PositionServo, spent: Lanes, rate: Lanes) -> [Lanes; 2] {
+    if servo.torque().is_infinite() {
+        return [Lanes::zero(); 2];
+    }
+    let (zero, one) = (Lanes::zero(), Lanes::splat(1.0));
+    let share = one - spent * rate * Lanes::splat(1.0 / servo.speed());
+    let pushes = share.simd_gt(zero);
+    let falls = pushes & share.simd_lt(one);
+    let torque = spent * Lanes::splat(servo.torque());
+    let damping = spent * spent * Lanes::splat(servo.torque() / servo.speed());
+    [
+        pushes.bitselect(torque, zero),
+        falls.bitselect(damping, zero),
+    ]
 }
 
 /// What the drives of a leg do.

@@ -28,6 +28,10 @@ pub(crate) enum FlowError {
     Apart { by: f64 },
     #[error("a step of {seconds:e} s would have to be shorter than a billionth of a second")]
     TooStiff { seconds: f64 },
+    #[error(
+        "the iteration for the rates of a step of {seconds:e} s does not converge: it turns links by too much"
+    )]
+    Unsettled { seconds: f64 },
     #[error("steps of {seconds} s are unstable: they have made {gained:.3e} J out of nothing")]
     Gained { seconds: f64, gained: f64 },
     #[error("steps of {seconds} s are unstable: {why}")]
@@ -81,9 +85,10 @@ impl Tally {
     }
 }
 
-/// Events of an island in a step, beyond which they crowd; and for a method that has nobody to hand over to.
+/// Events of an island in a step, beyond which they crowd: of the default method, and of one that is
+/// chosen for stiff scenes.
 const CROWD: u32 = 8;
-const CROWD_MAX: u32 = 200;
+const CROWD_MAX: u32 = 24;
 
 /// How many steps a robot is taken to rattle for, where events crowd: the first time, and at most, each time twice as long.
 const PATIENCE: u32 = 50;
@@ -132,6 +137,8 @@ pub(crate) struct Flow<const N: usize> {
     /// Forces of the last step of [`Method::Moreau`], the first guess of the next; and rates without them.
     pub(crate) pushed: [[f64; PLACES]; 4],
     pub(crate) free_rates: Vec<f64>,
+    /// The memory of such a step; gone while there is one.
+    pub(crate) midpoint: Option<Box<crate::moreau::Memory<N>>>,
     /// Steps that are left to Moreau's rule, since events crowd.
     pub(crate) rattles: u32,
     pub(crate) patience: u32,
@@ -187,6 +194,7 @@ impl<const N: usize> Flow<N> {
             instant: Instant::default(),
             pushed: [[0.0; PLACES]; 4],
             free_rates: Vec::new(),
+            midpoint: None,
             rattles: 0,
             patience: PATIENCE,
             events_max: if method == Method::Rk4 {
@@ -238,14 +246,14 @@ impl<const N: usize> Flow<N> {
             return self.rattle(before, seconds);
         }
         match self.march(stepper, seconds) {
-            Ok(()) => Ok(()),
+            Ok(()) if !self.is_unbalanced(&before.ledger) => Ok(()),
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
             Err(Halt::Stiff | Halt::Failed(_)) if stepper == Stepper::RungeKutta => {
                 self.back_to(before);
                 self.counts.fallbacks += 1;
                 self.run(Stepper::Rosenbrock, before, seconds)
             }
-            Err(_) => {
+            Ok(()) | Err(_) => {
                 self.rattles = self.patience;
                 self.patience = (2 * self.patience).min(PATIENCE_MAX);
                 self.rattle(before, seconds)

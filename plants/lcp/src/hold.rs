@@ -254,6 +254,18 @@ impl<R: Real, const N: usize> Give<R, N> {
         accelerations
     }
 
+    /// What torques change of the accelerations: Φ f.
+    #[inline(always)]
+    pub(crate) fn moved(&self, torques: &[R; N]) -> [R; N] {
+        let mut moved = [R::zero(); N];
+        for i in 0..N {
+            for j in 0..N {
+                moved[i] += self.mobility[i][j] * torques[j];
+            }
+        }
+        moved
+    }
+
     /// Forces of the constraints under these torques.
     #[inline(always)]
     pub(crate) fn forces(&self, torques: &[R; N]) -> [R; HOLDS] {

@@ -1,28 +1,44 @@
 //! Moreau's midpoint rule: constraints as impulses over a step, no matter when in it they act.
 //!
 //! ```text
-//! q̄ = q + ½h u    (H(q̄) + ½h D)(u⁺ − u) = h f(q̄, u) + Jᵀ P    q⁺ = q̄ + ½h u⁺
-//! 0 ≤ P ⊥ J u⁺ + γ g/h ≥ 0                         D: friction of the joints, what damps motors
+//! q̄ = q ⊕ ½h u_a                                               q⁺ = q̄ ⊕ ½h u_b
+//! (H(q̄) + ½h D)(u_b − u_a) = h (f(q̄, u_a) + ½(g(u_a) + g(u_b))) + Jᵀ P
+//! 0 ≤ P ⊥ J u_b + γ g/h ≥ 0      D: friction of the joints, damping of the motors
 //! ```
 //!
-//! No event is looked for, so a step costs the same whatever happens in it. Positions are of second order where nothing
-//! opens or closes, of first order where something does.
+//! In the half steps momenta stay as they are ([`drift`]), in the middle forces and impulses change
+//! them ([`kick`]). Without impulses this is the generalised leapfrog: of second order, symplectic,
+//! the same backwards in time. Momentum is balanced to round-off; energy swings by an error of
+//! second order and does not drift. J, P and the gaps g are those at q̄.
+//!
+//! No event is looked for, so a step costs the same whatever happens in it, and is of first order
+//! where something opens or closes.
+
+mod drift;
+mod drives;
+mod kick;
+mod momentum;
 
 use twinrig_legged::Fitted;
 
-use crate::articulated::{Accelerations, Articulated, into_world, rotation, stored_in};
+use crate::articulated::{Accelerations, Articulated, rotation};
 use crate::chain::rubbed;
-use crate::drives::greatest;
 use crate::events::{Entry, Role, Stop};
 use crate::flow::{Flow, FlowError};
 use crate::hold::{Driven, HIP, Holding};
-use crate::motion::{Scene, quaternion_rate};
+use crate::motion::Scene;
 use crate::motors::Effort;
 use crate::real::{Lanes, Real};
-use crate::state::{Slope, State, normalised};
+use crate::state::State;
 
-/// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint holds: as large as leaves
-/// an overlap decaying without a swing, since positions move by the mean of the velocities at both ends.
+use drift::{Ahead, Momentum, Rates, bend, turned};
+use drives::{Demand, Lines};
+use kick::Kick;
+use momentum::{Geometry, Momenta};
+
+/// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint
+/// holds: as large as leaves an overlap decaying without a swing, since positions move by the mean
+/// of the velocities at both ends.
 const RECOVERY: f64 = 1.0 / 3.0;
 
 /// Approach below which an impact gives nothing back, and the speed at which overlaps are \[m/s\].
@@ -37,20 +53,78 @@ const REACH: f64 = 2e-3;
 /// Tolerances of the impulses, relative to the greatest speed and in m/s.
 const TOLERANCE: [f64; 2] = [1e-6, 1e-7];
 
-/// A motor that changes its mind more often is on the border of its torque; either answer is right there.
+/// A motor that changes its mind more often is on the border of its torque; either answer is right
+/// there.
 const CHANGES_MAX: u32 = 4;
 
 /// Halvings of a step whose impulses are not to be found, at most.
 const HALVINGS_MAX: u32 = 8;
 
+/// The robot's inertia at an end of a step.
+#[derive(Debug, Clone)]
+struct Node<const N: usize> {
+    angles: [Lanes; N],
+    /// Which hips follow their commands, and the inertia of the motors at the others.
+    hips: [Lanes; 2],
+    inertia: Articulated<Lanes, N>,
+    geometry: Geometry<N>,
+    /// Whether it has been found at all.
+    known: bool,
+}
+
+/// The memory of a step: what is large, and passed on rather than copied.
+#[derive(Debug, Clone)]
+pub(crate) struct Memory<const N: usize> {
+    start: Box<Node<N>>,
+    end: Box<Node<N>>,
+    middle: Articulated<Lanes, N>,
+}
+
+impl<const N: usize> Node<N> {
+    fn blank() -> Self {
+        Self {
+            angles: [Lanes::zero(); N],
+            hips: [Lanes::zero(); 2],
+            inertia: Articulated::blank(),
+            geometry: Geometry::blank(),
+            known: false,
+        }
+    }
+}
+
+impl<const N: usize> Default for Memory<N> {
+    fn default() -> Self {
+        Self {
+            start: Box::new(Node::blank()),
+            end: Box::new(Node::blank()),
+            middle: Articulated::blank(),
+        }
+    }
+}
+
 /// A step as it is solved.
 struct Solved<const N: usize> {
-    accelerations: Accelerations<Lanes, N>,
-    drive: Driven<Lanes>,
-    /// Mean acceleration of the pulleys, tension of the cables, torques of the motors.
-    winding: Lanes,
+    after: State<Lanes, N>,
+    /// Means of the rates before and after the impulses.
+    mean: [Lanes; N],
+    /// Tension of the cables and torques of the motors, mean over the step, and the work of the
+    /// hips' \[J\].
     tension: Lanes,
     torques: [Lanes; 2],
+    hip_work: Lanes,
+}
+
+/// The hips over a step.
+struct Hip {
+    /// Rates before and after the forces of the middle.
+    rates: [Lanes; 2],
+    acceleration: Lanes,
+    /// Damping of motors that impose no acceleration \[N·m·s/rad\].
+    damping: Lanes,
+    /// Torque that imposes the acceleration of the others \[N·m\].
+    held: Lanes,
+    /// Changes of momentum in the half steps before and after, as legs bend \[kg·m²/s\].
+    bent: [Lanes; 2],
 }
 
 impl<const N: usize> Flow<N> {
@@ -60,8 +134,11 @@ impl<const N: usize> Flow<N> {
     }
 
     fn moreau_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), FlowError> {
-        match self.moreau_step(seconds) {
-            Err(FlowError::Unsolved(_)) if halvings > 0 => {
+        let mut memory = self.midpoint.take().unwrap_or_default();
+        let done = self.moreau_step(seconds, &mut memory);
+        self.midpoint = Some(memory);
+        match done {
+            Err(FlowError::Unsolved(_) | FlowError::Unsettled { .. }) if halvings > 0 => {
                 self.counts.fallbacks += 1;
                 self.moreau_halved(0.5 * seconds, halvings - 1)?;
                 self.moreau_halved(0.5 * seconds, halvings - 1)
@@ -70,140 +147,270 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    fn moreau_step(&mut self, seconds: f64) -> Result<(), FlowError> {
-        let free = self.model.is_free();
+    fn moreau_step(&mut self, seconds: f64, memory: &mut Memory<N>) -> Result<(), FlowError> {
         let before = self.state;
-        let half = Lanes::splat(0.5 * seconds);
-        let middle = normalised(&before.along(half, &drifting(&before, free), free), free);
+        let wanted = self.wanted_over(&before, seconds);
+        let mut lines = self.lines([before.rates[0], before.pulley_rate]);
         for change in 0.. {
-            let wanted = self.wanted_over(&before, seconds);
-            let solved = self.solve_step(&before, &middle, wanted, seconds)?;
+            let solved = self.solve_step(memory, &before, wanted, &lines, seconds)?;
+            let (half, per) = (Lanes::splat(0.5), Lanes::splat(1.0 / seconds));
+            let after = &solved.after;
             let effort = Effort {
                 torques: solved.torques,
-                given: [solved.accelerations.links[0], solved.winding],
+                given: [
+                    (after.rates[0] - before.rates[0]) * per,
+                    (after.pulley_rate - before.pulley_rate) * per,
+                ],
                 wanted,
+                rates: [
+                    solved.mean[0],
+                    half * (before.pulley_rate + after.pulley_rate),
+                ],
             };
-            if change == CHANGES_MAX || !self.tire(&effort) {
-                self.finish(&before, &middle, &solved, seconds);
+            let spent = self.tire(&effort);
+            let now = self.lines(effort.rates);
+            if change == CHANGES_MAX || !spent && now == lines {
+                self.finish(&before, &solved, memory, seconds);
                 break;
             }
+            lines = now;
         }
         self.finite()
     }
 
-    /// Mean accelerations to the rates that the drives want at the step's end.
-    fn wanted_over(&self, before: &State<Lanes, N>, seconds: f64) -> [Lanes; 2] {
-        let Some(Fitted::Servos(servos)) = &self.model.drives else {
-            return [Lanes::zero(); 2];
-        };
-        let told = [self.mode.commands.hip, self.mode.commands.pulley];
-        let at = [before.angles[0], before.pulley];
-        let rates = [before.rates[0], before.pulley_rate];
-        std::array::from_fn(|i| {
-            Lanes::new(std::array::from_fn(|leg| {
-                let of = |lanes: &[Lanes; 2]| lanes[i].lane(leg);
-                let rate = of(&rates);
-                let then = servos.both()[i].rate_after(seconds, of(&told), of(&at), rate);
-                (then - rate) / seconds
-            }))
-        })
-    }
-
-    /// What the drives do in the mean of a step. What damps a motor answers to accelerations, like friction in the joints.
-    fn drive_over(
-        &self,
-        scene: &Scene<'_, Lanes, N>,
-        before: &State<Lanes, N>,
-        middle: &State<Lanes, N>,
-        wanted: [Lanes; 2],
-        seconds: f64,
-    ) -> Driven<Lanes> {
-        let mut drive = scene.drive(before);
-        drive.pulley = middle.pulley;
-        drive.hip_acceleration = wanted[0];
-        let commands = &self.mode.commands;
-        match &self.model.drives {
-            None => {}
-            Some(Fitted::Servos(servos)) => {
-                let spent = commands.pulley_spent;
-                let follows = Lanes::splat(1.0) - spent * spent;
-                let torque = greatest(&servos.knee, spent, before.pulley_rate);
-                drive.pulley_acceleration =
-                    follows * wanted[1] + torque / Lanes::splat(servos.knee.inertia());
-            }
-            Some(Fitted::Motors(motors)) => {
-                let half = Lanes::splat(0.5 * seconds);
-                let inertia = Lanes::splat(motors.knee.inertia());
-                drive.hip_inertia += half * commands.hip_damping;
-                drive.pulley_mobility =
-                    Lanes::splat(1.0) / (inertia + half * commands.pulley_damping);
-                let torque = commands.pulley - commands.pulley_damping * before.pulley_rate;
-                drive.pulley_acceleration = torque * drive.pulley_mobility;
-            }
+    /// The inertia with links at these angles, motors as they are.
+    fn renew(&self, node: &mut Node<N>, angles: &[Lanes; N]) {
+        let mut drive = Driven::none();
+        // What hips that follow their commands impose is for one radian a second.
+        drive.hip_acceleration = Lanes::splat(1.0);
+        if let Some(drives) = &self.model.drives {
+            let spent = self.mode.commands.hip_spent;
+            drive.hip_inertia = spent * spent * Lanes::splat(drives.inertias()[0]);
         }
-        drive
-    }
-
-    /// The step's mean accelerations, with the impulses of the constraints in them.
-    fn solve_step(
-        &mut self,
-        before: &State<Lanes, N>,
-        middle: &State<Lanes, N>,
-        wanted: [Lanes; 2],
-        seconds: f64,
-    ) -> Result<Solved<N>, FlowError> {
-        self.counts.evaluations += 1;
-        let legs = &self.model.side_by_side;
-        let scene = Scene::new(&self.model, legs, &self.mode, 0.0);
-        let drive = self.drive_over(&scene, before, middle, wanted, seconds);
-        let mut mode = self.mode.clone_without_stops();
+        let mode = self.mode.clone_without_stops();
+        let hips = [mode.holds.hip, drive.hip_inertia];
+        if node.known && node.angles == *angles && node.hips == hips {
+            return;
+        }
+        let mut mode = mode;
         mode.recount();
         let holding = Holding {
             holds: &mode.holds,
             drive: &drive,
             recovery: Lanes::zero(),
-            ahead: 0.5 * seconds,
+            ahead: 0.0,
             any: mode.any,
         };
-        let articulated = Articulated::new(&self.model, legs, middle, &holding);
-        let mut accelerations = articulated.accelerations();
-        self.impulses(&articulated, middle, &drive, &mut accelerations, seconds)?;
-        let tension = self.tension(seconds);
-        let radius = self.model.side_by_side.pulley_radius;
-        let winding = drive.pulley_acceleration - drive.pulley_mobility * radius * tension;
-        let mut torques = [Lanes::zero(); 2];
-        if let Some(drives) = &self.model.drives {
-            let inertia = drives.inertias().map(Lanes::splat);
-            torques[0] = drive.hip_torque;
-            if let Fitted::Servos(_) = drives {
-                let spent = self.mode.commands.hip_spent;
-                let follows = Lanes::splat(1.0) - spent * spent;
-                let held = articulated.give.forces(&accelerations.torques)[HIP];
-                torques[0] += follows * (inertia[0] * accelerations.links[0] + held);
-            } else {
-                let lost = Lanes::splat(0.5 * seconds) * self.mode.commands.hip_damping;
-                torques[0] -= lost * accelerations.links[0];
-            }
-            torques[1] = inertia[1] * winding + radius * tension;
-        }
-        Ok(Solved {
-            accelerations,
-            drive,
-            winding,
-            tension,
-            torques,
-        })
+        let still = [Lanes::zero(); N];
+        let inertia = &mut node.inertia;
+        inertia.unload(
+            &self.model,
+            &self.model.side_by_side,
+            [angles, &still],
+            &holding,
+        );
+        node.geometry = Geometry::of(&self.model, inertia);
+        (node.angles, node.hips, node.known) = (*angles, hips, true);
     }
 
-    /// Finds the impulses, and adds what they do to the accelerations.
-    fn impulses(
+    /// The end of a step from here under these drives.
+    #[expect(
+        clippy::too_many_lines,
+        reason = "the stages of one step, in the order of the equations"
+    )]
+    fn solve_step(
         &mut self,
-        articulated: &Articulated<Lanes, N>,
+        memory: &mut Memory<N>,
+        before: &State<Lanes, N>,
+        wanted: [Lanes; 2],
+        lines: &Lines,
+        seconds: f64,
+    ) -> Result<Solved<N>, FlowError> {
+        self.counts.evaluations += 1;
+        let half = 0.5 * seconds;
+        self.renew(&mut memory.start, &before.angles);
+        let (start, legs) = (&memory.start.geometry, &self.model.side_by_side);
+        let from = start.momenta(legs, &before.rates, before.turning);
+        let hip_inertia = memory.start.hips[1];
+        let ahead = Ahead {
+            model: &self.model,
+            inertia: &memory.start.inertia,
+            hip_inertia,
+            seconds: half,
+        };
+        let begun = Rates {
+            links: before.rates,
+            turning: before.turning,
+        };
+        let (rates, here) = ahead.rates(&before.angles, begun, &from)?;
+        let mut middle = *before;
+        (middle.rates, middle.turning) = (rates.links, rates.turning);
+        bend(&mut middle, half);
+
+        let scene = Scene::new(&self.model, legs, &self.mode, 0.0);
+        let Demand { drive, hip_damping } =
+            self.drive_over(&scene, &middle, wanted, lines, seconds);
+        self.unload_middle(&mut memory.middle, &middle, &drive, half);
+        let geometry = Geometry::of(&self.model, &memory.middle);
+        let mut momentum = None;
+        if let Some((base, (body, there))) = memory
+            .middle
+            .base
+            .as_mut()
+            .zip(start.body.zip(geometry.body))
+        {
+            let mut own = Momentum::of(&self.model, before, &body, from.relative, from.spin);
+            own.drift(half);
+            middle.attitude = turned(before.attitude, rates.turning, half);
+            let relative = geometry.relative(legs, &rates.links, rates.turning);
+            own.carry(&mut middle, &there, relative);
+            base.rotation = rotation(middle.attitude);
+            momentum = Some((own, there));
+        }
+        let kick = (&geometry, &rates, &here);
+        let (accelerations, torques) =
+            self.impulses(&mut memory.middle, &middle, &drive, kick, seconds)?;
+        let tension = self.tension(seconds);
+
+        let legs = &self.model.side_by_side;
+        let h = Lanes::splat(seconds);
+        let mut after = middle;
+        for i in 0..N {
+            after.rates[i] += h * accelerations.links[i];
+        }
+        for i in 0..3 {
+            after.turning[i] += seconds * accelerations.trunk[3 + i];
+        }
+        let radius = legs.pulley_radius;
+        let winding = drive.pulley_acceleration - drive.pulley_mobility * radius * tension;
+        after.pulley_rate += h * winding;
+        let mean = std::array::from_fn(|i| Lanes::splat(0.5) * (rates.links[i] + after.rates[i]));
+        let last = Rates {
+            links: after.rates,
+            turning: after.turning,
+        };
+        // Momenta of the links, by all that acts on them.
+        let change = std::array::from_fn(|i| last.links[i] - rates.links[i]);
+        let rubbed = rubbed(legs, &change);
+        let mut momenta: [Lanes; N] = std::array::from_fn(|i| {
+            from.links[i] + h * torques[i] + Lanes::splat(half) * rubbed[i]
+        });
+        momenta[0] += hip_inertia * before.rates[0] - Lanes::splat(half) * hip_damping * change[0];
+
+        bend(&mut after, half);
+        self.renew(&mut memory.end, &after.angles);
+        let (end, legs) = (&memory.end.geometry, &self.model.side_by_side);
+        let mut spin = [0.0; 3];
+        if let Some(((own, body), there)) = momentum.as_mut().zip(end.body) {
+            let pushed = own.push(&self.instant.wrench(), &memory.middle, body, seconds);
+            let [forward, _, up] = pushed.map(Lanes::splat);
+            let chain = &memory.middle.chain;
+            for i in 0..N {
+                let along = chain.cosines[i] * forward + chain.sines[i] * up;
+                momenta[i] -= legs.moments[i] * along;
+            }
+            own.drift(half);
+            after.attitude = turned(middle.attitude, last.turning, half);
+            spin = own.spin_in(after.attitude);
+            *body = there;
+        }
+        let rates_after = memory.end.inertia.rates_of(&momenta, spin, last.links[0]);
+        (after.rates, after.turning) = (rates_after.links, rates_after.turning);
+        if let Some((own, body)) = momentum {
+            let relative = end.relative(legs, &after.rates, after.turning);
+            own.carry(&mut after, &body, relative);
+        }
+        let mut solved = Solved {
+            after,
+            mean,
+            tension,
+            torques: [Lanes::zero(); 2],
+            hip_work: Lanes::zero(),
+        };
+        // A hip that turns evenly changes its momentum where its leg bends.
+        let at = |geometry: &Geometry<N>, rates: &Rates<N>| {
+            let momenta = geometry.momenta(legs, &rates.links, rates.turning);
+            momenta.links[0]
+        };
+        let ends = Rates {
+            links: solved.after.rates,
+            turning: solved.after.turning,
+        };
+        if self.model.drives.is_some() {
+            let hip = Hip {
+                rates: [rates.links[0], last.links[0]],
+                acceleration: accelerations.links[0],
+                damping: hip_damping,
+                held: memory.middle.give.forces(&accelerations.torques)[HIP],
+                bent: [
+                    at(&geometry, &rates) - from.links[0],
+                    at(end, &ends) - at(&geometry, &last),
+                ],
+            };
+            self.drive_torques(&mut solved, &drive, &hip, winding, seconds);
+        }
+        Ok(solved)
+    }
+
+    /// The inertia in the middle of a step, with the drives in what holds.
+    fn unload_middle(
+        &self,
+        articulated: &mut Articulated<Lanes, N>,
         middle: &State<Lanes, N>,
         drive: &Driven<Lanes>,
-        accelerations: &mut Accelerations<Lanes, N>,
+        half: f64,
+    ) {
+        let mut mode = self.mode.clone_without_stops();
+        mode.recount();
+        let holding = Holding {
+            holds: &mode.holds,
+            drive,
+            recovery: Lanes::zero(),
+            ahead: half,
+            any: mode.any,
+        };
+        let moving = [&middle.angles, &middle.rates];
+        articulated.unload(&self.model, &self.model.side_by_side, moving, &holding);
+    }
+
+    /// The torques of the motors, mean over a step, and the work of the hips'.
+    fn drive_torques(
+        &self,
+        solved: &mut Solved<N>,
+        drive: &Driven<Lanes>,
+        hip: &Hip,
+        winding: Lanes,
         seconds: f64,
-    ) -> Result<(), FlowError> {
+    ) {
+        let Some(drives) = &self.model.drives else {
+            return;
+        };
+        let h = Lanes::splat(seconds);
+        let inertia = drives.inertias().map(Lanes::splat);
+        let lost = Lanes::splat(0.5 * seconds) * hip.damping;
+        let mut torque = drive.hip_torque - lost * hip.acceleration;
+        solved.hip_work = h * torque * solved.mean[0];
+        if let Fitted::Servos(_) = drives {
+            let spent = self.mode.commands.hip_spent;
+            let follows = Lanes::splat(1.0) - spent * spent;
+            let kick = h * (inertia[0] * hip.acceleration + hip.held);
+            let ([behind, beyond], [first, last]) = (hip.bent, hip.rates);
+            torque += follows * (behind + kick + beyond) / h;
+            solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
+        }
+        let radius = self.model.side_by_side.pulley_radius;
+        solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
+    }
+
+    /// Finds the impulses; returns the accelerations with them, and the torques on the links.
+    fn impulses(
+        &mut self,
+        articulated: &mut Articulated<Lanes, N>,
+        middle: &State<Lanes, N>,
+        drive: &Driven<Lanes>,
+        (geometry, rates, before): (&Geometry<N>, &Rates<N>, &Momenta<N>),
+        seconds: f64,
+    ) -> Result<(Accelerations<Lanes, N>, [Lanes; N]), FlowError> {
         let Self {
             model,
             mode,
@@ -218,10 +425,20 @@ impl<const N: usize> Flow<N> {
         let legs = [0, 1, 2, 3];
         let legs = &legs[..model.legs.len()];
         instant.find(&scene, middle, articulated, drive, legs, false, &near);
+        let kick = Kick {
+            model,
+            geometry,
+            hip_torque: drive.hip_torque,
+            rates,
+            before,
+            seconds,
+        };
+        kick.load(articulated, &instant.load(pushed))?;
+        let accelerations = articulated.accelerations();
         free_rates.clear();
         let mut kept = false;
         instant.entries.retain(|entry| {
-            let free = entry.rate + seconds * pushed_by(entry, accelerations);
+            let free = entry.rate + seconds * pushed_by(entry, &accelerations);
             if !entry.role.is_tangent() {
                 kept = entry.gap + 0.5 * seconds * entry.rate.min(free) < TOUCHING;
             }
@@ -257,8 +474,7 @@ impl<const N: usize> Flow<N> {
                 *torque = torque.with_lane(entry.row.leg, own);
             }
         }
-        *accelerations = articulated.with_trunk(trunk, &torques);
-        Ok(())
+        Ok((articulated.with_trunk(trunk, &torques), torques))
     }
 
     /// Tension of each leg's cable, mean over the step.
@@ -273,49 +489,41 @@ impl<const N: usize> Flow<N> {
         tension
     }
 
-    /// Takes the step's end as the present and writes up what has flowed.
+    /// Takes the step's end as the present and enters its work in the energy balance.
     fn finish(
         &mut self,
         before: &State<Lanes, N>,
-        middle: &State<Lanes, N>,
         solved: &Solved<N>,
+        memory: &mut Memory<N>,
         seconds: f64,
     ) {
         let (h, half) = (Lanes::splat(seconds), Lanes::splat(0.5 * seconds));
-        let free = self.model.is_free();
-        let mut after = *middle;
-        for i in 0..N {
-            after.rates[i] += h * solved.accelerations.links[i];
-        }
-        after.pulley_rate += h * solved.winding;
-        if free {
-            for i in 0..3 {
-                after.velocity[i] += seconds * solved.accelerations.trunk[i];
-                after.turning[i] += seconds * solved.accelerations.trunk[3 + i];
-            }
-        }
-        after = normalised(&after.along(half, &drifting(&after, free), free), free);
+        let after = solved.after;
         let [hip, knee] = solved.torques;
         self.tally.hip += h * hip;
         self.tally.knee += h * knee;
         self.tally.cable += h * solved.tension;
-        let turned = half * (before.rates[0] + after.rates[0]);
         let wound = half * (before.pulley_rate + after.pulley_rate);
-        self.ledger.actuator += (hip * turned + knee * wound).sum();
-        let mean = std::array::from_fn(|i| Lanes::splat(0.5) * (before.rates[i] + after.rates[i]));
-        let torques = rubbed(&self.model.side_by_side, &mean);
+        self.ledger.actuator += (solved.hip_work + knee * wound).sum();
+        let torques = rubbed(&self.model.side_by_side, &solved.mean);
         for i in 0..N {
-            self.ledger.dissipated -= (h * torques[i] * mean[i]).sum();
+            self.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
         }
-        let _ = &solved.drive;
-        self.state = after;
         self.take_toll(seconds);
-        self.ledger
-            .balance(stored_in(&self.model, &self.model.side_by_side, &after));
+        let end = &mut memory.end.inertia;
+        end.chain.rates = after.rates;
+        if let Some(base) = &mut end.base {
+            base.rotation = rotation(after.attitude);
+        }
+        let stored = end.stored(&self.model, &self.model.side_by_side, &after);
+        self.ledger.balance(stored);
+        core::mem::swap(&mut memory.start, &mut memory.end);
+        self.state = after;
         self.counts.steps += 1;
     }
 
-    /// Writes up what the impulses took, and what the ground gave the feet.
+    /// Enters the work of the impulses in the energy balance, and the ground's impulses in the
+    /// sums.
     fn take_toll(&mut self, seconds: f64) {
         let restitution = self
             .model
@@ -341,18 +549,6 @@ impl<const N: usize> Flow<N> {
     }
 }
 
-/// How positions change at the velocities of a state.
-fn drifting<const N: usize>(state: &State<Lanes, N>, free: bool) -> Slope<Lanes, N> {
-    let mut slope = Slope::zero();
-    slope.angles = state.rates;
-    slope.pulley = state.pulley_rate;
-    if free {
-        slope.position = into_world(&rotation(state.attitude), state.velocity);
-        slope.attitude = quaternion_rate(state.attitude, state.turning);
-    }
-    slope
-}
-
 /// Acceleration of a gap by everything but the constraints.
 fn pushed_by<const N: usize>(entry: &Entry<N>, accelerations: &Accelerations<Lanes, N>) -> f64 {
     let mut sum = entry.winding;
@@ -365,7 +561,8 @@ fn pushed_by<const N: usize>(entry: &Entry<N>, accelerations: &Accelerations<Lan
     sum
 }
 
-/// What a gap's rate at the end of the step may fall short of zero by, for the gap there is or the rebound there shall be.
+/// What a gap's rate at the end of the step may fall short of zero by, for the gap there is or the
+/// rebound there shall be.
 fn allowed<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64) -> f64 {
     let start = entry.gap - 0.5 * seconds * entry.rate;
     // An overlap is given back slowly, or an impact would rebound with what its step overlapped.
@@ -378,3 +575,7 @@ fn allowed<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64) -> 
         _ => recovered,
     }
 }
+
+#[cfg(test)]
+#[path = "moreau_tests.rs"]
+mod tests;

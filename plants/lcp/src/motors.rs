@@ -13,6 +13,8 @@ pub(crate) struct Effort {
     /// The acceleration that each gives its joint, and the one it would want to \[rad/s²\].
     pub(crate) given: [Lanes; 2],
     pub(crate) wanted: [Lanes; 2],
+    /// The rates that go with the torques \[rad/s\].
+    pub(crate) rates: [Lanes; 2],
 }
 
 impl<const N: usize> Flow<N> {
@@ -22,7 +24,6 @@ impl<const N: usize> Flow<N> {
             return false;
         };
         let commands = &mut self.mode.commands;
-        let rates = [self.state.rates[0], self.state.pulley_rate];
         let spent = [&mut commands.hip_spent, &mut commands.pulley_spent];
         let mut news = false;
         for (drive, (servo, spent)) in servos.both().into_iter().zip(spent).enumerate() {
@@ -35,7 +36,7 @@ impl<const N: usize> Flow<N> {
                 let next = if now == 0.0 {
                     let torque = of(&effort.torques);
                     let way = torque.signum();
-                    let most = greatest(servo, way, of(&rates)).abs();
+                    let most = greatest(servo, way, of(&effort.rates)).abs();
                     if torque.abs() > most { way } else { 0.0 }
                 } else if (of(&effort.given) - of(&effort.wanted)) * now > 0.0 {
                     // It would give more than is wanted.

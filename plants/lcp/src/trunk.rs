@@ -38,21 +38,31 @@ pub(crate) struct Trunk<T> {
 }
 
 impl<T: Real<Sum = T>> Trunk<T> {
-    /// From the burdens of the legs, already summed over the lanes. `field` is g − ω × v.
+    /// The inertia alone, from the burdens of the legs, already summed over the lanes.
+    pub(crate) fn unloaded(constants: &TrunkConstants, burden: &Burden<T>) -> Self {
+        let [xx, yy, zz, xy, xz, yz] = burden.spread;
+        let own = constants.inertia.map(T::splat);
+        Self {
+            moment: burden.moment,
+            inertia: [
+                [own[0] + yy + zz, -xy, -xz],
+                [-xy, own[1] + xx + zz, -yz],
+                [-xz, -yz, own[2] + xx + yy],
+            ],
+            force: [T::zero(); 6],
+        }
+    }
+
+    /// With forces. `field` is g − ω × v.
     pub(crate) fn new(
         constants: &TrunkConstants,
         burden: &Burden<T>,
         turning: [T; 3],
         field: [T; 3],
     ) -> Self {
-        let [xx, yy, zz, xy, xz, yz] = burden.spread;
-        let own = constants.inertia.map(T::splat);
-        let inertia = [
-            [own[0] + yy + zz, -xy, -xz],
-            [-xy, own[1] + xx + zz, -yz],
-            [-xz, -yz, own[2] + xx + yy],
-        ];
-        let moment = burden.moment;
+        let Self {
+            moment, inertia, ..
+        } = Self::unloaded(constants, burden);
         let drift = [burden.drift[0], T::zero(), burden.drift[1]];
         let two = T::splat(2.0);
         let inward = cross(turning, cross(turning, moment));
@@ -104,6 +114,23 @@ pub(crate) fn summed<R: Real>(burden: &Burden<R>) -> Burden<R::Sum> {
     }
 }
 
+/// The force on the trunk that is left where the links accelerate so against it: F − Σ C θ̈.
+#[inline(always)]
+pub(crate) fn reduced<R: Real, const N: usize>(
+    mut force: Spatial<R::Sum>,
+    carried: &Carried<R, N>,
+    relative: &[R; N],
+) -> Spatial<R::Sum> {
+    for (a, &row) in COUPLED.iter().enumerate() {
+        let mut pull = R::zero();
+        for i in 0..N {
+            pull += carried.columns[i][a] * relative[i];
+        }
+        force[row] -= pull.sum();
+    }
+    force
+}
+
 /// The trunk's equations as they are left: S a = f, factored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Schur<T> {
@@ -123,9 +150,21 @@ impl<T: Real<Sum = T>> Schur<T> {
         carried: &Carried<R, N>,
         give: &Give<R, N>,
     ) -> Self {
-        let mut matrix = trunk.matrix(constants.mass);
-        let mut force = trunk.force;
         let relative = give.accelerations(&carried.torques);
+        let force = reduced(trunk.force, carried, &relative);
+        Self::with(constants, trunk, carried, give, force)
+    }
+
+    /// The same for a force that is known: F − Σ C (Φ τ + x), or one that is to follow.
+    #[inline(always)]
+    pub(crate) fn with<R: Real<Sum = T>, const N: usize>(
+        constants: &TrunkConstants,
+        trunk: &Trunk<T>,
+        carried: &Carried<R, N>,
+        give: &Give<R, N>,
+        force: Spatial<T>,
+    ) -> Self {
+        let mut matrix = trunk.matrix(constants.mass);
         // Φ Cᵀ
         let mut moved = [[R::zero(); 5]; N];
         for i in 0..N {
@@ -136,11 +175,6 @@ impl<T: Real<Sum = T>> Schur<T> {
             }
         }
         for (a, &row) in COUPLED.iter().enumerate() {
-            let mut pull = R::zero();
-            for i in 0..N {
-                pull += carried.columns[i][a] * relative[i];
-            }
-            force[row] -= pull.sum();
             for (b, &column) in COUPLED.iter().enumerate().take(a + 1) {
                 let mut sum = R::zero();
                 for i in 0..N {

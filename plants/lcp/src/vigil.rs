@@ -66,6 +66,14 @@ impl<const N: usize> Flow<N> {
         gain.is_nan() || gain > TOO_LONG * self.own(before)
     }
 
+    /// Whether a step of finite tolerance has gained or lost more than motors, friction and impacts account for: forces that
+    /// make energy are no solution, however well they hold their constraints.
+    pub(crate) fn is_unbalanced(&self, before: &Ledger) -> bool {
+        let [was, is] = [before, &self.ledger].map(|ledger| ledger.books().residual);
+        let missing = (is - was).abs();
+        self.tolerance.is_finite() && (missing.is_nan() || missing > TOO_LONG * self.own(before))
+    }
+
     fn gain(&self, before: &Ledger) -> f64 {
         let [before, after] = [before, &self.ledger].map(Ledger::books);
         (after.stored() - after.actuator) - (before.stored() - before.actuator)

@@ -150,6 +150,7 @@ impl<const N: usize> Flow<N> {
             let effort = Effort {
                 torques: [motion.felt.hip_torque, motion.felt.knee_torque],
                 given: [motion.slope.rates[0], motion.slope.pulley_rate],
+                rates: [state.rates[0], state.pulley_rate],
                 wanted: [
                     wanted(&servos.hip, commands.hip, state.angles[0], state.rates[0]),
                     wanted(

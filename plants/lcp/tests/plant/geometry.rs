@@ -39,7 +39,13 @@ fn a_leg_that_is_all_but_straight_hangs_and_swings() {
             });
             let apart = (0..3).map(|i| (feet[0][i] - feet[1][i]).abs());
             let apart = apart.fold(0.0, f64::max);
-            assert!(apart < 1e-5, "{way:?}: {apart:e}");
+            // A method that locates no events may meet a stop a step earlier or later.
+            let bound = if way.method == Method::Moreau {
+                5e-5
+            } else {
+                1e-5
+            };
+            assert!(apart < bound, "{way:?}: {apart:e}");
         }
     }
 }

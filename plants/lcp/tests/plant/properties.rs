@@ -249,7 +249,7 @@ fn what_the_books_miss_shrinks_with_the_method_s_order() {
     for (method, steps, ratio) in [
         (Method::Rk4, [500, 250], 12.0..20.0),
         (Method::Rodas4, [2000, 1000], 12.0..80.0),
-        (Method::Moreau, [1000, 500], 1.8..2.3),
+        (Method::Moreau, [1000, 500], 3.7..4.3),
         (Method::SemiImplicit, [1000, 500], 1.8..2.3),
         (Method::ExplicitEuler, [100, 50], 1.8..2.3),
         (Method::Thesis, [100, 50], 1.8..2.3),

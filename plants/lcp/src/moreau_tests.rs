@@ -1,0 +1,353 @@
+//! The promises of the midpoint rule: second order where nothing opens or closes, momentum to
+//! round-off, energy without drift, overlaps that are given back as documented.
+
+use twinrig_legged::{Base, Drives, Ledger};
+use twinrig_robot::{GRAVITY, Robot, RobotFile};
+
+use super::{Geometry, Momentum, RECOVERY};
+use crate::flow::Flow;
+use crate::options::Method;
+use crate::real::{Lanes, Real};
+use crate::scenes::{self, HARD, PASSIVE, between, distance, flow, tumbling};
+use crate::state::State;
+
+/// The same robot by another method, to 1e-12 m where it has a tolerance.
+fn by<const N: usize>(start: &Flow<N>, method: Method) -> Flow<N> {
+    let mut flow = Flow::new(start.model.clone(), start.state, method, 1e-12);
+    flow.mode.commands = start.mode.commands;
+    flow.mode.holds.hip = start.mode.holds.hip;
+    flow.mode.recount();
+    flow
+}
+
+fn run<const N: usize>(flow: &mut Flow<N>, seconds: f64, steps: u32) {
+    for _ in 0..steps {
+        flow.step(seconds / f64::from(steps)).unwrap();
+    }
+}
+
+/// Legs that swing, each its own way, and slack cables.
+fn unlike<const N: usize>(flow: &mut Flow<N>) {
+    let rates = [
+        [1.0, 0.3, -0.5, 0.8],
+        [0.2, 1.0, 0.6, -0.4],
+        [-0.3, 0.5, 1.0, 0.1],
+        [0.5; 4],
+    ];
+    for (rate, more) in flow.state.rates.iter_mut().zip(rates) {
+        *rate += Lanes::new(more) * Lanes::splat(3.0);
+    }
+    flow.state.pulley -= Lanes::splat(0.4);
+    let stored = flow.stored();
+    flow.ledger = Ledger::opened(stored);
+}
+
+/// The robot of [`between`], with the toes of its file where legs have four links, and with this
+/// friction in its joints.
+fn undamped<const N: usize>(friction: f64) -> Robot {
+    let (mut robot, _) = between();
+    for (mount, file) in robot.legs.iter_mut().zip(scenes::robot().legs) {
+        let leg = &mut mount.leg;
+        leg.toe = file.leg.toe.filter(|_| N > 3);
+        leg.parallel_travel = 0.02;
+        let joints = &mut leg.joint_friction;
+        for joint in [&mut joints.hip, &mut joints.knee, &mut joints.ankle] {
+            *joint = friction;
+        }
+    }
+    robot
+}
+
+/// A robot whose legs swing between their stops.
+fn swinging<const N: usize>(robot: &Robot, base: Base, drives: Drives) -> Flow<N> {
+    let mut flow = flow::<N>(robot, base, between().1, drives, None);
+    unlike(&mut flow);
+    flow
+}
+
+/// Thrown, too.
+fn thrown<const N: usize>(robot: &Robot) -> Flow<N> {
+    let mut flow = swinging(robot, Base::Free, Drives::None);
+    tumbling(&mut flow);
+    flow
+}
+
+/// Robots for which nothing opens or closes for a while, by name.
+fn smooth<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
+    let robot = undamped::<N>(0.0);
+    let servos = scenes::driven(&robot);
+    let mut driven = swinging(&robot, Base::Free, Drives::Ideal { period: 0.03 });
+    driven.mode.commands.hip += Lanes::new([0.1, -0.1, 0.05, 0.0]);
+    driven.mode.commands.pulley -= Lanes::splat(0.5);
+    // Servos on the line of their torque over their rate, for good.
+    let mut spent = swinging(&robot, Base::Free, weak(servos));
+    spent.mode.commands.hip += Lanes::splat(50.0);
+    spent.mode.commands.hip_spent = Lanes::splat(1.0);
+    spent.mode.holds.hip = Lanes::zero();
+    spent.mode.commands.pulley -= Lanes::splat(0.5);
+    vec![
+        ("held", swinging(&robot, Base::Fixed, Drives::None)),
+        ("planar", swinging(&robot, Base::Planar, Drives::None)),
+        ("thrown", thrown(&robot)),
+        ("damped", thrown(&undamped::<N>(2e-3))),
+        ("driven", driven),
+        ("spent", spent),
+        ("motors", motorised(&robot)),
+    ]
+}
+
+/// The same drives with hips of next to no torque, and fast.
+fn weak(drives: Drives) -> Drives {
+    let Drives::Servos { mut hip, knee } = drives else {
+        return drives;
+    };
+    (hip.torque, hip.speed) = (0.02, 40.0);
+    Drives::Servos { hip, knee }
+}
+
+/// Motors of another robot, each under its own voltage.
+fn motorised<const N: usize>(robot: &Robot) -> Flow<N> {
+    let text = include_str!("../../../robots/oncilla.toml");
+    let file = RobotFile::parse("oncilla.toml", text).unwrap();
+    let motors = file.robot().unwrap().motors.unwrap();
+    let (hip, knee) = (motors.hip, motors.knee);
+    let mut flow = swinging(robot, Base::Free, Drives::Motors { hip, knee });
+    let commands = &mut flow.mode.commands;
+    commands.hip = Lanes::new([0.05, -0.05, 0.02, 0.0]);
+    commands.hip_damping = Lanes::splat(5e-3);
+    commands.pulley = Lanes::splat(-0.01);
+    commands.pulley_damping = Lanes::splat(2e-3);
+    flow
+}
+
+fn errors_fall_with_the_square_of_the_step<const N: usize>() {
+    let seconds = 0.128;
+    for (name, start) in smooth::<N>() {
+        let mut right = by(&start, Method::Rodas4);
+        run(&mut right, seconds, 64);
+        let [coarse, fine] = [128, 256].map(|steps| {
+            let mut flow = by(&start, Method::Moreau);
+            run(&mut flow, seconds, steps);
+            assert_eq!(
+                (flow.counts.events, flow.counts.fallbacks),
+                (0, 0),
+                "{name}"
+            );
+            distance(&flow.state, &right.state)
+        });
+        let order = libm::log2(coarse / fine);
+        assert!(
+            (1.9..2.5).contains(&order),
+            "{name}: {order}, {coarse:e}, {fine:e}"
+        );
+    }
+}
+
+#[test]
+fn errors_fall_with_the_square_of_the_step_with_points_for_feet() {
+    errors_fall_with_the_square_of_the_step::<3>();
+}
+
+#[test]
+fn errors_fall_with_the_square_of_the_step_with_toes() {
+    errors_fall_with_the_square_of_the_step::<4>();
+}
+
+/// The momentum of a robot whose trunk moves.
+fn momentum<const N: usize>(flow: &Flow<N>) -> Momentum {
+    let state = &flow.state;
+    let geometry = Geometry::at(&flow.model, &state.angles);
+    let legs = &flow.model.side_by_side;
+    let found = geometry.momenta(legs, &state.rates, state.turning);
+    let body = geometry.body.unwrap();
+    Momentum::of(&flow.model, state, &body, found.relative, found.spin)
+}
+
+#[test]
+fn in_flight_momentum_is_kept_to_round_off_whatever_strikes_inside() {
+    let hard = {
+        let mut flow = flow::<3>(
+            &scenes::without_toes(),
+            Base::Free,
+            HARD,
+            Drives::None,
+            None,
+        );
+        tumbling(&mut flow);
+        flow
+    };
+    for (name, start) in [("smooth", thrown(&undamped::<3>(0.0))), ("hard", hard)] {
+        let mut flow = by(&start, Method::Moreau);
+        let before = momentum(&flow);
+        let size = |v: [f64; 3]| libm::sqrt(v.iter().map(|x| x * x).sum());
+        for step in 1..=500 {
+            flow.step(2e-3).unwrap();
+            let (seconds, now) = (2e-3 * f64::from(step), momentum(&flow));
+            let fall = [0.0, 0.0, -0.5 * GRAVITY * seconds * seconds];
+            let off = std::array::from_fn(|i| {
+                now.position[i] - before.position[i] - seconds * before.velocity[i] - fall[i]
+            });
+            let turned = std::array::from_fn(|i| now.spin[i] - before.spin[i]);
+            assert!(size(off) < 1e-12, "{name}: {off:?} m off at {seconds} s");
+            assert!(
+                size(turned) < 1e-12 * size(before.spin),
+                "{name}: {turned:?}"
+            );
+        }
+        assert_eq!(flow.counts.events > 0, name == "hard");
+    }
+}
+
+#[test]
+fn impulses_of_the_ground_are_what_momentum_changes_by() {
+    let robot = scenes::without_toes();
+    let ground = Some(scenes::flat());
+    let servos = scenes::driven(&robot);
+    let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, ground);
+    start.state.position[2] = 0.2;
+    start.state.turning = [1.0, -2.0, 0.5];
+    let mut flow = by(&start, Method::Moreau);
+    let mass = flow.model.trunk.mass;
+    let mut greatest = 0.0_f64;
+    for _ in 0..300 {
+        let (before, given) = (momentum(&flow), flow.tally.ground);
+        flow.step(2e-3).unwrap();
+        let after = momentum(&flow);
+        for i in 0..3 {
+            let legs = flow.tally.ground.iter().zip(&given);
+            let impulse: f64 = legs.map(|(now, before)| now[i] - before[i]).sum();
+            let weight = if i == 2 { mass * GRAVITY * 2e-3 } else { 0.0 };
+            let gained = mass * (after.velocity[i] - before.velocity[i]) + weight;
+            assert!((gained - impulse).abs() < 1e-12, "{gained} of {impulse}");
+            greatest = greatest.max(impulse);
+        }
+    }
+    assert!(greatest > 0.1, "{greatest}");
+}
+
+/// Feet that land while they move sideways, slide, and are turned back by their legs.
+#[test]
+fn friction_takes_energy_in_every_step_and_gives_none() {
+    let robot = scenes::without_toes();
+    for sideways in [-1.5, -0.5, 0.5, 1.5] {
+        let servos = scenes::driven(&robot);
+        let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, Some(scenes::flat()));
+        start.state.position[2] = 0.2;
+        start.state.velocity = [sideways, 0.3, 0.0];
+        start.state.turning = [1.0, -2.0, 0.5];
+        let mut flow = by(&start, Method::Moreau);
+        let mut taken = 0.0;
+        for step in 0..300 {
+            flow.step(2e-3).unwrap();
+            let now = flow.ledger.books().dissipated;
+            assert!(
+                now >= taken,
+                "{sideways}: {:e} J in step {step}",
+                now - taken
+            );
+            taken = now;
+        }
+        assert!(taken > 1e-3, "{sideways}: {taken}");
+    }
+}
+
+#[test]
+fn energy_does_not_drift_in_twenty_seconds() {
+    let robot = undamped::<3>(0.0);
+    let held = swinging::<3>(&robot, Base::Fixed, Drives::None);
+    for (name, start) in [("held", held), ("thrown", thrown(&robot))] {
+        let mut flow = by(&start, Method::Moreau);
+        let mut mean = |seconds: u32| {
+            let (mut sum, mut low, mut high) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+            for _ in 0..500 * seconds {
+                flow.step(2e-3).unwrap();
+                let residual = flow.ledger.books().residual;
+                (low, high) = (low.min(residual), high.max(residual));
+                sum += residual;
+            }
+            assert_eq!(flow.counts.events, 0, "{name}");
+            (sum / f64::from(500 * seconds), high - low)
+        };
+        let (first, swing) = mean(4);
+        mean(12);
+        let (last, _) = mean(4);
+        let moved = (last - first).abs();
+        assert!(moved < 0.1 * swing, "{name}: {moved:e} of {swing:e} J");
+    }
+}
+
+fn reversed<const N: usize>(state: &State<Lanes, N>) -> State<Lanes, N> {
+    let mut back = *state;
+    back.velocity = back.velocity.map(|v| -v);
+    back.turning = back.turning.map(|w| -w);
+    back.rates = back.rates.map(|rate| -rate);
+    back.pulley_rate = -back.pulley_rate;
+    back
+}
+
+#[test]
+fn steps_back_undo_steps() {
+    let robot = undamped::<3>(0.0);
+    let held = swinging::<3>(&robot, Base::Fixed, Drives::None);
+    for (name, start) in [("held", held), ("thrown", thrown(&robot))] {
+        let mut flow = by(&start, Method::Moreau);
+        run(&mut flow, 0.2, 100);
+        assert!(distance(&flow.state, &start.state) > 1.0, "{name}");
+        flow.state = reversed(&flow.state);
+        run(&mut flow, 0.2, 100);
+        let off = distance(&reversed(&flow.state), &start.state);
+        // What the iteration leaves, ten times as much with every swing.
+        assert!(off < 1e-4, "{name}: {off:e}");
+    }
+}
+
+#[test]
+fn legs_on_a_held_trunk_do_not_see_each_other() {
+    let robot = undamped::<3>(1e-3);
+    let mut start = swinging::<3>(&robot, Base::Fixed, Drives::None);
+    let mut alone = by(&start, Method::Moreau);
+    for lane in [1, 2, 3] {
+        start.state.rates[1] = start.state.rates[1].with_lane(lane, -7.0);
+        start.state.angles[2] += Lanes::zero().with_lane(lane, 0.05);
+    }
+    let mut beside = by(&start, Method::Moreau);
+    for _ in 0..20 {
+        for flow in [&mut alone, &mut beside] {
+            flow.step(2e-3).unwrap();
+        }
+        let bits = |flow: &Flow<3>| {
+            let numbers = flow.state.angles.iter().chain(&flow.state.rates);
+            numbers.map(|x| x.lane(0).to_bits()).collect::<Vec<_>>()
+        };
+        assert_eq!(bits(&alone), bits(&beside));
+    }
+}
+
+/// ġ⁺ = −γ g/h, and gaps go by the mean of the rates at both ends.
+#[test]
+fn an_overlap_is_given_back_by_the_share_of_a_step_that_is_promised() {
+    let start = flow::<3>(
+        &scenes::without_toes(),
+        Base::Fixed,
+        PASSIVE,
+        Drives::None,
+        None,
+    );
+    let mut flow = by(&start, Method::Moreau);
+    run(&mut flow, 0.02, 40);
+    let (h, reach) = (5e-4, flow.model.side_by_side.l_delta.lane(0));
+    let overlap = -2e-7;
+    flow.state.angles[2] += Lanes::splat(overlap / reach);
+    let gap = |flow: &Flow<3>| reach * (flow.state.angles[2] - flow.state.angles[0]).lane(0);
+    let (mut expected, mut rate) = (gap(&flow), 0.0);
+    assert!((expected - overlap).abs() < 1e-10);
+    for _ in 0..8 {
+        let after = -RECOVERY * expected / h;
+        expected += 0.5 * h * (rate + after);
+        rate = after;
+        flow.step(h).unwrap();
+        let found = gap(&flow);
+        assert!((found - expected).abs() < 1e-9, "{found:e} of {expected:e}");
+    }
+    assert!(expected.abs() < 5e-9);
+}
