@@ -23,7 +23,8 @@ pub(crate) fn kind() -> PlantKind {
     .with_option(choice("integrator", "how time is integrated", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
-        about: "error that a step may make, for rk4 and rodas4".to_owned(),
+        about: "error in the position of a foot that a step may make, for rk4 and rodas4"
+            .to_owned(),
         accepts: Accepts::Quantity {
             unit: Unit::Meter,
             range: Range::POSITIVE,

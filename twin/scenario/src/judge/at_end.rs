@@ -5,6 +5,10 @@ use super::outcome::Finding;
 use crate::expect::CostMeasure;
 use crate::limits::Limits;
 
+/// Exchanged energy below which the residual is measured by this instead: what is exchanged at rest
+/// is round-off, of which round-off is no small share \[J\].
+const LEAST_EXCHANGED: f64 = 1e-3;
+
 pub(super) fn energy(balance: Option<(f64, f64)>, limits: &Limits) -> Finding {
     let Some((residual, exchanged)) = balance else {
         return Finding::unobserved("nobody keeps energy books");
@@ -12,7 +16,9 @@ pub(super) fn energy(balance: Option<(f64, f64)>, limits: &Limits) -> Finding {
     if exchanged == 0.0 {
         return Finding::unobserved("no energy was exchanged");
     }
-    let share = residual.abs() / exchanged;
+    // Not by `max`, which would hide what is not a number.
+    let least = exchanged < LEAST_EXCHANGED;
+    let share = residual.abs() / if least { LEAST_EXCHANGED } else { exchanged };
     if share.is_finite() {
         Finding::of(limits.compare(share, share), None, "")
     } else {
@@ -32,5 +38,39 @@ pub(super) fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd<'_>) -> F
         Some(value) if value.is_finite() => Finding::of(limits.compare(value, value), None, ""),
         Some(_) => Finding::not_a_number(None),
         None => Finding::unobserved("nobody counted"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::judge::Verdict;
+
+    const LIMITS: Limits = Limits {
+        min: None,
+        max: Some(1e-6),
+    };
+
+    fn verdict(residual: f64, exchanged: f64) -> Verdict {
+        energy(Some((residual, exchanged)), &LIMITS).verdict
+    }
+
+    #[test]
+    fn the_energy_balance_of_a_robot_at_rest_closes_in_spite_of_round_off() {
+        assert_eq!(verdict(3e-12, 1e-11), Verdict::Pass);
+        assert_eq!(verdict(-3e-12, 1e-11), Verdict::Pass);
+    }
+
+    #[test]
+    fn an_energy_balance_that_does_not_close_fails_however_little_is_exchanged() {
+        assert_eq!(verdict(2e-9, 1e-11), Verdict::Fail);
+        assert_eq!(verdict(-2e-9, 1e-3), Verdict::Fail);
+        assert_eq!(verdict(2e-6, 1.0), Verdict::Fail);
+        assert_eq!(verdict(5e-7, 1.0), Verdict::Pass);
+    }
+
+    #[test]
+    fn an_exchange_that_is_not_a_number_does_not_pass() {
+        assert_ne!(verdict(0.0, f64::NAN), Verdict::Pass);
     }
 }
