@@ -197,14 +197,15 @@ pub(super) fn settled(
     mut change: Lanes,
     mut size: Lanes,
     turn: [f64; 2],
+    seconds: f64,
 ) -> Result<Lanes, FlowError> {
     if free {
         change = Lanes::splat(change.sum() + turn[0]);
         size = Lanes::splat(size.sum() + turn[1]);
     }
-    // Sums keep what is not a number.
+    // Sums keep what is not a number. An iteration that diverges wants a shorter step.
     if !change.sum().is_finite() {
-        return Err(FlowError::NotFinite);
+        return Err(FlowError::Unsettled { seconds });
     }
     Ok(change.simd_le(Lanes::splat(ENOUGH) + Lanes::splat(ENOUGH_OF) * size))
 }
@@ -286,7 +287,7 @@ impl<const N: usize> Ahead<'_, N> {
             }
             let sum = |v: [f64; 3]| v.iter().map(|x| x.abs()).sum::<f64>();
             let turn = [sum(more.turning), sum(rates.turning)];
-            let mut done = settled(free, change, size, turn)?;
+            let mut done = settled(free, change, size, turn, 2.0 * self.seconds)?;
             let mut steps = more.links;
             if let Some((last, settled)) = &last {
                 // Legs on a trunk that is held do not wait for each other: settled rates stay.

@@ -124,7 +124,7 @@ impl<const N: usize> Kick<'_, N> {
                 turn[0] += (next - last).abs();
                 turn[1] += next.abs();
             }
-            let done = settled(free, change, size, turn)?;
+            let done = settled(free, change, size, turn, self.seconds)?;
             if estimate > 0 && done.all() {
                 let links: [Lanes; N] = std::array::from_fn(|i| before.pushes[i] + pushes[i]);
                 let (links, turn) =
