@@ -157,7 +157,10 @@ const ARROWS: &[(&str, &[&str])] = &[
         "twinrig-script",
         &["twinrig-kernel", "twinrig-robot", "twinrig-runtime"],
     ),
-    ("twinrig-study", &["twinrig-kernel", "twinrig-runtime"]),
+    (
+        "twinrig-study",
+        &["twinrig-kernel", "twinrig-record", "twinrig-runtime"],
+    ),
     ("twinrig-tests", &["twinrig", "twinrig-record"]),
     ("twinrig-wire", &["twinrig-kernel", "twinrig-runtime"]),
 ];

@@ -61,8 +61,8 @@ mod schema;
 mod topic;
 
 pub use aligned::{
-    Drift, Ends, EventComparison, LegFootsteps, PARTS, RecordedFootstep, SHARES, SignalDrift,
-    compare_events, median,
+    Drift, Ends, EventComparison, LegFootsteps, PARTS, Pairing, Pairings, RecordedFootstep, SHARES,
+    SignalDrift, compare_events, median, pair_footsteps,
 };
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
 pub use error::RecordError;

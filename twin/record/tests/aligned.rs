@@ -123,13 +123,13 @@ proptest! {
         prop_assert_eq!(comparison.legs.len(), 2);
         for (leg, strides) in comparison.legs.iter().zip([&fore, &hind]) {
             let in_order: Vec<_> = (0..strides.len()).map(|n| (n, n)).collect();
-            prop_assert_eq!(&leg.pairs, &in_order);
-            for &(i, j) in &leg.pairs {
+            prop_assert_eq!(&leg.pairing.pairs, &in_order);
+            for &(i, j) in &leg.pairing.pairs {
                 let offset = leg.b[j].touch_down_s - leg.a[i].touch_down_s;
                 // Times of a few seconds, added and taken away again.
                 prop_assert!((offset - shift).abs() < 1e-14, "{offset} and not {shift}");
             }
-            prop_assert_eq!(leg.only_in_a.len() + leg.only_in_b.len() + leg.beyond_a + leg.beyond_b, 0);
+            prop_assert_eq!(leg.pairing.only_in_a.len() + leg.pairing.only_in_b.len() + leg.pairing.beyond_a + leg.pairing.beyond_b, 0);
         }
     }
 
@@ -148,11 +148,11 @@ proptest! {
         let kept: Vec<_> = kept.map(|(n, step)| step.shifted(late[n])).collect();
         let [whole, rest] = [&all, &kept].map(|steps| steps_only(9.5, steps));
         let forth = compared(&whole, &rest);
-        prop_assert_eq!(&forth.legs[0].only_in_a, &gone);
-        prop_assert!(forth.legs[0].only_in_b.is_empty());
+        prop_assert_eq!(&forth.legs[0].pairing.only_in_a, &gone);
+        prop_assert!(forth.legs[0].pairing.only_in_b.is_empty());
         let back = compared(&rest, &whole);
-        prop_assert_eq!(&back.legs[0].only_in_b, &gone);
-        prop_assert!(back.legs[0].only_in_a.is_empty());
+        prop_assert_eq!(&back.legs[0].pairing.only_in_b, &gone);
+        prop_assert!(back.legs[0].pairing.only_in_a.is_empty());
     }
 
     /// A run that is slower by some per cent falls behind by strides in the end, and every footstep is still the same one.
@@ -162,7 +162,7 @@ proptest! {
         let slow: Vec<_> = many.iter().map(|(stride, share)| (stride * slower, *share)).collect();
         let [a, b] = [many, slow].map(|strides| steps_only(25.0, &walked("LF", 0.5, &strides)));
         let comparison = compared(&a, &b);
-        prop_assert_eq!(&comparison.legs[0].pairs, &(0..60).map(|n| (n, n)).collect::<Vec<_>>());
+        prop_assert_eq!(&comparison.legs[0].pairing.pairs, &(0..60).map(|n| (n, n)).collect::<Vec<_>>());
     }
 }
 
@@ -257,8 +257,11 @@ fn a_recording_that_begins_later_is_compared_from_there_on() {
     let comparison = compared(&a, &b);
     assert_eq!(comparison.window_s, [3.0, 7.0]);
     let leg = &comparison.legs[0];
-    assert_eq!((leg.a.len(), leg.b.len(), leg.pairs.len()), (10, 10, 10));
-    assert!(leg.pairs.iter().all(|&(i, j)| leg.a[i] == leg.b[j]));
+    assert_eq!(
+        (leg.a.len(), leg.b.len(), leg.pairing.pairs.len()),
+        (10, 10, 10)
+    );
+    assert!(leg.pairing.pairs.iter().all(|&(i, j)| leg.a[i] == leg.b[j]));
     let drift = &comparison.signals[0].plain;
     let ends = comparison.signals[0].ends.unwrap();
     for (at, [a, b]) in [(3.0, [ends.a[0], ends.b[0]]), (7.0, [ends.a[1], ends.b[1]])] {

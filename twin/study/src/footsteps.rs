@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
 use crate::outing::{Ending, Go, Outing};
@@ -16,18 +17,18 @@ const SWING: SimDuration = SimDuration::from_millis(40);
 const LOAD: &str = "/foot/load";
 const PLACE: &str = "/foot/position";
 
-/// The n-th touch-down of a leg, in one model and in another.
+/// A touch-down of a leg, in one model and in another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Footstep {
     /// The plant that is compared with the one whose segments have mass.
     pub plant: String,
     /// Name of the leg.
     pub leg: String,
-    /// Which of its touch-downs, from 1.
+    /// Which of its touch-downs in either model, from 1.
     pub number: usize,
-    /// When it is in the model whose segments have mass; none if it has not so many \[s\].
+    /// When it is in the model whose segments have mass; none if the other alone has it \[s\].
     pub at_s: Option<f64>,
-    /// How much later it is in the other; none if either has not so many \[s\].
+    /// How much later it is in the other; none if one of them alone has it \[s\].
     pub later_s: Option<f64>,
     /// How far from there it is \[m\].
     pub apart_m: Option<f64>,
@@ -102,9 +103,39 @@ impl Steps {
         (ending == Ending::Whole).then_some(steps)
     }
 
-    fn of(&self, leg: &str, number: usize) -> Option<TouchDown> {
-        let (_, steps) = self.0.iter().find(|(name, _)| name == leg)?;
-        steps.get(number).copied()
+    fn of(&self, leg: &str) -> &[TouchDown] {
+        let found = self.0.iter().find(|(name, _)| name == leg);
+        found.map_or(&[], |(_, steps)| steps)
+    }
+
+    /// The touch-downs of each leg, paired with those of another walk that began with it and went on to `end_s`.
+    fn paired(&self, other: &Self, end_s: f64) -> Vec<Pairing> {
+        let footsteps = |touch_downs: &[TouchDown]| -> Vec<RecordedFootstep> {
+            let footsteps = touch_downs.iter().map(|touched| RecordedFootstep {
+                touch_down_s: touched.at_s,
+                lift_off_s: touched.at_s,
+                position_m: Some(touched.place),
+            });
+            footsteps.collect()
+        };
+        let legs = self.0.iter();
+        let legs = legs.map(|(leg, own)| [footsteps(own), footsteps(other.of(leg))]);
+        let legs: Vec<[Vec<RecordedFootstep>; 2]> = legs.collect();
+        let legs: Vec<_> = legs.iter().map(|[a, b]| [&a[..], &b[..]]).collect();
+        pair_footsteps(&legs, [end_s; 2]).legs
+    }
+
+    /// How far each touch-down is from its like in another walk \[s, m\], by leg; none where it has none.
+    fn changes(&self, other: &Self, end_s: f64) -> Vec<Vec<Option<(f64, f64)>>> {
+        let legs = self.0.iter().zip(self.paired(other, end_s));
+        let changes = legs.map(|((leg, own), pairing)| {
+            let mut changes = vec![None; own.len()];
+            for (i, j) in pairing.pairs {
+                changes[i] = Some(apart(own[i], other.of(leg)[j]));
+            }
+            changes
+        });
+        changes.collect()
     }
 }
 
@@ -114,26 +145,45 @@ fn apart(a: TouchDown, b: TouchDown) -> (f64, f64) {
     (b.at_s - a.at_s, squares.sum::<f64>().sqrt())
 }
 
-/// Compares the model whose segments have mass with another, leg by leg, each with itself at a coarser setting beside it.
-pub(crate) fn compare(plant: &str, full: [&Steps; 2], other: [&Steps; 2]) -> Vec<Footstep> {
+/// Compares the model whose segments have mass with another, leg by leg, each with itself at a coarser setting beside it. All
+/// four walks went on to `end_s`.
+pub(crate) fn compare(
+    plant: &str,
+    [full, full_coarse]: [&Steps; 2],
+    [other, other_coarse]: [&Steps; 2],
+    end_s: f64,
+) -> Vec<Footstep> {
+    let own = full.changes(full_coarse, end_s);
+    let others = other.changes(other_coarse, end_s);
     let mut footsteps = Vec::new();
-    for (leg, steps) in &full[0].0 {
-        let others = other[0].0.iter().find(|(name, _)| name == leg);
-        let count = others.map_or(0, |(_, steps)| steps.len()).max(steps.len());
-        for number in 0..count {
-            let of = |steps: &Steps| steps.of(leg, number);
-            let difference = |a: &Steps, b: &Steps| Some(apart(of(a)?, of(b)?));
-            let between = difference(full[0], other[0]);
-            let own = [full, other].map(|pair| difference(pair[0], pair[1]));
-            let unsure = match own {
-                [Some(a), Some(b)] => Some((a.0.abs().max(b.0.abs()), a.1.max(b.1))),
-                _ => None,
-            };
+    for (n, pairing) in full.paired(other, end_s).into_iter().enumerate() {
+        let (leg, steps) = &full.0[n];
+        let theirs = other.of(leg);
+        let place = other.0.iter().position(|(name, _)| name == leg);
+        let change = |i: usize, j: usize| {
+            let own = own[n].get(i).copied().flatten()?;
+            let other = others.get(place?)?.get(j).copied().flatten()?;
+            Some((own.0.abs().max(other.0.abs()), own.1.max(other.1)))
+        };
+        let pairs = pairing.pairs.into_iter().map(|(i, j)| (Some(i), Some(j)));
+        let alone = pairing.only_in_a.into_iter().map(|i| (Some(i), None));
+        let lacking = pairing.only_in_b.into_iter().map(|j| (None, Some(j)));
+        let mut all: Vec<_> = pairs.chain(alone).chain(lacking).collect();
+        let at = |&(i, j): &(Option<usize>, Option<usize>)| match (i, j) {
+            (Some(i), _) => steps[i].at_s,
+            (None, Some(j)) => theirs[j].at_s,
+            (None, None) => 0.0,
+        };
+        all.sort_by(|a, b| at(a).total_cmp(&at(b)));
+        for (number, (i, j)) in all.into_iter().enumerate() {
+            let pair = i.zip(j);
+            let between = pair.map(|(i, j)| apart(steps[i], theirs[j]));
+            let unsure = pair.and_then(|(i, j)| change(i, j));
             footsteps.push(Footstep {
                 plant: plant.to_owned(),
                 leg: leg.clone(),
                 number: number + 1,
-                at_s: of(full[0]).map(|step| step.at_s),
+                at_s: i.map(|i| steps[i].at_s),
                 later_s: between.map(|(later, _)| later),
                 apart_m: between.map(|(_, apart)| apart),
                 unsure_s: unsure.map(|(time, _)| time),
@@ -156,21 +206,46 @@ mod tests {
         Steps(vec![("LF".to_owned(), touched.collect())])
     }
 
+    type Shown = (usize, Option<f64>, Option<f64>, Option<f64>);
+
+    fn shown(full: [&Steps; 2], other: [&Steps; 2]) -> Vec<Shown> {
+        let found = compare("other", full, other, 10.0);
+        let shown = |step: &Footstep| (step.number, step.at_s, step.later_s, step.unsure_s);
+        found.iter().map(shown).collect()
+    }
+
     #[test]
-    fn the_nth_is_compared_with_the_nth_and_one_too_many_with_nothing() {
-        let (full, coarse) = (steps(&[1.0, 2.0]), steps(&[1.0, 2.25]));
-        let (other, others) = (steps(&[1.5, 2.5, 3.5]), steps(&[1.5, 2.0, 3.5]));
-        let found = compare("other", [&full, &coarse], [&other, &others]);
-        let shown: Vec<_> = found
-            .iter()
-            .map(|step| (step.number, step.at_s, step.later_s, step.unsure_s))
-            .collect();
+    fn a_touch_down_is_compared_with_its_like_and_one_too_many_with_nothing() {
+        let (full, coarse) = (steps(&[1.0, 2.0, 3.0]), steps(&[1.0, 2.25, 3.0]));
+        let (other, others) = (
+            steps(&[1.25, 2.25, 3.25, 4.25]),
+            steps(&[1.25, 2.0, 3.25, 4.25]),
+        );
         assert_eq!(
-            shown,
+            shown([&full, &coarse], [&other, &others]),
             [
-                (1, Some(1.0), Some(0.5), Some(0.0)),
-                (2, Some(2.0), Some(0.5), Some(0.5)),
-                (3, None, None, None),
+                (1, Some(1.0), Some(0.25), Some(0.0)),
+                (2, Some(2.0), Some(0.25), Some(0.25)),
+                (3, Some(3.0), Some(0.25), Some(0.0)),
+                (4, None, None, None),
+            ]
+        );
+    }
+
+    #[test]
+    fn a_bounce_in_one_walk_shifts_no_other_touch_down() {
+        let full = steps(&[1.0, 2.0, 3.0, 4.0]);
+        let coarse = steps(&[1.0, 1.5, 2.0, 3.0, 4.0]);
+        let other = steps(&[0.5, 1.0, 2.0, 3.0, 4.0]);
+        let unmoved = |number: usize| (number, Some(number as f64 - 1.0), Some(0.0), Some(0.0));
+        assert_eq!(
+            shown([&full, &coarse], [&other, &other]),
+            [
+                (1, None, None, None),
+                unmoved(2),
+                unmoved(3),
+                unmoved(4),
+                unmoved(5)
             ]
         );
     }

@@ -68,7 +68,8 @@ impl Job<'_> {
         let own = pair(&full.1);
         Ok(others
             .flat_map(|(plant, other)| {
-                footsteps::compare(&plant.name, [&own[0], &own[1]], [&other[0], &other[1]])
+                let (own, other) = ([&own[0], &own[1]], [&other[0], &other[1]]);
+                footsteps::compare(&plant.name, own, other, end.as_secs_f64())
             })
             .collect())
     }

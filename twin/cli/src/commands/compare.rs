@@ -65,6 +65,8 @@ pub(super) struct EventDifference {
     cut_off_b_s: Option<f64>,
     /// The first footstep that differs.
     first: Option<First>,
+    /// The stride of the legs; none where no leg comes down twice.
+    stride_s: Option<f64>,
     footsteps: Footsteps,
     legs: Vec<OfLeg>,
     /// The signal that is first off by more than its share, where signals count.
@@ -98,6 +100,7 @@ impl EventDifference {
     ) -> Self {
         let EventComparison {
             window_s,
+            stride_s,
             legs,
             mut signals,
             only_in_a,
@@ -133,12 +136,69 @@ impl EventDifference {
             cut_off_a_s: cut[0].map(in_seconds),
             cut_off_b_s: cut[1].map(in_seconds),
             first,
-            footsteps: Footsteps::of(&all, bounds),
-            legs: legs.iter().map(|leg| OfLeg::of(leg, bounds)).collect(),
+            stride_s,
+            footsteps: Footsteps::of(&all, stride_s, bounds),
+            legs: legs
+                .iter()
+                .map(|leg| OfLeg::of(leg, stride_s, bounds))
+                .collect(),
             first_signal,
             signals: signals.into_iter().map(OfSignal::of).collect(),
             only_in_a,
             only_in_b,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_record::{Pairing, RecordedFootstep};
+
+    use super::*;
+    use crate::paint::Paint;
+
+    /// A leg of twenty strides of 0.3 s, of which the second run comes down so much later.
+    fn leg(leg: &str, later_s: f64) -> LegFootsteps {
+        let steps = |later: f64| {
+            let begins = (0..20).map(|n| 0.3 * f64::from(n) + later);
+            let steps = begins.map(|touch_down_s| RecordedFootstep {
+                touch_down_s,
+                lift_off_s: touch_down_s + 0.15,
+                position_m: None,
+            });
+            steps.collect()
+        };
+        LegFootsteps {
+            leg: leg.to_owned(),
+            a: steps(0.0),
+            b: steps(later_s),
+            pairing: Pairing {
+                pairs: (0..20).map(|n| (n, n)).collect(),
+                ..Pairing::default()
+            },
+        }
+    }
+
+    #[test]
+    fn a_leg_whose_median_is_above_a_third_of_a_stride_is_suspect() {
+        let comparison = EventComparison {
+            window_s: [0.0, 7.0],
+            stride_s: Some(0.3),
+            legs: vec![leg("LF", 0.1), leg("RF", -0.28)],
+            ..EventComparison::default()
+        };
+        let end = SimTime::from_nanos(7_000_000_000);
+        let difference =
+            EventDifference::within(comparison, Bounds::default(), [end; 2], [None; 2]);
+        let json = serde_json::to_value(&difference).unwrap();
+        assert_eq!(json["stride_s"], 0.3);
+        assert_eq!(json["footsteps"]["suspect"], true);
+        assert_eq!(json["legs"][0]["suspect"], false);
+        assert_eq!(json["legs"][1]["suspect"], true);
+        let text = difference.text(Paint::PLAIN);
+        assert!(
+            text.contains("suspect: the median touch-down is off by RF -0.933 strides of 300 ms"),
+            "{text}"
+        );
     }
 }

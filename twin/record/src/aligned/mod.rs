@@ -1,23 +1,24 @@
 //! Two runs that are not meant to be the same bit for bit, compared footstep by footstep: two plants, two builds, before and
 //! after a change.
 //!
-//! Footsteps are found to be pairs ([`EventComparison::legs`]); between those that are, the second run is stretched onto the
+//! Footsteps are paired ([`pair_footsteps`], [`EventComparison::legs`]); between pairs, the second run is stretched onto the
 //! first, and what signals differ by then is not that the same thing happens a little later. A signal of a leg goes by the
 //! touch-downs and lift-offs of that leg, every other one by the touch-downs of the leg that has most pairs.
 
 mod drift;
 mod footstep;
+mod lag;
 mod median;
-mod sequence;
+mod pairing;
 mod warp;
 
 pub use drift::{Drift, Ends, PARTS, SHARES};
 pub use footstep::RecordedFootstep;
 pub use median::median;
+pub use pairing::{Pairing, Pairings, pair_footsteps};
 
 use drift::{Samples, drift, ends};
 use footstep::footsteps;
-use sequence::{Alignment, align};
 use twinrig_kernel::SimTime;
 use warp::Warp;
 
@@ -28,6 +29,8 @@ use crate::{RecordError, Recording, SampledGroup};
 pub struct EventComparison {
     /// From when to when both runs are recorded \[s\]; nothing outside is compared.
     pub window_s: [f64; 2],
+    /// The stride of the legs \[s\]; none where no leg comes down twice.
+    pub stride_s: Option<f64>,
     /// The legs that have footsteps in either.
     pub legs: Vec<LegFootsteps>,
     /// Every number that both have sampled.
@@ -48,15 +51,7 @@ pub struct LegFootsteps {
     /// The same of the second run.
     pub b: Vec<RecordedFootstep>,
     /// Which are the same, as indices into both.
-    pub pairs: Vec<(usize, usize)>,
-    /// Those that the other run has not.
-    pub only_in_a: Vec<usize>,
-    /// The same of the second run.
-    pub only_in_b: Vec<usize>,
-    /// How many at the end of the first run the second had no time for.
-    pub beyond_b: usize,
-    /// How many at the end of the second the first had no time for.
-    pub beyond_a: usize,
+    pub pairing: Pairing,
 }
 
 /// How far apart two runs are in one number.
@@ -100,10 +95,11 @@ pub fn compare_events(
     };
     let begins = [begin(a), begin(b)];
     let window = [begins[0].max(begins[1]), ends_s[0].min(ends_s[1])];
-    let legs = legs(footsteps(a)?, footsteps(b)?, begins, ends_s);
+    let (stride_s, legs) = legs(footsteps(a)?, footsteps(b)?, begins, ends_s);
     let warps = Warps::of(&legs, window[0]);
     let mut comparison = EventComparison {
         window_s: window,
+        stride_s,
         legs,
         ..EventComparison::default()
     };
@@ -121,14 +117,14 @@ pub fn compare_events(
     Ok(comparison)
 }
 
-/// The legs' footsteps, aligned.
+/// The stride, and the legs' footsteps in pairs.
 fn legs(
     a: Vec<(String, Vec<RecordedFootstep>)>,
     mut b: Vec<(String, Vec<RecordedFootstep>)>,
     begins: [f64; 2],
     ends: [f64; 2],
-) -> Vec<LegFootsteps> {
-    // Of a footstep that was under way when a recording began, nobody knows when it did.
+) -> (Option<f64>, Vec<LegFootsteps>) {
+    // The touch-down of a footstep that was under way when a recording began is not known.
     let whole = |footsteps: Vec<RecordedFootstep>| {
         let from = begins[0].max(begins[1]);
         let known = |step: &RecordedFootstep| begins[0] == begins[1] || step.touch_down_s > from;
@@ -144,26 +140,11 @@ fn legs(
         b.into_iter()
             .map(|(leg, of_b)| (leg, Vec::new(), whole(of_b))),
     );
-    let aligned = |(leg, a, b): (String, Vec<_>, Vec<_>)| {
-        let Alignment {
-            pairs,
-            only_in_a,
-            only_in_b,
-            beyond_b,
-            beyond_a,
-        } = align(&a, &b, ends);
-        LegFootsteps {
-            leg,
-            a,
-            b,
-            pairs,
-            only_in_a,
-            only_in_b,
-            beyond_b,
-            beyond_a,
-        }
-    };
-    both.into_iter().map(aligned).collect()
+    let footsteps: Vec<_> = both.iter().map(|(_, a, b)| [&a[..], &b[..]]).collect();
+    let pairings = pair_footsteps(&footsteps, ends);
+    let legs = both.into_iter().zip(pairings.legs);
+    let legs = legs.map(|((leg, a, b), pairing)| LegFootsteps { leg, a, b, pairing });
+    (pairings.stride_s, legs.collect())
 }
 
 /// How time is stretched: for each leg, and for what belongs to none.
@@ -177,7 +158,7 @@ impl Warps {
     /// Both runs begin together at `from`.
     fn of(legs: &[LegFootsteps], from: f64) -> Self {
         let knots = |leg: &LegFootsteps, lift_offs: bool| {
-            let pairs = leg.pairs.iter().map(|&(i, j)| (leg.a[i], leg.b[j]));
+            let pairs = leg.pairing.pairs.iter().map(|&(i, j)| (leg.a[i], leg.b[j]));
             let knots = pairs.flat_map(|(a, b)| {
                 let touch_down = [a.touch_down_s, b.touch_down_s];
                 let lift_off = [a.lift_off_s, b.lift_off_s];
@@ -186,10 +167,10 @@ impl Warps {
             let knots: Vec<[f64; 2]> = knots.flatten().collect();
             Warp::through(std::iter::once([from; 2]).chain(knots))
         };
-        let paired = legs.iter().filter(|leg| !leg.pairs.is_empty());
+        let paired = legs.iter().filter(|leg| !leg.pairing.pairs.is_empty());
         // Of several the first, since only more is better.
         let most = paired.clone().reduce(|most, leg| {
-            if leg.pairs.len() > most.pairs.len() {
+            if leg.pairing.pairs.len() > most.pairing.pairs.len() {
                 leg
             } else {
                 most

@@ -108,7 +108,7 @@ fn summary(plant: &str, full: &str, steps: &[&Footstep]) -> String {
         lost => format!(" {lost} have no like in the other model."),
     };
     format!(
-        "The same commands to both models, {full} and {plant}, and the n-th touch-down of each leg beside its like: the middle one \
+        "The same commands to both models, {full} and {plant}, and each touch-down beside its like in the other model: the middle one \
          of {} is {} off in time and {} in place, the worst {} and {}.{lost} \"Later\" is how much later {plant} touches down. What is \
          grey may as well be the methods': either model changes by as much when its own step or tolerance is coarser.",
         pairs.len(),

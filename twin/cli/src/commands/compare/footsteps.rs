@@ -5,6 +5,9 @@ use twinrig_record::{LegFootsteps, RecordedFootstep, median};
 
 use super::Bounds;
 
+/// A median difference of touch-downs above this is suspect, in strides: a footstep of another stride may be nearer.
+const SUSPECT: f64 = 0.35;
+
 /// A footstep that differs.
 #[derive(Clone, Serialize)]
 pub(super) struct First {
@@ -39,6 +42,8 @@ pub(super) struct Footsteps {
     pub(super) touch_down: Spread,
     pub(super) lift_off: Spread,
     pub(super) place: Spread,
+    /// The median of the touch-downs of a leg is so far off that its pairs may be those of another stride.
+    pub(super) suspect: bool,
 }
 
 /// What pairs differ by, b less a: in seconds or metres.
@@ -61,7 +66,7 @@ pub(super) struct OfLeg {
 
 /// A pair of footsteps, and what they differ by: touch-down, lift-off \[s\], place \[m\].
 fn pairs(leg: &LegFootsteps) -> impl Iterator<Item = ((usize, usize), [Option<f64>; 3])> {
-    leg.pairs.iter().map(|&(i, j)| {
+    leg.pairing.pairs.iter().map(|&(i, j)| {
         let (a, b) = (&leg.a[i], &leg.b[j]);
         let place = a.position_m.zip(b.position_m).map(|(a, b)| {
             let square = a.iter().zip(&b).map(|(a, b)| (b - a) * (b - a));
@@ -125,8 +130,8 @@ pub(super) fn missing(leg: &LegFootsteps) -> impl Iterator<Item = First> {
         }
         .numbered(number, step)
     };
-    let only_in_a = leg.only_in_a.iter();
-    let only_in_b = leg.only_in_b.iter();
+    let only_in_a = leg.pairing.only_in_a.iter();
+    let only_in_b = leg.pairing.only_in_b.iter();
     let only_in_a = only_in_a.map(move |&i| alone("only in a", i + 1, &leg.a[i]));
     only_in_a.chain(only_in_b.map(move |&j| alone("only in b", j + 1, &leg.b[j])))
 }
@@ -144,7 +149,8 @@ impl First {
 }
 
 impl Footsteps {
-    pub(super) fn of(legs: &[&LegFootsteps], bounds: Bounds) -> Self {
+    /// Of these legs, whose common stride is `stride_s` \[s\].
+    pub(super) fn of(legs: &[&LegFootsteps], stride_s: Option<f64>, bounds: Bounds) -> Self {
         let count = |of: fn(&LegFootsteps) -> usize| legs.iter().map(|leg| of(leg)).sum();
         let by: Vec<[Option<f64>; 3]> = legs
             .iter()
@@ -153,18 +159,24 @@ impl Footsteps {
         let same = by.iter().filter(|by| beyond(**by, bounds) == [false; 3]);
         let [touch_down, lift_off, place] =
             [0, 1, 2].map(|k| Spread::of(&by.iter().filter_map(|by| by[k]).collect::<Vec<_>>()));
+        let suspect = |leg: &LegFootsteps| {
+            let touch_downs: Vec<f64> = pairs(leg).filter_map(|(_, by)| by[0]).collect();
+            let off = median(&touch_downs).zip(stride_s);
+            off.is_some_and(|(off, stride)| off.abs() > SUSPECT * stride)
+        };
         Self {
             a: count(|leg| leg.a.len()),
             b: count(|leg| leg.b.len()),
             pairs: by.len(),
             same: same.count(),
-            only_in_a: count(|leg| leg.only_in_a.len()),
-            only_in_b: count(|leg| leg.only_in_b.len()),
-            beyond_b: count(|leg| leg.beyond_b),
-            beyond_a: count(|leg| leg.beyond_a),
+            only_in_a: count(|leg| leg.pairing.only_in_a.len()),
+            only_in_b: count(|leg| leg.pairing.only_in_b.len()),
+            beyond_b: count(|leg| leg.pairing.beyond_b),
+            beyond_a: count(|leg| leg.pairing.beyond_a),
             touch_down,
             lift_off,
             place,
+            suspect: legs.iter().any(|leg| suspect(leg)),
         }
     }
 }
@@ -188,10 +200,10 @@ impl Spread {
 }
 
 impl OfLeg {
-    pub(super) fn of(leg: &LegFootsteps, bounds: Bounds) -> Self {
+    pub(super) fn of(leg: &LegFootsteps, stride_s: Option<f64>, bounds: Bounds) -> Self {
         Self {
             leg: leg.leg.clone(),
-            footsteps: Footsteps::of(&[leg], bounds),
+            footsteps: Footsteps::of(&[leg], stride_s, bounds),
             missing: missing(leg).collect(),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::super::EventDifference;
 use super::super::footsteps::{First, Footsteps, Spread};
-use super::figures::{figure, quantity};
+use super::figures::{figure, quantity, three};
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
 
@@ -44,8 +44,29 @@ impl EventDifference {
         if of.pairs > 0 {
             lines.push(String::new());
             lines.extend(self.table_of_footsteps().lines(2, paint));
+            lines.extend(self.suspects(paint));
         }
         lines
+    }
+
+    /// The legs whose footsteps may be paired with those of another stride.
+    fn suspects(&self, paint: Paint) -> Option<String> {
+        let stride = self.stride_s?;
+        let suspects = self.legs.iter().filter(|leg| leg.footsteps.suspect);
+        let legs: Vec<String> = suspects
+            .map(|leg| {
+                let median = leg.footsteps.touch_down.median.unwrap_or_default();
+                format!("{} {} strides", leg.leg, three(median / stride))
+            })
+            .collect();
+        (!legs.is_empty()).then(|| {
+            format!(
+                "  {}: the median touch-down is off by {} of {}: pairs of another stride, or b is ahead or behind by as much",
+                paint.yellow("suspect"),
+                legs.join(", "),
+                quantity(stride, "s"),
+            )
+        })
     }
 
     fn table_of_footsteps(&self) -> Grid {
