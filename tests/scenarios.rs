@@ -1,30 +1,17 @@
 //! The scenarios of the repository do what their expectations say.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use twinrig::scenario::Setting;
 use twinrig::{Assembly, Execution, Registry, execute};
-
-fn scenarios() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
-    let folders = [folder.clone(), folder.join("thesis")];
-    let entries = folders
-        .iter()
-        .flat_map(|folder| std::fs::read_dir(folder).unwrap());
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| {
-        path.extension()
-            .is_some_and(|extension| extension == "toml")
-    });
-    paths.sort();
-    paths
-}
+use twinrig_tests::{scenarios, scenarios_in};
 
 #[test]
 fn every_scenario_is_sound_and_expects_something() {
     let registry = Registry::standard();
-    assert!(scenarios().len() >= 15);
-    for path in scenarios() {
+    let paths = [scenarios_in(""), scenarios_in("thesis")].concat();
+    assert!(paths.len() >= 15);
+    for path in paths {
         let assembly =
             Assembly::of_file(&registry, &path, &[]).unwrap_or_else(|error| panic!("{error}"));
         assembly.rig().unwrap_or_else(|error| panic!("{error}"));
@@ -45,7 +32,7 @@ fn setting(key: &str, value: &str) -> Setting {
 }
 
 fn scenario(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenarios/{name}.toml"))
+    scenarios().join(format!("{name}.toml"))
 }
 
 #[test]
@@ -103,7 +90,7 @@ fn a_start_beyond_a_stop_is_an_error_that_says_by_how_much() {
 fn a_blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
     const STRIDE_M: f64 = 0.951 / 3.64;
     let registry = Registry::standard();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/step-down.toml");
+    let path = scenario("step-down");
     let set = |key: &str, value: String| Setting {
         origin: "the test".to_owned(),
         key: key.to_owned(),

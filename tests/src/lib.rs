@@ -12,7 +12,9 @@
 //! ```
 
 mod broken;
+mod files;
 mod scene;
 
 pub use broken::{Broken, with_broken_plant};
+pub use files::{scenarios, scenarios_in};
 pub use scene::{Scene, record, run, run_from};
