@@ -6,11 +6,12 @@ use twinrig_runtime::WorkCounts;
 
 use crate::articulated::{into_world, stored_in};
 use crate::chain::Chain;
-use crate::events::{Instant, PLACES};
+use crate::events::Instant;
 use crate::log::Happening;
 use crate::march::{Halt, Stepper, Track};
 use crate::mode::Mode;
 use crate::model::Model;
+use crate::moreau::Pushed;
 use crate::motion::{Bench, Felt, Motion, Scene};
 use crate::options::Method;
 use crate::real::{Lanes, Real};
@@ -107,7 +108,7 @@ struct Before<const N: usize> {
     ledger: Ledger,
     tally: Tally,
     stride: Lanes,
-    pushed: [[f64; PLACES]; 4],
+    pushed: Pushed,
     rattles: u32,
     patience: u32,
     counts: WorkCounts,
@@ -134,8 +135,8 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) tolerance: f64,
     pub(crate) bench: Bench<f64, N>,
     pub(crate) instant: Instant<N>,
-    /// Forces of the last step of [`Method::Moreau`], the first guess of the next; and rates without them.
-    pub(crate) pushed: [[f64; PLACES]; 4],
+    /// Impulses of the last step of [`Method::Moreau`], the first guess of the next; and rates without them.
+    pub(crate) pushed: Pushed,
     pub(crate) free_rates: Vec<f64>,
     /// The memory of such a step; gone while there is one.
     pub(crate) midpoint: Option<Box<crate::moreau::Memory<N>>>,
@@ -192,7 +193,7 @@ impl<const N: usize> Flow<N> {
             tolerance,
             bench: Bench::default(),
             instant: Instant::default(),
-            pushed: [[0.0; PLACES]; 4],
+            pushed: Pushed::default(),
             free_rates: Vec::new(),
             midpoint: None,
             rattles: 0,

@@ -23,7 +23,7 @@ use twinrig_legged::Fitted;
 
 use crate::articulated::{Accelerations, Articulated, rotation};
 use crate::chain::rubbed;
-use crate::events::{Entry, Role, Stop};
+use crate::events::{Entry, PLACES, Role, Stop};
 use crate::flow::{Flow, FlowError};
 use crate::hold::{Driven, HIP, Holding};
 use crate::motion::Scene;
@@ -59,6 +59,35 @@ const CHANGES_MAX: u32 = 4;
 
 /// Halvings of a step whose impulses are not to be found, at most.
 const HALVINGS_MAX: u32 = 8;
+
+/// Impulses of a step, from which the next one begins to look for its own.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Pushed {
+    /// By leg and place \[N·s, N·m·s\].
+    pub(crate) impulses: [[f64; PLACES]; 4],
+    /// Length of that step \[s\].
+    pub(crate) seconds: f64,
+}
+
+impl Pushed {
+    /// Mean force of that step at one place.
+    fn force(&self, leg: usize, place: usize) -> f64 {
+        let impulse = self.impulses[leg][place];
+        // Nothing was pushed before the first step, which had no length.
+        if impulse == 0.0 {
+            return 0.0;
+        }
+        impulse / self.seconds
+    }
+
+    /// Forces to expect in a step of length `seconds`: those of that step, but never with more of an
+    /// impulse. An impact in a short step is no force that goes on in a long one.
+    fn forces_over(&self, seconds: f64) -> [[f64; PLACES]; 4] {
+        let longer = self.seconds.max(seconds);
+        self.impulses
+            .map(|places| places.map(|impulse| impulse / longer))
+    }
+}
 
 /// The robot's inertia at an end of a step.
 #[derive(Debug, Clone)]
@@ -433,7 +462,7 @@ impl<const N: usize> Flow<N> {
             before,
             seconds,
         };
-        kick.load(articulated, &instant.load(pushed))?;
+        kick.load(articulated, &instant.load(&pushed.forces_over(seconds)))?;
         let accelerations = articulated.accelerations();
         free_rates.clear();
         let mut kept = false;
@@ -455,7 +484,7 @@ impl<const N: usize> Flow<N> {
             instant
                 .problem
                 .offset(i, free + allowed(entry, restitution, seconds));
-            let last = pushed[entry.row.leg][entry.role.place()];
+            let last = pushed.force(entry.row.leg, entry.role.place());
             instant.problem.guess(i, last * seconds);
         }
         let solution = instant.problem.solve_within(TOLERANCE[0], TOLERANCE[1])?;
@@ -530,7 +559,8 @@ impl<const N: usize> Flow<N> {
             .ground
             .as_ref()
             .map_or(0.0, |ground| ground.restitution);
-        let before = core::mem::take(&mut self.pushed);
+        let before = core::mem::take(&mut self.pushed).impulses;
+        self.pushed.seconds = seconds;
         let losses = self.instant.losses(1.0, |row| {
             let entry = &self.instant.entries[row];
             self.instant.problem.w(row) - allowed(entry, restitution, seconds)
@@ -540,7 +570,7 @@ impl<const N: usize> Flow<N> {
         let impulses = self.instant.problem.unknowns();
         for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
             let (leg, place) = (entry.row.leg, entry.role.place());
-            self.pushed[leg][place] = impulse / seconds;
+            self.pushed.impulses[leg][place] = *impulse;
             let met = *impulse > 0.0 && before[leg][place] <= 0.0;
             self.counts.events += u64::from(met && !entry.role.is_tangent());
         }

@@ -4,7 +4,8 @@
 use twinrig_legged::{Base, Drives, Ledger};
 use twinrig_robot::{GRAVITY, Robot, RobotFile};
 
-use super::{Geometry, Momentum, RECOVERY};
+use super::{Geometry, Momentum, Pushed, RECOVERY};
+use crate::events::PLACES;
 use crate::flow::Flow;
 use crate::options::Method;
 use crate::real::{Lanes, Real};
@@ -350,4 +351,15 @@ fn an_overlap_is_given_back_by_the_share_of_a_step_that_is_promised() {
         assert!((found - expected).abs() < 1e-9, "{found:e} of {expected:e}");
     }
     assert!(expected.abs() < 5e-9);
+}
+
+/// Else a foot that lands in a step of microseconds throws the robot away in the next.
+#[test]
+fn an_impact_in_a_short_step_is_no_force_to_expect_in_a_long_one() {
+    let mut impact = Pushed::default();
+    impact.impulses[0][0] = 0.1;
+    impact.seconds = 1e-6;
+    assert_eq!(impact.forces_over(1e-3)[0][0], 0.1 / 1e-3);
+    assert_eq!(impact.forces_over(1e-7)[0][0], 0.1 / 1e-6);
+    assert_eq!(Pushed::default().forces_over(1e-3), [[0.0; PLACES]; 4]);
 }

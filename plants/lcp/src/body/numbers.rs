@@ -1,7 +1,7 @@
 //! The numbers of a robot in motion, one after the other, as they are saved.
 
-use crate::events::PLACES;
 use crate::flow::{Flow, Tally};
+use crate::moreau::Pushed;
 use crate::real::Lanes;
 use crate::state::State;
 
@@ -80,7 +80,7 @@ struct Numbers<const N: usize> {
     gained: f64,
     fresh: f64,
     recalled: f64,
-    pushed: [[f64; PLACES]; 4],
+    pushed: Pushed,
 }
 
 impl<const N: usize> Numbers<N> {
@@ -107,7 +107,8 @@ impl<const N: usize> Numbers<N> {
         to(&mut self.gained);
         to(&mut self.fresh);
         to(&mut self.recalled);
-        self.pushed.iter_mut().flatten().for_each(&mut *to);
+        self.pushed.impulses.iter_mut().flatten().for_each(&mut *to);
+        to(&mut self.pushed.seconds);
     }
 }
 
