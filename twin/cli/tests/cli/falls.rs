@@ -9,7 +9,7 @@ fn falls(folder: &Folder, name: &str, more: &str) -> String {
         r#"
 robot = "cheetah-cub"
 duration = "2 s"
-plant = {{ model = "massless", ground = {{ profile = "step-down", at = "10 cm", height = "50 cm" }} }}
+plant = {{ model = "massless", ground = {{ profile = "step-down", at = "5 cm", height = "50 cm" }} }}
 controller = {{ kind = "cpg", gait = "walk", period = "2 ms" }}
 {more}
 "#
@@ -62,7 +62,7 @@ fn a_fall_that_ends_the_run_is_a_failure_whatever_is_expected() {
         assert_eq!((code, &report["verdict"]), (1, &"fail".into()), "{report}");
         assert_eq!(report["error"], Value::Null);
         let reached = report["simulated_s"].as_f64().unwrap();
-        assert!(0.2 < reached && reached < 1.9, "{reached}");
+        assert!(0.1 < reached && reached < 1.9, "{reached}");
         let text = twin(&["run", file, "--no-record"]).out;
         let fact = format!("fall         at {reached} s, which ended the run\n");
         assert!(text.contains("FAIL") && text.contains(&fact), "{text}");

@@ -6,7 +6,7 @@ use crate::common::{Folder, json, twin};
 const FALLS: &str = r#"
 robot = "cheetah-cub"
 duration = "2 s"
-plant = { model = "massless", ground = { profile = "step-down", at = "10 cm", height = "50 cm" } }
+plant = { model = "massless", ground = { profile = "step-down", at = "5 cm", height = "50 cm" } }
 controller = { kind = "cpg", gait = "walk", period = "2 ms" }
 
 [[expect]]
