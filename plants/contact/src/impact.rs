@@ -74,6 +74,75 @@ impl Problem {
         self.phases = Some(phases);
         result
     }
+
+    /// Impulses P of an impact without collision (a tangential impact): contacts slide that are closed and do not approach,
+    /// and no forces keep them from it, for friction presses them down by more than their normal force lifts them
+    /// (Painlevé's paradox). `before` are the rates ġ⁻ of all rows; `jammed` says which normals those are.
+    ///
+    /// It is the impact of contacts that approach ever more slowly, ġ⁻ = −ε with ε → 0, without restitution. P = 0 meets its
+    /// conditions, too, and is not it: at every ε > 0 it leaves the gap closing. So the impulses are found at a small ε, and
+    /// from there those at none; where these vanish, they are none only if they shrink with ε. Kinetic energy is lost only.
+    ///
+    /// Afterwards [`Self::unknowns`] and [`Self::w`] are as after [`Self::impact`].
+    ///
+    /// # Errors
+    /// [`Unsolved`], as the method says: then no impulse keeps the contacts from closing, either.
+    ///
+    /// # Panics
+    /// Where rates or marks are not as many as the rows.
+    pub fn impact_without_collision(
+        &mut self,
+        before: &[f64],
+        jammed: &[bool],
+        method: Method,
+    ) -> Result<Solution, Unsolved> {
+        assert_eq!(before.len(), self.len(), "one rate for each row");
+        assert_eq!(jammed.len(), self.len(), "a mark for each row");
+        let result = self.jam(before, jammed, method);
+        self.offset.copy_from_slice(before);
+        result
+    }
+
+    fn jam(
+        &mut self,
+        before: &[f64],
+        jammed: &[bool],
+        method: Method,
+    ) -> Result<Solution, Unsolved> {
+        /// ε, as a share of the greatest rate: far above what a solution leaves, far below what slides.
+        const APPROACH: f64 = 1e-3;
+        /// By how much smaller it is made where there is doubt.
+        const SMALLER: f64 = 1e-2;
+        let fastest = before
+            .iter()
+            .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let approach = |problem: &mut Self, by: f64| {
+            for (row, (&rate, &jammed)) in before.iter().zip(jammed).enumerate() {
+                problem.offset[row] = if jammed { rate.min(0.0) - by } else { rate };
+                problem.unknowns[row] = 0.0;
+            }
+            problem.solve_by(method)
+        };
+        let most = |impulses: &[f64]| {
+            let marked = impulses.iter().zip(jammed).filter(|(_, jammed)| **jammed);
+            marked.fold(0.0_f64, |most, (impulse, _)| most.max(*impulse))
+        };
+        let slow = approach(self, APPROACH * fastest)?;
+        let found = most(&self.unknowns);
+        self.offset.copy_from_slice(before);
+        let exact = self.solve_by(Method::Newton);
+        if let Ok(exact) = exact
+            && most(&self.unknowns) > 0.5 * found
+        {
+            return Ok(slow.and(exact));
+        }
+        let slower = approach(self, SMALLER * APPROACH * fastest)?;
+        if most(&self.unknowns) < 0.5 * found {
+            // Forces do: these impulses are the approach's own.
+            self.unknowns.fill(0.0);
+        }
+        Ok(slow.and(slower))
+    }
 }
 
 impl Phases {

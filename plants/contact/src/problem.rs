@@ -293,6 +293,29 @@ impl Problem {
         }
     }
 
+    /// Projects the unknowns onto their bounds. A solution keeps them within its tolerance; where a
+    /// law of nature is among them, as Coulomb's is, the rest is to be an error of velocities alone.
+    pub fn keep_within_bounds(&mut self) {
+        /// An excess that is round-off, relative to the bound.
+        const ROUND_OFF: f64 = 1e-9;
+        for row in 0..self.len() {
+            let z = self.unknowns[row];
+            match self.bounds[row] {
+                Bound::Free | Bound::DiscSecond => {}
+                Bound::NonNegative => self.unknowns[row] = z.max(0.0),
+                Bound::Between { low, high } => self.unknowns[row] = z.max(low).min(high),
+                Bound::Disc { normal, friction } => {
+                    let length = norm([z, self.unknowns[row + 1]]);
+                    let radius = friction * self.unknowns[normal].max(0.0);
+                    if length > radius * (1.0 + ROUND_OFF) {
+                        self.unknowns[row] *= radius / length;
+                        self.unknowns[row + 1] *= radius / length;
+                    }
+                }
+            }
+        }
+    }
+
     /// `w = G z + b` of a row, for the present unknowns.
     pub fn w(&self, row: usize) -> f64 {
         let stride = self.unknowns.len();

@@ -67,6 +67,24 @@ proptest! {
     }
 
     #[test]
+    fn what_is_kept_within_bounds_breaks_none(case in contacts(0.0..1.5_f64), guess in proptest::collection::vec(-1.0..1.0_f64, 12)) {
+        let mut problem = case.problem();
+        for (row, value) in guess[..case.b.len()].iter().enumerate() {
+            problem.guess(row, *value);
+        }
+        problem.keep_within_bounds();
+        let z = problem.unknowns();
+        for (c, (z, before)) in z.chunks(3).zip(guess.chunks(3)).enumerate() {
+            let Bound::Disc { friction, .. } = case.bounds[3 * c + 1] else { unreachable!() };
+            prop_assert!(z[0] == before[0].max(0.0));
+            prop_assert!(norm(&z[1..]) <= friction * z[0] * (1.0 + 2e-9));
+            if norm(&before[1..]) <= friction * z[0] {
+                prop_assert_eq!(&z[1..], &before[1..]);
+            }
+        }
+    }
+
+    #[test]
     fn with_little_friction_all_methods_agree(mut case in contacts(0.0..0.2_f64)) {
         for (i, row) in case.g.iter_mut().enumerate() {
             row[i] += 0.5;

@@ -234,6 +234,86 @@ fn newtons_law_with_friction_gives_energy_to_a_rod_that_slides_into_the_ground_a
     assert!(gain[1] < 0.0, "{gain:?}");
 }
 
+/// Painlevé's rod slides on its tip, which does not approach the ground. By hand, for a thin rod of mass m at the angle a
+/// (x = cos a, y = sin a), in normal and tangent of its tip:
+///
+/// ```text
+/// m G = | 1 + 3x²   −3xy   |    m² det G = 4    a slide at −v presses it down where 1 + 3x² < 3 µ x y
+///       |  −3xy    1 + 3y² |
+/// ```
+///
+/// Nothing but sticking ends the impact: P = −G⁻¹ (0, −v) = m v/4 (3xy, 1 + 3x²), which lies in the cone for just those µ.
+fn jammed_rod() -> impl Strategy<Value = (f64, f64, f64)> {
+    // The angle, friction as a share of what it takes, and the speed.
+    (0.9..1.5_f64, 1.01..3.0_f64, 0.01..10.0_f64)
+}
+
+/// The least friction at which a slide presses the rod down.
+fn jamming(angle: f64) -> f64 {
+    let (x, y) = (libm::cos(angle), libm::sin(angle));
+    (1.0 + 3.0 * x * x) / (3.0 * x * y)
+}
+
+/// The rod with its tip at a rate along the ground, and the middle at rest.
+fn slide(angle: f64, friction: f64, rate: f64) -> (Problem, [f64; 3]) {
+    let problem = rod(angle, friction, [0.0; 3]).case().problem();
+    (problem, [0.0, rate, 0.0])
+}
+
+proptest! {
+    #[test]
+    fn a_rod_that_jams_stops_by_the_impulse_that_is_found_by_hand((angle, share, speed) in jammed_rod()) {
+        let (x, y) = (libm::cos(angle), libm::sin(angle));
+        for method in [Method::Newton, Method::Direct] {
+            let (mut problem, before) = slide(angle, share * jamming(angle), -speed);
+            problem.impact_without_collision(&before, &[true, false, false], method).unwrap();
+            let impulses = [0.75 * x * y * speed, 0.25 * (1.0 + 3.0 * x * x) * speed];
+            for (row, expected) in impulses.into_iter().enumerate() {
+                let found = problem.unknowns()[row];
+                prop_assert!((found - expected).abs() < 1e-9 * speed, "{:?}: {} of {}", method, found, expected);
+                prop_assert!(problem.w(row).abs() < 1e-9 * speed, "{:?}: {}", method, problem.w(row));
+            }
+        }
+    }
+
+    #[test]
+    fn a_rod_that_forces_hold_or_that_slides_the_other_way_is_left_alone(
+        (angle, _, speed) in jammed_rod(),
+        share in 0.0..0.98_f64,
+    ) {
+        for (share, rate) in [(share, -speed), (share, speed), (1.5, speed)] {
+            let (mut problem, before) = slide(angle, share * jamming(angle), rate);
+            problem.impact_without_collision(&before, &[true, false, false], Method::Newton).unwrap();
+            let left = problem.unknowns().iter().map(|impulse| impulse.abs()).fold(0.0, f64::max);
+            prop_assert!(left < 1e-9 * speed, "{:?} at {} of {}", problem.unknowns(), rate, share);
+        }
+    }
+
+    #[test]
+    fn an_impact_without_collision_gives_no_energy_and_leaves_nothing_closing(hit in hit(true)) {
+        // The velocity is made one at which no normal moves, as far as there are freedoms to.
+        let mut hit = hit;
+        let normals: Vec<Vec<f64>> = hit.j.iter().step_by(3).cloned().collect();
+        for _ in 0..200 {
+            for normal in &normals {
+                let along = dot(normal, &hit.v) / dot(normal, normal);
+                hit.v.iter_mut().zip(normal).for_each(|(v, j)| *v -= along * j);
+            }
+        }
+        let mut problem = hit.case().problem();
+        let rates = hit.rates(&hit.v);
+        prop_assume!(rates.iter().step_by(3).all(|rate| rate.abs() < 1e-7));
+        let jammed: Vec<bool> = (0..rates.len()).map(|row| row % 3 == 0).collect();
+        if problem.impact_without_collision(&rates, &jammed, Method::Direct).is_ok() {
+            let after = hit.after(problem.unknowns());
+            prop_assert!(hit.energy(&after) <= hit.energy(&hit.v) + 1e-6);
+            for (row, rate) in hit.rates(&after).iter().enumerate().step_by(3) {
+                prop_assert!(*rate > -1e-5, "{} closes at {}", row, rate);
+            }
+        }
+    }
+}
+
 #[test]
 fn unlike_coefficients_make_newtons_law_give_energy_and_are_lowered_by_poissons() {
     // Two stops that nearly oppose each other, one elastic and one not, which opens as the other closes.
