@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::options::{LcpError, Options};
 use crate::posture::Refused;
 use crate::real::{Lanes, Real};
-use crate::site::Site;
+use crate::site::{Footing, Site};
 use crate::state::State;
 
 /// What the plant asks of a robot in motion.
@@ -151,6 +151,14 @@ impl<const N: usize> Flow<N> {
             (below.gap, below.normal)
         });
         points.reduce(|a, b| if b.0 < a.0 { b } else { a })
+    }
+
+    /// A point of a leg over the ground, and how it moves there; none without ground.
+    pub(crate) fn footing(&self, leg: usize, links: usize) -> Option<Footing<f64>> {
+        let ground = self.model.ground.as_ref()?;
+        let upright = rotation(self.state.attitude);
+        let site = self.site(leg, links);
+        Some(site.footing(ground, self.state.position, &upright))
     }
 
     fn mean(&self, of: impl Fn(&Tally) -> Lanes, leg: usize) -> f64 {

@@ -14,8 +14,11 @@ mod losses;
 mod regain;
 mod settle;
 
-pub(crate) use closed::{Entry, PLACES, Role, Stop};
+pub(crate) use closed::{Entry, Feet, PLACES, Role, STOPPED, Stop};
+use impact::Struck;
+pub(crate) use impact::Toll;
 pub(crate) use regain::Passed;
+pub(crate) use settle::Settled;
 
 use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
 
@@ -27,7 +30,7 @@ use crate::real::{Lanes, Real};
 use crate::state::State;
 
 /// Share of a row's mobility that others must leave it, or it says what they say.
-const INDEPENDENT: f64 = 1e-9;
+pub(crate) const INDEPENDENT: f64 = 1e-9;
 
 /// Directions that are worked on side by side.
 const ABREAST: usize = 4;
@@ -42,9 +45,12 @@ pub(crate) struct Instant<const N: usize> {
     /// The pushes' responses of the trunk, some side by side, component by component.
     trunks: Vec<[[f64; ABREAST]; 6]>,
     before: Vec<f64>,
-    /// Rates of closed gaps before the impact that the next choice of what holds comes after; none if there was no impact.
-    drifts: Option<[[f64; PLACES]; 4]>,
+    /// The impact after which contact modes are resolved next, if there was one.
+    struck: Option<Struck>,
     coefficients: Vec<f64>,
+    /// Feet that slide and jam, by leg and point of the leg; the same by row.
+    jammed: [[bool; 2]; 4],
+    marks: Vec<bool>,
     pub(crate) iterations: u64,
     pub(crate) factorisations: u64,
 }
@@ -99,7 +105,7 @@ impl<const N: usize> Instant<N> {
     /// Solves the problem that was prepared. What neither the method nor pivoting solves is taken as it is where it violates
     /// no condition by more than `enough`, in units of w: two feet that hold and can only move as one have no solution where
     /// they are at odds about the last digits.
-    fn solve(
+    pub(crate) fn solve(
         &mut self,
         enough: f64,
         method: Method,

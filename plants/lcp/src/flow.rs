@@ -23,10 +23,19 @@ use crate::state::{Slope, State};
 pub(crate) enum FlowError {
     #[error(transparent)]
     Unsolved(#[from] Unsolved),
+    #[error(
+        "a foot is pressed into the ground by its own friction, and no impulse keeps it out: {0}"
+    )]
+    Jammed(Unsolved),
     #[error("the state is not a number")]
     NotFinite,
     #[error("what is to be closed is open by {by:.3e} m: no forces can close it")]
     Apart { by: f64 },
+    #[error(
+        "the foot of leg {} is {depth:.3e} m below the ground and sinks: nothing holds it",
+        leg + 1
+    )]
+    Sinks { leg: usize, depth: f64 },
     #[error("a step of {seconds:e} s would have to be shorter than a billionth of a second")]
     TooStiff { seconds: f64 },
     #[error(
@@ -102,11 +111,11 @@ const HALVINGS_MAX: u32 = 7;
 const APART_MAX: f64 = 1e-3;
 
 /// What a step starts from, kept without asking for memory: all that it changes.
-struct Before<const N: usize> {
+pub(crate) struct Before<const N: usize> {
     state: State<Lanes, N>,
     mode: Mode,
-    ledger: Ledger,
-    tally: Tally,
+    pub(crate) ledger: Ledger,
+    pub(crate) tally: Tally,
     stride: Lanes,
     pushed: Pushed,
     rattles: u32,
@@ -227,7 +236,7 @@ impl<const N: usize> Flow<N> {
             Method::ExplicitEuler => self.run_explicit_euler(seconds),
             Method::Thesis => self.run_thesis(seconds),
         };
-        let moved = moved.and_then(|()| self.watch(&before.ledger, seconds));
+        let moved = moved.and_then(|()| self.watch(&before, seconds));
         if moved.is_err() {
             self.back_to(&before);
             (self.stride, self.pushed) = (before.stride, before.pushed);
@@ -409,9 +418,7 @@ impl<const N: usize> Flow<N> {
         tally: &mut Tally,
     ) {
         self.feel_motors(&motion.felt, weight, tally);
-        if !self.mode.contacts.is_empty() {
-            self.feel_ground(state, motion, weight, tally);
-        }
+        self.feel_ground(state, motion, weight, tally);
     }
 
     #[inline(always)]
@@ -433,6 +440,9 @@ impl<const N: usize> Flow<N> {
         let Some(ground) = &self.model.ground else {
             return;
         };
+        if self.mode.contacts.is_empty() {
+            return;
+        }
         let rotation = motion.articulated.rotation();
         let mut forces = self.bench.forces.as_slice();
         for contact in &self.mode.contacts {
@@ -446,17 +456,21 @@ impl<const N: usize> Flow<N> {
             );
             let footing = site.footing(ground, state.position, &rotation);
             let [n, a, b] = footing.directions;
+            let rows = if contact.slides.is_some() { 1 } else { 3 };
+            let (of_contact, others) = forces.split_at(rows);
+            forces = others;
+            if of_contact[0] <= 0.0 {
+                // The motion ends past an event by the error of its time. Nothing pulls.
+                continue;
+            }
             let own: [f64; 3] = if let Some(last) = contact.slides {
                 let s = crate::motion::sliding(&footing, last);
-                let force = forces[0];
-                forces = &forces[1..];
-                std::array::from_fn(|i| {
-                    force * (n[i] - ground.friction * (s[0] * a[i] + s[1] * b[i]))
-                })
+                let along = |i: usize| s[0] * a[i] + s[1] * b[i];
+                std::array::from_fn(|i| of_contact[0] * (n[i] - ground.friction * along(i)))
             } else {
-                let [f, g, h] = [forces[0], forces[1], forces[2]];
-                forces = &forces[3..];
-                std::array::from_fn(|i| f * n[i] + g * a[i] + h * b[i])
+                std::array::from_fn(|i| {
+                    of_contact[0] * n[i] + of_contact[1] * a[i] + of_contact[2] * b[i]
+                })
             };
             let seconds = weight.lane(contact.leg);
             for (sum, part) in tally.ground[contact.leg]

@@ -15,6 +15,9 @@ pub(crate) const STOPS: usize = 5;
 const HELD: usize = 3;
 const FOOT: usize = 4;
 
+/// How far friction presses a foot down that has jammed beyond doubt: a share of its normal's mobility.
+const JAMMED: f64 = 1e-6;
+
 /// A guard that stands for nothing.
 const AT_EASE: f64 = f64::MAX;
 
@@ -33,7 +36,8 @@ pub(crate) enum Guard {
     Gap,
     /// A force, in newtons.
     Force,
-    /// What friction has to spare, in newtons.
+    /// What friction has to spare, in newtons; of a foot that slides, the share of its normal's mobility that friction leaves,
+    /// in weights of the robot.
     Friction,
     /// The speed of a slide along the direction it had, in metres per second.
     Slide,
@@ -58,6 +62,11 @@ pub(crate) const fn kind(place: usize) -> Guard {
 /// The guard's place for the `which`-th of a point's four guards.
 pub(crate) const fn at_foot(links: usize, which: usize) -> usize {
     STOPS + HELD + FOOT * (links - 3) + which
+}
+
+/// The links above the point on the ground whose guard this is.
+pub(crate) const fn links_of(place: usize) -> usize {
+    3 + (place - STOPS - HELD) / FOOT
 }
 
 impl Guards {
@@ -156,7 +165,8 @@ impl Guards {
                 self.rates[place] = rate;
             }
         }
-        let mut forces = bench.forces.as_slice();
+        let (mut forces, mut lifts) = (bench.forces.as_slice(), bench.lifts.as_slice());
+        let weight = scene.model.energy_scale / scene.model.reach;
         for contact in &scene.mode.contacts {
             let (leg, links) = (contact.leg, contact.links);
             let site = Site::new(scene.legs, &motion.articulated.chain, state, leg, links);
@@ -165,16 +175,17 @@ impl Guards {
                     let held = libm::hypot(forces[1], forces[2]);
                     self.put(at_foot(links, 1), leg, forces[0]);
                     self.put(at_foot(links, 2), leg, ground.friction * forces[0] - held);
-                    forces = &forces[3..];
+                    (forces, lifts) = (&forces[3..], &lifts[3..]);
                 }
                 Some(last) => {
                     let footing = site.footing(ground, state.position, &rotation);
                     let [_, a, b] = footing.velocity;
                     self.put(at_foot(links, 1), leg, forces[0]);
+                    self.put(at_foot(links, 2), leg, (lifts[0] + JAMMED) * weight);
                     if ground.friction > 0.0 {
                         self.put(at_foot(links, 3), leg, a * last[0] + b * last[1]);
                     }
-                    forces = &forces[1..];
+                    (forces, lifts) = (&forces[1..], &lifts[1..]);
                 }
             }
         }

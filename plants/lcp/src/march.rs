@@ -46,6 +46,9 @@ const AT_ONCE_MAX: u32 = 12;
 /// A step that is taken in more pieces than this is too stiff for an explicit method.
 const PIECES_MAX: u32 = 48;
 
+/// Pieces that an event takes besides.
+const PIECES_PER_EVENT: u32 = 4;
+
 /// The method of the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stepper {
@@ -150,7 +153,8 @@ impl Progress {
     /// Counts a piece, good or not.
     fn count(&mut self, stepper: Stepper) -> Result<(), Halt> {
         self.pieces += 1;
-        if self.pieces > PIECES_MAX && stepper == Stepper::RungeKutta {
+        let events = self.events.iter().sum::<u32>();
+        if self.pieces > PIECES_MAX + PIECES_PER_EVENT * events && stepper == Stepper::RungeKutta {
             return Err(Halt::Stiff);
         }
         Ok(())
@@ -368,14 +372,34 @@ impl<const N: usize> Flow<N> {
             Stepper::RungeKutta => self.rk4_step(state, start, h, recovery, leap),
             Stepper::Rosenbrock => {
                 let step = self.rodas4_step(state, start, h, recovery);
-                self.motion_into(&step.end, recovery, &mut leap.motion);
-                leap.felt = Tally::new();
-                self.feel(&step.end, &leap.motion, h, &mut leap.felt);
+                self.feel_trapezoid(start, [state, &step.end], h, recovery, leap);
                 leap.end = step.end;
                 (leap.dissipated, leap.actuator) = (step.dissipated, step.actuator);
                 leap.error = step.error;
             }
         }
+    }
+
+    /// Mean forces by the trapezoidal rule, and the motion at the end: forces that end at zero, a little past it by the error of
+    /// the event's time, have pushed until then. The ground's forces at the start have left the bench.
+    fn feel_trapezoid(
+        &mut self,
+        at_start: &Motion<Lanes, N>,
+        [start, end]: [&State<Lanes, N>; 2],
+        h: Lanes,
+        recovery: f64,
+        leap: &mut Leap<N>,
+    ) {
+        let half = h * Lanes::splat(0.5);
+        leap.felt = Tally::new();
+        if self.mode.contacts.is_empty() {
+            self.feel(start, at_start, half, &mut leap.felt);
+        } else {
+            self.motion_into(start, recovery, &mut leap.motion);
+            self.feel(start, &leap.motion, half, &mut leap.felt);
+        }
+        self.motion_into(end, recovery, &mut leap.motion);
+        self.feel(end, &leap.motion, half, &mut leap.felt);
     }
 
     /// Takes the end of a piece for the present, and writes up what has flowed.

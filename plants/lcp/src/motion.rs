@@ -8,6 +8,7 @@ use crate::articulated::{
 use crate::constants::Constants;
 use crate::dense::solve;
 use crate::drives::{Commands, Turned, driven, greatest};
+use crate::events::INDEPENDENT;
 use crate::hold::{CABLE, Driven, Give, HIP, HOLDS, Holding, Holds};
 use crate::mode::Mode;
 use crate::model::Model;
@@ -23,6 +24,8 @@ pub(crate) struct Bench<T, const N: usize> {
     responses: Vec<Response<T, N>>,
     matrix: Vec<T>,
     pub(crate) forces: Vec<T>,
+    /// By row, the share of a normal's mobility that the friction of its slide leaves it; one where nothing slides.
+    pub(crate) lifts: Vec<f64>,
 }
 
 impl<T, const N: usize> Default for Bench<T, N> {
@@ -33,6 +36,7 @@ impl<T, const N: usize> Default for Bench<T, N> {
             responses: Vec::new(),
             matrix: Vec::new(),
             forces: Vec::new(),
+            lifts: Vec::new(),
         }
     }
 }
@@ -300,6 +304,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         bench.pushes.clear();
         bench.responses.clear();
         bench.forces.clear();
+        bench.lifts.clear();
         for contact in &self.mode.contacts {
             let site = Site::new(
                 self.legs,
@@ -332,30 +337,12 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                 bench.rows.push(row);
                 bench.pushes.push(push);
                 bench.forces.push(missing);
+                bench
+                    .lifts
+                    .push(if contact.slides.is_some() { 0.0 } else { 1.0 });
             }
         }
-        let n = bench.rows.len();
-        bench.matrix.clear();
-        for row in 0..n {
-            let response = articulated.response(&bench.rows[row]);
-            for column in 0..n {
-                let mut entry = between(
-                    &bench.rows[row],
-                    &response.pull,
-                    &bench.pushes[column],
-                    &bench.responses[column],
-                );
-                if row == column {
-                    // Constraints that say the same thing twice share their force; one that nothing moves has none.
-                    entry = entry * <R::Sum as Real>::splat(1.0 + 1e-10);
-                    if entry.plain() <= 0.0 {
-                        entry = <R::Sum as Real>::splat(1.0);
-                        bench.forces[row] = <R::Sum as Real>::zero();
-                    }
-                }
-                bench.matrix.push(entry);
-            }
-        }
+        bench.fill(articulated);
         solve(&mut bench.matrix, &mut bench.forces);
         let mut trunk = accelerations.trunk;
         let mut torques = articulated.torques;
@@ -389,6 +376,39 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                 *dissipated = dissipated.with_lane(contact.leg, own);
             }
             next += if contact.slides.is_some() { 1 } else { 3 };
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Bench<T, N> {
+    /// The matrix: accelerations along every row by a unit of every force.
+    fn fill<R: Wide<Sum = T>>(&mut self, articulated: &Articulated<R, N>) {
+        let n = self.rows.len();
+        self.matrix.clear();
+        for row in 0..n {
+            let response = articulated.response(&self.rows[row]);
+            for column in 0..n {
+                let mut entry = between(
+                    &self.rows[row],
+                    &response.pull,
+                    &self.pushes[column],
+                    &self.responses[column],
+                );
+                if row == column {
+                    if self.lifts[row] == 0.0 {
+                        let (upright, pull) = (&self.rows[row], &response.pull);
+                        let own = between(upright, pull, upright, &response);
+                        self.lifts[row] = entry.plain() / own.plain();
+                    }
+                    // Constraints that say the same thing twice share their force; one that nothing moves has none.
+                    entry = entry * T::splat(1.0 + INDEPENDENT);
+                    if entry.plain() <= 0.0 {
+                        entry = T::splat(1.0);
+                        self.forces[row] = T::zero();
+                    }
+                }
+                self.matrix.push(entry);
+            }
         }
     }
 }

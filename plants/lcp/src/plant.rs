@@ -75,7 +75,7 @@ impl Lcp {
 
     fn fault(&self, error: &FlowError) -> PlantFault {
         let part = match error {
-            FlowError::Unsolved(_) => "contact",
+            FlowError::Unsolved(_) | FlowError::Jammed(_) => "contact",
             _ => "integrator",
         };
         PlantFault {

@@ -19,6 +19,26 @@ pub(crate) fn first_root_of_cubic(a: f64, u: f64, b: f64, v: f64) -> Option<f64>
     None
 }
 
+/// Where the cubic that starts at zero with the positive slope `u`, and ends at `b` with slope `v`, first comes back to zero,
+/// if it does.
+pub(crate) fn first_return_of_cubic(u: f64, b: f64, v: f64) -> Option<f64> {
+    const PIECES: u32 = 8;
+    // What is left of the cubic when its root at zero is divided out.
+    let at = |s: f64| {
+        let r = 1.0 - s;
+        u * r * r + b * s * (3.0 - 2.0 * s) - v * s * r
+    };
+    let mut low = 0.0;
+    for piece in 1..=PIECES {
+        let high = f64::from(piece) / f64::from(PIECES);
+        if at(high) < 0.0 {
+            return Some(bisected(at, low, high));
+        }
+        low = high;
+    }
+    None
+}
+
 /// The first root, from above, of the parabola through these values at 0, 1/2 and 1; the last is negative.
 pub(crate) fn first_root_of_quadratic(a: f64, m: f64, b: f64) -> f64 {
     if a <= 0.0 {

@@ -1,4 +1,4 @@
-//! Energy from nowhere: what an unstable step makes.
+//! The monitor of every method: energy from nowhere, which an unstable step makes, and feet that sink.
 //!
 //! No motion holds more energy than it had and was given: d(stored − actuator) ≤ 0, whatever friction and impacts take. A
 //! step's error breaks that now and then by a little, one way and back; a step beyond its limit of stability does so again
@@ -13,7 +13,7 @@
 
 use twinrig_legged::Ledger;
 
-use crate::flow::{Flow, FlowError};
+use crate::flow::{Before, Flow, FlowError, Tally};
 use crate::options::Method;
 
 /// The share that a gain may come to: three times what any method gains at the steps that it is good for.
@@ -34,9 +34,19 @@ const DWARFED: f64 = 10.0;
 /// Gain of a step that shows it to be too long, as a share of what is there.
 const TOO_LONG: f64 = 0.01;
 
+/// Depth of a foot in the ground that is an error of a method \[m\], and the rate at which it sinks \[m/s\]: a method that does
+/// not locate its events lets a foot that lands fast be overlapped by half of its way in a step.
+const DEPTH: f64 = 1e-3;
+/// The same of methods for comparison, which do not bring back what drifts while it holds.
+const DRIFTED: f64 = 2e-2;
+const SINKING: f64 = 1e-3;
+const LANDING: f64 = 10.0;
+
 impl<const N: usize> Flow<N> {
-    /// Looks at what a step has gained, given the books before it.
-    pub(crate) fn watch(&mut self, before: &Ledger, seconds: f64) -> Result<(), FlowError> {
+    /// Looks at what a step has come to, given what was before it.
+    pub(crate) fn watch(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
+        self.above_ground(&before.tally, seconds)?;
+        let before = &before.ledger;
         let gain = self.gain(before);
         if !gain.is_finite() {
             return Err(FlowError::NotFinite);
@@ -58,6 +68,27 @@ impl<const N: usize> Flow<N> {
         }
         let checked = self.ledger.check();
         checked.map_err(|why| FlowError::Dissipation { seconds, why })
+    }
+
+    /// Whether no foot sinks that nothing has held since `before`.
+    fn above_ground(&self, before: &Tally, seconds: f64) -> Result<(), FlowError> {
+        let least = match self.method {
+            Method::Rk4 | Method::Rodas4 | Method::Moreau => DEPTH,
+            Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => DRIFTED,
+        };
+        let legs = 0..self.model.legs.len();
+        let points = legs.flat_map(|leg| (3..=N).map(move |links| (leg, links)));
+        for (leg, links) in points {
+            let Some(footing) = self.footing(leg, links) else {
+                return Ok(());
+            };
+            let depth = -footing.gap;
+            let held = self.tally.ground[leg] != before.ground[leg];
+            if !held && depth > least + LANDING * seconds && footing.velocity[0] < -SINKING {
+                return Err(FlowError::Sinks { leg, depth });
+            }
+        }
+        Ok(())
     }
 
     /// Whether what was just stepped, from these books on, was too long a step.
@@ -83,5 +114,38 @@ impl<const N: usize> Flow<N> {
     fn own(&self, before: &Ledger) -> f64 {
         let books = before.books();
         (books.kinetic + books.spring - self.gained).max(0.0) + self.model.moving
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_contact::{Ground, Terrain};
+    use twinrig_legged::{Base, Drives};
+
+    use super::*;
+    use crate::scenes::{self, flow};
+
+    #[test]
+    fn a_foot_that_sinks_is_seen_and_one_that_is_pushed_out_is_not() {
+        let ground = Ground::new(Terrain::Flat, 0.6, 0.0).unwrap();
+        let start = ([0.0, -45.0, 45.0], [0.0; 3]);
+        let robot = scenes::robot();
+        let mut flow = flow::<3>(&robot, Base::Free, start, Drives::None, Some(ground));
+        let gap = flow.footing(0, 3).unwrap().gap;
+        flow.state.position[2] -= gap + DEPTH + 2e-3 * LANDING + 1e-4;
+        let before = flow.tally;
+        let mut at = |rate: f64, higher: f64, load: f64| {
+            flow.state.velocity[2] = rate;
+            flow.state.position[2] += higher;
+            flow.tally = before;
+            (0..4).for_each(|leg| flow.tally.ground[leg][2] += load);
+            flow.above_ground(&before, 2e-3)
+        };
+        assert_eq!(at(0.0, 0.0, 0.0), Ok(()));
+        assert_eq!(at(0.1, 0.0, 0.0), Ok(()));
+        let seen = at(-0.1, 0.0, 0.0).unwrap_err();
+        assert!(matches!(seen, FlowError::Sinks { leg: 0, .. }), "{seen:?}");
+        assert_eq!(at(-0.1, 0.0, 1e-3), Ok(()));
+        assert_eq!(at(-0.1, 2e-4, 0.0), Ok(()));
     }
 }

@@ -3,10 +3,10 @@
 use super::Instant;
 use crate::articulated::{Articulated, Row};
 use crate::hold::{Driven, Hold};
-use crate::mode::Mode;
+use crate::mode::{Contact, Mode};
 use crate::motion::Scene;
 use crate::real::{Lanes, Real};
-use crate::site::Site;
+use crate::site::{Footing, Site};
 use crate::state::State;
 
 /// Gaps below this are closed \[m\].
@@ -14,6 +14,12 @@ const CLOSED: f64 = 1e-8;
 
 /// Feet that slide slower than this hold \[m/s\].
 pub(super) const HOLDING: f64 = 1e-7;
+
+/// Slides slower than this have stopped, after an event \[m/s\].
+pub(crate) const STOPPED: f64 = 1e-6;
+
+/// An impact that adds less than this to the rate of a constraint that has held has left it where it was \[m/s\].
+pub(super) const PARTING: f64 = 1e-6;
 
 /// A one-sided constraint inside a leg, in the order of the guards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,6 +104,17 @@ impl Role {
 /// Forces on a leg that may be there at once, by [`Role::place`].
 pub(crate) const PLACES: usize = 11;
 
+/// The rows of feet on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Feet {
+    /// Normal and two tangents: friction is part of the problem.
+    Held,
+    /// A foot that slides faster than [`HOLDING`] has its normal alone, which its friction comes with.
+    BySpeed,
+    /// The same after an event: a foot that stuck goes on to, unless the impact has moved it.
+    AfterEvent,
+}
+
 /// A closed constraint.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Entry<const N: usize> {
@@ -126,8 +143,7 @@ impl<const N: usize> Entry<N> {
 }
 
 impl<const N: usize> Instant<N> {
-    /// Finds the constraints of these legs that are closed. Feet that slide push along their friction where `sliding` says
-    /// that they go on to.
+    /// Finds the constraints of these legs that are closed.
     #[expect(
         clippy::too_many_arguments,
         reason = "what a step is about, each by its name"
@@ -139,7 +155,7 @@ impl<const N: usize> Instant<N> {
         articulated: &Articulated<Lanes, N>,
         drive: &Driven<Lanes>,
         legs: &[usize],
-        sliding: bool,
+        feet: Feet,
         closed: &dyn Fn(f64, f64) -> bool,
     ) {
         self.entries.clear();
@@ -183,7 +199,7 @@ impl<const N: usize> Instant<N> {
                     direction: [0.0; 3],
                 });
             }
-            self.find_feet(scene, state, articulated, leg, sliding, closed);
+            self.find_feet(scene, state, articulated, leg, feet, closed);
         }
     }
 
@@ -193,7 +209,7 @@ impl<const N: usize> Instant<N> {
         state: &State<Lanes, N>,
         articulated: &Articulated<Lanes, N>,
         leg: usize,
-        sliding: bool,
+        feet: Feet,
         closed: &dyn Fn(f64, f64) -> bool,
     ) {
         let Some(ground) = &scene.model.ground else {
@@ -203,20 +219,22 @@ impl<const N: usize> Instant<N> {
         for links in 3..=N {
             let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
             let footing = site.footing(ground, state.position, &rotation);
-            let held = scene.mode.contacts.iter();
-            let held = held.clone().any(|c| (c.leg, c.links) == (leg, links));
+            let mut contacts = scene.mode.contacts.iter();
+            let contact = contacts.find(|c| (c.leg, c.links) == (leg, links));
+            let held = contact.is_some();
             if !held && !closed(footing.gap, footing.velocity[0]) {
                 continue;
             }
-            let [_, a, b] = footing.velocity;
-            let speed = libm::hypot(a, b);
-            let slides = if speed > HOLDING {
-                Some([a / speed, b / speed])
-            } else {
+            let slides = match feet {
+                Feet::Held => None,
                 // On ice there is nothing to hold.
-                (ground.friction == 0.0).then_some([1.0, 0.0])
+                _ if ground.friction == 0.0 => {
+                    Some(direction(&footing, HOLDING).unwrap_or([1.0, 0.0]))
+                }
+                Feet::AfterEvent if self.sticks(contact, &footing, [leg, links]) => None,
+                Feet::BySpeed => direction(&footing, HOLDING),
+                Feet::AfterEvent => direction(&footing, STOPPED),
             };
-            let slides = slides.filter(|_| sliding);
             let [n, along, across] = footing.directions;
             let [forward, sideways] = footing.surface.tangents();
             let world = [footing.surface.normal, forward, sideways].map(<[f64; 3]>::from);
@@ -249,6 +267,33 @@ impl<const N: usize> Instant<N> {
             }
         }
     }
+}
+
+impl<const N: usize> Instant<N> {
+    /// Whether a foot that touches the ground is at rest on it, whatever is left of its speed in the last digits: the impact
+    /// stopped it, or it stuck before and nothing has moved it.
+    fn sticks(
+        &self,
+        contact: Option<&Contact>,
+        footing: &Footing<f64>,
+        [leg, links]: [usize; 2],
+    ) -> bool {
+        let stuck = contact.is_some_and(|contact| contact.slides.is_none());
+        let Some(struck) = &self.struck else {
+            return stuck;
+        };
+        let [_, a, b] = footing.velocity;
+        let [before_a, before_b] = struck.tangential(leg, links);
+        let moved = libm::hypot(a - before_a, b - before_b) >= PARTING;
+        struck.stopped[leg][links - 3] || stuck && !moved
+    }
+}
+
+/// The direction in which a foot slides, in the ground's tangents; none for one that holds.
+fn direction(footing: &Footing<f64>, least: f64) -> Option<[f64; 2]> {
+    let [_, a, b] = footing.velocity;
+    let speed = libm::hypot(a, b);
+    (speed > least).then(|| [a / speed, b / speed])
 }
 
 fn stop_row<const N: usize>(hold: &Hold<Lanes, N>, leg: usize) -> Row<f64, N> {

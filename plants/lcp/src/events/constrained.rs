@@ -13,7 +13,7 @@
 use twinrig_contact::{Method, Problem, Unsolved};
 
 use super::Instant;
-use super::closed::{Entry, HOLDING, Role, Stop, touching};
+use super::closed::{Entry, Feet, HOLDING, Role, Stop, touching};
 use super::impact::RESTING;
 use super::losses::Losses;
 use super::settle::motors_only;
@@ -60,8 +60,11 @@ impl<const N: usize> Instant<N> {
         let (articulated, drive) = motors_only(scene, state);
         let mut legs = [0, 1, 2, 3];
         let legs = &mut legs[..scene.model.legs.len()];
-        let slides = matches!(demand, Demand::Acceleration { .. });
-        self.find(scene, state, &articulated, &drive, legs, slides, &touching);
+        let feet = match demand {
+            Demand::Acceleration { .. } => Feet::BySpeed,
+            Demand::Velocity { .. } => Feet::Held,
+        };
+        self.find(scene, state, &articulated, &drive, legs, feet, &touching);
         mode.release();
         if !self.entries.is_empty() {
             let (friction, restitution) = scene

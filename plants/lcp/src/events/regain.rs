@@ -1,7 +1,7 @@
 //! What may hold in a state that another model came to: it may be open by what that model overlooks, or closed too far.
 
 use super::Instant;
-use super::closed::{Role, Stop};
+use super::closed::{Feet, Role, Stop};
 use super::settle::motors_only;
 use crate::contacts::CONTACTS;
 use crate::mode::{Contact, Mode};
@@ -39,7 +39,15 @@ impl<const N: usize> Instant<N> {
         let (articulated, drive) = motors_only(scene, state);
         let near =
             |gap: f64, rate: f64| gap < -PASSED_MAX || (gap < NEXT_TO_CLOSED && rate.abs() < SLOW);
-        self.find(scene, state, &articulated, &drive, legs, true, &near);
+        self.find(
+            scene,
+            state,
+            &articulated,
+            &drive,
+            legs,
+            Feet::BySpeed,
+            &near,
+        );
         for entry in self.entries.iter().filter(|entry| entry.is_normal()) {
             let leg = entry.row.leg;
             if entry.gap < -PASSED_MAX {

@@ -3,7 +3,8 @@
 use twinrig_contact::{Bound, Method, Problem, Unsolved};
 
 use super::Instant;
-use super::closed::{Entry, PLACES, Role, Stop, touching};
+use super::closed::{Entry, Feet, PARTING, Role, Stop, touching};
+use super::impact::Struck;
 use crate::articulated::Articulated;
 use crate::hold::Driven;
 use crate::mode::{Contact, Mode};
@@ -11,10 +12,8 @@ use crate::motion::Scene;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// Gaps of constraints that part or close slower than this stay closed; of those that have held, what an impact adds to the
-/// rate by which they drifted \[m/s\].
+/// Gaps that part or close slower than this stay closed \[m/s\]; where they have held, [`PARTING`] decides.
 const AT_REST: f64 = 1e-7;
-const PARTING: f64 = 1e-6;
 
 /// A stop that is knocked open and would close again within this has not been open \[s\].
 const HOP: f64 = 1e-6;
@@ -28,6 +27,22 @@ const OPEN: Bound = Bound::Between {
 /// Accelerations of what is to hold that are taken for none where no better is found \[m/s²\].
 const SETTLED: f64 = 1e-4;
 
+/// Tolerances of the accelerations, relative to the greatest and in m/s².
+const FINE: [f64; 2] = [1e-12, 1e-9];
+
+/// Accelerations towards the ground that are none \[m/s²\].
+const SINKING: f64 = 1e-7;
+
+/// Whether contact modes were found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Settled {
+    Done,
+    /// A foot that slides is pressed down by its own friction, so that no forces keep it out of the ground; which it is, the
+    /// [`Instant`] knows. An impulse has to ([`Instant::unjam`]). Either there is no solution, or the one that is noted in
+    /// the mode lets it sink by next to nothing.
+    Jammed(Option<Unsolved>),
+}
+
 impl<const N: usize> Instant<N> {
     /// What holds from here on: finds the forces of the closed constraints, and notes in the mode which of them push.
     pub(crate) fn settle(
@@ -36,20 +51,21 @@ impl<const N: usize> Instant<N> {
         state: &State<Lanes, N>,
         legs: &[usize],
         mode: &mut Mode,
-    ) -> Result<(), Unsolved> {
+    ) -> Result<Settled, Unsolved> {
         let (articulated, drive) = motors_only(scene, state);
-        self.find(scene, state, &articulated, &drive, legs, true, &touching);
-        let drifts = self.drifts.take();
+        let feet = Feet::AfterEvent;
+        self.find(scene, state, &articulated, &drive, legs, feet, &touching);
+        let struck = self.struck.take();
         let mut kept = false;
         self.entries.retain_mut(|entry| {
-            // A foot's tangents stand behind its normal, and stay or go with it: whether they stick or slide is not a matter
+            // A foot's tangents come behind its normal, and stay or go with it: whether they stick or slide is not a matter
             // of gaps.
             if entry.role.is_tangent() {
                 return kept;
             }
-            let drift = |drifts: [[f64; PLACES]; 4]| drifts[entry.row.leg][entry.role.place()];
+            let before = |struck: Struck| struck.rates[entry.row.leg][entry.role.place()];
             let rests = if entry.held {
-                drifts.is_none_or(|drifts| entry.rate - drift(drifts) < PARTING)
+                struck.is_none_or(|struck| entry.rate - before(struck) < PARTING)
             } else {
                 entry.rate.abs() < AT_REST
             };
@@ -68,7 +84,7 @@ impl<const N: usize> Instant<N> {
         mode.contacts.retain(|contact| !legs.contains(&contact.leg));
         if self.entries.is_empty() {
             mode.recount();
-            return Ok(());
+            return Ok(Settled::Done);
         }
         let friction = scene.model.ground.as_ref().map_or(0.0, |g| g.friction);
         self.prepare(&articulated, friction);
@@ -96,13 +112,58 @@ impl<const N: usize> Instant<N> {
         {
             self.problem.bound(i, OPEN);
         }
-        self.solve(SETTLED, Method::Newton, Problem::solve_by)?;
-        if self.catch_hops() {
-            self.solve(SETTLED, Method::Newton, Problem::solve_by)?;
+        // So finely that constraints that say the same thing twice share their force as they do in the motion.
+        let finely = |problem: &mut Problem, method: Method| match method {
+            Method::Newton => problem.solve_within(FINE[0], FINE[1]),
+            _ => problem.solve_by(method),
+        };
+        let mut solved = self.solve(SETTLED, Method::Newton, finely);
+        if solved.is_ok() && self.catch_hops() {
+            solved = self.solve(SETTLED, Method::Newton, finely);
         }
+        if let Err(unsolved) = solved {
+            let jams = self.jams(true);
+            return jams
+                .then_some(Settled::Jammed(Some(unsolved)))
+                .ok_or(unsolved);
+        }
+        let jams = self.jams(false);
         self.note(mode, friction, scene.model.least_force());
         mode.recount();
-        Ok(())
+        Ok(if jams {
+            Settled::Jammed(None)
+        } else {
+            Settled::Done
+        })
+    }
+
+    /// Marks the feet that slide and may jam: where there is no solution, all of them; else those that are let go although
+    /// they sink. Says whether there are any.
+    fn jams(&mut self, unsolved: bool) -> bool {
+        self.jammed = [[false; 2]; 4];
+        let mut any = false;
+        for (i, entry) in self.entries.iter().enumerate() {
+            let Role::Normal {
+                links,
+                slides: Some(_),
+            } = entry.role
+            else {
+                continue;
+            };
+            let sinks = self.problem.unknowns()[i] <= 0.0 && self.problem.w(i) < -SINKING;
+            if unsolved || sinks && !entry.parts {
+                self.jammed[entry.row.leg][links - 3] = true;
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Whether a foot of this leg jams while the leg's cable is closed.
+    pub(crate) fn jams_against_cable(&self, leg: usize) -> bool {
+        let cable =
+            |entry: &Entry<N>| entry.role == Role::Stop(Stop::Cable) && entry.row.leg == leg;
+        self.jammed[leg].contains(&true) && self.entries.iter().any(cable)
     }
 
     /// Lets stops hold that would close again next to at once; says whether there are any.
@@ -141,22 +202,25 @@ impl<const N: usize> Instant<N> {
                     *holds = holds.with_lane(leg, 1.0);
                 }
                 Role::Normal { links, slides } => {
-                    let slides = slides.or_else(|| {
-                        // A foot at rest whose friction is used up starts to slide against it.
-                        let t = [
-                            self.problem.unknowns()[i + 1],
-                            self.problem.unknowns()[i + 2],
-                        ];
-                        let size = libm::hypot(t[0], t[1]);
-                        let spent = size >= friction * force * (1.0 - 1e-9);
-                        let accelerates = libm::hypot(self.problem.w(i + 1), self.problem.w(i + 2));
-                        (spent && accelerates > 1e-6).then(|| [-t[0] / size, -t[1] / size])
-                    });
+                    let slides = slides.or_else(|| self.slips(i, friction * force, least));
                     mode.contacts.push(Contact { leg, links, slides });
                 }
                 Role::Tangent { .. } => {}
             }
         }
+    }
+
+    /// The direction in which a foot at rest starts to slide: against its friction, where that is
+    /// used up to within `least`. A foot that comes to its limit in a motion does not accelerate yet,
+    /// and would be beyond it at once.
+    fn slips(&self, normal: usize, limit: f64, least: f64) -> Option<[f64; 2]> {
+        let rows = [normal + 1, normal + 2];
+        let t = rows.map(|row| self.problem.unknowns()[row]);
+        let w = rows.map(|row| self.problem.w(row));
+        let size = libm::hypot(t[0], t[1]);
+        let spent = size > 0.0 && size >= limit * (1.0 - 1e-9) - least;
+        let starts = least > 0.0 || libm::hypot(w[0], w[1]) > 1e-6;
+        (spent && starts).then(|| [-t[0] / size, -t[1] / size])
     }
 
     /// Whether a stop says nothing that its leg's taut cable does not.

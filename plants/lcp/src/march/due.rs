@@ -5,7 +5,7 @@ use crate::flow::Flow;
 use crate::guards::{GUARDS, Guard, Guards, STOPS, at_foot, kind};
 use crate::motion::Motion;
 use crate::real::{Lanes, Real};
-use crate::root::{first_root_of_cubic, first_root_of_quadratic};
+use crate::root::{first_return_of_cubic, first_root_of_cubic, first_root_of_quadratic};
 use crate::state::{Slope, State, normalised};
 
 impl<const N: usize> Flow<N> {
@@ -49,22 +49,14 @@ impl<const N: usize> Flow<N> {
                     });
                 }
                 let [u, v] = [before, after].map(|g| g.rates[place].lane(leg) * seconds);
-                if broken && a <= 0.0 {
-                    if b >= a && u >= 0.0 {
-                        // What it drifted to while it held, on its way out.
-                        return None;
-                    }
-                    // Closed and closing: now. Closed and opening: too long a step to see it open.
-                    let now = u < -AT_REST * seconds;
-                    let met = now || seconds < SHORTEST;
-                    return Some(Due {
-                        at: if now { 0.0 } else { 0.1 * seconds },
-                        place,
-                        leg,
-                        low,
-                        high,
-                        met,
-                    });
+                if a <= 0.0 && broken {
+                    let start = Closed {
+                        from: a,
+                        to: b,
+                        rates: [u, v],
+                        seconds,
+                    };
+                    return start.due(place, leg, [low, high]);
                 }
                 let dips = u < 0.0 && v > 0.0;
                 if !(broken || dips) {
@@ -143,6 +135,43 @@ impl<const N: usize> Flow<N> {
             }
         }
         correction
+    }
+}
+
+/// A gap that is closed when a step begins and does not hold; over the step, rates times its length.
+struct Closed {
+    from: f64,
+    to: f64,
+    rates: [f64; 2],
+    seconds: f64,
+}
+
+impl Closed {
+    /// When it closes again: now where it closes to begin with, else when it comes back to where it started from.
+    fn due(&self, place: usize, leg: usize, [low, high]: [[f64; 2]; 2]) -> Option<Due> {
+        let [u, v] = self.rates;
+        let resting = AT_REST * self.seconds;
+        let due = |at: f64, met: bool| Due {
+            at,
+            place,
+            leg,
+            low,
+            high,
+            met,
+        };
+        if u < -resting {
+            return Some(due(0.0, true));
+        }
+        if u > resting {
+            let share = first_return_of_cubic(u, self.to - self.from, v)?;
+            return Some(due(share * self.seconds, true));
+        }
+        if self.to >= self.from && u >= 0.0 {
+            // What it drifted to while it held, on its way out.
+            return None;
+        }
+        // At rest and about to close: too long a step to see it do so.
+        Some(due(0.1 * self.seconds, self.seconds < SHORTEST))
     }
 }
 

@@ -4,10 +4,27 @@ use twinrig_legged::Fitted;
 
 use super::{ALL, AT_ONCE_MAX, AT_REST, Due, Halt, Progress, SHORTEST, TOUCHING, Track};
 use crate::drives::wanted;
+use crate::events::{Instant, STOPPED, Settled, Toll};
 use crate::flow::{Flow, FlowError};
-use crate::guards::{GUARDS, Guard, kind};
+use crate::guards::{GUARDS, Guard, kind, links_of};
+use crate::mode::Mode;
+use crate::motion::Scene;
 use crate::motors::Effort;
-use crate::real::Real;
+use crate::real::{Lanes, Real};
+use crate::state::State;
+
+/// Impacts without collision, and motors that give way to them, at one instant, at most.
+const JAMS_MAX: u32 = 8;
+
+/// An event while it is resolved.
+struct Event<const N: usize> {
+    state: State<Lanes, N>,
+    /// The constraints that were active before, and the drives.
+    before: Mode,
+    /// Those that are active after it.
+    mode: Mode,
+    toll: Toll,
+}
 
 impl<const N: usize> Flow<N> {
     /// The motion and the guards at the start, in a mode that has something to it.
@@ -58,17 +75,7 @@ impl<const N: usize> Flow<N> {
         legs: core::ops::Range<usize>,
         recovery: f64,
     ) -> Result<(), FlowError> {
-        let mut mode = self.mode;
-        let mut instant = core::mem::take(&mut self.instant);
-        let scene = self.scene(recovery);
-        let settled = instant.settle(&scene, &self.state, &ALL[legs], &mut mode);
-        self.instant = instant;
-        (self.counts.solver_iterations, self.counts.factorisations) =
-            (self.instant.iterations, self.instant.factorisations);
-        settled?;
-        self.note_events(&mode, self.now_s);
-        self.mode = mode;
-        Ok(())
+        self.resolve(legs, recovery, self.now_s, false)
     }
 
     /// Meets the events that are due; says whether there were any.
@@ -85,6 +92,9 @@ impl<const N: usize> Flow<N> {
                 continue;
             };
             met = true;
+            if kind(due.place) == Guard::Slide && self.turns(&due) {
+                continue;
+            }
             self.counts.events += 1;
             progress.events[i] += 1;
             progress.at_once = if due.at < SHORTEST {
@@ -101,6 +111,26 @@ impl<const N: usize> Flow<N> {
         Ok(met)
     }
 
+    /// Whether a slide that has come to an end along the direction it had goes on along another one, which is then noted.
+    /// That is no event: friction follows the slide, and no velocity is zero.
+    fn turns(&mut self, due: &Due) -> bool {
+        let links = links_of(due.place);
+        let Some(footing) = self.footing(due.leg, links) else {
+            return false;
+        };
+        let [_, a, b] = footing.velocity;
+        let speed = libm::hypot(a, b);
+        if speed < STOPPED {
+            return false;
+        }
+        let mut contacts = self.mode.contacts.iter_mut();
+        let contact = contacts.find(|c| (c.leg, c.links) == (due.leg, links));
+        if let Some(contact) = contact {
+            contact.slides = Some([a / speed, b / speed]);
+        }
+        true
+    }
+
     /// Impact and change of mode of these legs.
     pub(super) fn meet(
         &mut self,
@@ -108,25 +138,97 @@ impl<const N: usize> Flow<N> {
         recovery: f64,
         at_s: f64,
     ) -> Result<(), FlowError> {
-        let (mut state, mut mode) = (self.state, self.mode);
+        self.resolve(legs, recovery, at_s, true)
+    }
+
+    /// Velocities and contact modes of these legs after an event, in which something may have struck.
+    fn resolve(
+        &mut self,
+        legs: core::ops::Range<usize>,
+        recovery: f64,
+        at_s: f64,
+        strikes: bool,
+    ) -> Result<(), FlowError> {
+        let mut event = Event {
+            state: self.state,
+            before: self.mode,
+            mode: self.mode,
+            toll: Toll::default(),
+        };
         let mut instant = core::mem::take(&mut self.instant);
-        let scene = self.scene(recovery);
-        let legs = &ALL[legs];
-        let toll = instant.impact(&scene, &mut state, legs);
-        let settled = toll.and_then(|toll| {
-            instant.settle(&scene, &state, legs, &mut mode)?;
-            Ok(toll)
-        });
+        let resolved = self.resolved(&mut instant, &mut event, &ALL[legs], recovery, strikes);
         self.instant = instant;
         (self.counts.solver_iterations, self.counts.factorisations) =
             (self.instant.iterations, self.instant.factorisations);
-        let toll = settled?;
-        self.note_events(&mode, at_s);
-        (self.state, self.mode) = (state, mode);
-        self.ledger.impact += toll.impact;
-        self.ledger.dissipated += toll.friction;
-        self.tally.push(&toll.ground);
+        resolved?;
+        self.note_events(&event.mode, at_s);
+        (self.state, self.mode) = (event.state, event.mode);
+        self.ledger.impact += event.toll.impact;
+        self.ledger.dissipated += event.toll.friction;
+        self.tally.push(&event.toll.ground);
         Ok(())
+    }
+
+    /// Impulses and contact modes of an event. Where no forces solve the contacts, a foot that slides jams: an impact without
+    /// collision stops it, or a motor that cannot hold against that gives way.
+    fn resolved(
+        &self,
+        instant: &mut Instant<N>,
+        event: &mut Event<N>,
+        legs: &[usize],
+        recovery: f64,
+        strikes: bool,
+    ) -> Result<(), FlowError> {
+        let Event {
+            state,
+            before,
+            mode,
+            toll,
+        } = event;
+        if strikes {
+            let scene = Scene::new(&self.model, &self.model.side_by_side, before, recovery);
+            *toll = instant.impact(&scene, state, legs)?;
+        }
+        for jams in 0.. {
+            let scene = Scene::new(&self.model, &self.model.side_by_side, before, recovery);
+            let unsolved = match instant.settle(&scene, state, legs, mode)? {
+                Settled::Done => break,
+                Settled::Jammed(unsolved) => unsolved,
+            };
+            let helped = if jams < JAMS_MAX {
+                instant.unjam(&scene, state, legs)?
+            } else {
+                None
+            };
+            if let Some(further) = helped {
+                toll.add(&further);
+                continue;
+            }
+            let Some(unsolved) = unsolved else { break };
+            if jams >= JAMS_MAX || !self.give_way(instant, before) {
+                return Err(FlowError::Jammed(unsolved));
+            }
+            (mode.commands, mode.holds.hip) = (before.commands, before.holds.hip);
+        }
+        Ok(())
+    }
+
+    /// Notes that the servos of legs whose feet jam are used up, for what jams pushes beyond all measure; says whether that
+    /// is news.
+    fn give_way(&self, instant: &Instant<N>, mode: &mut Mode) -> bool {
+        let Some(Fitted::Servos(servos)) = self.model.drives else {
+            return false;
+        };
+        let mut news = false;
+        for leg in 0..self.model.legs.len() {
+            let taut = instant.jams_against_cable(leg) && servos.knee.torque().is_finite();
+            let spent = mode.commands.pulley_spent;
+            if taut && spent.lane(leg) <= 0.0 {
+                mode.commands.pulley_spent = spent.with_lane(leg, 1.0);
+                news = true;
+            }
+        }
+        news
     }
 
     /// Takes up new commands: motors that have their torque again, motors that have none left.
@@ -167,3 +269,7 @@ impl<const N: usize> Flow<N> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "meet_tests.rs"]
+mod tests;

@@ -261,3 +261,30 @@ fn a_trunk_without_legs_falls_and_one_with_one_leg_stumbles() {
         }
     }
 }
+
+/// A foot that slides until its own friction presses it down by more than its normal force lifts it, which no force solves
+/// (Painlevé's paradox). The ground's normal mobility passes through zero at 0.223 s; an impulse stops the slide there.
+#[test]
+fn a_foot_that_its_friction_presses_down_does_not_sink() {
+    let setup = Setup {
+        base: Base::Planar,
+        legs: vec!["LF".to_owned()],
+        drives: Drives::None,
+        start: pose([-42.0758, -82.8063, 87.371], [0.0; 3]),
+        ..drop(0.05, 0.6)
+    };
+    for method in [Method::Rk4, Method::Rodas4] {
+        let way = Way::by(method, 100).with_toes();
+        let mut scene = Scene::new(&robot(), &setup, way);
+        for _ in 0..260 {
+            scene.soundly(1e-3).unwrap();
+            let clearance = scene.value("leg/LF/foot/clearance");
+            assert!(
+                clearance > -1e-6,
+                "{method:?}: {clearance} at {} us",
+                scene.now_us
+            );
+        }
+        assert_eq!(scene.plant.work().fallbacks, 0, "{method:?}");
+    }
+}
