@@ -301,9 +301,6 @@ impl<const N: usize> Body for Flow<N> {
 
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {
         self.now_s = now_s;
-        if self.fresh {
-            self.regain()?;
-        }
         let before = (self.tally_before, self.tallied);
         (self.tally_before, self.tallied) = (self.tally, seconds);
         let moved = self.step(seconds);

@@ -29,8 +29,9 @@ use crate::motion::Scene;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// Share of a row's mobility that others must leave it, or it says what they say.
-pub(crate) const INDEPENDENT: f64 = 1e-9;
+/// Compliance of every constraint, as a share of its mobility, by which those that say the same thing share their force: far
+/// below that of contacts, for a motion's stops have none.
+const ALIKE: f64 = 1e-12;
 
 /// Directions that are worked on side by side.
 const ABREAST: usize = 4;
@@ -86,8 +87,8 @@ impl<const N: usize> Instant<N> {
                 }
                 let by_trunk = sums[j % ABREAST];
                 let mut mobility = between_links(by_trunk, &entry.row, &other.push, push);
-                if i == j {
-                    mobility = mobility * (1.0 + INDEPENDENT) + entry.compliance;
+                if i == j && mobility > 0.0 {
+                    mobility = mobility * (1.0 + ALIKE) + entry.compliance;
                 }
                 self.problem.set(i, j, mobility);
             }

@@ -100,9 +100,9 @@ impl Tally {
 const CROWD: u32 = 8;
 const CROWD_MAX: u32 = 24;
 
-/// How many steps a robot is taken to rattle for, where events crowd: the first time, and at most, each time twice as long.
-const PATIENCE: u32 = 50;
-const PATIENCE_MAX: u32 = 6400;
+/// Length of a fallback in steps: the first, and at most. A try costs as much as some ten steps of a fallback.
+const PATIENCE: u32 = 25;
+const PATIENCE_MAX: u32 = 200;
 
 /// How often its steps are halved there.
 const HALVINGS_MAX: u32 = 7;
@@ -120,6 +120,7 @@ pub(crate) struct Before<const N: usize> {
     pushed: Pushed,
     rattles: u32,
     patience: u32,
+    calm: u32,
     counts: WorkCounts,
     gained: f64,
     events: usize,
@@ -152,6 +153,8 @@ pub(crate) struct Flow<const N: usize> {
     /// Steps that are left to Moreau's rule, since events crowd.
     pub(crate) rattles: u32,
     pub(crate) patience: u32,
+    /// Steps without a fallback since the last change of its length.
+    pub(crate) calm: u32,
     /// Events of an island in a step, beyond which they crowd.
     pub(crate) events_max: u32,
     /// Time at the start of the step \[s\], and what happened since somebody wanted to know.
@@ -207,6 +210,7 @@ impl<const N: usize> Flow<N> {
             midpoint: None,
             rattles: 0,
             patience: PATIENCE,
+            calm: 0,
             events_max: if method == Method::Rk4 {
                 CROWD
             } else {
@@ -227,6 +231,10 @@ impl<const N: usize> Flow<N> {
 
     /// Moves on by `seconds`, or stays where it is.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
+        if self.fresh && self.regain().is_err() {
+            // Nothing that holds is to be found, so nothing is known to hold.
+            self.fresh = false;
+        }
         let before = self.saved();
         let moved = match self.method {
             Method::Rk4 => self.run(Stepper::RungeKutta, &before, seconds),
@@ -241,6 +249,7 @@ impl<const N: usize> Flow<N> {
             self.back_to(&before);
             (self.stride, self.pushed) = (before.stride, before.pushed);
             (self.rattles, self.patience) = (before.rattles, before.patience);
+            self.calm = before.calm;
             (self.counts, self.gained) = (before.counts, before.gained);
             self.instant.iterations = self.counts.solver_iterations;
             self.instant.factorisations = self.counts.factorisations;
@@ -253,21 +262,44 @@ impl<const N: usize> Flow<N> {
     fn run(&mut self, stepper: Stepper, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
         if self.rattles > 0 {
             self.rattles -= 1;
+            self.fresh = self.rattles == 0;
             return self.rattle(before, seconds);
         }
         match self.march(stepper, seconds) {
-            Ok(()) if !self.is_unbalanced(&before.ledger) => Ok(()),
+            Ok(()) if self.is_unbalanced(&before.ledger) => {
+                self.fall_back();
+                self.rattle(before, seconds)
+            }
+            Ok(()) => {
+                self.regain_patience();
+                Ok(())
+            }
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
             Err(Halt::Stiff | Halt::Failed(_)) if stepper == Stepper::RungeKutta => {
                 self.back_to(before);
                 self.counts.fallbacks += 1;
                 self.run(Stepper::Rosenbrock, before, seconds)
             }
-            Ok(()) | Err(_) => {
-                self.rattles = self.patience;
-                self.patience = (2 * self.patience).min(PATIENCE_MAX);
+            Err(_) => {
+                self.fall_back();
                 self.rattle(before, seconds)
             }
+        }
+    }
+
+    /// Leaves the next steps to Moreau's rule: twice as many each time, as long as the method itself gets nowhere.
+    fn fall_back(&mut self) {
+        self.rattles = self.patience;
+        self.patience = (2 * self.patience).min(PATIENCE_MAX);
+        self.calm = 0;
+    }
+
+    /// Halves the length of the next fallback after as many steps without one.
+    fn regain_patience(&mut self) {
+        self.calm += 1;
+        if self.calm >= self.patience {
+            self.patience = (self.patience / 2).max(PATIENCE);
+            self.calm = 0;
         }
     }
 
@@ -316,6 +348,7 @@ impl<const N: usize> Flow<N> {
             pushed: self.pushed,
             rattles: self.rattles,
             patience: self.patience,
+            calm: self.calm,
             counts: self.counts,
             gained: self.gained,
             events: self.log.len(),

@@ -107,6 +107,15 @@ impl<const N: usize> Model<N> {
         SHARE * self.energy_scale / self.reach
     }
 
+    /// Compliance of a foot's contact, by which redundant contacts share their load: the same in the
+    /// choice of what is active and in the motion, which else would not agree on the signs of forces
+    /// \[m/s² N⁻¹\].
+    pub(crate) fn contact_compliance(&self) -> f64 {
+        /// Share of the whole robot's mobility.
+        const SHARE: f64 = 1e-8;
+        SHARE * GRAVITY * self.reach / self.energy_scale
+    }
+
     /// Whether the trunk moves at all.
     pub(crate) fn is_free(&self) -> bool {
         self.base != Base::Fixed

@@ -8,7 +8,6 @@ use crate::articulated::{
 use crate::constants::Constants;
 use crate::dense::solve;
 use crate::drives::{Commands, Turned, driven, greatest};
-use crate::events::INDEPENDENT;
 use crate::hold::{CABLE, Driven, Give, HIP, HOLDS, Holding, Holds};
 use crate::mode::Mode;
 use crate::model::Model;
@@ -342,7 +341,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                     .push(if contact.slides.is_some() { 0.0 } else { 1.0 });
             }
         }
-        bench.fill(articulated);
+        bench.fill(articulated, self.model.contact_compliance());
         solve(&mut bench.matrix, &mut bench.forces);
         let mut trunk = accelerations.trunk;
         let mut torques = articulated.torques;
@@ -382,7 +381,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
 
 impl<T: Real, const N: usize> Bench<T, N> {
     /// The matrix: accelerations along every row by a unit of every force.
-    fn fill<R: Wide<Sum = T>>(&mut self, articulated: &Articulated<R, N>) {
+    fn fill<R: Wide<Sum = T>>(&mut self, articulated: &Articulated<R, N>, compliance: f64) {
         let n = self.rows.len();
         self.matrix.clear();
         for row in 0..n {
@@ -401,8 +400,8 @@ impl<T: Real, const N: usize> Bench<T, N> {
                         self.lifts[row] = entry.plain() / own.plain();
                     }
                     // Constraints that say the same thing twice share their force; one that nothing moves has none.
-                    entry = entry * T::splat(1.0 + INDEPENDENT);
-                    if entry.plain() <= 0.0 {
+                    entry += T::splat(compliance);
+                    if entry.plain() <= compliance {
                         entry = T::splat(1.0);
                         self.forces[row] = T::zero();
                     }

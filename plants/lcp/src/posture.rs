@@ -131,18 +131,24 @@ impl<const N: usize> Flow<N> {
         marked
     }
 
-    /// Finds again what holds, once it is known what the drives are told: what pushes under one command lets go under
-    /// another. The methods that look for it in every step have no need of it.
+    /// Finds the active constraints in a state of another model or method, once the commands of the drives are known: what
+    /// pushes under one command lets go under another. Methods that look for them in every step have no need of it.
     pub(crate) fn regain(&mut self) -> Result<(), FlowError> {
         let mut mode = self.mode;
         self.mark(&mut mode)
             .map_err(|Passed { by, .. }| FlowError::Apart { by })?;
         mode.recount();
-        self.mode = mode;
+        let before = core::mem::replace(&mut self.mode, mode);
+        let logs = core::mem::take(&mut self.logs);
+        let mut chosen = Ok(());
         for island in self.islands() {
-            self.choose(island, 0.0)?;
+            chosen = chosen.and_then(|()| self.choose(island, 0.0));
         }
-        self.fresh = false;
+        self.logs = logs;
+        let mode = core::mem::replace(&mut self.mode, before);
+        chosen?;
+        self.note_events(&mode, self.now_s);
+        (self.mode, self.fresh) = (mode, false);
         Ok(())
     }
 }

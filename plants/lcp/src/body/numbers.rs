@@ -33,7 +33,7 @@ impl<const N: usize> Flow<N> {
             self.stride,
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
-        [self.rattles, self.patience] = copy.rattles.map(counted);
+        [self.rattles, self.patience, self.calm] = copy.rattles.map(counted);
         (self.gained, self.fresh) = (copy.gained, copy.fresh != 0.0);
         copy.recalled
     }
@@ -60,7 +60,7 @@ impl<const N: usize> Flow<N> {
                 self.stride,
             ],
             tallied: self.tallied,
-            rattles: [f64::from(self.rattles), f64::from(self.patience)],
+            rattles: [self.rattles, self.patience, self.calm].map(f64::from),
             gained: self.gained,
             fresh: f64::from(u8::from(self.fresh)),
             recalled: self.recalled(),
@@ -76,7 +76,7 @@ struct Numbers<const N: usize> {
     tally_before: Tally,
     lanes: [Lanes; 13],
     tallied: f64,
-    rattles: [f64; 2],
+    rattles: [f64; 3],
     gained: f64,
     fresh: f64,
     recalled: f64,

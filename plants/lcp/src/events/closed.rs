@@ -253,7 +253,7 @@ impl<const N: usize> Instant<N> {
                 rate: footing.velocity[k],
                 bias: footing.bias[k],
                 winding: 0.0,
-                compliance: 0.0,
+                compliance: scene.model.contact_compliance(),
                 direction: world[k],
             };
             self.entries

@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod allocation;
+mod fallback;
 mod geometry;
 mod landing;
 mod motors;
