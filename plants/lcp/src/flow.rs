@@ -153,7 +153,7 @@ pub(crate) struct Flow<const N: usize> {
     /// Steps that are left to Moreau's rule, since events crowd.
     pub(crate) rattles: u32,
     pub(crate) patience: u32,
-    /// Steps without a fallback since the last change of its length.
+    /// Steps since the last fallback.
     pub(crate) calm: u32,
     /// Events of an island in a step, beyond which they crowd.
     pub(crate) events_max: u32,
@@ -266,7 +266,8 @@ impl<const N: usize> Flow<N> {
             return self.rattle(before, seconds);
         }
         match self.march(stepper, seconds) {
-            Ok(()) if self.is_unbalanced(&before.ledger) => {
+            Ok(()) if self.is_unbalanced(&before.ledger) || self.is_restless(before) => {
+                self.counts.steps = before.counts.steps;
                 self.fall_back();
                 self.rattle(before, seconds)
             }
@@ -294,12 +295,17 @@ impl<const N: usize> Flow<N> {
         self.calm = 0;
     }
 
+    /// Whether a first step after a fallback has had events. Then their cause is not gone, and what Moreau's rule has left
+    /// overlapping has been made an impact of.
+    fn is_restless(&self, before: &Before<N>) -> bool {
+        self.patience > PATIENCE && self.calm == 0 && self.counts.events > before.counts.events
+    }
+
     /// Halves the length of the next fallback after as many steps without one.
     fn regain_patience(&mut self) {
         self.calm += 1;
-        if self.calm >= self.patience {
+        if self.calm.is_multiple_of(self.patience) {
             self.patience = (self.patience / 2).max(PATIENCE);
-            self.calm = 0;
         }
     }
 
@@ -455,15 +461,17 @@ impl<const N: usize> Flow<N> {
     }
 
     #[inline(always)]
-    fn feel_motors(&self, felt: &Felt<Lanes>, weight: Lanes, tally: &mut Tally) {
+    pub(crate) fn feel_motors(&self, felt: &Felt<Lanes>, weight: Lanes, tally: &mut Tally) {
         if self.model.drives.is_some() {
             tally.hip += weight * felt.hip_torque;
             tally.knee += weight * felt.knee_torque;
-            tally.cable += weight * felt.forces[crate::hold::CABLE];
+            // A motion ends past an event by the error of its time. Nothing pushes there.
+            let tension = felt.forces[crate::hold::CABLE];
+            tally.cable += weight * tension.clamped(Lanes::zero(), Lanes::splat(f64::INFINITY));
         }
     }
 
-    fn feel_ground(
+    pub(crate) fn feel_ground(
         &self,
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,

@@ -204,6 +204,11 @@ impl<const N: usize> Flow<N> {
             let met = self.meet_all(&due, &mut progress, recovery, seconds)?;
             let state = self.state;
             if met {
+                if self.obey() {
+                    for island in self.islands() {
+                        self.choose(island, recovery)?;
+                    }
+                }
                 self.motion_into(&state, recovery, &mut track.start);
             }
             if guarded && !met {
@@ -372,7 +377,7 @@ impl<const N: usize> Flow<N> {
             Stepper::RungeKutta => self.rk4_step(state, start, h, recovery, leap),
             Stepper::Rosenbrock => {
                 let step = self.rodas4_step(state, start, h, recovery);
-                self.feel_trapezoid(start, [state, &step.end], h, recovery, leap);
+                self.feel_ends([state, &step.end], h, recovery, leap);
                 leap.end = step.end;
                 (leap.dissipated, leap.actuator) = (step.dissipated, step.actuator);
                 leap.error = step.error;
@@ -380,11 +385,10 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    /// Mean forces by the trapezoidal rule, and the motion at the end: forces that end at zero, a little past it by the error of
-    /// the event's time, have pushed until then. The ground's forces at the start have left the bench.
-    fn feel_trapezoid(
+    /// Mean forces, and the motion at the end. The ground's are those of the trapezoidal rule: forces that end at zero, a little
+    /// past it by the error of the event's time, have pushed until then.
+    fn feel_ends(
         &mut self,
-        at_start: &Motion<Lanes, N>,
         [start, end]: [&State<Lanes, N>; 2],
         h: Lanes,
         recovery: f64,
@@ -392,14 +396,13 @@ impl<const N: usize> Flow<N> {
     ) {
         let half = h * Lanes::splat(0.5);
         leap.felt = Tally::new();
-        if self.mode.contacts.is_empty() {
-            self.feel(start, at_start, half, &mut leap.felt);
-        } else {
+        if !self.mode.contacts.is_empty() {
             self.motion_into(start, recovery, &mut leap.motion);
-            self.feel(start, &leap.motion, half, &mut leap.felt);
+            self.feel_ground(start, &leap.motion, half, &mut leap.felt);
         }
         self.motion_into(end, recovery, &mut leap.motion);
-        self.feel(end, &leap.motion, half, &mut leap.felt);
+        self.feel_ground(end, &leap.motion, half, &mut leap.felt);
+        self.feel_motors(&leap.motion.felt, h, &mut leap.felt);
     }
 
     /// Takes the end of a piece for the present, and writes up what has flowed.

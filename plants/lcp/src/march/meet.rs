@@ -231,21 +231,22 @@ impl<const N: usize> Flow<N> {
         news
     }
 
-    /// Takes up new commands: motors that have their torque again, motors that have none left.
-    pub(crate) fn obey(&mut self) {
+    /// Takes up new commands, or what an event has changed: motors that have their torque again, motors that have none left.
+    /// Says whether there are any.
+    pub(crate) fn obey(&mut self) -> bool {
         /// A motor that changes its mind more often is on the border of its torque; either answer is right there.
         const CHANGES_MAX: usize = 4;
         let Some(Fitted::Servos(servos)) = self.model.drives else {
-            return;
+            return false;
         };
         if servos
             .both()
             .iter()
             .all(|servo| servo.torque().is_infinite())
         {
-            return;
+            return false;
         }
-        for _ in 0..CHANGES_MAX {
+        for changes in 0..CHANGES_MAX {
             let state = self.state;
             let motion = self.motion(&state, 0.0);
             let commands = &self.mode.commands;
@@ -264,9 +265,10 @@ impl<const N: usize> Flow<N> {
                 ],
             };
             if !self.tire(&effort) {
-                return;
+                return changes > 0;
             }
         }
+        true
     }
 }
 
