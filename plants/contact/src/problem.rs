@@ -294,10 +294,11 @@ impl Problem {
     }
 
     /// Projects the unknowns onto their bounds. A solution keeps them within its tolerance; where a
-    /// law of nature is among them, as Coulomb's is, the rest is to be an error of velocities alone.
-    pub fn keep_within_bounds(&mut self) {
-        /// An excess that is round-off, relative to the bound.
-        const ROUND_OFF: f64 = 1e-9;
+    /// law of nature is among them, as Coulomb's is, the rest is to be an error of velocities alone. Says whether there was anything to project.
+    pub fn keep_within_bounds(&mut self) -> bool {
+        /// An excess that is left, relative to the bound: a projection trades it for a velocity.
+        const LEFT: f64 = 5e-7;
+        let mut outside = false;
         for row in 0..self.len() {
             let z = self.unknowns[row];
             match self.bounds[row] {
@@ -307,13 +308,15 @@ impl Problem {
                 Bound::Disc { normal, friction } => {
                     let length = norm([z, self.unknowns[row + 1]]);
                     let radius = friction * self.unknowns[normal].max(0.0);
-                    if length > radius * (1.0 + ROUND_OFF) {
+                    if length > radius * (1.0 + LEFT) {
                         self.unknowns[row] *= radius / length;
                         self.unknowns[row + 1] *= radius / length;
                     }
                 }
             }
+            outside |= self.unknowns[row] != z;
         }
+        outside
     }
 
     /// `w = G z + b` of a row, for the present unknowns.
