@@ -1,6 +1,7 @@
 //! Random drops, stands and walks. A case is drawn from its seed alone and prints itself as a scenario file, so that the seed
 //! is all that it takes to repeat it.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use twinrig::robot::Robot;
@@ -86,7 +87,7 @@ pub struct Case {
     /// Viscous friction of all joints in place of the robot file's \[N·m·s/rad\].
     pub joint_friction: Option<f64>,
     pub duration: SimDuration,
-    /// Step and observation period in place of the method's own.
+    /// Step in place of the method's own.
     pub step: Option<SimDuration>,
     /// Error tolerance of rk4 and rodas4 \[m\]; the plant's own without.
     pub tolerance: Option<f64>,
@@ -169,7 +170,7 @@ impl Case {
             },
             legs: there,
             height,
-            pose: Some(pose(stream, robot)),
+            pose: Some(pose(stream, robot, method)),
             servo: chance(stream, 0.4).then(|| uniform(stream, 0.5, 5.0)),
             duration: whole_periods(fall + settle),
             ..Self::blank(seed, method)
@@ -191,7 +192,7 @@ impl Case {
             } else {
                 uniform(stream, 0.0, 0.03)
             },
-            pose: chance(stream, 0.5).then(|| pose(stream, robot)),
+            pose: chance(stream, 0.5).then(|| pose(stream, robot, method)),
             servo: Some(uniform(stream, 0.5, 5.0)),
             duration: whole_periods(0.4),
             ..Self::blank(seed, method)
@@ -271,7 +272,21 @@ impl Case {
         }
     }
 
-    /// Step of the plant and observation period.
+    /// Observation period: the step of the method, whatever the plant is stepped by.
+    pub fn period(&self) -> SimDuration {
+        self.step().max(self.method.step())
+    }
+
+    /// The same by another method.
+    #[must_use]
+    pub fn by(&self, method: Method) -> Self {
+        Self {
+            method,
+            ..self.clone()
+        }
+    }
+
+    /// Step of the plant.
     pub fn step(&self) -> SimDuration {
         self.step.unwrap_or(self.method.step())
     }
@@ -321,11 +336,11 @@ impl Case {
                 "\n[controller]\n{controller}mid_stance_offset = \"{shift} m\""
             )?,
         }
-        let period = self.step().as_nanos() / 1000;
+        let period = self.period().as_nanos() / 1000;
         writeln!(to, "\n[observe]\nperiod = \"{period} us\"")?;
         writeln!(
             to,
-            "\n[record]\nsignals = [\"leg/*/foot/clearance\", \"leg/*/foot/force\", \"leg/*/foot/position\", \"energy/*\"]"
+            "\n[record]\nsignals = [\"leg/*/foot/clearance\", \"leg/*/foot/force\", \"leg/*/foot/position\", \"body/position\", \"energy/*\"]"
         )
     }
 
@@ -387,8 +402,9 @@ impl Case {
     }
 }
 
-/// A pose between all stops, at rest or in motion.
-fn pose(stream: &mut Stream, robot: &Robot) -> Pose {
+/// A pose between all stops, at rest or in motion. A leg without mass knows none with the ankle folded up.
+fn pose(stream: &mut Stream, robot: &Robot, method: Method) -> Pose {
+    const FOLDED: f64 = 0.11;
     let leg = robot
         .legs
         .first()
@@ -397,6 +413,11 @@ fn pose(stream: &mut Stream, robot: &Robot) -> Pose {
     let opening_max = leg
         .and_then(|leg| leg.opening_stop(q2).ok())
         .map_or(0.0, |stop| stop.value);
+    let bent = robot.legs.first().map_or(0.0, |mount| mount.leg.q2_ref);
+    let opening_max = match method {
+        Method::Massless => opening_max.min(PI - FOLDED - bent + q2),
+        _ => opening_max,
+    };
     let opening = if chance(stream, 0.5) {
         0.0
     } else {

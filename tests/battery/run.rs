@@ -31,6 +31,8 @@ pub struct Foot {
 pub struct Sample {
     pub time_s: f64,
     pub energy: EnergyBooks,
+    /// Position of the trunk \[m\].
+    pub trunk: [f64; 3],
     pub feet: Vec<Foot>,
     /// How often the plant has left a step to another method, or shortened it.
     pub fallbacks: u64,
@@ -52,19 +54,24 @@ pub struct Run {
     pub length: f64,
 }
 
-/// Reads the feet where a layout has them.
-struct Feet {
+/// Reads trunk and feet where a layout has them.
+struct Observed {
+    trunk_at: usize,
     places: Vec<[usize; 3]>,
+    trunk: [f64; 3],
     feet: Vec<Foot>,
 }
 
-impl Feet {
+impl Observed {
     fn of(layout: &Layout, legs: &[&str]) -> Self {
         let place = |leg: &str, what: &str| {
             let found = layout.find(&format!("leg/{leg}/foot/{what}"));
             found.map_or(usize::MAX, |range| range.start)
         };
+        let trunk = layout.find("body/position");
         Self {
+            trunk_at: trunk.map_or(usize::MAX, |range| range.start),
+            trunk: [0.0; 3],
             places: legs
                 .iter()
                 .map(|leg| ["clearance", "force", "position"].map(|what| place(leg, what)))
@@ -74,13 +81,15 @@ impl Feet {
     }
 }
 
-impl Observer for Feet {
+impl Observer for Observed {
     fn event(&mut self, _: SimTime, _: RunEvent) {}
 
     fn samples(&mut self, _: SimTime, group: Group, values: &[f64]) {
         if group != Group::Plant {
             return;
         }
+        let at = self.trunk_at;
+        self.trunk.copy_from_slice(&values[at..at + 3]);
         for (foot, &[clearance, force, position]) in self.feet.iter_mut().zip(&self.places) {
             foot.clearance = values[clearance];
             foot.force.copy_from_slice(&values[force..force + 3]);
@@ -112,14 +121,22 @@ fn reach(mount: &LegMount) -> f64 {
 /// # Errors
 /// A case that makes no rig.
 pub fn run(registry: &Registry, case: &Case) -> Result<Run, String> {
-    let assembly = Assembly::of_texts(registry, &case.scenario(), ROBOT, &[]);
+    run_text(registry, case, &case.scenario())
+}
+
+/// Runs a scenario as what a case is said to be.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, String> {
+    let assembly = Assembly::of_texts(registry, text, ROBOT, &[]);
     let assembly = assembly.map_err(|error| error.to_string())?;
     let mut rig = assembly.rig().map_err(|error| error.to_string())?;
     let Some(robot) = assembly.robot() else {
         return Err("there is no robot".to_owned());
     };
-    let mut feet = Feet::of(rig.layout(Group::Plant), &case.legs);
-    let period = case.step();
+    let mut feet = Observed::of(rig.layout(Group::Plant), &case.legs);
+    let period = case.period();
     let there = |name: &str| case.legs.contains(&name);
     let legs = robot.legs.iter().filter(|mount| there(&mount.name));
     let mut run = Run {
@@ -146,6 +163,7 @@ pub fn run(registry: &Registry, case: &Case) -> Result<Run, String> {
         run.samples.push(Sample {
             time_s: now.as_secs_f64(),
             energy: plant.energy(),
+            trunk: feet.trunk,
             feet: feet.feet.clone(),
             fallbacks: plant.work().fallbacks,
             momentum: state.map(|state| momentum(robot, &case.legs, case.toe, &state)),
