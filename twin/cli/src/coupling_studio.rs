@@ -10,6 +10,7 @@ use twinrig_study::{RigMake, RigScene, RigWorkshop, Way};
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
 use crate::registry::Registry;
+use crate::studio::first_line;
 
 /// Builds the rigs of a study out of a scenario.
 pub(crate) struct RigStudio<'r> {
@@ -18,6 +19,8 @@ pub(crate) struct RigStudio<'r> {
     settings: Vec<Setting>,
     scene: RigScene,
     plants: Vec<String>,
+    /// Other plants, with the reason why they cannot be in the scene.
+    left_out: Vec<String>,
     /// What of each plant is compared, as a scenario says it.
     compared: Vec<String>,
 }
@@ -51,6 +54,7 @@ impl<'r> RigStudio<'r> {
                 buses: buses.collect(),
             },
             plants: Vec::new(),
+            left_out: Vec::new(),
             compared: Vec::new(),
         };
         let candidates: Vec<String> = match names {
@@ -74,8 +78,10 @@ impl<'r> RigStudio<'r> {
                     studio.plants.push(name);
                 }
                 Err(error) if !names.is_empty() => return Err(error),
-                // It has no place in the scene.
-                Err(_) => {}
+                Err(error) => {
+                    let why = first_line(&error.to_string());
+                    studio.left_out.push(format!("{name}: {why}"));
+                }
             }
         }
         Ok(studio)
@@ -136,6 +142,10 @@ impl RigWorkshop for RigStudio<'_> {
 
     fn plants(&self) -> &[String] {
         &self.plants
+    }
+
+    fn left_out(&self) -> &[String] {
+        &self.left_out
     }
 
     fn rig(&self, make: &RigMake<'_>) -> Result<Rig, String> {

@@ -7,6 +7,15 @@ use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, St
 use crate::grid::{Cell, Grid, Side, Tint};
 use crate::paint::Paint;
 
+/// A row that contradicts its neighbours, and how.
+fn doubtful(row: &CouplingRow) -> String {
+    let (method, step) = (row.method.word(), brief(row.step_s, "s"));
+    let error = row.error_rms_m;
+    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
+    let why = row.why.as_deref().unwrap_or_default();
+    format!("{} {method} {step}{error}, {why}", row.plant)
+}
+
 /// What a study found, and the files that it wrote.
 pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
     let mut lines = vec![format!(
@@ -53,6 +62,9 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
                 study.budget_s
             ),
         );
+    }
+    for row in study.rows.iter().filter(|row| row.contradicts) {
+        fact("doubtful", doubtful(row));
     }
     for left in &study.left_out {
         fact("left out", left.clone());

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_robot::Robot;
-use twinrig_runtime::Plant;
+use twinrig_runtime::{Plant, caught};
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
 use twinrig_study::{
-    Commands, PlantOffer, STROLL, Scales, Scene, Study, Tapped, Variant, Workshop,
+    Commands, Knob, MethodOffer, PlantOffer, STROLL, Scales, Scene, SetBy, Study, Tapped, Variant,
+    Workshop,
 };
 
 use crate::assembly::Assembly;
@@ -19,6 +20,11 @@ use crate::registry::{NO_ROBOT, Registry};
 const STANDS_ALONE: &str = "studies of precision and stability vary what a robot file says, and this plant brings its own model: \
                             it goes with `twin study coupling` only";
 
+/// A setting at which any method can be built.
+const TRIED_STEP: SimDuration = SimDuration::from_millis(1);
+/// The same of methods that choose their steps.
+const TRIED_TOLERANCE: f64 = 1e-6;
+
 /// Builds the plants of a study out of a scenario.
 pub(crate) struct Studio<'r> {
     scene: Scene,
@@ -27,6 +33,8 @@ pub(crate) struct Studio<'r> {
     bystanders: Vec<PlantOffer>,
     /// Of the offers, then of the bystanders.
     benches: Vec<Bench<'r>>,
+    /// Plants that nobody asked for, with the reason why they cannot be in the scene.
+    left_out: Vec<String>,
     /// Plants that panicked when they were first built.
     panics: Vec<String>,
 }
@@ -66,20 +74,47 @@ impl<'r> Studio<'r> {
             names => names.to_vec(),
         };
         let (mut offers, mut benches, mut panics) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut left_out, mut refused) = (Vec::new(), None);
         for name in all {
-            let assembly = match of_plant(registry, path, settings, &name) {
+            let Some((offer, methods)) = registry.offer(&name) else {
+                // A scenario is read against the same plants, and refuses others.
+                of_plant(registry, path, settings, &name)?;
+                continue;
+            };
+            let bench = match of_plant(registry, path, settings, &name) {
                 Err(TwinError::Panic { source, .. }) => {
                     panics.push(source.to_string());
-                    Err(source.to_string())
+                    Bench {
+                        methods,
+                        assembly: Err(source.to_string()),
+                    }
                 }
                 Err(error) if !names.is_empty() => return Err(error),
-                assembly => assembly.map_err(|error| first_line(&error.to_string())),
+                Err(error) => {
+                    left_out.push(format!("{name}: {}", first_line(&error.to_string())));
+                    refused.get_or_insert(error);
+                    continue;
+                }
+                Ok(assembly) => Bench {
+                    methods,
+                    assembly: Ok(assembly),
+                },
             };
-            // A scenario is read against the same plants, so there is one of that name.
-            if let Some((offer, methods)) = registry.offer(&name) {
-                offers.push(offer);
-                benches.push(Bench { methods, assembly });
+            if let Some(why) = bench.refusal(&offer) {
+                left_out.push(format!("{name}: {why}"));
+                let error = own.not_built("plant", &name, why.into());
+                if !names.is_empty() {
+                    return Err(error);
+                }
+                refused.get_or_insert(error);
+                continue;
             }
+            offers.push(offer);
+            benches.push(bench);
+        }
+        // Where none can be in the scene, the scene is at fault.
+        if let (Some(error), true) = (refused, offers.is_empty()) {
+            return Err(error);
         }
         let mut bystanders: Vec<PlantOffer> = Vec::new();
         for model in models_beside(&offers) {
@@ -95,6 +130,7 @@ impl<'r> Studio<'r> {
             offers,
             bystanders,
             benches,
+            left_out,
             panics,
         })
     }
@@ -114,8 +150,43 @@ impl<'r> Studio<'r> {
         let place = offers.position(|offer| offer.name == variant.plant);
         let bench = place.and_then(|place| self.benches.get(place));
         let bench = bench.ok_or_else(|| format!("there is no plant `{}`", variant.plant))?;
-        let assembly = bench.assembly.as_ref().map_err(Clone::clone)?;
-        let methods = bench.methods.iter();
+        bench.built(variant, wanted)
+    }
+}
+
+impl Bench<'_> {
+    /// Why the plant cannot be in the scene as it is, whatever its method; none if it can, or if one of them panics, which
+    /// its rows will say.
+    fn refusal(&self, offer: &PlantOffer) -> Option<String> {
+        let built = |method: &MethodOffer| {
+            let variant = Variant {
+                plant: offer.name.clone(),
+                method: method.name.clone(),
+                knob: match method.set_by {
+                    SetBy::Step => Knob::Step(TRIED_STEP),
+                    SetBy::Tolerance => Knob::Tolerance(TRIED_TOLERANCE),
+                },
+                scales: Scales::AS_IS,
+            };
+            match caught(|| self.built(&variant, &is_compared)) {
+                Ok(built) => built.map(drop),
+                Err(_) => Ok(()),
+            }
+        };
+        let mut refused = None;
+        for method in &offer.methods {
+            refused = Some(built(method).err()?);
+        }
+        refused
+    }
+
+    fn built(
+        &self,
+        variant: &Variant,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, String> {
+        let assembly = self.assembly.as_ref().map_err(Clone::clone)?;
+        let methods = self.methods.iter();
         let method = methods
             .into_iter()
             .find(|method| method.is_meant_by(variant));
@@ -173,6 +244,10 @@ impl Workshop for Studio<'_> {
         &self.bystanders
     }
 
+    fn left_out(&self) -> &[String] {
+        &self.left_out
+    }
+
     fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
         self.built(variant, &is_compared)
     }
@@ -202,7 +277,7 @@ fn is_of_a_drive(signal: &str) -> bool {
     .any(|ending| signal.ends_with(ending))
 }
 
-fn first_line(error: &str) -> String {
+pub(crate) fn first_line(error: &str) -> String {
     let line = error.lines().next().unwrap_or_default();
     line.trim_start_matches("error: ").to_owned()
 }

@@ -49,6 +49,9 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
             ),
         );
     }
+    for row in study.rows.iter().filter(|row| row.contradicts) {
+        fact("doubtful", doubtful(row));
+    }
     for left in &study.left_out {
         fact("left out", left.clone());
     }
@@ -87,6 +90,17 @@ fn walking(one: &Transport) -> String {
         brief(cost.residual_j.abs(), "J"),
         brief(cost.work_j, "J"),
     )
+}
+
+/// A row that contradicts its neighbours, and how.
+fn doubtful(row: &Row) -> String {
+    let what = match row.kind {
+        RowKind::Limit => format!("{} with segments × {:e}", row.plant, row.scales.mass),
+        _ => format!("{} {}", row.line().name(), setting(row)),
+    };
+    let error = row.error_rms_m;
+    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
+    format!("{what}{error}, {}", row.why.as_deref().unwrap_or_default())
 }
 
 /// Whether a limit is that of the springs.

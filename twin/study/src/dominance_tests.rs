@@ -10,7 +10,7 @@ use crate::study::{Study, StudyKind};
 use crate::workshop::{Knob, Scales, Variant};
 
 /// A run of `plant` with steps of so many microseconds, its error \[m\] and its run time over simulated time.
-fn row(plant: &str, micros: u64, error: f64, cost: f64) -> Row {
+pub(crate) fn row(plant: &str, micros: u64, error: f64, cost: f64) -> Row {
     let variant = Variant {
         plant: plant.to_owned(),
         method: "euler".to_owned(),
@@ -42,7 +42,7 @@ fn note(plant: &str, of_plant: Option<&str>) -> ReferenceNote {
 }
 
 /// Of a plant `full` and an `engine` that solves its model.
-fn study(rows: Vec<Row>) -> Study {
+pub(crate) fn study(rows: Vec<Row>) -> Study {
     Study {
         kind: StudyKind::Precision,
         scenario: "made up".to_owned(),
@@ -66,7 +66,7 @@ fn study(rows: Vec<Row>) -> Study {
     }
 }
 
-fn page(study: &Study) -> String {
+pub(crate) fn page(study: &Study) -> String {
     let machine = Machine {
         cpu: String::new(),
         cores: 1,

@@ -48,6 +48,24 @@ pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
     }
 }
 
+/// The row that a study of precision is summed up by.
+pub(crate) struct Foremost<'s> {
+    pub(crate) row: &'s Row,
+    pub(crate) error_m: f64,
+    pub(crate) choice: Choice,
+}
+
+/// How it was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Choice {
+    /// The fastest within the aim at the usual step.
+    Fastest,
+    /// Where there is none, the fastest within the aim of those that choose their steps.
+    FastestAdaptive,
+    /// Where there is none either, the smallest error at the usual step.
+    Nearest,
+}
+
 impl Study {
     /// What it found, in a sentence or two.
     pub fn headline(&self) -> String {
@@ -62,40 +80,75 @@ impl Study {
         }
     }
 
-    /// The fastest of the most thorough model at the usual step that comes within the aim, or the one that comes nearest.
-    fn precise(&self) -> String {
+    /// The rows that a headline may be about: runs of the most thorough model that came to their end, and their errors.
+    pub(crate) fn candidates(&self) -> Vec<(&Row, f64)> {
         let massive = |row: &&Row| self.massive.is_empty() || self.massive.contains(&row.plant);
         let rows = self.rows.iter().filter(massive);
-        let known: Vec<(&Row, f64)> = rows
-            .filter(|row| row.kind == RowKind::Integration && row.status == Status::Ok)
+        rows.filter(|row| row.kind == RowKind::Integration && row.status == Status::Ok)
             .filter_map(|row| Some((row, row.error_rms_m?)))
-            .collect();
-        let usual = known.iter().filter(|(row, _)| at_usual_step(row));
-        let rows: Vec<(&Row, f64)> = usual.copied().collect();
-        let speed = |row: &Row| row.real_time_factor.unwrap_or(0.0);
-        let fastest = |rows: &[(&Row, f64)]| -> Option<String> {
-            let within = rows.iter().filter(|(_, error)| *error <= AIM_M);
-            let (row, error) = within.max_by(|(a, _), (b, _)| speed(a).total_cmp(&speed(b)))?;
-            let setting = knob(row.step_s, row.tolerance);
-            let (name, error) = (row.line().name(), si(*error, "m"));
-            Some(format!(
-                "{name} at {setting}: {error} at {} real time.",
-                grouped_factor(speed(row))
-            ))
+            .collect()
+    }
+
+    /// The row that the headline, a card and the table name; none if no error is known.
+    pub(crate) fn foremost(&self) -> Option<Foremost<'_>> {
+        let known = self.candidates();
+        let of = |wanted: fn(&Row) -> bool| {
+            let rows = known.iter().filter(move |(row, _)| wanted(row));
+            rows.copied().collect::<Vec<_>>()
         };
-        let step = si(USUAL_STEP_S, "s");
-        if let Some(found) = fastest(&rows) {
-            return found;
-        }
-        // Those that choose their own.
-        let adaptive = known.iter().filter(|(row, _)| row.line().is_adaptive());
-        let adaptive: Vec<(&Row, f64)> = adaptive.copied().collect();
-        if let Some(found) = fastest(&adaptive) {
-            return found;
-        }
-        match rows.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)) {
-            Some((row, error)) => {
-                let (aim, floor) = (si(AIM_M, "m"), self.floor());
+        let fastest = |rows: &[(&'_ Row, f64)]| {
+            let within = rows.iter().enumerate();
+            let within = within.filter(|(_, (_, error))| *error <= AIM_M);
+            let speed = |row: &Row| row.real_time_factor.unwrap_or(0.0);
+            // Of several that are alike, the first.
+            let best = within
+                .rev()
+                .max_by(|(_, (a, _)), (_, (b, _))| speed(a).total_cmp(&speed(b)));
+            best.map(|(place, _)| place)
+        };
+        let usual = of(at_usual_step);
+        let adaptive = of(|row| row.line().is_adaptive());
+        let nearest = |rows: &[(&'_ Row, f64)]| {
+            let rows = rows.iter().enumerate();
+            let nearest = rows.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
+            nearest.map(|(place, _)| place)
+        };
+        let (rows, place, choice) = if let Some(place) = fastest(&usual) {
+            (usual, place, Choice::Fastest)
+        } else if let Some(place) = fastest(&adaptive) {
+            (adaptive, place, Choice::FastestAdaptive)
+        } else {
+            let place = nearest(&usual)?;
+            (usual, place, Choice::Nearest)
+        };
+        let (row, error_m) = rows[place];
+        Some(Foremost {
+            row,
+            error_m,
+            choice,
+        })
+    }
+
+    fn precise(&self) -> String {
+        let Some(Foremost {
+            row,
+            error_m,
+            choice,
+        }) = self.foremost()
+        else {
+            return "No error is known: there is no reference, or nothing came to the end."
+                .to_owned();
+        };
+        let name = row.line().name();
+        let speed = grouped_factor(row.real_time_factor.unwrap_or(0.0));
+        let (error, aim, step) = (si(error_m, "m"), si(AIM_M, "m"), si(USUAL_STEP_S, "s"));
+        match choice {
+            Choice::Fastest | Choice::FastestAdaptive => {
+                let setting = knob(row.step_s, row.tolerance);
+                format!("{name} at {setting}: {error} at {speed} real time.")
+            }
+            Choice::Nearest => {
+                let floor = self.floor();
                 let none = if floor > AIM_M {
                     let floor = si(floor, "m");
                     format!(
@@ -104,15 +157,7 @@ impl Study {
                 } else {
                     format!("No method comes within {aim} at {step}; the nearest")
                 };
-                format!(
-                    "{none} is {} with {} at {} real time.",
-                    row.line().name(),
-                    si(*error, "m"),
-                    grouped_factor(speed(row))
-                )
-            }
-            None => {
-                "No error is known: there is no reference, or nothing came to the end.".to_owned()
+                format!("{none} is {name} with {error} at {speed} real time.")
             }
         }
     }

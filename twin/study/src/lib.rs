@@ -39,6 +39,9 @@ mod machine;
 mod models;
 mod number;
 mod outing;
+mod outliers;
+#[cfg(test)]
+mod page_tests;
 mod panics;
 mod precision;
 mod reference;

@@ -130,6 +130,7 @@ pub fn precision(
     study.transports = transports;
     study.budget_s = plan.budget_s;
     study.panics = panics.into_all();
+    study.mark_contradictions();
     Ok(study)
 }
 

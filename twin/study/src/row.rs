@@ -49,6 +49,7 @@ pub(crate) fn ended_word(status: Status, cut: bool) -> &'static str {
 /// A row. Scripts rely on the names of its keys; what does not apply is null, but of `step_s` and `tolerance` only the one
 /// that does is there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a column of its own")]
 pub struct Row {
     /// Name of the plant.
     pub plant: String,
@@ -87,6 +88,8 @@ pub struct Row {
     pub wrong: bool,
     /// Its error is no greater than what is known of the reference.
     pub at_floor: bool,
+    /// It contradicts the settings next to it.
+    pub contradicts: bool,
     /// Root of the mean square distance of the trunk from where it should be \[m\].
     pub trunk_error_rms_m: Option<f64>,
     /// The greatest such distance \[m\].
@@ -183,6 +186,7 @@ impl Row {
             cut: false,
             wrong: false,
             at_floor: false,
+            contradicts: false,
             trunk_error_rms_m: None,
             trunk_error_max_m: None,
             event_time_error_s: None,

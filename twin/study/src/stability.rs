@@ -86,7 +86,7 @@ pub fn stability(
     let end = SimTime::ZERO + plan.duration;
     let mut study = Study::new(StudyKind::Stability, workshop, end, REFERENCE_GRID);
     study.budget_s = plan.budget_s;
-    study.left_out = left_out;
+    study.left_out.extend(left_out);
     study.criteria = criteria::of(plan, scene.commands.period());
     let panics = Panics::default();
     let mut job = Job {
@@ -123,6 +123,7 @@ pub fn stability(
     }
     job.budget.finished()?;
     study.panics = panics.into_all();
+    study.mark_contradictions();
     Ok(study)
 }
 

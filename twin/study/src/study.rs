@@ -123,7 +123,7 @@ impl Study {
             footsteps: Vec::new(),
             transports: Vec::new(),
             criteria: Vec::new(),
-            left_out: Vec::new(),
+            left_out: workshop.left_out().to_vec(),
             panics: Vec::new(),
         }
     }

@@ -19,6 +19,11 @@ pub trait Workshop {
         &[]
     }
 
+    /// The plants that were not asked for and cannot be in the scene, each with the reason.
+    fn left_out(&self) -> &[String] {
+        &[]
+    }
+
     /// Builds a plant at the start of the scene. Its outputs are `leg/*/foot/position` and `body/position` \[m\].
     ///
     /// # Errors

@@ -102,7 +102,9 @@ pub fn coupling(
         }
     }
     job.budget.finished()?;
+    study.left_out.extend_from_slice(workshop.left_out());
     study.panics = panics.into_all();
+    study.mark_contradictions();
     Ok(study)
 }
 

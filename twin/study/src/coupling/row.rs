@@ -52,6 +52,8 @@ pub struct CouplingRow {
     pub cut: bool,
     /// Its error is no greater than what is known of the reference.
     pub at_floor: bool,
+    /// It contradicts the settings next to it.
+    pub contradicts: bool,
     /// Root of the mean square distance of the trunk from where it should be \[m\].
     pub trunk_error_rms_m: Option<f64>,
     /// The greatest such distance \[m\].
@@ -102,6 +104,7 @@ impl CouplingRow {
             why: None,
             cut: false,
             at_floor: false,
+            contradicts: false,
             trunk_error_rms_m: None,
             trunk_error_max_m: None,
             steps: None,

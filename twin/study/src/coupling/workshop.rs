@@ -12,6 +12,11 @@ pub trait RigWorkshop {
     /// The plants to compare, by name.
     fn plants(&self) -> &[String];
 
+    /// The plants that were not asked for and cannot be in the scene, each with the reason.
+    fn left_out(&self) -> &[String] {
+        &[]
+    }
+
     /// Builds a rig at its start. Its plant tells `leg/*/foot/position`, and `body/position` if it can \[m\], every
     /// `observe`.
     ///

@@ -5,7 +5,7 @@ use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, knob, si};
 use crate::row::Status;
 
-use super::plot::{Curve, Ended, Look, Mark, Plot, Point};
+use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::precision::LEAST_M;
 use super::rows;
 use super::shape::swatch;
@@ -124,37 +124,29 @@ fn curve(
     x: impl Fn(&CouplingRow) -> Option<f64>,
 ) -> Curve {
     let method = CouplingMethod::ALL[number];
-    let rows: Vec<&CouplingRow> = study.line(kind, plant, method).collect();
-    let sound = rows.iter().filter(|row| row.status == Status::Ok);
-    Curve {
-        number,
-        dashed: method == CouplingMethod::GridHeld,
-        points: sound
-            .filter_map(|row| {
-                Some(Point {
-                    x: x(row)?,
-                    y: row.error_rms_m?.max(LEAST_M),
-                    title: title(row),
-                    look: if row.at_floor {
-                        Look::Hollow
-                    } else {
-                        Look::Plain
-                    },
-                })
-            })
-            .collect(),
-        failed: rows
-            .iter()
-            .filter(|row| row.status != Status::Ok)
-            .filter_map(|row| {
-                Some(Ended {
-                    x: x(row)?,
-                    title: format!("{}: {}", row.word(), title(row)),
-                    cut: row.cut,
-                })
-            })
-            .collect(),
-    }
+    let point = |row: &CouplingRow| {
+        let error = row.error_rms_m.filter(|_| row.status == Status::Ok)?;
+        Some(Point {
+            x: x(row)?,
+            y: error.max(LEAST_M),
+            title: title(row),
+            look: match (row.contradicts, row.at_floor) {
+                (true, _) => Look::Doubtful,
+                (false, true) => Look::Hollow,
+                (false, false) => Look::Plain,
+            },
+        })
+    };
+    let ended = |row: &CouplingRow| {
+        Some(Ended {
+            x: x(row).filter(|_| row.status != Status::Ok)?,
+            title: format!("{}: {}", row.word(), title(row)),
+            cut: row.cut,
+        })
+    };
+    let rows = study.line(kind, plant, method);
+    let settings = rows.map(|row| Setting::of(point(row), || ended(row)));
+    Curve::through(number, method == CouplingMethod::GridHeld, settings)
 }
 
 fn plot(
@@ -172,9 +164,7 @@ fn plot(
         height: 460.0,
         x_label: x_label.to_owned(),
         y_label: "distance of the feet, RMS  [m]".to_owned(),
-        curves: curves
-            .filter(|curve| !curve.points.is_empty() || !curve.failed.is_empty())
-            .collect(),
+        curves: curves.filter(|curve| curve.len() > 0).collect(),
         marks: vec![Mark::Below(
             floor,
             format!(

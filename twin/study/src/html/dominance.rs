@@ -6,7 +6,7 @@ use crate::number::{grouped_factor, knob, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
-use super::plot::{Curve, Look, Plot, Point};
+use super::plot::{Curve, Look, Plot, Point, Setting};
 use super::rows;
 use super::shape::swatch;
 use super::table::Table;
@@ -52,11 +52,12 @@ fn names(plants: &[String]) -> String {
 /// The settings of each plant that none of its own beats in both.
 fn fronts(study: &Study, dominance: &Dominance) -> String {
     let plants = || std::iter::once(&dominance.of).chain(&dominance.over);
-    let curves = plants().enumerate().map(|(number, plant)| Curve {
-        number,
-        dashed: false,
-        points: front(study, plant),
-        failed: Vec::new(),
+    let curves = plants().enumerate().map(|(number, plant)| {
+        Curve::through(
+            number,
+            false,
+            front(study, plant).into_iter().map(Setting::Point),
+        )
     });
     let plot = Plot {
         title: "the best of each plant".to_owned(),

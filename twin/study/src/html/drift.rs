@@ -5,7 +5,7 @@ use crate::number::si;
 use crate::row::{Line, Row, Status};
 use crate::study::Study;
 
-use super::plot::{Curve, Look, Plot, Point};
+use super::plot::{Curve, Look, Plot, Point, Setting};
 use super::shape::swatch;
 use super::text::paragraph;
 use super::{figure, precision, rows};
@@ -21,23 +21,9 @@ pub(crate) fn section(study: &Study) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    let curves = lines.iter().map(|&(number, line)| Curve {
-        number,
-        dashed: false,
-        points: points(study, line)
-            .into_iter()
-            .map(|(step, drift, row)| Point {
-                x: step,
-                y: drift.max(ROUNDING_M),
-                title: format!("{}; drift {}", rows::title(row), si(drift, "m")),
-                look: if drift > ROUNDING_M {
-                    Look::Plain
-                } else {
-                    Look::Hollow
-                },
-            })
-            .collect(),
-        failed: Vec::new(),
+    let curves = lines.iter().map(|&(number, line)| {
+        let settings = precision::of_line(study, line).map(|row| Setting::of(point(row), || None));
+        Curve::through(number, false, settings)
     });
     let plot = Plot {
         title: "drift over step".to_owned(),
@@ -54,9 +40,8 @@ pub(crate) fn section(study: &Study) -> String {
         .iter()
         .map(|&(number, line)| {
             let points = points(study, line);
-            let logarithms = points.iter().filter(|(_, drift, _)| *drift > ROUNDING_M);
-            let logarithms =
-                logarithms.map(|(step, drift, _)| (libm::log(*step), libm::log(*drift)));
+            let logarithms = points.iter().filter(|(_, drift)| *drift > ROUNDING_M);
+            let logarithms = logarithms.map(|(step, drift)| (libm::log(*step), libm::log(*drift)));
             let order = fit::order(&logarithms.collect::<Vec<_>>());
             let order = order.map_or(String::new(), |order| format!(", order {order:.1}"));
             (swatch(number, false), format!("{}{order}", line.name()))
@@ -72,8 +57,26 @@ pub(crate) fn section(study: &Study) -> String {
         + &figure("", &entries, &plot, caption)
 }
 
-fn points<'a>(study: &'a Study, line: Line<'a>) -> Vec<(f64, f64, &'a Row)> {
-    let rows = precision::of_line(study, line).filter(|row| row.status == Status::Ok);
-    let known = rows.filter_map(|row| Some((row.step_s?, row.drift_m?, row)));
-    known.collect()
+fn point(row: &Row) -> Option<Point> {
+    let (step, drift) = known(row)?;
+    Some(Point {
+        x: step,
+        y: drift.max(ROUNDING_M),
+        title: format!("{}; drift {}", rows::title(row), si(drift, "m")),
+        look: if drift > ROUNDING_M {
+            Look::Plain
+        } else {
+            Look::Hollow
+        },
+    })
+}
+
+/// The step of a run that came to its end, and its drift.
+fn known(row: &Row) -> Option<(f64, f64)> {
+    let drift = row.drift_m.filter(|_| row.status == Status::Ok)?;
+    Some((row.step_s?, drift))
+}
+
+fn points(study: &Study, line: Line<'_>) -> Vec<(f64, f64)> {
+    precision::of_line(study, line).filter_map(known).collect()
 }

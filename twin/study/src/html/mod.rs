@@ -216,7 +216,8 @@ fn figure(heading: &str, entries: &[(String, String)], plot: &plot::Plot, captio
     } else {
         element("h3", "", &escaped(heading))
     };
-    let entries: Vec<_> = entries.iter().cloned().chain(plot.ground()).collect();
+    let marked = [plot.ground(), plot.doubtful()].into_iter().flatten();
+    let entries: Vec<_> = entries.iter().cloned().chain(marked).collect();
     let legend = if entries.is_empty() {
         String::new()
     } else {

@@ -4,7 +4,7 @@ use crate::number::{plain, power, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
-use super::plot::{Curve, Ended, Look, Plot, Point};
+use super::plot::{Curve, Ended, Look, Plot, Point, Setting};
 use super::precision::LEAST_M;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
@@ -58,35 +58,31 @@ pub(crate) fn section(study: &Study) -> String {
             x: row.scales.mass,
             y: error.max(LEAST_M),
             title: format!("segments × {}: {}", row.scales.mass, si(error, "m")),
-            look: if row.at_floor {
-                Look::Hollow
-            } else {
-                Look::Plain
+            look: match (row.contradicts, row.at_floor) {
+                (true, _) => Look::Doubtful,
+                (false, true) => Look::Hollow,
+                (false, false) => Look::Plain,
             },
         })
     };
-    let failed = limits.iter().filter(|row| row.status != Status::Ok);
+    let ended = |row: &&Row| {
+        let why = row.why.clone().unwrap_or_default();
+        Ended {
+            x: row.scales.mass,
+            title: format!("segments × {}: {why}", power(row.scales.mass, 2)),
+            cut: row.cut,
+        }
+    };
+    let settings = limits
+        .iter()
+        .map(|row| Setting::of(point(row), || Some(ended(row))));
     let plot = Plot {
         title: "difference of the models over mass of the segments".to_owned(),
         width: 1080.0,
         height: 380.0,
         x_label: "mass of the legs' segments, as a share of the robot's".to_owned(),
         y_label: "feet, RMS  [m]".to_owned(),
-        curves: vec![Curve {
-            number: 0,
-            dashed: false,
-            points: limits.iter().filter_map(point).collect(),
-            failed: failed
-                .map(|row| {
-                    let why = row.why.clone().unwrap_or_default();
-                    Ended {
-                        x: row.scales.mass,
-                        title: format!("segments × {}: {why}", power(row.scales.mass, 2)),
-                        cut: row.cut,
-                    }
-                })
-                .collect(),
-        }],
+        curves: vec![Curve::through(0, false, settings)],
         marks: Vec::new(),
         beside: Vec::new(),
         strip: "failed".to_owned(),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::axis::Axis;
-use super::shape::{cross, ground_swatch, shape, star};
+use super::shape::{DOUBTFUL, cross, doubtful_swatch, ground_swatch, shape, star};
 use super::text::escaped;
 
 /// Curves of more colours than this begin again at the first.
@@ -27,6 +27,8 @@ pub(crate) enum Look {
     Marked,
     /// Hollow: there is something wrong with it.
     Hollow,
+    /// Hollow and large, in the colour of failures: it contradicts the settings next to it.
+    Doubtful,
 }
 
 /// Points that belong together.
@@ -35,9 +37,30 @@ pub(crate) struct Curve {
     /// Its colour and the shape of its points.
     pub(crate) number: usize,
     pub(crate) dashed: bool,
-    pub(crate) points: Vec<Point>,
+    /// In the order of the settings. A line connects the points of a stretch, which ends where a run has no point.
+    stretches: Vec<Vec<Point>>,
     /// Where runs ended early along the x axis, and why.
-    pub(crate) failed: Vec<Ended>,
+    failed: Vec<Ended>,
+}
+
+/// A setting on a curve.
+#[derive(Clone, Debug)]
+pub(crate) enum Setting {
+    Point(Point),
+    /// Its run has no point.
+    Ended(Ended),
+    /// Nothing is known that has a place on this plot.
+    Unknown,
+}
+
+impl Setting {
+    /// What is known of a setting: its point, or else how it ended.
+    pub(crate) fn of(point: Option<Point>, ended: impl FnOnce() -> Option<Ended>) -> Self {
+        match point {
+            Some(point) => Self::Point(point),
+            None => ended().map_or(Self::Unknown, Self::Ended),
+        }
+    }
 }
 
 /// A run that has no point because it did not come to its end.
@@ -162,8 +185,18 @@ impl Plot {
         })
     }
 
+    /// What a point that contradicts its neighbours means, for a legend.
+    pub(crate) fn doubtful(&self) -> Option<(String, String)> {
+        let mut points = self.curves.iter().flat_map(Curve::points);
+        let any = points.any(|point| point.look == Look::Doubtful);
+        any.then(|| {
+            let text = "contradicts the settings next to it".to_owned();
+            (doubtful_swatch(), text)
+        })
+    }
+
     fn axes(&self, top: f64) -> (Axis, Axis) {
-        let points = || self.curves.iter().flat_map(|curve| &curve.points);
+        let points = || self.curves.iter().flat_map(Curve::points);
         let failed = self.curves.iter().flat_map(|curve| &curve.failed);
         let marks = || self.marks.iter();
         let across = marks().filter_map(|mark| match mark {
@@ -301,21 +334,62 @@ impl Plot {
 }
 
 impl Curve {
+    /// The curve of settings in their order.
+    pub(crate) fn through(
+        number: usize,
+        dashed: bool,
+        settings: impl IntoIterator<Item = Setting>,
+    ) -> Self {
+        let mut curve = Self {
+            number,
+            dashed,
+            stretches: Vec::new(),
+            failed: Vec::new(),
+        };
+        let mut stretch = Vec::new();
+        for setting in settings {
+            match setting {
+                Setting::Point(point) => {
+                    stretch.push(point);
+                    continue;
+                }
+                Setting::Ended(ended) => curve.failed.push(ended),
+                Setting::Unknown => {}
+            }
+            curve.stretches.push(std::mem::take(&mut stretch));
+        }
+        curve.stretches.push(stretch);
+        curve
+    }
+
+    /// Its points, in the order of the settings.
+    pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
+        self.stretches.iter().flatten()
+    }
+
+    /// How many settings have a place on the plot.
+    pub(crate) fn len(&self) -> usize {
+        self.points().count() + self.failed.len()
+    }
+
     fn draw(&self, out: &mut String, x: &Axis, y: &Axis) {
         let dashed = if self.dashed { " dashed" } else { "" };
         let _ = write!(out, "<g class=\"c{}{dashed}\">", self.number % COLOURS);
         let place = |point: &Point| format!("{:.1},{:.1}", x.at(point.x), y.at(point.y));
-        // Zero stands apart: nothing is known between it and the next.
-        let path = self.points.iter().filter(|point| point.x > 0.0);
-        let path: Vec<String> = path.map(place).collect();
-        if path.len() > 1 {
-            let _ = write!(out, "<polyline points=\"{}\"/>", path.join(" "));
+        for stretch in &self.stretches {
+            // Zero stands apart: nothing is known between it and the next.
+            let path = stretch.iter().filter(|point| point.x > 0.0);
+            let path: Vec<String> = path.map(place).collect();
+            if path.len() > 1 {
+                let _ = write!(out, "<polyline points=\"{}\"/>", path.join(" "));
+            }
         }
-        for point in &self.points {
+        for point in self.points() {
             let (class, radius) = match point.look {
                 Look::Plain => ("", 3.6),
                 Look::Marked => (" class=\"marked\"", 6.4),
                 Look::Hollow => (" class=\"hollow\"", 3.8),
+                Look::Doubtful => (" class=\"doubtful\"", DOUBTFUL),
             };
             let _ = write!(
                 out,

@@ -3,7 +3,7 @@
 use crate::row::{Line, Row, RowKind, Status};
 use crate::study::{Order, Study};
 
-use super::plot::{Curve, Ended, Look, Mark, Plot, Point};
+use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
 use super::shape::swatch;
 use super::table::Table;
@@ -11,7 +11,7 @@ use super::text::{element, escaped, paragraph};
 use super::{
     card, commanded, dominance, drift, figure, footsteps, lead, models, references, transport,
 };
-use crate::headline::{AIM_M, USUAL_STEP_S, at_usual_step};
+use crate::headline::{AIM_M, Choice, Foremost, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
 
 const AIM_FACTOR: f64 = 1000.0;
@@ -91,14 +91,15 @@ fn order(study: &Study, line: Line<'_>) -> Option<f64> {
     ours.next().filter(|_| !line.is_adaptive())
 }
 
-/// The best at the usual step, the best within the aim, the most precise of all.
+/// The row of the headline, the smallest error at the usual step, and the fastest within the aim at any setting; all of the
+/// plants that the headline is about.
 fn cards(study: &Study) -> String {
     let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
-    let sound =
-        || integration(study).filter(|row| row.status == Status::Ok && row.error_rms_m.is_some());
+    let candidates = study.candidates();
+    let sound = || candidates.iter().map(|(row, _)| *row);
     let name = |row: &Row| format!("{}, {}", row.line().name(), rows::setting(row));
     let speed = |row: &Row| format!("{} real time", rows::factor(row.real_time_factor));
-    let mut out = String::new();
+    let mut out = foremost(study);
     let usual = sound().filter(|row| at_usual_step(row));
     if let Some(row) = usual.min_by(|a, b| error(a).total_cmp(&error(b))) {
         let what = format!("smallest error at {}", si(USUAL_STEP_S, "s"));
@@ -110,7 +111,8 @@ fn cards(study: &Study) -> String {
         let speed = |row: &&Row| row.real_time_factor.unwrap_or(0.0);
         speed(a).total_cmp(&speed(b))
     });
-    let what = format!("fastest with an error of at most {}", si(AIM_M, "m"));
+    let aim_m = si(AIM_M, "m");
+    let what = format!("fastest at any setting with an error of at most {aim_m}");
     out += &match fastest {
         Some(row) => {
             let more = format!("{}; {}", name(row), rows::length(row.error_rms_m));
@@ -133,6 +135,35 @@ fn cards(study: &Study) -> String {
     let more = rows::outcome(whole, count - whole - cut, cut);
     out += &card("runs", &count.to_string(), &more);
     element("div", "cards", &out)
+}
+
+/// The row that the headline names.
+fn foremost(study: &Study) -> String {
+    let Some(Foremost {
+        row,
+        error_m,
+        choice,
+    }) = study.foremost()
+    else {
+        return String::new();
+    };
+    let (step, aim) = (si(USUAL_STEP_S, "s"), si(AIM_M, "m"));
+    let name = format!("{}, {}", row.line().name(), rows::setting(row));
+    let speed = format!("{} real time", rows::factor(row.real_time_factor));
+    match choice {
+        // The next card names it.
+        Choice::Nearest => String::new(),
+        Choice::Fastest => card(
+            &format!("fastest at {step} with an error of at most {aim}"),
+            &speed,
+            &format!("{name}; {}", si(error_m, "m")),
+        ),
+        Choice::FastestAdaptive => card(
+            &format!("fastest that chooses its steps, with an error of at most {aim}"),
+            &speed,
+            &format!("{name}; {}", si(error_m, "m")),
+        ),
+    }
 }
 
 fn entries(study: &Study, of: impl Fn(&Line<'_>) -> bool) -> Vec<(String, String)> {
@@ -160,29 +191,30 @@ fn point(study: &Study, row: &Row, x: f64) -> Option<Point> {
         x,
         y: error.max(BELOW * floor).max(LEAST_M),
         title: rows::title(row),
-        look: match (row.at_floor, at_usual_step(row)) {
-            (true, _) => Look::Hollow,
-            (false, true) => Look::Marked,
-            (false, false) => Look::Plain,
+        look: match (row.contradicts, row.at_floor, at_usual_step(row)) {
+            (true, ..) => Look::Doubtful,
+            (false, true, _) => Look::Hollow,
+            (false, false, true) => Look::Marked,
+            (false, false, false) => Look::Plain,
         },
     })
+}
+
+/// The setting of a row on a plot, at `x` if it has a place there.
+fn setting(study: &Study, row: &Row, x: Option<f64>) -> Setting {
+    let Some(x) = x else {
+        return Setting::Unknown;
+    };
+    let ended = || (row.status != Status::Ok).then(|| ended(row, x));
+    Setting::of(point(study, row, x), ended)
 }
 
 /// Error over run time.
 fn cost(study: &Study) -> String {
     let curves = study.numbered_lines().into_iter().map(|(number, line)| {
         let cost = |row: &Row| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
-        let failed = of_line(study, line).filter(|row| row.status != Status::Ok);
-        Curve {
-            number,
-            dashed: line.is_adaptive(),
-            points: of_line(study, line)
-                .filter_map(|row| point(study, row, cost(row)?))
-                .collect(),
-            failed: failed
-                .filter_map(|row| Some(ended(row, cost(row)?)))
-                .collect(),
-        }
+        let settings = of_line(study, line).map(|row| setting(study, row, cost(row)));
+        Curve::through(number, line.is_adaptive(), settings)
     });
     let plot = Plot {
         title: "error of the feet over run time".to_owned(),
@@ -256,17 +288,8 @@ fn convergence(study: &Study) -> String {
     let curves = curves
         .filter(|(_, line)| stepped(line))
         .map(|(number, line)| {
-            let failed = of_line(study, line).filter(|row| row.status != Status::Ok);
-            Curve {
-                number,
-                dashed: false,
-                points: of_line(study, line)
-                    .filter_map(|row| point(study, row, row.step_s?))
-                    .collect(),
-                failed: failed
-                    .filter_map(|row| Some(ended(row, row.step_s?)))
-                    .collect(),
-            }
+            let settings = of_line(study, line).map(|row| setting(study, row, row.step_s));
+            Curve::through(number, false, settings)
         });
     let plot = Plot {
         title: "error of the feet over step".to_owned(),

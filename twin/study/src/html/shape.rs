@@ -2,6 +2,9 @@
 
 use super::plot::COLOURS;
 
+/// The size of a point that contradicts its neighbours.
+pub(crate) const DOUBTFUL: f64 = 5.4;
+
 /// A curve's marker and colour, for a legend.
 pub(crate) fn swatch(number: usize, dashed: bool) -> String {
     let dashed = if dashed { " dashed" } else { "" };
@@ -17,6 +20,14 @@ pub(crate) fn foreign_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"foreign\">{}</g></svg>",
         star(17.0, 7.0)
+    )
+}
+
+/// A point that contradicts its neighbours, for a legend.
+pub(crate) fn doubtful_swatch() -> String {
+    format!(
+        "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"doubtful\">{}</g></svg>",
+        shape(0, 17.0, 7.0, DOUBTFUL)
     )
 }
 

@@ -6,7 +6,7 @@ use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
 use crate::workshop::Scales;
 
-use super::plot::{Curve, Ended, Look, Mark, Plot, Point};
+use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
 use super::shape::{foreign_swatch, swatch};
 use super::table::Table;
@@ -123,9 +123,7 @@ fn sweeps(study: &Study) -> String {
             .iter()
             .map(|&(number, line)| sweep(study, factor, number, line))
             .collect();
-        let values = curves
-            .iter()
-            .map(|curve| curve.points.len() + curve.failed.len());
+        let values = curves.iter().map(Curve::len);
         if values.max().unwrap_or(0) < 2 {
             continue;
         }
@@ -164,26 +162,22 @@ fn sweep(study: &Study, factor: Factor, number: usize, line: Line<'_>) -> Curve 
             x: value,
             y: shown(row)?,
             title: title(value, row),
-            look: if row.wrong || unlimited(row) {
-                Look::Hollow
-            } else {
-                Look::Plain
+            look: match (row.contradicts, row.wrong || unlimited(row)) {
+                (true, _) => Look::Doubtful,
+                (false, true) => Look::Hollow,
+                (false, false) => Look::Plain,
             },
         })
     };
-    let failed = rows.iter().filter(|(_, row)| shown(row).is_none());
-    Curve {
-        number,
-        dashed: false,
-        points: rows.iter().filter_map(point).collect(),
-        failed: failed
-            .map(|&(value, row)| Ended {
-                x: value,
-                title: title(value, row),
-                cut: row.cut,
-            })
-            .collect(),
-    }
+    let ended = |&(value, row): &(f64, &Row)| Ended {
+        x: value,
+        title: title(value, row),
+        cut: row.cut,
+    };
+    let settings = rows
+        .iter()
+        .map(|row| Setting::of(point(row), || Some(ended(row))));
+    Curve::through(number, false, settings)
 }
 
 /// The figures of the thesis, where they belong.

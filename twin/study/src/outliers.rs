@@ -1,0 +1,196 @@
+//! Settings whose results contradict those of the settings next to them.
+//!
+//! An error falls from setting to setting, or rises, or levels off: one that is far above both of its neighbours, or far below
+//! both, is no property of the method. Something went wrong in that run, or it happened to go right.
+
+use crate::coupling::{CouplingKind, CouplingMethod, CouplingStudy};
+use crate::number::si;
+use crate::row::{Line, Row, RowKind, Status};
+use crate::study::Study;
+use crate::sweep::Factor;
+
+/// A result contradicts two others if it is so many times above both, or below.
+const CONTRADICTS: f64 = 10.0;
+
+/// Of results in the order of their settings, those that contradict the nearest known ones on both sides, and these. Where
+/// results should fall from setting to setting, the last one is compared with the two before it. The worst is found first, and
+/// is nobody's neighbour from then on.
+fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [f64; 2])> {
+    let known = results.iter().enumerate();
+    let mut known: Vec<(usize, f64)> = known
+        .filter_map(|(n, result)| Some((n, (*result)?)))
+        .collect();
+    let mut found = Vec::new();
+    while let Some((at, neighbours)) = worst(&known, falling) {
+        found.push((known.remove(at).0, neighbours));
+    }
+    found.sort_by_key(|(place, _)| *place);
+    found
+}
+
+/// The one that contradicts its neighbours most, and these.
+fn worst(known: &[(usize, f64)], falling: bool) -> Option<(usize, [f64; 2])> {
+    let mut worst: Option<(f64, usize, [f64; 2])> = None;
+    let mut look = |factor: f64, at: usize, neighbours: [f64; 2]| {
+        if factor > CONTRADICTS && worst.is_none_or(|(most, ..)| factor > most) {
+            worst = Some((factor, at, neighbours));
+        }
+    };
+    for (n, three) in known.windows(3).enumerate() {
+        let [(_, before), (_, result), (_, behind)] = [three[0], three[1], three[2]];
+        let above = result / before.max(behind);
+        let below = before.min(behind) / result;
+        look(above.max(below), n + 1, [before, behind]);
+    }
+    if let (true, [.., (_, first), (_, second), (_, last)]) = (falling, known) {
+        look(
+            last / first.max(*second),
+            known.len() - 1,
+            [*first, *second],
+        );
+    }
+    worst.map(|(_, at, neighbours)| (at, neighbours))
+}
+
+/// What is said of a row that contradicts others.
+fn told(neighbours: [f64; 2], unit: &str) -> String {
+    let [before, behind] = neighbours.map(|value| si(value, unit));
+    format!("contradicts the settings next to it, which have {before} and {behind}")
+}
+
+fn noted(why: Option<String>, told: String) -> String {
+    match why {
+        Some(why) => format!("{why}; {told}"),
+        None => told,
+    }
+}
+
+impl Row {
+    fn contradict(&mut self, neighbours: [f64; 2], unit: &str) {
+        // The scene as it is belongs to several sweeps.
+        if !std::mem::replace(&mut self.contradicts, true) {
+            self.why = Some(noted(self.why.take(), told(neighbours, unit)));
+        }
+    }
+}
+
+impl Study {
+    /// Marks the rows that contradict their neighbours.
+    pub(crate) fn mark_contradictions(&mut self) {
+        let errors = |study: &Self, of: &dyn Fn(&Row) -> bool| {
+            let rows = study.rows.iter().enumerate().filter(|(_, row)| of(row));
+            let known = |row: &Row| {
+                let error = row.error_rms_m.filter(|_| row.status == Status::Ok)?;
+                Some(error.max(study.floor_of(&row.plant)))
+            };
+            rows.map(|(place, row)| (place, known(row)))
+                .unzip::<usize, Option<f64>, Vec<_>, Vec<_>>()
+        };
+        let lines: Vec<Line<'_>> = self.lines();
+        let mut found = Vec::new();
+        let mut look = |places: &[usize], results: &[Option<f64>], falling, unit| {
+            let contradicting = contradicting(results, falling).into_iter();
+            found.extend(contradicting.map(|(n, neighbours)| (places[n], neighbours, unit)));
+        };
+        for &line in &lines {
+            let of_line = |row: &Row| row.kind == RowKind::Integration && row.line() == line;
+            let (places, results) = errors(self, &of_line);
+            look(&places, &results, true, "m");
+            for factor in Factor::ALL {
+                let (places, limits) = self.limits(line, factor);
+                look(&places, &limits, false, "s");
+            }
+        }
+        let (places, results) = errors(self, &|row| row.kind == RowKind::Limit);
+        look(&places, &results, true, "m");
+        for (place, neighbours, unit) in found {
+            self.rows[place].contradict(neighbours, unit);
+        }
+    }
+
+    /// The largest stable steps of a line over the values of a factor, and the rows that they are in.
+    fn limits(&self, line: Line<'_>, factor: Factor) -> (Vec<usize>, Vec<Option<f64>>) {
+        let rows = self.rows.iter().enumerate();
+        let rows = rows.filter(|(_, row)| row.kind == RowKind::Stability && row.line() == line);
+        let limit = |row: &Row| {
+            row.largest_stable_step_s
+                .filter(|_| row.status == Status::Ok)
+        };
+        let mut values: Vec<(f64, usize, Option<f64>)> = rows
+            .filter_map(|(place, row)| Some((factor.of(&row.scales)?, place, limit(row))))
+            .collect();
+        values.sort_by(|a, b| a.0.total_cmp(&b.0));
+        values
+            .into_iter()
+            .map(|(_, place, limit)| (place, limit))
+            .unzip()
+    }
+}
+
+impl CouplingStudy {
+    /// Marks the rows that contradict their neighbours.
+    pub(crate) fn mark_contradictions(&mut self) {
+        let plants: Vec<String> = self.plants().into_iter().map(str::to_owned).collect();
+        let mut found = Vec::new();
+        for plant in &plants {
+            let floor = self.floor_of(plant);
+            for kind in [CouplingKind::Together, CouplingKind::Alone] {
+                for method in CouplingMethod::ALL {
+                    let rows = self.rows.iter().enumerate().filter(|(_, row)| {
+                        row.plant == *plant && row.kind == kind && row.method == method
+                    });
+                    let error = rows.map(|(place, row)| {
+                        let error = row.error_rms_m.filter(|_| row.status == Status::Ok);
+                        (place, error.map(|error| error.max(floor)))
+                    });
+                    let (places, errors): (Vec<usize>, Vec<Option<f64>>) = error.unzip();
+                    let contradicting = contradicting(&errors, true).into_iter();
+                    found.extend(contradicting.map(|(n, neighbours)| (places[n], neighbours)));
+                }
+            }
+        }
+        for (place, neighbours) in found {
+            let row = &mut self.rows[place];
+            row.contradicts = true;
+            row.why = Some(noted(row.why.take(), told(neighbours, "m")));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(results: &[Option<f64>], falling: bool) -> Vec<usize> {
+        let found = contradicting(results, falling).into_iter();
+        found.map(|(place, _)| place).collect()
+    }
+
+    #[test]
+    fn a_result_far_above_or_below_both_neighbours_contradicts_them() {
+        let falls: Vec<Option<f64>> = (0..8)
+            .map(|n| Some(libm::pow(100.0, -f64::from(n))))
+            .collect();
+        assert!(
+            places(&falls, true).is_empty(),
+            "that is the order of a method"
+        );
+        let mut peak = falls.clone();
+        peak[4] = Some(0.18);
+        assert_eq!(places(&peak, true), [4]);
+        let mut dip = falls.clone();
+        dip[2] = Some(1e-15);
+        assert_eq!(places(&dip, true), [2]);
+        // A run that failed is no neighbour.
+        peak[5] = None;
+        assert_eq!(places(&peak, true), [4]);
+    }
+
+    #[test]
+    fn the_last_result_is_judged_where_results_should_fall() {
+        let results = [Some(1e-3), Some(1e-4), Some(1e-5), Some(0.18), None];
+        assert_eq!(places(&results, true), [3]);
+        assert!(places(&results, false).is_empty());
+        assert!(places(&[Some(1.0), Some(1e-9)], true).is_empty());
+    }
+}
