@@ -100,7 +100,8 @@ impl<'r> Studio<'r> {
                     assembly: Ok(assembly),
                 },
             };
-            if let Some(why) = bench.refusal(&offer) {
+            let panicked = bench.assembly.is_err();
+            if let (Some(why), false) = (bench.refusal(&offer), panicked) {
                 left_out.push(format!("{name}: {why}"));
                 let error = own.not_built("plant", &name, why.into());
                 if !names.is_empty() {
