@@ -5,9 +5,10 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
-use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
+use twinrig_record::{
+    Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg, VerdictMessage,
+};
 use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts, caught};
 use twinrig_scenario::Setting;
 
@@ -173,15 +174,17 @@ pub(crate) fn report<W: Write>(
         warned.retain(|warned| warned.code != LARGE_RECORDING);
     }
     let (reached, mut error) = (course.reached, course.error);
-    let verdict = Closing {
-        verdict: if error.is_some() {
-            Status::Error
-        } else {
-            report.verdict
-        },
+    let status = if error.is_some() {
+        Status::Error
+    } else {
+        report.verdict
+    };
+    // No wall clock in it: the same run makes the same file.
+    let verdict = VerdictMessage {
+        verdict: status.key().to_owned(),
         interrupted: error.is_some() && interrupt::asked(),
-        error: error.as_ref(),
-        expectations: &report.expectations,
+        error: error.clone(),
+        expectations: report.expectations.iter().map(Line::message).collect(),
     };
     let path = execution.recording.as_deref();
     match (watch.close(reached, &verdict), path) {
@@ -203,16 +206,6 @@ fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
     let count = now.as_nanos() / period.as_nanos().max(1);
     let next = period.checked_mul(count.checked_add(1)?)?;
     SimTime::ZERO.checked_add(next)
-}
-
-/// The last message of a recording. No wall clock in it: the same run makes the same file.
-#[derive(Serialize)]
-struct Closing<'a> {
-    verdict: Status,
-    /// Whether somebody did not want to wait for the end: the run would have gone on.
-    interrupted: bool,
-    error: Option<&'a String>,
-    expectations: &'a [Line],
 }
 
 /// Runs on to the end, to a fall that ends the run, or to where the recording can take no more; says

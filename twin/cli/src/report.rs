@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 use twinrig_document::{Place, Warning};
+use twinrig_record::ExpectationMessage;
 use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBooks, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
@@ -25,6 +26,15 @@ impl Status {
             Self::Pass => 0,
             Self::Fail => 1,
             Self::Error => 2,
+        }
+    }
+
+    /// The word for a program, as in `--json`.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Error => "error",
         }
     }
 
@@ -218,6 +228,30 @@ impl From<EnergyBooks> for Energy {
 /// Seconds, the nearest number to those of `nanos`, which prints as briefly as it can: 0.498 and not 0.49800000000000005.
 pub(crate) fn seconds(nanos: u64) -> f64 {
     nanos as f64 / 1e9
+}
+
+impl Line {
+    /// The same for a recording.
+    pub(crate) fn message(&self) -> ExpectationMessage {
+        let outcome = &self.0;
+        let verdict = match outcome.verdict {
+            Verdict::Pass => "pass",
+            Verdict::Fail => "fail",
+            Verdict::Unobserved => "unobserved",
+        };
+        ExpectationMessage {
+            name: outcome.name.clone(),
+            verdict: verdict.to_owned(),
+            optional: outcome.optional,
+            measured: outcome.measured,
+            bound: outcome.bound,
+            other_bound: outcome.other_bound,
+            margin: outcome.margin,
+            unit: outcome.unit.symbol().to_owned(),
+            first_violation_s: outcome.first_violation.map(|at| seconds(at.as_nanos())),
+            detail: outcome.detail.clone(),
+        }
+    }
 }
 
 #[derive(Serialize)]

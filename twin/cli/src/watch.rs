@@ -2,9 +2,8 @@
 
 use std::io::Write;
 
-use serde::Serialize;
 use twinrig_kernel::SimTime;
-use twinrig_record::{Digest, Fingerprint, RecordError, Recorder, Topic};
+use twinrig_record::{Digest, Fingerprint, FootstepMessage, RecordError, Recorder, VerdictMessage};
 use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Channel, Cycle, Footstep, Happening, Judge, Outcome, Reference, RunEnd};
 
@@ -16,18 +15,6 @@ pub(crate) struct Watch<W: Write> {
     recorder: Option<Recorder<W>>,
     judge: Judge,
     legs: Vec<String>,
-}
-
-/// A footstep as it stands in a recording.
-#[derive(Serialize)]
-struct FootstepMessage<'a> {
-    leg: &'a str,
-    touch_down_s: f64,
-    lift_off_s: f64,
-    position_m: [f64; 3],
-    slip_m: f64,
-    impulse_ns: f64,
-    peak_load_n: f64,
 }
 
 impl<W: Write> Watch<W> {
@@ -84,11 +71,11 @@ impl<W: Write> Watch<W> {
     pub(crate) fn close(
         self,
         reached: SimTime,
-        verdict: &impl Serialize,
+        verdict: &VerdictMessage,
     ) -> Result<Option<W>, RecordError> {
         let digest = self.digest();
         let close = |mut recorder: Recorder<W>| {
-            recorder.json(reached, Topic::Verdict, verdict);
+            recorder.message(reached, verdict);
             recorder.finish(digest, reached)
         };
         self.recorder.map(close).transpose()
@@ -100,15 +87,15 @@ fn write<W: Write>(recorder: &mut Recorder<W>, legs: &[String], now: SimTime, fo
         return;
     };
     let message = FootstepMessage {
-        leg: legs.get(footstep.leg).map_or("", String::as_str),
+        leg: legs.get(footstep.leg).cloned().unwrap_or_default(),
         touch_down_s: seconds(footstep.touch_down.as_nanos()),
         lift_off_s: seconds(lift_off.as_nanos()),
-        position_m: footstep.position,
+        position_m: Some(footstep.position),
         slip_m: footstep.slip,
         impulse_ns: footstep.impulse,
         peak_load_n: footstep.peak_load,
     };
-    recorder.json(now, Topic::Footsteps, &message);
+    recorder.message(now, &message);
 }
 
 impl<W: Write> Observer for Watch<W> {

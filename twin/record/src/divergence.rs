@@ -4,7 +4,8 @@ use std::cmp::Ordering;
 
 use twinrig_kernel::SimTime;
 
-use crate::{Recording, SampledGroup};
+use crate::index::Wire;
+use crate::{Recording, Sample, SampledGroup};
 
 /// The outcome of comparing two recordings by signal.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,7 +16,7 @@ pub struct Comparison {
     pub signals: usize,
     /// How many samples of a group were found equal in both, up to the first difference of that group.
     pub equal_samples: u64,
-    /// Signals, as `group: name`, that only the first recording has, or that differ in size.
+    /// Signals, as `group: name`, that only the first recording has, or that differ in size; and wires, as `wire: name`.
     pub only_in_a: Vec<String>,
     /// The same of the second.
     pub only_in_b: Vec<String>,
@@ -47,7 +48,8 @@ struct Pair<'a> {
 }
 
 /// Compares `a` and `b` bit by bit, signal by signal, and finds the first sample in order of time
-/// that differs; at one time the order is that of the groups and signals in `a`.
+/// that differs; at one time the order is that of the groups and signals in `a`, and bytes on wires come last: where they
+/// differ, the signal is the wire, and the component the first byte of a piece that is not the same.
 ///
 /// A signal that only one of them has is listed, it is not a difference. A sample that only one of
 /// them has is one: that run went on longer, or observed at other times.
@@ -72,8 +74,20 @@ pub fn divergence_within(a: &Recording, b: &Recording, cut_off: [bool; 2]) -> Co
     {
         comparison.only_in_b.extend(names(group));
     }
+    for wire in a.wires() {
+        match b.wire(&wire.name) {
+            Some(other) => compare_wire((a, wire), (b, other), cut_off, &mut comparison),
+            None => comparison.only_in_a.push(format!("{WIRE}: {}", wire.name)),
+        }
+    }
+    for wire in b.wires().iter().filter(|wire| a.wire(&wire.name).is_none()) {
+        comparison.only_in_b.push(format!("{WIRE}: {}", wire.name));
+    }
     comparison
 }
+
+/// The group of a difference between bytes on wires.
+const WIRE: &str = "wire";
 
 fn names(group: &SampledGroup) -> impl Iterator<Item = String> {
     group
@@ -85,63 +99,98 @@ fn names(group: &SampledGroup) -> impl Iterator<Item = String> {
 fn compare_group(
     (a, in_a): (&Recording, &SampledGroup),
     (b, in_b): (&Recording, &SampledGroup),
-    [a_cut_off, b_cut_off]: [bool; 2],
+    cut_off: [bool; 2],
     into: &mut Comparison,
 ) {
     let pairs = pair_up(in_a, in_b, into);
     into.signals += pairs.len();
     let Some(first) = pairs.first() else { return };
-    let mut left = a.samples(in_a).peekable();
-    let mut right = b.samples(in_b).peekable();
-    let divergence = loop {
-        let order = match (left.peek(), right.peek()) {
-            (None, None) => return,
-            (None, Some(_)) if a_cut_off => return,
-            (Some(_), None) if b_cut_off => return,
-            (Some(_), None) => Ordering::Less,
-            (None, Some(_)) => Ordering::Greater,
-            (Some(x), Some(y)) => x.time.cmp(&y.time),
-        };
-        // The sample that comes first; of both, if they come together.
-        let x = if order.is_le() { left.next() } else { None };
-        let y = if order.is_ge() { right.next() } else { None };
-        let Some(time) = x.or(y).map(|sample| sample.time) else {
-            return;
-        };
+    for (time, x, y) in paired(a.samples(in_a), b.samples(in_b), |one| one.time, cut_off) {
         let found = pairs.iter().find_map(|pair| {
             let of = |start: usize| start..start + pair.size;
             let (x, y) = (x?.values(of(pair.a)), y?.values(of(pair.b)));
             let component = x.zip(y).position(|(x, y)| x.to_bits() != y.to_bits())?;
             Some((pair, component))
         });
-        let both = x.is_some() && y.is_some();
-        if both && found.is_none() {
+        if x.is_some() && y.is_some() && found.is_none() {
             into.equal_samples += 1;
             continue;
         }
         let (pair, component) = found.unwrap_or((first, 0));
-        let value = |sample: Option<crate::Sample<'_>>, start: usize| {
-            sample.and_then(|sample| {
-                sample
-                    .values(start + component..start + component + 1)
-                    .next()
-            })
+        let value = |sample: Option<Sample<'_>>, start: usize| {
+            let one = start + component;
+            sample.and_then(|sample| sample.values(one..one + 1).next())
         };
-        break Divergence {
+        into.take(Divergence {
             time,
             group: in_a.name.clone(),
             signal: pair.name.to_owned(),
             component,
             a: value(x, pair.a),
             b: value(y, pair.b),
+        });
+        return;
+    }
+}
+
+/// Bytes differ where one of them does, and where one piece is longer.
+fn compare_wire(
+    (a, in_a): (&Recording, &Wire),
+    (b, in_b): (&Recording, &Wire),
+    cut_off: [bool; 2],
+    into: &mut Comparison,
+) {
+    for (time, x, y) in paired(a.pieces(in_a), b.pieces(in_b), |one| one.0, cut_off) {
+        let [x, y] = [x, y].map(|piece| piece.map_or(&[][..], |(_, bytes)| bytes));
+        let same = x.iter().zip(y).take_while(|(x, y)| x == y).count();
+        if same == x.len() && same == y.len() {
+            continue;
+        }
+        let byte = |bytes: &[u8]| bytes.get(same).map(|byte| f64::from(*byte));
+        into.take(Divergence {
+            time,
+            group: WIRE.to_owned(),
+            signal: in_a.name.clone(),
+            component: same,
+            a: byte(x),
+            b: byte(y),
+        });
+        return;
+    }
+}
+
+/// What two recordings hold, in order of time; of both, what they hold at the same time. Where one of them was cut off
+/// there is no more.
+fn paired<T: Copy>(
+    left: impl Iterator<Item = T>,
+    right: impl Iterator<Item = T>,
+    time: impl Fn(&T) -> SimTime,
+    [left_cut_off, right_cut_off]: [bool; 2],
+) -> impl Iterator<Item = (SimTime, Option<T>, Option<T>)> {
+    let (mut left, mut right) = (left.peekable(), right.peekable());
+    std::iter::from_fn(move || {
+        let order = match (left.peek(), right.peek()) {
+            (None, None) => return None,
+            (None, Some(_)) if left_cut_off => return None,
+            (Some(_), None) if right_cut_off => return None,
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (Some(x), Some(y)) => time(x).cmp(&time(y)),
         };
-    };
-    if into
-        .first
-        .as_ref()
-        .is_none_or(|first| divergence.time < first.time)
-    {
-        into.first = Some(divergence);
+        let x = if order.is_le() { left.next() } else { None };
+        let y = if order.is_ge() { right.next() } else { None };
+        let at = x.or(y).map(|one| time(&one))?;
+        Some((at, x, y))
+    })
+}
+
+impl Comparison {
+    /// Takes the divergence if none is earlier.
+    fn take(&mut self, divergence: Divergence) {
+        let earlier = self.first.as_ref().map(|first| first.time);
+        if earlier.is_none_or(|earlier| divergence.time < earlier) {
+            self.first = Some(divergence);
+        }
     }
 }
 

@@ -27,11 +27,11 @@ pub enum RecordError {
     /// The MCAP writer gave up, for instance because the disk is full.
     #[error("cannot write the recording")]
     Write(#[from] mcap::McapError),
-    /// A message does not become JSON.
-    #[error("cannot write a {topic} message as JSON")]
-    Encode {
-        /// The topic it was meant for.
-        topic: &'static str,
+    /// The signals of a group cannot be described.
+    #[error("cannot describe the signals of `{group}`")]
+    Describe {
+        /// The group.
+        group: &'static str,
         /// Why not.
         source: serde_json::Error,
     },
@@ -74,14 +74,14 @@ pub enum RecordError {
         /// The recorded name nearest to it.
         nearest: Option<String>,
     },
-    /// A JSON message does not have the shape it is read as.
-    #[error("message {index} of {topic} does not read")]
+    /// A message is not of the type that its topic has.
+    #[error("message {index} of {topic} does not read: {why}")]
     Decode {
         /// The topic.
         topic: &'static str,
         /// Which message of it, counted from 0.
         index: usize,
         /// Why not.
-        source: serde_json::Error,
+        why: String,
     },
 }

@@ -33,14 +33,19 @@
 //!
 //! # What a file holds
 //!
-//! * a channel for each group of signals, CDR messages with a `ros2msg` schema: one `float64` field a
-//!   signal; names and units as they are in the run stand in the channel's metadata under `signals`,
-//! * JSON channels for [`Topic`]s, among them coordinate frames as `foxglove.FrameTransforms` on `/tf`,
+//! Every channel has CDR messages and a `ros2msg` schema, complete with the types in it: that is the profile `ros2`.
+//!
+//! * a channel for each group of signals: one `float64` field a signal; names and units as they are in the run stand in the
+//!   channel's metadata under `signals`, the name of the group under `group`,
+//! * a channel for each [`Topic`], with messages of a standard type where there is one: [`Message`]s, and coordinate
+//!   frames, odometry and joint states of the plant,
+//! * a channel for each wire whose bytes are kept, with its name under `lane`,
 //! * the files the run was made from as attachments,
 //! * metadata `run` (seed, build, notes) and, if it came to its end, `result` (fingerprint, simulated
 //!   time).
 //!
-//! Log times are simulated times plus [`EPOCH`].
+//! Log times are simulated times plus [`EPOCH`]. Recordings of builds before 0.1.0, with JSON messages and bare bytes, are
+//! read, too.
 //!
 //! # What it does not do
 //!
@@ -49,14 +54,19 @@
 //! that a run has found), and does not re-run anything.
 
 mod aligned;
+mod cdr;
+mod channels;
 mod divergence;
 mod error;
 mod fingerprint;
-mod frames;
 mod framing;
+mod index;
+mod messages;
 mod observe;
+mod poses;
 mod recorder;
 mod recording;
+mod ros;
 mod schema;
 mod topic;
 
@@ -67,8 +77,10 @@ pub use aligned::{
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
-pub use frames::{Skeleton, SkeletonLeg};
-pub use observe::{ChangeMessage, EventMessage};
+pub use messages::{
+    ChangeMessage, EventMessage, ExpectationMessage, FootstepMessage, Message, VerdictMessage,
+};
+pub use poses::{Skeleton, SkeletonLeg};
 pub use recorder::{Cadence, RecordedGroup, Recorder, RunInfo, group_name};
 pub use recording::{Recording, Sample, SampledGroup, Series};
 pub use schema::{EPOCH, Signal};

@@ -2,33 +2,11 @@
 
 use std::io::Write;
 
-use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, RunEvent};
 
-use crate::{Fingerprint, Recorder, Topic};
-
-/// A message of [`Topic::Events`]: something out of the ordinary in the schedule of a run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct EventMessage {
-    /// `task skipped`, `overrun` or `devices are open`.
-    pub event: String,
-    /// The task that was skipped.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub part: Option<String>,
-    /// How many control steps were missed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub count: Option<u64>,
-}
-
-/// A message of [`Topic::Changes`]: a process variable was set.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ChangeMessage {
-    /// Name of the variable.
-    pub variable: String,
-    /// What it was set to, in its unit.
-    pub value: f64,
-}
+use crate::messages::DEVICES_ARE_OPEN;
+use crate::{ChangeMessage, EventMessage, Fingerprint, Recorder};
 
 /// Takes in every sample and every event.
 impl Observer for Fingerprint {
@@ -67,45 +45,31 @@ impl<W: Write> Observer for Recorder<W> {
     }
 
     fn event(&mut self, now: SimTime, event: RunEvent) {
+        let out_of_the_ordinary = |event: &str| EventMessage {
+            event: event.to_owned(),
+            part: None,
+            count: None,
+        };
         match event {
             RunEvent::TaskSkipped { task } => {
-                let part = Some(name(&self.tasks, task));
-                let event = "task skipped".to_owned();
-                self.json(
-                    now,
-                    Topic::Events,
-                    &EventMessage {
-                        event,
-                        part,
-                        count: None,
-                    },
-                );
+                let message = EventMessage {
+                    part: Some(name(&self.tasks, task)),
+                    ..out_of_the_ordinary("task skipped")
+                };
+                self.message(now, &message);
             }
             RunEvent::Overrun { missed } => {
-                let event = "overrun".to_owned();
-                self.json(
-                    now,
-                    Topic::Events,
-                    &EventMessage {
-                        event,
-                        part: None,
-                        count: Some(missed),
-                    },
-                );
+                let message = EventMessage {
+                    count: Some(missed),
+                    ..out_of_the_ordinary("overrun")
+                };
+                self.message(now, &message);
             }
             RunEvent::Change { variable, value } => {
                 let variable = name(&self.variables, variable);
-                self.json(now, Topic::Changes, &ChangeMessage { variable, value });
+                self.message(now, &ChangeMessage { variable, value });
             }
-            RunEvent::Opened => {
-                let event = "devices are open".to_owned();
-                let message = EventMessage {
-                    event,
-                    part: None,
-                    count: None,
-                };
-                self.json(now, Topic::Events, &message);
-            }
+            RunEvent::Opened => self.message(now, &out_of_the_ordinary(DEVICES_ARE_OPEN)),
             RunEvent::ProcessBegin { .. }
             | RunEvent::ProcessEnd
             | RunEvent::TaskBegin { .. }

@@ -3,19 +3,18 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::ops::Range;
 use std::path::Path;
 
-use mcap::records::{MessageHeader, Metadata};
+use mcap::records::Metadata;
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions, Writer};
-use serde::Serialize;
 use twinrig_kernel::{Layout, SimDuration, SimTime};
 use twinrig_runtime::Group;
 
-use crate::frames::Frames;
-use crate::schema::{self, CDR_HEADER};
-use crate::{Digest, EPOCH, RecordError, Skeleton, Topic};
+use crate::cdr::{self, CdrWriter};
+use crate::channels::{Channel, Sampled, add_group, add_lanes, add_topic};
+use crate::poses::Poses;
+use crate::{Digest, EPOCH, Message, RecordError, Skeleton, Topic};
 
 /// What is known of a run before it starts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -46,7 +45,7 @@ pub struct RecordedGroup<'a> {
     pub keep: &'a dyn Fn(&str) -> bool,
 }
 
-/// The name under which a group is recorded, which is that of its channel without the slash.
+/// The name of a group in a recording.
 pub const fn group_name(group: Group) -> &'static str {
     match group {
         Group::Plant => "plant",
@@ -59,7 +58,7 @@ pub const fn group_name(group: Group) -> &'static str {
 /// How often what is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cadence {
-    /// Simulated time between two sets of coordinate frames; `None` writes none.
+    /// Simulated time between two sets of coordinate frames, odometry and joint states; `None` writes none.
     pub frames: Option<SimDuration>,
     /// Simulated time after which a chunk is closed and handed to the file. What was written by then
     /// survives whatever happens to the process.
@@ -84,33 +83,23 @@ const CHUNK_BYTES_MAX: usize = 4 << 20;
 /// The first failure is kept and everything after it is dropped, so that a run need not look at each
 /// call: [`Recorder::failure`] tells, and [`Recorder::finish`] returns it.
 ///
-/// Call [`Recorder::sample`] and [`Recorder::json`] in order of time, [`Recorder::finish`] at the end. A
+/// Call [`Recorder::sample`] and [`Recorder::message`] in order of time, [`Recorder::finish`] at the end. A
 /// recorder that is merely dropped still closes the file, but without fingerprint.
 pub struct Recorder<W: Write> {
     writer: Writer<NoSeek<W>>,
     groups: [Option<Sampled>; 4],
-    topics: Vec<Channel>,
+    topics: [Option<Channel>; Topic::ALL.len()],
     lanes: Vec<Channel>,
-    frames: Option<(Frames, SimDuration)>,
-    frames_due: SimTime,
+    poses: Option<(Poses, SimDuration)>,
+    poses_due: SimTime,
     flush: SimDuration,
     flush_due: SimTime,
     unflushed_bytes: usize,
-    text: Vec<u8>,
+    /// The message that is being made.
+    scratch: Vec<u8>,
     failure: Option<RecordError>,
     pub(crate) tasks: Vec<String>,
     pub(crate) variables: Vec<String>,
-}
-
-struct Channel {
-    id: u16,
-    sequence: u32,
-}
-
-struct Sampled {
-    channel: Channel,
-    ranges: Vec<Range<usize>>,
-    message: Vec<u8>,
 }
 
 impl Recorder<BufWriter<File>> {
@@ -162,35 +151,32 @@ impl<W: Write> Recorder<W> {
             })?;
         }
         writer.write_metadata(&run_metadata(info))?;
-        let frames = cadence
-            .frames
-            .zip(
-                groups
-                    .iter()
-                    .find(|declared| declared.group == Group::Plant),
-            )
-            .map(|(period, plant)| (Frames::new(skeleton, plant.layout), period));
+        let plant = groups.iter().find(|one| one.group == Group::Plant);
+        let poses = cadence.frames.zip(plant).map(|(period, plant)| {
+            let poses = Poses::new(skeleton, plant.layout, plant.keep);
+            (poses, period)
+        });
         let mut sampled = [const { None }; 4];
         for declared in groups {
             sampled[declared.group as usize] = Some(add_group(&mut writer, declared)?);
         }
-        let topics = Topic::ALL
-            .map(|topic| add_topic(&mut writer, topic))
-            .into_iter()
-            .collect::<Result<_, _>>()?;
-        let lanes = info.lanes.iter().map(|lane| add_lane(&mut writer, lane));
-        let lanes = lanes.collect::<Result<_, _>>()?;
+        let mut topics = [const { None }; Topic::ALL.len()];
+        let posed = poses.iter().flat_map(|(poses, _)| poses.topics());
+        for topic in Topic::OF_MESSAGES.into_iter().chain(posed) {
+            topics[topic as usize] = Some(add_topic(&mut writer, topic)?);
+        }
+        let lanes = add_lanes(&mut writer, &info.lanes)?;
         let mut recorder = Self {
             writer,
             lanes,
             groups: sampled,
             topics,
-            frames,
-            frames_due: SimTime::ZERO,
+            poses,
+            poses_due: SimTime::ZERO,
             flush: cadence.flush,
             flush_due: SimTime::ZERO + cadence.flush,
             unflushed_bytes: 0,
-            text: Vec::with_capacity(8192),
+            scratch: Vec::with_capacity(8192),
             failure: None,
             tasks: info.tasks.clone(),
             variables: info.variables.clone(),
@@ -227,7 +213,7 @@ impl<W: Write> Recorder<W> {
             return Ok(());
         };
         if !ranges.is_empty() {
-            let mut rest = &mut message[CDR_HEADER.len()..];
+            let mut rest = &mut message[cdr::HEADER.len()..];
             for range in ranges {
                 let kept = &values[range.clone()];
                 let (bytes, after) = rest.split_at_mut(kept.len() * 8);
@@ -240,21 +226,29 @@ impl<W: Write> Recorder<W> {
             self.writer
                 .write_to_known_channel(&channel.header(now), message)?;
         }
-        if group == Group::Plant && now >= self.frames_due {
-            self.write_frames(now, values)?;
+        if group == Group::Plant && now >= self.poses_due {
+            self.write_poses(now, values)?;
         }
         Ok(())
     }
 
-    fn write_frames(&mut self, now: SimTime, values: &[f64]) -> Result<(), RecordError> {
-        let Some((frames, period)) = &mut self.frames else {
-            self.frames_due = SimTime::from_nanos(u64::MAX);
+    fn write_poses(&mut self, now: SimTime, values: &[f64]) -> Result<(), RecordError> {
+        let Some((poses, period)) = &mut self.poses else {
+            self.poses_due = SimTime::from_nanos(u64::MAX);
             return Ok(());
         };
-        self.frames_due = now + *period;
-        let message = frames.at(now, values);
-        write_json(&mut self.text, Topic::Frames, message)?;
-        self.write_text(now, Topic::Frames)
+        self.poses_due = now + *period;
+        let stamp = cdr::stamp(now);
+        for topic in Topic::OF_POSES {
+            if let Some(channel) = &mut self.topics[topic as usize]
+                && let Some(message) = poses.message(topic, stamp, values)
+            {
+                self.unflushed_bytes += message.len();
+                self.writer
+                    .write_to_known_channel(&channel.header(now), message)?;
+            }
+        }
+        Ok(())
     }
 
     /// Records bytes that passed on a lane at `now`; those of a lane that was not declared are not recorded.
@@ -269,27 +263,31 @@ impl<W: Write> Recorder<W> {
 
     fn try_bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) -> Result<(), RecordError> {
         self.flush_if_due(now)?;
+        CdrWriter::new(&mut self.scratch).octets(bytes);
+        self.unflushed_bytes += self.scratch.len();
         let header = self.lanes[lane].header(now);
-        self.unflushed_bytes += bytes.len();
-        self.writer.write_to_known_channel(&header, bytes)?;
+        self.writer.write_to_known_channel(&header, &self.scratch)?;
         Ok(())
     }
 
-    /// Records `message` under `topic` at `now`. It should have the shape of the topic's schema.
-    pub fn json(&mut self, now: SimTime, topic: Topic, message: &impl Serialize) {
-        if self.failure.is_some() {
-            return;
+    /// Records `message` at `now`.
+    pub fn message<M: Message>(&mut self, now: SimTime, message: &M) {
+        if self.failure.is_none()
+            && let Err(error) = self.try_message(now, message)
+        {
+            self.failure = Some(error);
         }
-        let written = write_json(&mut self.text, topic, message)
-            .and_then(|()| self.flush_if_due(now))
-            .and_then(|()| self.write_text(now, topic));
-        self.failure = written.err();
     }
 
-    fn write_text(&mut self, now: SimTime, topic: Topic) -> Result<(), RecordError> {
-        let header = self.topics[topic as usize].header(now);
-        self.unflushed_bytes += self.text.len();
-        self.writer.write_to_known_channel(&header, &self.text)?;
+    fn try_message<M: Message>(&mut self, now: SimTime, message: &M) -> Result<(), RecordError> {
+        self.flush_if_due(now)?;
+        let Some(channel) = &mut self.topics[M::TOPIC as usize] else {
+            return Ok(());
+        };
+        message.write(cdr::stamp(now), &mut CdrWriter::new(&mut self.scratch));
+        self.unflushed_bytes += self.scratch.len();
+        self.writer
+            .write_to_known_channel(&channel.header(now), &self.scratch)?;
         Ok(())
     }
 
@@ -329,20 +327,6 @@ impl<W: Write> Recorder<W> {
     }
 }
 
-impl Channel {
-    fn header(&mut self, now: SimTime) -> MessageHeader {
-        let log_time = now.as_nanos().saturating_add(EPOCH.as_nanos());
-        let sequence = self.sequence;
-        self.sequence = sequence.wrapping_add(1);
-        MessageHeader {
-            channel_id: self.id,
-            sequence,
-            log_time,
-            publish_time: log_time,
-        }
-    }
-}
-
 fn run_metadata(info: &RunInfo) -> Metadata {
     let mut metadata = info.notes.clone();
     metadata.insert("seed".to_owned(), info.seed.to_string());
@@ -351,61 +335,4 @@ fn run_metadata(info: &RunInfo) -> Metadata {
         name: "run".to_owned(),
         metadata,
     }
-}
-
-fn add_group<W: Write>(
-    writer: &mut Writer<NoSeek<W>>,
-    group: &RecordedGroup<'_>,
-) -> Result<Sampled, RecordError> {
-    let (signals, ranges) = schema::select(group.layout, group.keep);
-    let mut metadata = BTreeMap::new();
-    let described = serde_json::to_string(&signals).map_err(|source| RecordError::Encode {
-        topic: "signals",
-        source,
-    })?;
-    metadata.insert("signals".to_owned(), described);
-    let name = format!("twinrig/msg/{}", schema::type_name(group_name(group.group)));
-    let schema = writer.add_schema(&name, "ros2msg", schema::definition(&signals).as_bytes())?;
-    let id = writer.add_channel(
-        schema,
-        &format!("/{}", group_name(group.group)),
-        "cdr",
-        &metadata,
-    )?;
-    let count: usize = signals.iter().map(|signal| signal.size).sum();
-    let mut message = CDR_HEADER.to_vec();
-    message.resize(CDR_HEADER.len() + 8 * count, 0);
-    Ok(Sampled {
-        channel: Channel { id, sequence: 0 },
-        ranges,
-        message,
-    })
-}
-
-/// A lane has no schema: its messages are the bytes themselves.
-fn add_lane<W: Write>(writer: &mut Writer<NoSeek<W>>, lane: &str) -> Result<Channel, RecordError> {
-    let topic = format!("/wire/{lane}");
-    let id = writer.add_channel(0, &topic, "bytes", &BTreeMap::new())?;
-    Ok(Channel { id, sequence: 0 })
-}
-
-fn add_topic<W: Write>(
-    writer: &mut Writer<NoSeek<W>>,
-    topic: Topic,
-) -> Result<Channel, RecordError> {
-    let schema = writer.add_schema(topic.schema_name(), "jsonschema", topic.schema().as_bytes())?;
-    let id = writer.add_channel(schema, topic.name(), "json", &BTreeMap::new())?;
-    Ok(Channel { id, sequence: 0 })
-}
-
-fn write_json(
-    text: &mut Vec<u8>,
-    topic: Topic,
-    message: &impl Serialize,
-) -> Result<(), RecordError> {
-    text.clear();
-    serde_json::to_writer(&mut *text, message).map_err(|source| RecordError::Encode {
-        topic: topic.name(),
-        source,
-    })
 }

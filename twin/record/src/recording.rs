@@ -1,17 +1,14 @@
 //! The reading side: an MCAP file becomes signals, messages and files again.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-use mcap::records::{Record, op};
-use serde::de::DeserializeOwned;
 use twinrig_document::read_file;
 use twinrig_kernel::{SimTime, near_misses};
 
-use crate::framing::{RawRecord, Records};
-use crate::schema::CDR_HEADER;
-use crate::{EPOCH, RecordError, Signal, Topic};
+use crate::cdr::CdrReader;
+use crate::index::{Encoding, Index, Wire, Written};
+use crate::{Message, RecordError, Signal};
 
 /// A recording in memory.
 ///
@@ -22,24 +19,6 @@ pub struct Recording {
     index: Index,
 }
 
-#[derive(Debug, Clone, Default)]
-struct Index {
-    complete: bool,
-    groups: Vec<SampledGroup>,
-    texts: BTreeMap<Topic, Vec<(SimTime, Range<usize>)>>,
-    attachments: Vec<(String, Range<usize>)>,
-    metadata: BTreeMap<String, BTreeMap<String, String>>,
-    channels: BTreeMap<u16, Use>,
-}
-
-/// What a channel is to us.
-#[derive(Debug, Clone, Copy)]
-enum Use {
-    Group(usize),
-    Text(Topic),
-    Unknown,
-}
-
 /// Signals that were sampled together.
 #[derive(Debug, Clone)]
 pub struct SampledGroup {
@@ -48,9 +27,9 @@ pub struct SampledGroup {
     /// Its signals, in the order in which their values follow one another.
     pub signals: Vec<Signal>,
     /// Number of values of a sample.
-    width: usize,
+    pub(crate) width: usize,
     /// When each sample was taken, and where in the file its values start.
-    samples: Vec<(SimTime, usize)>,
+    pub(crate) samples: Vec<(SimTime, usize)>,
 }
 
 /// One sample of a group.
@@ -90,31 +69,7 @@ impl Recording {
     /// # Errors
     /// Bytes that are no MCAP, or damaged other than by being cut off.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordError> {
-        let mut index = Index::default();
-        let body = bytes
-            .strip_prefix(mcap::MAGIC)
-            .ok_or(RecordError::NotMcap)?;
-        let mut records = Records::new(body, mcap::MAGIC.len());
-        for record in records.by_ref() {
-            match record.opcode {
-                op::DATA_END => {}
-                op::FOOTER => {
-                    index.complete = true;
-                    break;
-                }
-                op::CHUNK => {
-                    let mut inside = record.chunk()?;
-                    for inner in inside.by_ref() {
-                        index.take(&inner)?;
-                    }
-                    if !inside.rest().is_empty() {
-                        return Err(record.damaged("the chunk ends in the middle of a record"));
-                    }
-                }
-                _ => index.take(&record)?,
-            }
-        }
-        index.complete &= records.rest() == mcap::MAGIC;
+        let index = Index::of(&bytes)?;
         Ok(Self { bytes, index })
     }
 
@@ -146,6 +101,25 @@ impl Recording {
                 .unwrap_or_default();
             Sample { time, bytes }
         })
+    }
+
+    /// The wires whose bytes are recorded, in the order in which they were declared.
+    pub(crate) fn wires(&self) -> &[Wire] {
+        &self.index.wires
+    }
+
+    /// The wire of that name.
+    pub(crate) fn wire(&self, name: &str) -> Option<&Wire> {
+        self.index.wires.iter().find(|wire| wire.name == name)
+    }
+
+    /// What passed on `wire`, which must be one of this recording, in order of time.
+    pub(crate) fn pieces<'a>(
+        &'a self,
+        wire: &'a Wire,
+    ) -> impl Iterator<Item = (SimTime, &'a [u8])> {
+        let pieces = wire.pieces.iter();
+        pieces.map(|(time, range)| (*time, self.bytes.get(range.clone()).unwrap_or_default()))
     }
 
     /// The time of the last sample that it holds, of whatever group; none if it holds none.
@@ -193,26 +167,27 @@ impl Recording {
         Ok(series)
     }
 
-    /// The messages of `topic`, read as `T`, with the time at which they were written.
+    /// All messages of the topic of `M`, with the time at which they were written.
     ///
     /// # Errors
-    /// [`RecordError::Decode`] for the first one that is no `T`.
-    pub fn messages<T: DeserializeOwned>(
-        &self,
-        topic: Topic,
-    ) -> Result<Vec<(SimTime, T)>, RecordError> {
-        let texts = self.index.texts.get(&topic).map_or(&[][..], Vec::as_slice);
-        let read = |(index, (time, range)): (usize, &(SimTime, Range<usize>))| {
-            let message = serde_json::from_slice(&self.bytes[range.clone()]).map_err(|source| {
-                RecordError::Decode {
-                    topic: topic.name(),
-                    index,
-                    source,
-                }
+    /// [`RecordError::Decode`] for the first one that is no `M`.
+    pub fn messages<M: Message>(&self) -> Result<Vec<(SimTime, M)>, RecordError> {
+        let written = self.index.messages.get(&M::TOPIC);
+        let written = written.map_or(&[][..], Vec::as_slice);
+        let read = |(index, written): (usize, &Written)| {
+            let bytes = &self.bytes[written.range.clone()];
+            let message = match written.encoding {
+                Encoding::Cdr => of_cdr(bytes).ok_or_else(|| "it is cut off".to_owned()),
+                Encoding::Json => serde_json::from_slice(bytes).map_err(|error| error.to_string()),
+            };
+            let message = message.map_err(|why| RecordError::Decode {
+                topic: M::TOPIC.name(),
+                index,
+                why,
             })?;
-            Ok((*time, message))
+            Ok((written.time, message))
         };
-        texts.iter().enumerate().map(read).collect()
+        written.iter().enumerate().map(read).collect()
     }
 
     /// The files the run was made from, with their names.
@@ -308,102 +283,9 @@ impl<'a> Sample<'a> {
     }
 }
 
-impl Index {
-    fn take(&mut self, record: &RawRecord<'_>) -> Result<(), RecordError> {
-        match record.opcode {
-            op::CHANNEL => self.take_channel(record),
-            op::MESSAGE => self.take_message(record),
-            op::ATTACHMENT => {
-                let (name, start, data) = record.attachment()?;
-                self.attachments.push((name, start..start + data.len()));
-                Ok(())
-            }
-            op::METADATA => {
-                if let Record::Metadata(metadata) = record.parse()? {
-                    self.metadata
-                        .entry(metadata.name)
-                        .or_default()
-                        .extend(metadata.metadata);
-                }
-                Ok(())
-            }
-            // Schemas are for other readers: ours are in the metadata of the channels.
-            _ => Ok(()),
-        }
-    }
-
-    fn take_channel(&mut self, record: &RawRecord<'_>) -> Result<(), RecordError> {
-        let Record::Channel(channel) = record.parse()? else {
-            return Ok(());
-        };
-        if self.channels.contains_key(&channel.id) {
-            return Ok(()); // the summary says everything again
-        }
-        let text = Topic::ALL
-            .into_iter()
-            .find(|topic| topic.name() == channel.topic);
-        let role = match (channel.metadata.get("signals"), text) {
-            (Some(signals), _) => {
-                let foreign = |why: String| RecordError::Foreign {
-                    channel: channel.topic.clone(),
-                    why,
-                };
-                let signals: Vec<Signal> =
-                    serde_json::from_str(signals).map_err(|error| foreign(error.to_string()))?;
-                let width = signals
-                    .iter()
-                    .try_fold(0_usize, |sum, signal| sum.checked_add(signal.size))
-                    .filter(|&width| width <= usize::MAX / 16)
-                    .ok_or_else(|| foreign("its signals are too large".to_owned()))?;
-                let name = channel.topic.trim_start_matches('/').to_owned();
-                self.groups.push(SampledGroup {
-                    name,
-                    signals,
-                    width,
-                    samples: Vec::new(),
-                });
-                Use::Group(self.groups.len() - 1)
-            }
-            (None, Some(topic)) if channel.message_encoding == "json" => Use::Text(topic),
-            _ => Use::Unknown,
-        };
-        self.channels.insert(channel.id, role);
-        Ok(())
-    }
-
-    fn take_message(&mut self, record: &RawRecord<'_>) -> Result<(), RecordError> {
-        let (channel, log_time, start, data) = record.message()?;
-        let role = *self
-            .channels
-            .get(&channel)
-            .ok_or_else(|| record.damaged("a message on an undeclared channel"))?;
-        if matches!(role, Use::Unknown) {
-            return Ok(());
-        }
-        let nanos = log_time
-            .checked_sub(EPOCH.as_nanos())
-            .ok_or_else(|| record.damaged("a message from before the start of the run"))?;
-        let time = SimTime::from_nanos(nanos);
-        match role {
-            Use::Group(group) => {
-                let group = &mut self.groups[group];
-                if data.len() != CDR_HEADER.len() + 8 * group.width
-                    || data[..CDR_HEADER.len()] != CDR_HEADER
-                {
-                    return Err(record.damaged(format!(
-                        "a sample of `{}` with the wrong length",
-                        group.name
-                    )));
-                }
-                group.samples.push((time, start + CDR_HEADER.len()));
-            }
-            Use::Text(topic) => self
-                .texts
-                .entry(topic)
-                .or_default()
-                .push((time, start..start + data.len())),
-            Use::Unknown => {}
-        }
-        Ok(())
-    }
+/// A message that is whole, and nothing behind it.
+fn of_cdr<M: Message>(bytes: &[u8]) -> Option<M> {
+    let mut reader = CdrReader::new(bytes)?;
+    let message = M::read(&mut reader)?;
+    reader.is_at_end().then_some(message)
 }

@@ -24,8 +24,10 @@ pub struct Signal {
     pub field: String,
 }
 
-/// The bytes before the numbers of a CDR message: plain CDR, little endian, no options.
-pub(crate) const CDR_HEADER: [u8; 4] = [0, 1, 0, 0];
+/// Keys of the metadata of a channel: what its signals are, the name of the group, the name of the lane.
+pub(crate) const SIGNALS_KEY: &str = "signals";
+pub(crate) const GROUP_KEY: &str = "group";
+pub(crate) const LANE_KEY: &str = "lane";
 
 /// The signals of `layout` that `keep` wants, and where they lie in it, neighbours joined.
 pub(crate) fn select(

@@ -1,6 +1,6 @@
-//! What a recording holds beside signals: JSON messages, each kind on its own channel.
+//! The topics of a recording, except those of groups of signals and of bytes on wires.
 
-/// A channel of JSON messages.
+/// A topic with messages of one type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
     /// What the executor did out of the ordinary: skipped tasks, overruns.
@@ -11,74 +11,65 @@ pub enum Topic {
     Changes,
     /// The verdict, once, at the end.
     Verdict,
-    /// Where body and leg segments are, for a viewer.
+    /// Coordinate frames of body and leg segments.
     Frames,
+    /// Where the body is and how it moves.
+    Odometry,
+    /// Positions, rates and torques of the driven joints.
+    Joints,
 }
 
 impl Topic {
     /// Every topic.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 7] = [
         Self::Events,
         Self::Footsteps,
         Self::Changes,
         Self::Verdict,
         Self::Frames,
+        Self::Odometry,
+        Self::Joints,
     ];
+
+    /// Those whose messages a run writes one by one.
+    pub(crate) const OF_MESSAGES: [Self; 4] =
+        [Self::Events, Self::Footsteps, Self::Changes, Self::Verdict];
+
+    /// Those that are made of samples of the plant.
+    pub(crate) const OF_POSES: [Self; 3] = [Self::Frames, Self::Odometry, Self::Joints];
 
     /// The name of its channel.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Events => "/events",
+            Self::Events => "/diagnostics",
             Self::Footsteps => "/footsteps",
             Self::Changes => "/changes",
             Self::Verdict => "/verdict",
             Self::Frames => "/tf",
+            Self::Odometry => "/odom",
+            Self::Joints => "/joint_states",
         }
     }
 
-    /// The name of its schema; viewers know the one of the frames.
-    pub(crate) const fn schema_name(self) -> &'static str {
+    /// The type of its messages.
+    pub(crate) const fn message_type(self) -> &'static str {
         match self {
-            Self::Events => "twinrig.Event",
-            Self::Footsteps => "twinrig.Footstep",
-            Self::Changes => "twinrig.Change",
-            Self::Verdict => "twinrig.Verdict",
-            Self::Frames => "foxglove.FrameTransforms",
+            Self::Events => "diagnostic_msgs/DiagnosticArray",
+            Self::Footsteps => "twinrig/Footstep",
+            Self::Changes => "twinrig/Change",
+            Self::Verdict => "twinrig/Verdict",
+            Self::Frames => "tf2_msgs/TFMessage",
+            Self::Odometry => "nav_msgs/Odometry",
+            Self::Joints => "sensor_msgs/JointState",
         }
     }
 
-    /// Its JSON schema. Only what every message has is required, so that messages may grow.
-    pub(crate) const fn schema(self) -> &'static str {
-        match self {
-            Self::Events => {
-                r#"{"type":"object","required":["event"],"properties":{"event":{"type":"string"},"part":{"type":"string"},"count":{"type":"integer"}}}"#
-            }
-            Self::Footsteps => {
-                r#"{"type":"object","required":["leg","touch_down_s","lift_off_s"],"properties":{"leg":{"type":"string"},"touch_down_s":{"type":"number"},"lift_off_s":{"type":"number"},"position_m":{"type":"array","items":{"type":"number"}},"slip_m":{"type":"number"},"impulse_ns":{"type":"number"}}}"#
-            }
-            Self::Changes => {
-                r#"{"type":"object","required":["variable","value"],"properties":{"variable":{"type":"string"},"value":{"type":"number"}}}"#
-            }
-            Self::Verdict => {
-                r#"{"type":"object","required":["verdict"],"properties":{"verdict":{"type":"string","enum":["pass","fail","error"]}}}"#
-            }
-            Self::Frames => FRAME_TRANSFORMS,
+    /// The topic of a channel, which earlier builds may have called otherwise.
+    pub(crate) fn of_channel(name: &str) -> Option<Self> {
+        const EVENTS_BEFORE: &str = "/events";
+        if name == EVENTS_BEFORE {
+            return Some(Self::Events);
         }
-    }
-}
-
-/// The well-known shape of a list of coordinate frames, as viewers expect it.
-const FRAME_TRANSFORMS: &str = r#"{"type":"object","title":"foxglove.FrameTransforms","properties":{"transforms":{"type":"array","items":{"type":"object","title":"foxglove.FrameTransform","properties":{"timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer","minimum":0},"nsec":{"type":"integer","minimum":0,"maximum":999999999}}},"parent_frame_id":{"type":"string"},"child_frame_id":{"type":"string"},"translation":{"type":"object","title":"foxglove.Vector3","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},"rotation":{"type":"object","title":"foxglove.Quaternion","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}}}}}"#;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_schema_is_json() {
-        for topic in Topic::ALL {
-            let schema: serde_json::Value = serde_json::from_str(topic.schema()).unwrap();
-            assert_eq!(schema["type"], "object", "{topic:?}");
-        }
+        Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 }

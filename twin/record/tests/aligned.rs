@@ -1,18 +1,17 @@
 //! Two runs compared footstep by footstep, on made-up runs whose differences are known in closed form.
 
 use proptest::prelude::*;
-use serde::Serialize;
 use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
 use twinrig_record::{
-    Cadence, EventComparison, Fingerprint, RecordedGroup, Recorder, Recording, RunInfo, Skeleton,
-    Topic, compare_events,
+    Cadence, EventComparison, Fingerprint, FootstepMessage, RecordedGroup, Recorder, Recording,
+    RunInfo, Skeleton, compare_events,
 };
 use twinrig_runtime::Group;
 
 /// Time between samples \[s\].
 const PERIOD: f64 = 2e-3;
 
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 struct Footstep {
     leg: &'static str,
     touch_down_s: f64,
@@ -21,6 +20,18 @@ struct Footstep {
 }
 
 impl Footstep {
+    fn message(&self) -> FootstepMessage {
+        FootstepMessage {
+            leg: self.leg.to_owned(),
+            touch_down_s: self.touch_down_s,
+            lift_off_s: self.lift_off_s,
+            position_m: Some(self.position_m),
+            slip_m: 0.0,
+            impulse_ns: 1.0,
+            peak_load_n: 10.0,
+        }
+    }
+
     fn shifted(&self, by: f64) -> Self {
         Self {
             touch_down_s: self.touch_down_s + by,
@@ -75,7 +86,7 @@ fn sampled(
         n += 1.0;
     }
     for footstep in footsteps {
-        recorder.json(at(end), Topic::Footsteps, footstep);
+        recorder.message(at(end), &footstep.message());
     }
     let file = recorder
         .finish(Fingerprint::new().digest(), at(end))

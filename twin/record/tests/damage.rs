@@ -6,7 +6,9 @@ use std::sync::LazyLock;
 
 use common::*;
 use proptest::prelude::*;
-use twinrig_record::{RecordError, Recording, Topic};
+use twinrig_record::{
+    ChangeMessage, EventMessage, FootstepMessage, RecordError, Recording, VerdictMessage,
+};
 
 const STEPS: u64 = 200;
 static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| recorded(STEPS));
@@ -85,9 +87,10 @@ fn read_all(recording: &Recording) {
             let _ = recording.series(&signal.name);
         }
     }
-    for topic in Topic::ALL {
-        let _ = recording.messages::<serde_json::Value>(topic);
-    }
+    let _ = recording.messages::<EventMessage>();
+    let _ = recording.messages::<ChangeMessage>();
+    let _ = recording.messages::<FootstepMessage>();
+    let _ = recording.messages::<VerdictMessage>();
     let _ = (
         recording.attachments().count(),
         recording.seed(),

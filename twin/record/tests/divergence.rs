@@ -5,7 +5,9 @@ mod common;
 use common::*;
 use proptest::prelude::*;
 use twinrig_kernel::SimTime;
-use twinrig_record::{Divergence, Recording, divergence_within, first_divergence};
+use twinrig_record::{
+    Divergence, Fingerprint, Recorder, Recording, RunInfo, divergence_within, first_divergence,
+};
 use twinrig_runtime::Group;
 
 fn with_change(change: &dyn Fn(Group, u64, &mut [f64])) -> Recording {
@@ -48,7 +50,7 @@ proptest! {
 fn equal_recordings_have_no_divergence() {
     let comparison = first_divergence(&read(&recorded(100)), &read(&recorded(100)));
     assert_eq!(comparison.first, None);
-    assert_eq!((comparison.signals, comparison.equal_samples), (5, 200));
+    assert_eq!((comparison.signals, comparison.equal_samples), (9, 200));
 }
 
 #[test]
@@ -135,4 +137,43 @@ fn the_group_that_differs_first_counts() {
             }
         );
     }
+}
+
+#[test]
+fn bytes_on_a_wire_are_compared_where_both_have_them() {
+    let recorded = |lanes: &[&str], bytes: &[u8]| {
+        let info = RunInfo {
+            lanes: lanes.iter().map(|lane| (*lane).to_owned()).collect(),
+            ..info()
+        };
+        let mut recorder = Recorder::new(Vec::new(), &info, &[], &skeleton(), cadence()).unwrap();
+        for step in 0..3 {
+            recorder.bytes(SimTime::from_nanos(step), 0, b"ping");
+        }
+        recorder.bytes(SimTime::from_nanos(3), 0, bytes);
+        let end = SimTime::from_nanos(4);
+        read(&recorder.finish(Fingerprint::new().digest(), end).unwrap())
+    };
+    let difference = |a: &[u8], b: &[u8]| {
+        first_divergence(&recorded(&["bus/out"], a), &recorded(&["bus/out"], b)).first
+    };
+    assert_eq!(difference(b"pong", b"pong"), None);
+    let first = difference(b"pong", b"pang").unwrap();
+    assert_eq!(
+        (first.group.as_str(), first.signal.as_str()),
+        ("wire", "bus/out")
+    );
+    assert_eq!((first.time, first.component), (SimTime::from_nanos(3), 1));
+    assert_eq!(
+        (first.a, first.b),
+        (Some(f64::from(b'o')), Some(f64::from(b'a')))
+    );
+    let longer = difference(b"pong", b"ponger").unwrap();
+    assert_eq!((longer.component, longer.a), (4, None));
+    let one = first_divergence(&recorded(&["bus/out"], b""), &recorded(&["bus/in"], b""));
+    assert_eq!(
+        (one.first, one.only_in_a.as_slice()),
+        (None, &["wire: bus/out".to_owned()][..])
+    );
+    assert_eq!(one.only_in_b, ["wire: bus/in"]);
 }

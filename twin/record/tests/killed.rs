@@ -39,7 +39,7 @@ fn a_killed_process_leaves_a_readable_file() {
         .unwrap();
     for _ in 0..1000 {
         std::thread::sleep(Duration::from_millis(10));
-        if std::fs::metadata(&file).is_ok_and(|data| data.len() > 200_000) {
+        if std::fs::metadata(&file).is_ok_and(|data| data.len() > 400_000) {
             break;
         }
     }

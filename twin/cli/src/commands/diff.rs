@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use twinrig_kernel::SimTime;
-use twinrig_record::{Comparison, Divergence, Recording, Topic, divergence_within};
+use twinrig_record::{Comparison, Divergence, Recording, VerdictMessage, divergence_within};
 
 use super::compare::{Bounds, EventDifference};
 use super::{FINE, NOT_SO, Terminal, WRONG};
@@ -141,15 +141,10 @@ pub(super) fn open(path: &Path) -> Result<Recording, TwinError> {
 /// Where a recording ends whose run did not come to its end, because it was killed or interrupted: the run would have gone
 /// on. A run that failed did end.
 pub(super) fn cut_off(recording: &Recording) -> Option<SimTime> {
-    #[derive(Deserialize)]
-    struct Closing {
-        #[serde(default)]
-        interrupted: bool,
-    }
     let Some(reached) = recording.reached() else {
         return Some(recording.last_sample().unwrap_or(SimTime::ZERO));
     };
-    let verdicts = recording.messages::<Closing>(Topic::Verdict);
+    let verdicts = recording.messages::<VerdictMessage>();
     let interrupted = verdicts.is_ok_and(|all| all.iter().any(|(_, last)| last.interrupted));
     interrupted.then_some(reached)
 }

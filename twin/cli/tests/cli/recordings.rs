@@ -1,8 +1,12 @@
 //! Running recordings again and comparing them.
 
+use std::path::Path;
+
 use serde_json::json;
+use twinrig_record::{ChangeMessage, EventMessage, FootstepMessage, Recording, VerdictMessage};
 
 use crate::common::{Folder, SOUND, json, twin};
+use crate::python;
 
 #[test]
 fn a_recording_replays_to_the_same_fingerprint() {
@@ -154,4 +158,121 @@ fn what_is_no_regular_file_is_read_if_it_ends() {
     let done = twin(&["check", &pipe]);
     assert_eq!(done.code, 0, "{done:?}");
     writer.unwrap().join().unwrap();
+}
+
+/// A recording of a build that wrote messages as JSON and bytes of wires bare: 175 samples of a trot with a force sensor,
+/// made from the scenario that is in it.
+fn before_cdr() -> String {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ci/golden/recording-before-cdr.mcap");
+    path.display().to_string()
+}
+
+#[test]
+fn a_recording_of_an_earlier_build_is_read_whole() {
+    let recording = Recording::open(before_cdr().as_ref()).unwrap();
+    let footsteps = recording.messages::<FootstepMessage>().unwrap();
+    assert_eq!(footsteps.len(), 7);
+    let (at, first) = &footsteps[0];
+    assert_eq!(
+        (first.leg.as_str(), first.touch_down_s, first.lift_off_s),
+        ("RF", 0.016, 0.216)
+    );
+    assert!(at.as_secs_f64() >= first.lift_off_s && first.slip_m > 0.0);
+    let events = recording.messages::<EventMessage>().unwrap();
+    assert_eq!(events.len(), 7);
+    assert_eq!(events[0].1.event, "devices are open");
+    assert_eq!(events[1].1.part.as_deref(), Some("io"));
+    let changes = recording.messages::<ChangeMessage>().unwrap();
+    assert_eq!(changes[0].1.variable, "step_length");
+    let verdicts = recording.messages::<VerdictMessage>().unwrap();
+    let [(_, verdict)] = &verdicts[..] else {
+        panic!("{verdicts:?}");
+    };
+    assert_eq!(
+        (verdict.verdict.as_str(), verdict.error.as_ref()),
+        ("fail", None)
+    );
+    let names = verdict.expectations.iter().map(|one| one.name.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["stands", "steps", "runs"]);
+    assert_eq!(verdict.expectations[2].bound, Some(9.0));
+}
+
+#[test]
+fn a_recording_of_an_earlier_build_is_compared_and_replayed() {
+    let before = before_cdr();
+    let done = twin(&["diff", &before, &before]);
+    assert_eq!(done.code, 0, "{done:?}");
+    let done = twin(&["diff", "--events", &before, &before]);
+    assert_eq!(done.code, 0, "{done:?}");
+    // Plants may have become better since. What is recorded of them is the same.
+    let done = twin(&["replay", "--json", &before]);
+    assert!(done.code < 2, "{done:?}");
+    let replayed = &json(&done.out)[0];
+    let difference = replayed.get("difference").unwrap_or(replayed);
+    assert_eq!(difference["signals"], 3, "{done:?}");
+    assert_eq!(
+        (&difference["only_in_a"], &difference["only_in_b"]),
+        (&json!([]), &json!([]))
+    );
+}
+
+/// Standard messages and our own, of a run with everything in it.
+#[test]
+fn packages_of_others_read_the_recording_of_a_run() {
+    let Some(python) = python::python("mcap, mcap_ros2, rosbags") else {
+        return;
+    };
+    let before = Recording::open(before_cdr().as_ref()).unwrap();
+    let scenario = before.attachment("scenario.toml").unwrap();
+    let folder = Folder::new("packages");
+    let scenario = folder.file("now.toml", std::str::from_utf8(scenario).unwrap());
+    let all = "record.signals=[\"**\"]";
+    let done = twin(&[
+        "run",
+        "--json",
+        "--out",
+        &folder.join("out"),
+        "--set",
+        all,
+        &scenario,
+    ]);
+    assert_eq!(done.code, 1, "{done:?}");
+    let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
+    let read = |script: &str| {
+        let script = format!("../../record/tests/{script}");
+        python::run(&python, &script, &[recording.as_ref()], &json!(null))["messages"].clone()
+    };
+    let (found, bag) = (read("read_recording.py"), read("read_rosbag.py"));
+    let topics = found.as_object().unwrap();
+    for (topic, messages) in topics {
+        assert!(*messages == bag[topic], "{topic}");
+    }
+    for topic in [
+        "/plant",
+        "/process_inputs",
+        "/process_outputs",
+        "/gauges",
+        "/tf",
+        "/odom",
+        "/joint_states",
+        "/footsteps",
+        "/changes",
+        "/diagnostics",
+        "/verdict",
+        "/wire/optoforce/in",
+        "/wire/optoforce/out",
+    ] {
+        let messages = topics[topic].as_array().unwrap();
+        // A controller that reads nothing has no inputs.
+        assert!(
+            !messages.is_empty() || topic == "/process_inputs",
+            "{topic}"
+        );
+    }
+    let verdict = &topics["/verdict"][0][1];
+    assert_eq!(verdict["verdict"], "fail");
+    assert_eq!(verdict["expectations"][2]["name"], "runs");
+    let legs = ["LF", "RF", "LH", "RH"].map(|leg| [format!("{leg}/hip"), format!("{leg}/knee")]);
+    assert_eq!(topics["/joint_states"][0][1]["name"], json!(legs.concat()));
 }

@@ -1,8 +1,6 @@
 //! The footsteps that a recording holds, leg by leg.
 
-use serde::Deserialize;
-
-use crate::{RecordError, Recording, Topic};
+use crate::{FootstepMessage, RecordError, Recording};
 
 /// A footstep as a recording holds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,21 +13,12 @@ pub struct RecordedFootstep {
     pub position_m: Option<[f64; 3]>,
 }
 
-#[derive(Deserialize)]
-struct Message {
-    leg: String,
-    touch_down_s: f64,
-    lift_off_s: f64,
-    #[serde(default)]
-    position_m: Option<[f64; 3]>,
-}
-
 /// The footsteps of each leg in order of time; legs in the order in which they first came down.
 pub(super) fn footsteps(
     recording: &Recording,
 ) -> Result<Vec<(String, Vec<RecordedFootstep>)>, RecordError> {
     let mut legs: Vec<(String, Vec<RecordedFootstep>)> = Vec::new();
-    for (_, message) in recording.messages::<Message>(Topic::Footsteps)? {
+    for (_, message) in recording.messages::<FootstepMessage>()? {
         let footstep = RecordedFootstep {
             touch_down_s: message.touch_down_s,
             lift_off_s: message.lift_off_s,

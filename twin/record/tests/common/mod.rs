@@ -1,21 +1,12 @@
 //! A small made-up run, for the tests of recordings.
 #![allow(dead_code, reason = "no test file uses all of it")]
 
-use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
 use twinrig_record::{
-    Cadence, Fingerprint, RecordError, RecordedGroup, Recorder, Recording, RunInfo, Skeleton,
-    SkeletonLeg, Topic,
+    Cadence, Fingerprint, FootstepMessage, RecordError, RecordedGroup, Recorder, Recording,
+    RunInfo, Skeleton, SkeletonLeg,
 };
 use twinrig_runtime::{Group, Observer, RunEvent};
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Footstep {
-    pub leg: String,
-    pub touch_down_s: f64,
-    pub lift_off_s: f64,
-    pub slip_m: f64,
-}
 
 pub fn plant_ports() -> Vec<Port> {
     vec![
@@ -23,6 +14,10 @@ pub fn plant_ports() -> Vec<Port> {
         Port::output("body/orientation", Unit::One, 4),
         Port::output("leg/LF/angles", Unit::Radian, 3),
         Port::output("leg/LF/foot/load", Unit::Newton, 1),
+        Port::output("body/velocity", Unit::MeterPerSecond, 3),
+        Port::output("body/angular_velocity", Unit::RadianPerSecond, 3),
+        Port::output("leg/LF/hip/position", Unit::Radian, 1),
+        Port::output("leg/LF/hip/torque", Unit::NewtonMeter, 1),
     ]
 }
 
@@ -43,7 +38,7 @@ pub fn info() -> RunInfo {
         build: "0.1.0 (abc)".to_owned(),
         notes: [("plant".to_owned(), "massless".to_owned())].into(),
         tasks: vec!["direct".to_owned()],
-        lanes: Vec::new(),
+        lanes: vec!["sbcp/out".to_owned(), "left bus/2".to_owned()],
         variables: vec!["frequency".to_owned(), "step_length".to_owned()],
     }
 }
@@ -84,6 +79,8 @@ pub fn plant_values(step: u64) -> Vec<f64> {
         0.5,
         2.7 + libm::cos(19.0 * t),
     ]);
+    values.extend([0.3, 9e-3 * libm::cos(9.0 * t), 0.0, 0.01, -0.02, 0.03]);
+    values.extend([0.45 * libm::sin(19.0 * t), -0.2]);
     values
 }
 
@@ -91,13 +88,16 @@ pub fn command_values(step: u64) -> Vec<f64> {
     vec![0.4 * libm::sin(0.038 * step as f64)]
 }
 
-pub fn footstep(step: u64) -> Footstep {
+pub fn footstep(step: u64) -> FootstepMessage {
     let t = step as f64 * 2e-3;
-    Footstep {
+    FootstepMessage {
         leg: "LF".to_owned(),
         touch_down_s: t - 0.15,
         lift_off_s: t,
+        position_m: Some([0.3 * t, 0.05, 0.0]),
         slip_m: 1e-4 / (1.0 + t),
+        impulse_ns: 0.7,
+        peak_load_n: 5.0 + t,
     }
 }
 
@@ -145,7 +145,8 @@ pub fn record<W: std::io::Write>(
             recorder.event(now, RunEvent::TaskSkipped { task: 0 });
         }
         if step % 25 == 24 {
-            recorder.json(now, Topic::Footsteps, &footstep(step));
+            recorder.message(now, &footstep(step));
+            recorder.bytes(now, 1, &[step.to_le_bytes()[0], 0, 255]);
         }
     }
     recorder.finish(fingerprint.digest(), SimTime::from_nanos(steps * PERIOD_NS))

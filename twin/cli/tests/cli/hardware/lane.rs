@@ -1,7 +1,7 @@
 //! What a run put onto its bus, as any reader of recordings finds it.
 
 use mcap::MessageStream;
-use twinrig_record::EventMessage;
+use twinrig_record::{EventMessage, Recording};
 use twinrig_sbcp::codes::Instruction;
 use twinrig_sbcp::{Packet, Parser};
 
@@ -20,15 +20,19 @@ pub enum Happened {
 
 /// The recording in the file at `path`.
 pub fn story(path: &str) -> Vec<Happened> {
+    /// Header of a message, and length of the bytes in it.
+    const AHEAD: usize = 4 + 4;
     let bytes = std::fs::read(path).unwrap();
+    let recording = Recording::from_bytes(bytes.clone()).unwrap();
+    let mut events = recording.messages::<EventMessage>().unwrap().into_iter();
     let messages = MessageStream::new(&bytes).unwrap();
     messages
         .filter_map(|message| {
             let message = message.unwrap();
             match message.channel.topic.as_str() {
-                "/process-outputs" => Some(Happened::Commanded(message.data.into())),
-                "/wire/sbcp/out" => Some(Happened::Wrote(message.data.into())),
-                "/events" => happened(&serde_json::from_slice(&message.data).unwrap()),
+                "/process_outputs" => Some(Happened::Commanded(message.data.into())),
+                "/wire/sbcp/out" => Some(Happened::Wrote(message.data[AHEAD..].into())),
+                "/diagnostics" => happened(&events.next().unwrap().1),
                 _ => None,
             }
         })

@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
-use serde_json::Value;
 use twinrig::runtime::{Device, DeviceError};
-use twinrig_record::{Recording, Topic};
+use twinrig_record::{Recording, VerdictMessage};
 use twinrig_wire::{Pty, SerialPort};
 
 use super::{
@@ -182,14 +181,14 @@ fn is_given_up(done: &Ended, recording: &str, words: &[&str]) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     assert!(recording.is_complete());
     assert_eq!(recording.fingerprint(), report["fingerprint"].as_str());
-    let verdicts: Vec<(_, Value)> = recording.messages(Topic::Verdict).unwrap();
+    let verdicts = recording.messages::<VerdictMessage>().unwrap();
     let [(at, verdict)] = &verdicts[..] else {
         panic!("{verdicts:?}");
     };
     assert_eq!(Some(*at), recording.reached());
-    assert_eq!(verdict["verdict"], "error");
-    assert_eq!(verdict["error"].as_str(), Some(error));
-    assert_eq!(verdict["interrupted"], false);
+    assert_eq!(verdict.verdict, "error");
+    assert_eq!(verdict.error.as_deref(), Some(error));
+    assert!(!verdict.interrupted);
 }
 
 /// Its recording goes on until it ended.

@@ -1,0 +1,120 @@
+//! The channels of a recording: topic, type with its definition, metadata.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::ops::Range;
+
+use mcap::Writer;
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use twinrig_kernel::SimTime;
+
+use crate::recorder::{RecordedGroup, group_name};
+use crate::schema::{self, GROUP_KEY, LANE_KEY, SIGNALS_KEY};
+use crate::{EPOCH, RecordError, Topic, cdr, ros};
+
+/// A channel, and how many messages it has had.
+pub(crate) struct Channel {
+    id: u16,
+    sequence: u32,
+}
+
+/// The channel of a group, and which parts of a sample go into its messages.
+pub(crate) struct Sampled {
+    pub channel: Channel,
+    pub ranges: Vec<Range<usize>>,
+    /// The last message, whose length every message has.
+    pub message: Vec<u8>,
+}
+
+impl Channel {
+    pub(crate) fn header(&mut self, now: SimTime) -> MessageHeader {
+        let log_time = now.as_nanos().saturating_add(EPOCH.as_nanos());
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        MessageHeader {
+            channel_id: self.id,
+            sequence,
+            log_time,
+            publish_time: log_time,
+        }
+    }
+}
+
+/// A channel of the profile `ros2`: its messages are CDR, and it says which quality of service is offered.
+fn add_channel<W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    topic: &str,
+    (message_type, definition): (&str, &str),
+    mut metadata: BTreeMap<String, String>,
+) -> Result<Channel, RecordError> {
+    // Whoever plays it back may offer what they like.
+    metadata.insert("offered_qos_profiles".to_owned(), "[]".to_owned());
+    let name = ros::full_name(message_type);
+    let schema = writer.add_schema(&name, "ros2msg", definition.as_bytes())?;
+    let id = writer.add_channel(schema, topic, "cdr", &metadata)?;
+    Ok(Channel { id, sequence: 0 })
+}
+
+pub(crate) fn add_group<W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    group: &RecordedGroup<'_>,
+) -> Result<Sampled, RecordError> {
+    let (signals, ranges) = schema::select(group.layout, group.keep);
+    let name = group_name(group.group);
+    let described = serde_json::to_string(&signals).map_err(|source| RecordError::Describe {
+        group: name,
+        source,
+    })?;
+    let metadata = BTreeMap::from([
+        (GROUP_KEY.to_owned(), name.to_owned()),
+        (SIGNALS_KEY.to_owned(), described),
+    ]);
+    let message_type = format!("{}/{}", ros::PACKAGE, schema::type_name(name));
+    let definition = schema::definition(&signals);
+    let channel = add_channel(
+        writer,
+        &ros::topic_name(name),
+        (&message_type, &definition),
+        metadata,
+    )?;
+    let count: usize = signals.iter().map(|signal| signal.size).sum();
+    let mut message = cdr::HEADER.to_vec();
+    message.resize(cdr::HEADER.len() + 8 * count, 0);
+    Ok(Sampled {
+        channel,
+        ranges,
+        message,
+    })
+}
+
+/// Lanes that ROS 2 would call by one name are told apart by a number.
+pub(crate) fn add_lanes<W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    lanes: &[String],
+) -> Result<Vec<Channel>, RecordError> {
+    const TYPE: &str = "twinrig/Bytes";
+    let definition = ros::complete(TYPE);
+    let mut topics: Vec<String> = Vec::new();
+    let mut channels = Vec::new();
+    for lane in lanes {
+        let name = ros::topic_name(&format!("wire/{lane}"));
+        let numbered = (2..).map(|count| format!("{name}_{count}"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
+        let topic = names.find(|name| !topics.contains(name)).unwrap_or(name);
+        let metadata = BTreeMap::from([(LANE_KEY.to_owned(), lane.clone())]);
+        channels.push(add_channel(writer, &topic, (TYPE, &definition), metadata)?);
+        topics.push(topic);
+    }
+    Ok(channels)
+}
+
+pub(crate) fn add_topic<W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    topic: Topic,
+) -> Result<Channel, RecordError> {
+    let message_type = topic.message_type();
+    let definition = ros::complete(message_type);
+    let of = (message_type, definition.as_str());
+    add_channel(writer, topic.name(), of, BTreeMap::new())
+}

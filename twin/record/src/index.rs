@@ -1,0 +1,228 @@
+//! Where in a file everything is that a recording holds.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use mcap::records::{Channel, Record, op};
+use twinrig_kernel::SimTime;
+
+use crate::cdr::{self, CdrReader};
+use crate::framing::{RawRecord, Records};
+use crate::recording::SampledGroup;
+use crate::schema::{GROUP_KEY, LANE_KEY, SIGNALS_KEY};
+use crate::{EPOCH, RecordError, Signal, Topic};
+
+/// The content of a file, record by record.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Index {
+    pub complete: bool,
+    pub groups: Vec<SampledGroup>,
+    pub wires: Vec<Wire>,
+    pub messages: BTreeMap<Topic, Vec<Written>>,
+    pub attachments: Vec<(String, Range<usize>)>,
+    pub metadata: BTreeMap<String, BTreeMap<String, String>>,
+    channels: BTreeMap<u16, Use>,
+}
+
+/// Bytes that passed on a wire in one direction.
+#[derive(Debug, Clone)]
+pub(crate) struct Wire {
+    /// Its name, as in the run.
+    pub name: String,
+    /// When each piece passed, and where it is.
+    pub pieces: Vec<(SimTime, Range<usize>)>,
+}
+
+/// A message: when it was written, how, and where.
+#[derive(Debug, Clone)]
+pub(crate) struct Written {
+    pub time: SimTime,
+    pub encoding: Encoding,
+    pub range: Range<usize>,
+}
+
+/// How messages are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Encoding {
+    Cdr,
+    /// By earlier builds.
+    Json,
+}
+
+/// What a channel is to us.
+#[derive(Debug, Clone, Copy)]
+enum Use {
+    Group(usize),
+    Messages(Topic, Encoding),
+    /// Bytes on a wire, each piece a message.
+    Wire(usize),
+    /// The same as earlier builds wrote them: the bytes alone.
+    BareWire(usize),
+    Unknown,
+}
+
+impl Index {
+    /// Of `bytes`, up to the first record that is not whole.
+    pub(crate) fn of(bytes: &[u8]) -> Result<Self, RecordError> {
+        let mut index = Self::default();
+        let body = bytes
+            .strip_prefix(mcap::MAGIC)
+            .ok_or(RecordError::NotMcap)?;
+        let mut records = Records::new(body, mcap::MAGIC.len());
+        for record in records.by_ref() {
+            match record.opcode {
+                op::DATA_END => {}
+                op::FOOTER => {
+                    index.complete = true;
+                    break;
+                }
+                op::CHUNK => {
+                    let mut inside = record.chunk()?;
+                    for inner in inside.by_ref() {
+                        index.take(&inner)?;
+                    }
+                    if !inside.rest().is_empty() {
+                        return Err(record.damaged("the chunk ends in the middle of a record"));
+                    }
+                }
+                _ => index.take(&record)?,
+            }
+        }
+        index.complete &= records.rest() == mcap::MAGIC;
+        Ok(index)
+    }
+
+    fn take(&mut self, record: &RawRecord<'_>) -> Result<(), RecordError> {
+        match record.opcode {
+            op::CHANNEL => {
+                if let Record::Channel(channel) = record.parse()? {
+                    self.take_channel(&channel)?;
+                }
+            }
+            op::MESSAGE => self.take_message(record)?,
+            op::ATTACHMENT => {
+                let (name, start, data) = record.attachment()?;
+                self.attachments.push((name, start..start + data.len()));
+            }
+            op::METADATA => {
+                if let Record::Metadata(metadata) = record.parse()? {
+                    self.metadata
+                        .entry(metadata.name)
+                        .or_default()
+                        .extend(metadata.metadata);
+                }
+            }
+            // Schemas are for other readers: ours are in the metadata of the channels.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_channel(&mut self, channel: &Channel) -> Result<(), RecordError> {
+        if self.channels.contains_key(&channel.id) {
+            return Ok(()); // the summary says everything again
+        }
+        let encoding = channel.message_encoding.as_str();
+        let role = if let Some(signals) = channel.metadata.get(SIGNALS_KEY) {
+            self.groups.push(group(channel, signals)?);
+            Use::Group(self.groups.len() - 1)
+        } else if let Some(lane) = channel.metadata.get(LANE_KEY) {
+            Use::Wire(self.add_wire(lane))
+        } else if let ("bytes", Some(lane)) = (encoding, channel.topic.strip_prefix("/wire/")) {
+            Use::BareWire(self.add_wire(lane))
+        } else {
+            match (Topic::of_channel(&channel.topic), encoding) {
+                (Some(topic), "cdr") => Use::Messages(topic, Encoding::Cdr),
+                (Some(topic), "json") => Use::Messages(topic, Encoding::Json),
+                _ => Use::Unknown,
+            }
+        };
+        self.channels.insert(channel.id, role);
+        Ok(())
+    }
+
+    fn add_wire(&mut self, name: &str) -> usize {
+        let name = name.to_owned();
+        let pieces = Vec::new();
+        self.wires.push(Wire { name, pieces });
+        self.wires.len() - 1
+    }
+
+    fn take_message(&mut self, record: &RawRecord<'_>) -> Result<(), RecordError> {
+        let (channel, log_time, start, data) = record.message()?;
+        let role = *self
+            .channels
+            .get(&channel)
+            .ok_or_else(|| record.damaged("a message on an undeclared channel"))?;
+        if matches!(role, Use::Unknown) {
+            return Ok(());
+        }
+        let nanos = log_time
+            .checked_sub(EPOCH.as_nanos())
+            .ok_or_else(|| record.damaged("a message from before the start of the run"))?;
+        let time = SimTime::from_nanos(nanos);
+        let range = start..start + data.len();
+        match role {
+            Use::Group(group) => {
+                let group = &mut self.groups[group];
+                if data.len() != cdr::HEADER.len() + 8 * group.width
+                    || !data.starts_with(&cdr::HEADER)
+                {
+                    return Err(record.damaged(format!(
+                        "a sample of `{}` with the wrong length",
+                        group.name
+                    )));
+                }
+                group.samples.push((time, start + cdr::HEADER.len()));
+            }
+            Use::Messages(topic, encoding) => {
+                self.messages.entry(topic).or_default().push(Written {
+                    time,
+                    encoding,
+                    range,
+                });
+            }
+            Use::Wire(wire) => {
+                let length = octets(data)
+                    .ok_or_else(|| record.damaged("bytes of a wire that are cut off"))?;
+                // They stand at the end of the message.
+                let range = range.end - length..range.end;
+                self.wires[wire].pieces.push((time, range));
+            }
+            Use::BareWire(wire) => self.wires[wire].pieces.push((time, range)),
+            Use::Unknown => {}
+        }
+        Ok(())
+    }
+}
+
+/// The group of signals that a channel is for.
+fn group(channel: &Channel, signals: &str) -> Result<SampledGroup, RecordError> {
+    let foreign = |why: String| RecordError::Foreign {
+        channel: channel.topic.clone(),
+        why,
+    };
+    let signals: Vec<Signal> =
+        serde_json::from_str(signals).map_err(|error| foreign(error.to_string()))?;
+    let width = signals
+        .iter()
+        .try_fold(0_usize, |sum, signal| sum.checked_add(signal.size))
+        .filter(|&width| width <= usize::MAX / 16)
+        .ok_or_else(|| foreign("its signals are too large".to_owned()))?;
+    // Earlier builds called the channel as the group.
+    let name = channel.metadata.get(GROUP_KEY).map(String::as_str);
+    let name = name.unwrap_or(channel.topic.trim_start_matches('/'));
+    Ok(SampledGroup {
+        name: name.to_owned(),
+        signals,
+        width,
+        samples: Vec::new(),
+    })
+}
+
+/// The number of bytes in a message that holds nothing else.
+fn octets(message: &[u8]) -> Option<usize> {
+    let mut reader = CdrReader::new(message)?;
+    let octets = reader.octets()?;
+    reader.is_at_end().then_some(octets.len())
+}

@@ -1,0 +1,352 @@
+//! What a recording holds beside signals: messages, each kind on a topic of its own.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Topic;
+use crate::cdr::{CdrReader, CdrWriter};
+use sealed::Encoded;
+
+/// A message of a recording. Recordings of earlier builds hold it as JSON, which is read, too.
+pub trait Message: Encoded {
+    /// The topic that it is written to.
+    const TOPIC: Topic;
+}
+
+pub(crate) mod sealed {
+    use serde::de::DeserializeOwned;
+
+    use crate::cdr::{CdrReader, CdrWriter};
+
+    /// The encoding of a message, in the order of its definition.
+    pub trait Encoded: DeserializeOwned {
+        fn write(&self, stamp: [u8; 8], to: &mut CdrWriter<'_>);
+
+        /// `None` if it does not read.
+        fn read(from: &mut CdrReader<'_>) -> Option<Self>;
+    }
+}
+
+/// Something out of the ordinary in the schedule of a run; a `diagnostic_msgs/DiagnosticArray` of one status.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EventMessage {
+    /// `task skipped`, `overrun` or `devices are open`.
+    pub event: String,
+    /// The task that was skipped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// How many control steps were missed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<u64>,
+}
+
+/// A process variable was set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChangeMessage {
+    /// Name of the variable.
+    pub variable: String,
+    /// What it was set to, in its unit.
+    pub value: f64,
+}
+
+/// A footstep, written when the foot lifts off.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FootstepMessage {
+    /// Name of the leg.
+    pub leg: String,
+    /// When the foot came down, since the start of the run \[s\].
+    pub touch_down_s: f64,
+    /// When it left the ground \[s\].
+    pub lift_off_s: f64,
+    /// Where it came down, world frame \[m\]; none if the recording does not say.
+    #[serde(default)]
+    pub position_m: Option<[f64; 3]>,
+    /// Greatest horizontal distance from there while in contact \[m\].
+    #[serde(default = "nan")]
+    pub slip_m: f64,
+    /// Integral of the load \[N·s\].
+    #[serde(default = "nan")]
+    pub impulse_ns: f64,
+    /// Greatest load \[N\].
+    #[serde(default = "nan")]
+    pub peak_load_n: f64,
+}
+
+/// The verdict of a run, written once, at its end.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct VerdictMessage {
+    /// `pass`, `fail` or `error`.
+    pub verdict: String,
+    /// Whether the user interrupted the run, which would have gone on.
+    #[serde(default)]
+    pub interrupted: bool,
+    /// Why the run did not reach its end.
+    #[serde(default)]
+    pub error: Option<String>,
+    /// What became of each expectation.
+    #[serde(default)]
+    pub expectations: Vec<ExpectationMessage>,
+}
+
+/// The outcome of an expectation, in a [`VerdictMessage`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ExpectationMessage {
+    /// Its name.
+    pub name: String,
+    /// `pass`, `fail` or `unobserved`.
+    pub verdict: String,
+    /// Whether it may be unobserved.
+    pub optional: bool,
+    /// The value that is nearest to violating it.
+    pub measured: Option<f64>,
+    /// The limit that it is nearest to.
+    pub bound: Option<f64>,
+    /// The limit on the other side.
+    pub other_bound: Option<f64>,
+    /// Distance to the limit, negative on its wrong side.
+    pub margin: Option<f64>,
+    /// Unit of measured, bound and margin.
+    pub unit: String,
+    /// When it was first violated, since the start of the run \[s\].
+    pub first_violation_s: Option<f64>,
+    /// Which leg, which footstep, why unobserved.
+    pub detail: String,
+}
+
+fn nan() -> f64 {
+    f64::NAN
+}
+
+fn number(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+fn no_nan(value: f64) -> Option<f64> {
+    (!value.is_nan()).then_some(value)
+}
+
+fn not_empty(text: String) -> Option<String> {
+    (!text.is_empty()).then_some(text)
+}
+
+/// Levels of a `DiagnosticStatus`.
+const OK: u8 = 0;
+const WARN: u8 = 1;
+
+/// What has the status of an event.
+const STATUS_OF: &str = "schedule";
+/// The keys of an event's values.
+const PART: &str = "part";
+const COUNT: &str = "count";
+
+/// The event that is in order.
+pub(crate) const DEVICES_ARE_OPEN: &str = "devices are open";
+
+impl Message for EventMessage {
+    const TOPIC: Topic = Topic::Events;
+}
+
+impl Encoded for EventMessage {
+    fn write(&self, stamp: [u8; 8], to: &mut CdrWriter<'_>) {
+        to.stamp(stamp);
+        to.text(""); // no frame
+        to.count(1);
+        to.u8(if self.event == DEVICES_ARE_OPEN {
+            OK
+        } else {
+            WARN
+        });
+        to.text(STATUS_OF);
+        to.text(&self.event);
+        to.text(""); // no hardware of its own
+        let count = self.count.map(|count| count.to_string());
+        let values = [(PART, self.part.as_deref()), (COUNT, count.as_deref())];
+        let values = values
+            .iter()
+            .filter_map(|(key, value)| Some((key, (*value)?)));
+        to.count(values.clone().count());
+        for (key, value) in values {
+            to.text(key);
+            to.text(value);
+        }
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Option<Self> {
+        let (_, _) = (from.time()?, from.text()?);
+        (from.u32()? == 1).then_some(())?;
+        let (_, _, event, _) = (from.u8()?, from.text()?, from.text()?, from.text()?);
+        let values = from.each(|from| Some((from.text()?, from.text()?)))?;
+        let value = |key: &str| values.iter().find(|(known, _)| known == key);
+        let count = value(COUNT).map(|(_, count)| count.parse());
+        Some(Self {
+            event,
+            part: value(PART).map(|(_, part)| part.clone()),
+            count: count.transpose().ok()?,
+        })
+    }
+}
+
+impl Message for ChangeMessage {
+    const TOPIC: Topic = Topic::Changes;
+}
+
+impl Encoded for ChangeMessage {
+    fn write(&self, _: [u8; 8], to: &mut CdrWriter<'_>) {
+        to.text(&self.variable);
+        to.f64(self.value);
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Option<Self> {
+        let (variable, value) = (from.text()?, from.f64()?);
+        Some(Self { variable, value })
+    }
+}
+
+impl Message for FootstepMessage {
+    const TOPIC: Topic = Topic::Footsteps;
+}
+
+impl Encoded for FootstepMessage {
+    fn write(&self, _: [u8; 8], to: &mut CdrWriter<'_>) {
+        to.text(&self.leg);
+        to.f64s(&[self.touch_down_s, self.lift_off_s]);
+        to.f64s(&self.position_m.unwrap_or([f64::NAN; 3]));
+        to.f64s(&[self.slip_m, self.impulse_ns, self.peak_load_n]);
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Option<Self> {
+        let leg = from.text()?;
+        let [touch_down_s, lift_off_s] = from.f64s()?;
+        let position: [f64; 3] = from.f64s()?;
+        let [slip_m, impulse_ns, peak_load_n] = from.f64s()?;
+        Some(Self {
+            leg,
+            touch_down_s,
+            lift_off_s,
+            position_m: position.iter().all(|x| !x.is_nan()).then_some(position),
+            slip_m,
+            impulse_ns,
+            peak_load_n,
+        })
+    }
+}
+
+impl Message for VerdictMessage {
+    const TOPIC: Topic = Topic::Verdict;
+}
+
+impl Encoded for VerdictMessage {
+    fn write(&self, _: [u8; 8], to: &mut CdrWriter<'_>) {
+        to.text(&self.verdict);
+        to.bool(self.interrupted);
+        to.text(self.error.as_deref().unwrap_or_default());
+        to.count(self.expectations.len());
+        for expectation in &self.expectations {
+            expectation.write(to);
+        }
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Option<Self> {
+        Some(Self {
+            verdict: from.text()?,
+            interrupted: from.bool()?,
+            error: not_empty(from.text()?),
+            expectations: from.each(ExpectationMessage::read)?,
+        })
+    }
+}
+
+impl ExpectationMessage {
+    fn write(&self, to: &mut CdrWriter<'_>) {
+        to.text(&self.name);
+        to.text(&self.verdict);
+        to.bool(self.optional);
+        for value in [self.measured, self.bound, self.other_bound, self.margin] {
+            to.f64(number(value));
+        }
+        to.text(&self.unit);
+        to.f64(number(self.first_violation_s));
+        to.text(&self.detail);
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Option<Self> {
+        let (name, verdict, optional) = (from.text()?, from.text()?, from.bool()?);
+        let [measured, bound, other_bound, margin] = from.f64s()?.map(no_nan);
+        Some(Self {
+            name,
+            verdict,
+            optional,
+            measured,
+            bound,
+            other_bound,
+            margin,
+            unit: from.text()?,
+            first_violation_s: no_nan(from.f64()?),
+            detail: from.text()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn round_trip<M: Message + PartialEq + std::fmt::Debug>(message: &M) {
+        let mut bytes = Vec::new();
+        message.write([0; 8], &mut CdrWriter::new(&mut bytes));
+        let mut reader = CdrReader::new(&bytes).unwrap();
+        assert_eq!(M::read(&mut reader).as_ref(), Some(message));
+        assert!(reader.is_at_end());
+        for cut in 4..bytes.len() {
+            let mut reader = CdrReader::new(&bytes[..cut]).unwrap();
+            assert_eq!(M::read(&mut reader), None, "{cut} of {}", bytes.len());
+        }
+    }
+
+    #[test]
+    fn every_message_comes_back_and_no_part_of_one_is_a_message() {
+        round_trip(&EventMessage {
+            event: "task skipped".to_owned(),
+            part: Some("sbcp".to_owned()),
+            count: None,
+        });
+        round_trip(&EventMessage {
+            event: "overrun".to_owned(),
+            part: None,
+            count: Some(u64::MAX),
+        });
+        round_trip(&ChangeMessage {
+            variable: "frequency".to_owned(),
+            value: -0.1,
+        });
+        round_trip(&FootstepMessage {
+            leg: "LF".to_owned(),
+            touch_down_s: 0.25,
+            lift_off_s: 0.5,
+            position_m: Some([0.1, -0.0, 1e-300]),
+            slip_m: 1e-3,
+            impulse_ns: 0.7,
+            peak_load_n: 12.5,
+        });
+        round_trip(&VerdictMessage {
+            verdict: "fail".to_owned(),
+            interrupted: true,
+            error: Some("µ".to_owned()),
+            expectations: vec![ExpectationMessage::default(); 3],
+        });
+    }
+
+    #[test]
+    fn messages_of_earlier_builds_read() {
+        let text = r#"{"verdict":"error","interrupted":false,"error":null,"expectations":[{"name":"n","verdict":"pass",
+            "measured":null,"bound":1.0,"unit":"m","margin":null,"first_violation_s":null,"other_bound":null,"optional":true,"detail":""}]}"#;
+        let verdict: VerdictMessage = serde_json::from_str(text).unwrap();
+        assert_eq!(
+            (verdict.error, verdict.expectations[0].bound),
+            (None, Some(1.0))
+        );
+        let footstep = r#"{"leg":"LF","touch_down_s":0.1,"lift_off_s":0.2}"#;
+        let footstep: FootstepMessage = serde_json::from_str(footstep).unwrap();
+        assert!(footstep.position_m.is_none() && footstep.slip_m.is_nan());
+    }
+}

@@ -1,0 +1,216 @@
+//! Definitions of messages in the language of ROS 2: those of the standard packages that recordings use, and ours.
+
+/// Name and definition of every message type, except those of groups of signals, which are as the signals are.
+const DEFINITIONS: [(&str, &str); 22] = [
+    ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+    (
+        "std_msgs/Header",
+        "builtin_interfaces/Time stamp\nstring frame_id\n",
+    ),
+    ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+    ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
+    (
+        "geometry_msgs/Quaternion",
+        "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+    ),
+    (
+        "geometry_msgs/Transform",
+        "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
+    ),
+    (
+        "geometry_msgs/TransformStamped",
+        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+    ),
+    (
+        "tf2_msgs/TFMessage",
+        "geometry_msgs/TransformStamped[] transforms\n",
+    ),
+    (
+        "geometry_msgs/Pose",
+        "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
+    ),
+    (
+        "geometry_msgs/PoseWithCovariance",
+        "geometry_msgs/Pose pose\nfloat64[36] covariance\n",
+    ),
+    (
+        "geometry_msgs/Twist",
+        "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
+    ),
+    (
+        "geometry_msgs/TwistWithCovariance",
+        "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
+    ),
+    (
+        "nav_msgs/Odometry",
+        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
+         geometry_msgs/TwistWithCovariance twist\n",
+    ),
+    (
+        "sensor_msgs/JointState",
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
+    ),
+    ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
+    (
+        "diagnostic_msgs/DiagnosticStatus",
+        "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\n\
+         byte level\nstring name\nstring message\nstring hardware_id\ndiagnostic_msgs/KeyValue[] values\n",
+    ),
+    (
+        "diagnostic_msgs/DiagnosticArray",
+        "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
+    ),
+    (
+        "twinrig/Footstep",
+        "# A footstep, at its lift-off. Times are since the start of the run.\n\
+         string leg\n\
+         float64 touch_down_s\n\
+         float64 lift_off_s\n\
+         float64[3] position_m    # of the foot at touch-down, world frame\n\
+         float64 slip_m           # greatest horizontal distance from there while in contact\n\
+         float64 impulse_ns       # integral of the load, in newton-seconds\n\
+         float64 peak_load_n\n",
+    ),
+    (
+        "twinrig/Change",
+        "# A process variable was set.\n\
+         string variable\n\
+         float64 value            # in the unit of the variable\n",
+    ),
+    (
+        "twinrig/Expectation",
+        "# The outcome of an expectation. A number that there is not is NaN.\n\
+         string name\n\
+         string verdict           # pass, fail or unobserved\n\
+         bool optional            # whether it may be unobserved\n\
+         float64 measured         # the value that is nearest to violating the expectation\n\
+         float64 bound            # the limit that it is nearest to\n\
+         float64 other_bound      # the limit on the other side\n\
+         float64 margin           # distance to the limit, negative on its wrong side\n\
+         string unit              # of measured, bound and margin\n\
+         float64 first_violation_s\n\
+         string detail            # which leg, which footstep, why unobserved\n",
+    ),
+    (
+        "twinrig/Verdict",
+        "# The verdict of a run, at its end.\n\
+         string verdict           # pass, fail or error\n\
+         bool interrupted         # by the user: the run would have gone on\n\
+         string error             # why it did not reach its end; empty if it did\n\
+         twinrig/Expectation[] expectations\n",
+    ),
+    (
+        "twinrig/Bytes",
+        "# Bytes that passed on a wire, in one piece.\n\
+         uint8[] data\n",
+    ),
+];
+
+/// The package of our own messages.
+pub(crate) const PACKAGE: &str = "twinrig";
+
+/// The name of the type `PACKAGE/NAME` in a recording: `PACKAGE/msg/NAME`.
+pub(crate) fn full_name(name: &str) -> String {
+    name.replacen('/', "/msg/", 1)
+}
+
+/// The definition of the type `name`, followed by those of all types in it, each behind a line that names it.
+pub(crate) fn complete(name: &str) -> String {
+    let mut text = of(name).to_owned();
+    let mut told = vec![name];
+    let mut next = 0;
+    while let Some(one) = told.get(next) {
+        next += 1;
+        for part in parts(of(one)) {
+            if !told.contains(&part) {
+                told.push(part);
+            }
+        }
+    }
+    for part in &told[1..] {
+        text.push_str(&"=".repeat(80));
+        text.extend(["\nMSG: ", part, "\n", of(part)]);
+    }
+    text
+}
+
+fn of(name: &str) -> &'static str {
+    let found = DEFINITIONS.iter().find(|(known, _)| *known == name);
+    found.map_or("", |(_, definition)| definition)
+}
+
+/// The types of the fields of a definition that are messages themselves.
+fn parts(definition: &'static str) -> impl Iterator<Item = &'static str> {
+    let types = definition.lines().filter_map(|line| line.split(' ').next());
+    let types = types.filter(|word| word.contains('/'));
+    types.map(|word| word.trim_end_matches("[]"))
+}
+
+/// A name that ROS 2 accepts for a topic: `/` before each part, which has letters, digits and single underscores and no digit
+/// first.
+pub(crate) fn topic_name(path: &str) -> String {
+    let mut name = String::new();
+    for part in path.split('/').filter(|part| !part.is_empty()) {
+        name.push('/');
+        if part.starts_with(|first: char| first.is_ascii_digit()) {
+            name.push('_');
+        }
+        for character in part.chars() {
+            if character.is_ascii_alphanumeric() {
+                name.push(character);
+            } else if !name.ends_with('_') {
+                name.push('_');
+            }
+        }
+    }
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn a_definition_is_complete() {
+        for (name, definition) in DEFINITIONS {
+            let complete = complete(name);
+            assert!(complete.starts_with(definition), "{name}");
+            for part in DEFINITIONS
+                .iter()
+                .flat_map(|(_, definition)| parts(definition))
+            {
+                assert!(!of(part).is_empty(), "{part} is not defined");
+            }
+            for line in complete
+                .lines()
+                .filter(|line| !line.starts_with(['=', 'M', '#']))
+            {
+                let part = line.split([' ', '[']).next().unwrap();
+                let told = complete.contains(&format!("\nMSG: {part}\n"));
+                assert!(!part.contains('/') || told, "{part} in {name}");
+            }
+        }
+        let odometry = complete("nav_msgs/Odometry");
+        assert_eq!(odometry.matches("MSG: geometry_msgs/Vector3\n").count(), 1);
+    }
+
+    #[test]
+    fn topics_have_names_that_ros_accepts() {
+        assert_eq!(topic_name("process-inputs"), "/process_inputs");
+        assert_eq!(topic_name("wire/left bus/2nd"), "/wire/left_bus/_2nd");
+    }
+
+    proptest! {
+        #[test]
+        fn every_topic_is_one_that_ros_accepts(path in "\\PC{1,12}") {
+            let topic = topic_name(&format!("wire/{path}"));
+            prop_assert!(topic.starts_with("/wire") && !topic.contains("__"), "{topic}");
+            for part in topic.split('/').skip(1) {
+                prop_assert!(part.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_'), "{topic}");
+                prop_assert!(part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_'), "{topic}");
+            }
+        }
+    }
+}
