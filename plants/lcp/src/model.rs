@@ -35,6 +35,8 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) moving: f64,
     /// Greatest leg length \[m\].
     pub(crate) reach: f64,
+    /// Time constant of a pendulum of that length: by it errors of velocities are measured against those of positions \[s\].
+    pub(crate) pendulum: f64,
     /// Whether stops are left out, for comparison with what has none.
     pub(crate) unbounded: bool,
 }
@@ -96,6 +98,7 @@ impl<const N: usize> Model<N> {
             energy_scale: robot.mass() * GRAVITY * reach,
             moving: if free || planar { mass } else { carried } * GRAVITY * reach,
             reach,
+            pendulum: libm::sqrt(reach / GRAVITY),
             unbounded: false,
         })
     }

@@ -51,8 +51,9 @@ pub struct Options {
     pub setup: Setup,
     /// How time is integrated.
     pub method: Method,
-    /// Error that a step of [`Method::Rk4`] or [`Method::Rodas4`] may make, by its own estimate; what makes more is taken in
-    /// shorter steps \[m\]. Infinite: none is.
+    /// Error that a step of [`Method::Rk4`] or [`Method::Rodas4`] may make in the place of a foot or the trunk, by its own
+    /// estimate: at its end, and by its velocities within the time constant of a pendulum as long as a leg. What makes more is
+    /// taken in shorter steps \[m\]. Infinite: none is.
     pub tolerance: f64,
     /// Whether the foot is a segment of its own where the robot has a toe joint; a point at the end of the third segment
     /// otherwise.

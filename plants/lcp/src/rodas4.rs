@@ -200,13 +200,16 @@ impl<const N: usize> Flow<N> {
             };
         }
         self.rodas4 = memory;
+        // With feet on the ground the estimate for velocities falls more slowly than the method's order, and steps would shrink
+        // to nothing for its sake.
+        let in_flight = self.mode.contacts.iter().next().is_none();
         let last = &stages[STAGES - 1];
         sum.add(1.0, last, free);
         Rodas {
             end: normalised(&state.along(Lanes::splat(1.0), &sum, free), free),
             dissipated: sum.dissipated,
             actuator: sum.actuator,
-            error: self.displacement(last),
+            error: self.error_of(last, in_flight),
         }
     }
 
@@ -215,23 +218,40 @@ impl<const N: usize> Flow<N> {
         N + usize::from(self.model.drives.is_some())
     }
 
-    /// By how much a change of the state displaces a foot or the trunk, at most \[m\].
-    pub(crate) fn displacement(&self, change: &Slope<Lanes, N>) -> Lanes {
+    /// By how much an error of the state displaces a foot or the trunk, at most: at once by positions, and, where `velocities`
+    /// count, by these within the time constant of a pendulum as long as a leg \[m\].
+    pub(crate) fn error_of(&self, error: &Slope<Lanes, N>, velocities: bool) -> Lanes {
+        let attitude = 2.0 * size(&error.attitude);
+        let at_once = self.displacement(error.position, attitude, &error.angles, error.pulley);
+        if !velocities {
+            return at_once;
+        }
+        let turning = size(&error.turning);
+        let speed = self.displacement(error.velocity, turning, &error.rates, error.pulley_rate);
+        at_once.max(speed * Lanes::splat(self.model.pendulum))
+    }
+
+    fn displacement(
+        &self,
+        position: [f64; 3],
+        rotation: f64,
+        angles: &[Lanes; N],
+        pulley: Lanes,
+    ) -> Lanes {
+        let infinity = Lanes::splat(f64::INFINITY);
         let reach = Lanes::splat(self.model.reach);
-        let mut most = change.pulley.abs() * self.model.side_by_side.pulley_radius;
-        for angle in &change.angles {
+        let mut most = pulley.abs() * self.model.side_by_side.pulley_radius;
+        for angle in angles {
             // Sums keep what is not a number, which a maximum may not.
             most += angle.abs() * reach;
         }
         if !self.model.is_free() {
-            return most
-                .simd_lt(Lanes::splat(f64::INFINITY))
-                .bitselect(most, Lanes::splat(f64::INFINITY));
+            return most.simd_lt(infinity).bitselect(most, infinity);
         }
         let legs = &most.to_array()[..self.model.legs.len()];
-        let mut all = legs.iter().fold(0.0, |sum, leg| sum + leg);
-        let size = |v: &[f64]| libm::sqrt(v.iter().map(|x| x * x).sum::<f64>());
-        all += size(&change.position) + 2.0 * size(&change.attitude) * self.model.reach;
+        let all = legs.iter().fold(0.0, |sum, leg| sum + leg)
+            + size(&position)
+            + rotation * self.model.reach;
         Lanes::splat(if all.is_finite() { all } else { f64::INFINITY })
     }
 
@@ -427,6 +447,10 @@ impl<const N: usize> Memory<N> {
 /// Numbers of trunk and legs' velocities, at most, in whole rows of four.
 const ALL: usize = 36;
 const _: () = assert!(ALL >= TRUNK + 4 * ROWS);
+
+fn size(vector: &[f64]) -> f64 {
+    libm::sqrt(vector.iter().map(|x| x * x).sum::<f64>())
+}
 
 /// Position and velocity of a place in a leg.
 fn directions<const N: usize>(k: usize) -> [Direction; 2] {

@@ -73,6 +73,31 @@ fn springs_of_any_stiffness_move_legs_or_say_why_not() {
     }
 }
 
+/// Joints so damped that steps are as long as stability lets them be, where velocities may swing about what is right without
+/// a displacement to show for it.
+#[test]
+fn strong_friction_dissipates_as_much_as_is_booked() {
+    let damped = changed(|leg| {
+        let friction = &mut leg.joint_friction;
+        for joint in [&mut friction.hip, &mut friction.knee, &mut friction.ankle] {
+            *joint = 1.0;
+        }
+    });
+    let dissipated = |way: Way| {
+        let mut scene = Scene::new(&damped, &hanging(hard()), way);
+        scene.soundly(0.2).unwrap();
+        let books = scene.energy();
+        let share = books.residual / books.exchanged;
+        assert!(share.abs() < 1e-6, "{way:?}: {share:e}");
+        books.dissipated
+    };
+    let right = dissipated(Way::by(Method::Rodas4, 2000).within(1e-11));
+    for step_us in [100, 500, 2000] {
+        let error = dissipated(Way::by(Method::Rk4, step_us)) / right - 1.0;
+        assert!(error.abs() < 1e-5, "{step_us} us: {error:e}");
+    }
+}
+
 #[test]
 fn without_friction_energy_stays_for_twenty_seconds() {
     let mut robot = between();
