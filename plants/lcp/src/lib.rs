@@ -61,6 +61,7 @@ mod contacts;
 mod dense;
 mod drives;
 mod equations;
+mod error_norm;
 mod euler;
 mod events;
 mod flow;

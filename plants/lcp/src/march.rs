@@ -43,9 +43,8 @@ const RECOVERY: f64 = 0.2;
 /// Events at one instant, at most.
 const AT_ONCE_MAX: u32 = 12;
 
-/// A step that is taken in more pieces than this is too stiff for an explicit method: on a trunk that is held, where a piece
-/// by Rosenbrock's method costs three by this one, and on one that moves, where it costs ten.
-const PIECES_MAX: [u32; 2] = [48, 160];
+/// A step that is taken in more pieces than this is too stiff for an explicit method.
+const PIECES_MAX: u32 = 160;
 
 /// Pieces that an event takes besides.
 const PIECES_PER_EVENT: u32 = 4;
@@ -148,7 +147,6 @@ struct Progress {
     events: [u32; 4],
     at_once: u32,
     pieces: u32,
-    pieces_max: u32,
 }
 
 impl Progress {
@@ -156,8 +154,7 @@ impl Progress {
     fn count(&mut self, stepper: Stepper) -> Result<(), Halt> {
         self.pieces += 1;
         let events = self.events.iter().sum::<u32>();
-        let most = self.pieces_max + PIECES_PER_EVENT * events;
-        if self.pieces > most && stepper == Stepper::RungeKutta {
+        if self.pieces > PIECES_MAX + PIECES_PER_EVENT * events && stepper == Stepper::RungeKutta {
             return Err(Halt::Stiff);
         }
         Ok(())
@@ -193,7 +190,6 @@ impl<const N: usize> Flow<N> {
             events: [0; 4],
             at_once: 0,
             pieces: 0,
-            pieces_max: PIECES_MAX[usize::from(self.model.is_free())],
         };
         self.start(recovery, track)?;
         track.known = None;

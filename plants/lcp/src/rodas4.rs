@@ -218,43 +218,6 @@ impl<const N: usize> Flow<N> {
         N + usize::from(self.model.drives.is_some())
     }
 
-    /// By how much an error of the state displaces a foot or the trunk, at most: at once by positions, and, where `velocities`
-    /// count, by these within the time constant of a pendulum as long as a leg \[m\].
-    pub(crate) fn error_of(&self, error: &Slope<Lanes, N>, velocities: bool) -> Lanes {
-        let attitude = 2.0 * size(&error.attitude);
-        let at_once = self.displacement(error.position, attitude, &error.angles, error.pulley);
-        if !velocities {
-            return at_once;
-        }
-        let turning = size(&error.turning);
-        let speed = self.displacement(error.velocity, turning, &error.rates, error.pulley_rate);
-        at_once.max(speed * Lanes::splat(self.model.pendulum))
-    }
-
-    fn displacement(
-        &self,
-        position: [f64; 3],
-        rotation: f64,
-        angles: &[Lanes; N],
-        pulley: Lanes,
-    ) -> Lanes {
-        let infinity = Lanes::splat(f64::INFINITY);
-        let reach = Lanes::splat(self.model.reach);
-        let mut most = pulley.abs() * self.model.side_by_side.pulley_radius;
-        for angle in angles {
-            // Sums keep what is not a number, which a maximum may not.
-            most += angle.abs() * reach;
-        }
-        if !self.model.is_free() {
-            return most.simd_lt(infinity).bitselect(most, infinity);
-        }
-        let legs = &most.to_array()[..self.model.legs.len()];
-        let all = legs.iter().fold(0.0, |sum, leg| sum + leg)
-            + size(&position)
-            + rotation * self.model.reach;
-        Lanes::splat(if all.is_finite() { all } else { f64::INFINITY })
-    }
-
     /// The legs' own systems, on a trunk that is held.
     fn separate(
         &mut self,
@@ -447,10 +410,6 @@ impl<const N: usize> Memory<N> {
 /// Numbers of trunk and legs' velocities, at most, in whole rows of four.
 const ALL: usize = 36;
 const _: () = assert!(ALL >= TRUNK + 4 * ROWS);
-
-fn size(vector: &[f64]) -> f64 {
-    libm::sqrt(vector.iter().map(|x| x * x).sum::<f64>())
-}
 
 /// Position and velocity of a place in a leg.
 fn directions<const N: usize>(k: usize) -> [Direction; 2] {

@@ -527,18 +527,41 @@ fn a_step_of_no_length_changes_nothing() {
 }
 
 #[test]
-fn the_estimate_is_of_order_four_and_of_the_error_s_size() {
+fn the_estimate_is_of_order_four_and_no_less_than_the_error() {
     let (_, mut flow) = assorted::<3>().swap_remove(0);
     let state = flow.state;
     let start = flow.motion(&state, 0.0);
-    let mut step = |h: f64| {
-        flow.rodas4_step(&state, &start, Lanes::splat(h), 0.0)
-            .error
-            .lane(0)
-    };
-    let order = libm::log2(step(2e-3) / step(1e-3));
+    let mut step = |h: f64| flow.rodas4_step(&state, &start, Lanes::splat(h), 0.0);
+    let [long, short] = [2e-3, 1e-3].map(&mut step);
+    let [estimate, half] = [&long, &short].map(|step| step.error.lane(0));
+    let order = libm::log2(estimate / half);
     assert!((3.5..4.5).contains(&order), "{order}");
-    assert!((1e-7..1e-3).contains(&step(2e-3)), "{:e}", step(2e-3));
+    // The same 2 ms in steps a hundredth as long.
+    steps(&mut flow, 2e-5, 100);
+    let error = flow
+        .error_of(&difference(&long.end, &flow.state), true)
+        .lane(0);
+    // The estimate is that of the method of third order.
+    assert!(
+        error < estimate && estimate < 1e3 * error,
+        "{estimate:e} of {error:e}"
+    );
+}
+
+/// One state less another, as an error.
+fn difference<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>) -> Slope<Lanes, N> {
+    let less = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] - b[i]);
+    Slope {
+        position: less(a.position, b.position),
+        attitude: std::array::from_fn(|i| a.attitude[i] - b.attitude[i]),
+        velocity: less(a.velocity, b.velocity),
+        turning: less(a.turning, b.turning),
+        angles: std::array::from_fn(|i| a.angles[i] - b.angles[i]),
+        rates: std::array::from_fn(|i| a.rates[i] - b.rates[i]),
+        pulley: a.pulley - b.pulley,
+        pulley_rate: a.pulley_rate - b.pulley_rate,
+        ..Slope::zero()
+    }
 }
 
 #[test]

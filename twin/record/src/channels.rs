@@ -48,7 +48,7 @@ fn add_channel<W: Write>(
     (message_type, definition): (&str, &str),
     mut metadata: BTreeMap<String, String>,
 ) -> Result<Channel, RecordError> {
-    // Whoever plays it back may offer what they like.
+    // None is prescribed to a player.
     metadata.insert("offered_qos_profiles".to_owned(), "[]".to_owned());
     let name = ros::full_name(message_type);
     let schema = writer.add_schema(&name, "ros2msg", definition.as_bytes())?;

@@ -14,7 +14,7 @@ const CONTRADICTS: f64 = 10.0;
 
 /// Of results in the order of their settings, those that contradict the nearest known ones on both sides, and these. Where
 /// results should fall from setting to setting, the last one is compared with the two before it. The worst is found first, and
-/// is nobody's neighbour from then on.
+/// takes no part in later comparisons.
 fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [f64; 2])> {
     let known = results.iter().enumerate();
     let mut known: Vec<(usize, f64)> = known

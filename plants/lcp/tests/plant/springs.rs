@@ -73,10 +73,9 @@ fn springs_of_any_stiffness_move_legs_or_say_why_not() {
     }
 }
 
-/// Joints so damped that steps are as long as stability lets them be, where velocities may swing about what is right without
-/// a displacement to show for it.
+/// Explicit steps at their limit of stability: velocities oscillate about the solution while positions follow it.
 #[test]
-fn strong_friction_dissipates_as_much_as_is_booked() {
+fn the_energy_balance_closes_under_strong_joint_friction() {
     let damped = changed(|leg| {
         let friction = &mut leg.joint_friction;
         for joint in [&mut friction.hip, &mut friction.knee, &mut friction.ankle] {
@@ -86,10 +85,10 @@ fn strong_friction_dissipates_as_much_as_is_booked() {
     let dissipated = |way: Way| {
         let mut scene = Scene::new(&damped, &hanging(hard()), way);
         scene.soundly(0.2).unwrap();
-        let books = scene.energy();
-        let share = books.residual / books.exchanged;
+        let energy = scene.energy();
+        let share = energy.residual / energy.exchanged;
         assert!(share.abs() < 1e-6, "{way:?}: {share:e}");
-        books.dissipated
+        energy.dissipated
     };
     let right = dissipated(Way::by(Method::Rodas4, 2000).within(1e-11));
     for step_us in [100, 500, 2000] {
