@@ -60,11 +60,13 @@ impl<D: Driver> Host<D> {
         self.driver.poll_transfer() == Ok(Transfer::Done)
     }
 
-    pub fn gauge(&self, name: &str) -> f64 {
-        let gauges = self.driver.gauges();
-        let place = gauges.iter().position(|gauge| gauge.name.ends_with(name));
-        let mut values = vec![0.0; gauges.len()];
-        self.driver.read_gauges(&mut values);
+    pub fn diagnostic(&self, name: &str) -> f64 {
+        let diagnostics = self.driver.diagnostics();
+        let place = diagnostics
+            .iter()
+            .position(|diagnostic| diagnostic.name.ends_with(name));
+        let mut values = vec![0.0; diagnostics.len()];
+        self.driver.read_diagnostics(&mut values);
         values[place.expect("there is such a gauge")]
     }
 
@@ -82,7 +84,7 @@ pub struct Still {
     pub inputs: Vec<f64>,
 }
 
-impl twinrig_runtime::World for Still {
+impl twinrig_runtime::PlantAccess for Still {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&self.outputs[signals])
     }
@@ -103,13 +105,13 @@ pub fn plant(ports: &[Port]) -> PlantSignals {
 /// Lets a device live until `to`, after it has heard `bytes` at `at`: what it says, and when.
 pub fn says(
     node: &mut impl Node,
-    world: &mut Still,
+    plant: &mut Still,
     (at, bytes): (SimTime, &[u8]),
     to: SimTime,
 ) -> Vec<(SimTime, Vec<u8>)> {
     let mut said = Vec::new();
     let mut advance = |node: &mut dyn Node, now: SimTime| {
-        node.advance(now, world).expect("the plant is well");
+        node.advance(now, plant).expect("the plant is well");
         let mut bytes = Vec::new();
         while let Some(start) = node.poll_transmit(&mut bytes) {
             said.push((start, std::mem::take(&mut bytes)));
@@ -120,7 +122,7 @@ pub fn says(
         let own = node.next_wake().unwrap_or(SimTime::MAX);
         if !heard && at <= own {
             heard = true;
-            node.hear(Piece {
+            node.receive(Piece {
                 first: at,
                 spacing: SimDuration::ZERO,
                 bytes,

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{
-    Driver, EnergyBooks, Group, Observer, Plant, PlantFault, Process, Rig, RigError, RunEvent,
+    Driver, EnergyBalance, Group, Observer, Plant, PlantFault, Process, Rig, RigError, RunEvent,
     Schedule, Wire, WiredTask, WorkCounts,
 };
 
@@ -44,14 +44,14 @@ impl Process for Script {
 pub type Heard = Arc<Mutex<Vec<(SimTime, Vec<f64>)>>>;
 
 /// Its outputs are functions of time \[s\], number by number. It remembers what it was told.
-pub struct World {
+pub struct PlantAccess {
     pub ports: Vec<Port>,
     pub signal: fn(f64, usize) -> f64,
     pub now: SimTime,
     pub heard: Heard,
 }
 
-impl World {
+impl PlantAccess {
     /// At rest until the run begins.
     pub fn new(ports: Vec<Port>, signal: fn(f64, usize) -> f64) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl World {
     }
 }
 
-impl Plant for World {
+impl Plant for PlantAccess {
     fn name(&self) -> &'static str {
         "world"
     }
@@ -88,8 +88,8 @@ impl Plant for World {
         }
     }
 
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
 
     fn work(&self) -> WorkCounts {
@@ -110,7 +110,7 @@ impl Plant for World {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     pub inputs: Vec<(SimTime, Vec<f64>)>,
-    pub gauges: Vec<f64>,
+    pub diagnostics: Vec<f64>,
     pub events: Vec<(SimTime, RunEvent)>,
     pub bytes: Vec<(SimTime, usize, Vec<u8>)>,
 }
@@ -119,7 +119,7 @@ impl Observer for Log {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         match group {
             Group::ProcessInputs => self.inputs.push((now, values.to_vec())),
-            Group::Gauges => self.gauges = values.to_vec(),
+            Group::Diagnostics => self.diagnostics = values.to_vec(),
             Group::Plant | Group::ProcessOutputs => {}
         }
     }
@@ -128,8 +128,8 @@ impl Observer for Log {
         self.events.push((now, event));
     }
 
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        self.bytes.push((now, lane, bytes.to_vec()));
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.bytes.push((now, trace, bytes.to_vec()));
     }
 }
 
@@ -148,7 +148,7 @@ pub fn rig(
     driver: impl Driver + 'static,
     wire: impl Wire + 'static,
     (period_ms, command): (u64, fn(u64) -> f64),
-    world: World,
+    plant: PlantAccess,
 ) -> Rig {
     let script = Script {
         ports: driver.ports().iter().map(Port::mirrored).collect(),
@@ -161,7 +161,7 @@ pub fn rig(
         &schedule,
         Box::new(script),
         vec![Box::new(task)],
-        Box::new(world),
+        Box::new(plant),
     )
     .unwrap()
 }
@@ -175,9 +175,9 @@ pub fn run(rig: &mut Rig, end_ms: u64) -> (Log, Result<(), RigError>) {
 }
 
 /// The gauge of that name.
-pub fn gauge(rig: &Rig, log: &Log, name: &str) -> f64 {
-    let place = rig.layout(Group::Gauges).find(name);
-    log.gauges[place.unwrap_or_else(|| panic!("no gauge {name}")).start]
+pub fn diagnostic(rig: &Rig, log: &Log, name: &str) -> f64 {
+    let place = rig.layout(Group::Diagnostics).find(name);
+    log.diagnostics[place.unwrap_or_else(|| panic!("no gauge {name}")).start]
 }
 
 /// Where a driver brings the port of that name.

@@ -152,7 +152,10 @@ const ARROWS: &[(&str, &[&str])] = &[
         "twinrig-sbcp",
         &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
     ),
-    ("twinrig-scenario", &["twinrig-document", "twinrig-kernel"]),
+    (
+        "twinrig-scenario",
+        &["twinrig-document", "twinrig-kernel", "twinrig-runtime"],
+    ),
     (
         "twinrig-script",
         &["twinrig-kernel", "twinrig-robot", "twinrig-runtime"],

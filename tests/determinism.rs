@@ -37,7 +37,7 @@ fn the_same_run_makes_the_same_file_byte_for_byte() {
 
 #[test]
 fn runs_side_by_side_do_not_disturb_one_another() {
-    let alone = run(&Scene::default().assembly(&Registry::standard()));
+    let standalone = run(&Scene::default().assembly(&Registry::standard()));
     let run = || run(&Scene::default().assembly(&Registry::standard()));
     #[expect(
         clippy::disallowed_methods,
@@ -48,7 +48,7 @@ fn runs_side_by_side_do_not_disturb_one_another() {
         let digests = threads.into_iter().map(|thread| thread.join().unwrap());
         digests.collect::<Vec<_>>()
     });
-    assert_eq!(together, [alone; 4]);
+    assert_eq!(together, [standalone; 4]);
 }
 
 #[test]

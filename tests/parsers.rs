@@ -14,7 +14,7 @@ use twinrig_sbcp::{
     Address, Controller, ControllerConfig, ErrorCode, Instruction, Master, MasterConfig, Parser,
     RegisterTable, Request, Response, Slave, SlaveConfig, SlaveEvent, Topology,
 };
-use twinrig_wire::{Arrivals, Framer, Measure, Piece};
+use twinrig_wire::{Arrivals, FrameMatch, Framer, Piece};
 
 /// Bytes that each of the parties of SBCP hears, and each of the other parsers.
 const SBCP_BYTES: u64 = 10_000_000;
@@ -74,7 +74,7 @@ impl Mangler {
 struct Heard(Vec<u8>);
 
 impl Heard {
-    fn hear(&mut self, bytes: &[u8]) {
+    fn receive(&mut self, bytes: &[u8]) {
         if self.0.len() > 400 {
             self.0.drain(..self.0.len() - 200);
         }
@@ -179,8 +179,8 @@ impl Parties {
         self.wrong += u64::from(!right);
     }
 
-    fn hear(&mut self, piece: Piece<'_>, link: bool) {
-        self.heard.hear(piece.bytes);
+    fn receive(&mut self, piece: Piece<'_>, link: bool) {
+        self.heard.receive(piece.bytes);
         let mut rest = piece.bytes;
         let (mut found, mut wrong) = (0, 0);
         while let Some(packet) = self.parser.next(&mut rest) {
@@ -195,7 +195,7 @@ impl Parties {
     }
 
     fn slave_hears(&mut self, piece: Piece<'_>) {
-        self.slave.hear(piece);
+        self.slave.receive(piece);
         while let Some(event) = self.slave.poll_event() {
             if let SlaveEvent::LowLatency { payload, .. } = event {
                 let broadcast = |class, id| Address::new(class, id).unwrap();
@@ -278,7 +278,7 @@ fn ten_million_damaged_and_random_bytes_make_nobody_on_sbcp_panic_or_take_a_wron
         };
         now = piece.last();
         bytes += burst.len() as u64;
-        parties.hear(piece, link);
+        parties.receive(piece, link);
     }
     println!("{bytes} bytes each; packets taken: {:?}", parties.accepted);
     assert!(
@@ -314,12 +314,12 @@ fn has_sum(frame: &[u8]) -> bool {
 fn frames(
     name: &str,
     good: Vec<Vec<u8>>,
-    measure: fn(&[u8]) -> Measure,
+    match_frame: fn(&[u8]) -> FrameMatch,
     right: fn(&[u8]) -> bool,
     driver: &mut dyn Driver,
 ) -> [u64; 2] {
     let mut mangler = Mangler::new(name, good);
-    let mut framer = Framer::new(measure);
+    let mut framer = Framer::new(match_frame);
     let (mut bytes, mut found, mut said) = (0, [0; 2], Vec::new());
     let mut now = HostTime::from_nanos(0);
     driver.open(now);
@@ -378,7 +378,7 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
     let rb110 = frames(
         "rb110",
         good.collect(),
-        rb110::measure,
+        rb110::match_frame,
         has_crc,
         &mut driver,
     );
@@ -394,7 +394,13 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
     let told = encoded(|bytes| optoforce::Message::Acknowledgement { status: 0 }.encode(bytes));
     let good = data.chain([told]).collect();
     let mut driver = OptoForce::new("optoforce", "force").driver().unwrap();
-    let optoforce = frames("optoforce", good, optoforce::measure, has_sum, &mut driver);
+    let optoforce = frames(
+        "optoforce",
+        good,
+        optoforce::match_frame,
+        has_sum,
+        &mut driver,
+    );
 
     let good = [
         phidget::Message::Accepted { done: true },
@@ -413,7 +419,7 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
     let phidget = frames(
         "phidget",
         good.into(),
-        phidget::measure,
+        phidget::match_frame,
         has_crc,
         &mut driver,
     );

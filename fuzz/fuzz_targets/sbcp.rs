@@ -52,7 +52,7 @@ fuzz_target!(|data: &[u8]| {
         now = first + spacing * bytes.len() as u64;
         let mut rest = bytes;
         while parser.next(&mut rest).is_some() {}
-        slave.hear(piece);
+        slave.receive(piece);
         while slave.poll_event().is_some() {}
         slave.poll_transmit(&mut said);
         if link {

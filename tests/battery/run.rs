@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::robot::{LegMount, Robot, RobotFile};
-use twinrig::runtime::{EnergyBooks, Group, Observer, RunEvent};
+use twinrig::runtime::{EnergyBalance, Group, Observer, RunEvent};
 use twinrig::{Assembly, Registry};
 use twinrig_kernel::Layout;
 use twinrig_leg::Pantograph;
@@ -30,7 +30,7 @@ pub struct Foot {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     pub time_s: f64,
-    pub energy: EnergyBooks,
+    pub energy: EnergyBalance,
     /// Position of the trunk \[m\].
     pub trunk: [f64; 3],
     pub feet: Vec<Foot>,

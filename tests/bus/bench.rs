@@ -107,7 +107,7 @@ pub struct Watch {
     pub sent: [Vec<Sent>; 4],
     /// When the process looked, and what it got.
     pub got: Vec<(SimTime, Vec<f64>)>,
-    gauges: Vec<f64>,
+    diagnostics: Vec<f64>,
     errors: Option<usize>,
 }
 
@@ -130,9 +130,9 @@ impl Observer for Watch {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         match group {
             Group::ProcessInputs => self.got.push((now, values.to_vec())),
-            Group::Gauges => {
-                self.gauges.clear();
-                self.gauges.extend_from_slice(values);
+            Group::Diagnostics => {
+                self.diagnostics.clear();
+                self.diagnostics.extend_from_slice(values);
             }
             Group::Plant | Group::ProcessOutputs => {}
         }
@@ -144,7 +144,7 @@ impl Observer for Watch {
             RunEvent::TaskBegin { .. } => self.cycles.push(Cycle {
                 begun: now,
                 ended: None,
-                errors_before: self.errors.map_or(0.0, |place| self.gauges[place]),
+                errors_before: self.errors.map_or(0.0, |place| self.diagnostics[place]),
             }),
             RunEvent::TaskEnd { .. } => self.cycles.last_mut().unwrap().ended = Some(now),
             RunEvent::TaskSkipped { .. } => self.skipped += 1,
@@ -152,8 +152,8 @@ impl Observer for Watch {
         }
     }
 
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        if lane == 0 {
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        if trace == 0 {
             self.written(now, bytes);
         }
     }
@@ -199,7 +199,7 @@ impl Bench {
         let task = WiredTask::new(Box::new(driver), Box::new(wire));
         let plant = Box::new(Scope::new(screen.clone()));
         let rig = Rig::new(&schedule, Box::new(script), vec![Box::new(task)], plant).unwrap();
-        let layout = rig.layout(Group::Gauges);
+        let layout = rig.layout(Group::Diagnostics);
         let names: BTreeMap<String, usize> = layout
             .fields()
             .map(|field| (field.port.name.clone(), field.range().start))
@@ -235,9 +235,9 @@ impl Bench {
     }
 
     /// The gauge, as it was last seen.
-    pub fn gauge(&self, name: &str) -> f64 {
+    pub fn diagnostic(&self, name: &str) -> f64 {
         match self.names.get(name) {
-            Some(place) => self.watch.gauges[*place],
+            Some(place) => self.watch.diagnostics[*place],
             None => panic!("no gauge {name}"),
         }
     }
@@ -245,12 +245,12 @@ impl Bench {
     /// The gauges that end like that, added up.
     pub fn sum(&self, end: &str) -> f64 {
         let named = self.names.iter().filter(|(name, _)| name.ends_with(end));
-        named.map(|(_, place)| self.watch.gauges[*place]).sum()
+        named.map(|(_, place)| self.watch.diagnostics[*place]).sum()
     }
 
     /// The gauge of a leg's board.
     pub fn of_leg(&self, leg: usize, what: &str) -> f64 {
-        self.gauge(&format!("sbcp/{}/{what}", LEGS[leg]))
+        self.diagnostic(&format!("sbcp/{}/{what}", LEGS[leg]))
     }
 
     /// What the board of a leg showed, by the time of the run.

@@ -53,7 +53,7 @@ fn once_faults_echo_and_one_transfer_are_over_every_cycle_is_good_and_boards_fol
     ask(128, any_setting(Kinds::All), |setting| {
         let good = recovered(setting);
         let bench = run(setting, good - setting.last_fault() + setting.period * 40)?;
-        let errors = bench.gauge("sbcp/errors");
+        let errors = bench.diagnostic("sbcp/errors");
         let first = bench.watch.cycles.iter().find(|cycle| cycle.begun >= good);
         let first = first.ok_or("no cycle begins any longer")?;
         if errors > first.errors_before {

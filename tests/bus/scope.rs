@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 /// Radians of a count of a motor's encoder.
@@ -155,8 +155,8 @@ impl Plant for Scope {
         }
     }
 
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
 
     fn work(&self) -> WorkCounts {

@@ -218,8 +218,8 @@ fn without_faults_every_set_point_that_was_sent_is_taken_once_and_in_order() {
     ask(32, any_setting(Kinds::Nothing), |setting| {
         let bench = run(setting, millis(300))?;
         is_honest(&bench, setting)?;
-        if bench.gauge("sbcp/errors") > 0.0 || bench.watch.skipped > 0 {
-            let (errors, skipped) = (bench.gauge("sbcp/errors"), bench.watch.skipped);
+        if bench.diagnostic("sbcp/errors") > 0.0 || bench.watch.skipped > 0 {
+            let (errors, skipped) = (bench.diagnostic("sbcp/errors"), bench.watch.skipped);
             return Err(format!("{errors} errors, {skipped} cycles left out"));
         }
         for (leg, name) in LEGS.iter().enumerate() {
@@ -280,7 +280,7 @@ fn under_losses_a_board_takes_what_was_sent_less_what_answers_and_errors_account
             took += by_leg;
         }
         // Each that was lost is an error of the master.
-        let errors = bench.gauge("sbcp/errors");
+        let errors = bench.diagnostic("sbcp/errors");
         if sent - took > errors {
             return Err(format!("{sent} sent, {took} taken, {errors} errors"));
         }
@@ -295,7 +295,7 @@ fn under_losses_in_one_place_the_counters_say_exactly_how_many_set_points_are_lo
         let bench = run(setting, millis(50))?;
         let sent: usize = bench.watch.sent.iter().map(Vec::len).sum();
         let took: f64 = (0..4).map(|leg| bench.of_leg(leg, "requests")).sum();
-        let (errors, harmed) = (bench.gauge("sbcp/errors"), bench.sum("harmed"));
+        let (errors, harmed) = (bench.diagnostic("sbcp/errors"), bench.sum("harmed"));
         let on_link = setting
             .troubles
             .iter()

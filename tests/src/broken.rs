@@ -1,7 +1,7 @@
 //! A part that is broken on purpose.
 
 use twinrig::kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig::runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig::{PlantKind, Registry, massless};
 
 /// A plant that is looked at wrongly once: from one instant to the next look, the last bit of its first output is flipped.
@@ -14,9 +14,9 @@ pub struct Broken<P> {
 
 /// The standard registry, its mass-less plant replaced by one that is broken at `breaks_at`.
 pub fn with_broken_plant(breaks_at: SimTime) -> Registry {
-    let build = move |physics: &twinrig::Physics<'_>| {
+    let build = move |context: &twinrig::PlantContext<'_>| {
         Ok(Broken {
-            plant: massless(physics)?,
+            plant: massless(context)?,
             now: SimTime::ZERO,
             breaks_at,
             done: false,
@@ -55,7 +55,7 @@ impl<P: Plant> Plant for Broken<P> {
         self.plant.begin_window();
     }
 
-    fn energy(&self) -> EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
         self.plant.energy()
     }
 

@@ -21,7 +21,7 @@ const PACKETS: u64 = 4 * CYCLES;
 
 fn run(bencher: Bencher, config: &BusConfig, period: SimDuration, turning: bool) {
     let mut bench = Bench::new(config);
-    bench.world.turning = turning;
+    bench.plant.turning = turning;
     bench.open().expect("the bus opens");
     bencher.counter(ItemsCount::new(PACKETS)).bench_local(|| {
         let to = bench.now() + period * CYCLES;
@@ -55,7 +55,7 @@ fn packets_at_333_hz_without_a_controller(bencher: Bencher) {
 #[divan::bench]
 fn second_without_cycles(bencher: Bencher) {
     let mut bench = Bench::new(&BusConfig::default());
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().expect("the bus opens");
     bencher.bench_local(|| {
         let to = bench.now() + SimDuration::from_secs(1);

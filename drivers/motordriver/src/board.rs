@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
 use twinrig_wire::{Node, Piece};
@@ -80,7 +80,7 @@ struct Signals {
 }
 
 /// Names and units of a board's gauges beside the timing of the requests.
-const GAUGES: [(&str, Unit); 16] = [
+const DIAGNOSTICS: [(&str, Unit); 16] = [
     ("missed_points", Unit::One),
     ("filled_steps", Unit::One),
     ("lost_points", Unit::One),
@@ -164,11 +164,11 @@ impl State {
         &mut self,
         now: SimTime,
         signals: &Signals,
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
         self.next_tick = self.next_tick + TICK;
         self.wake = self.clock.sim_at(self.next_tick);
-        let positions = self.measure(signals, world)?;
+        let positions = self.measure(signals, plant)?;
         self.slave
             .set_reply(&self.reply.bytes())
             .expect("a reply is shorter than a packet");
@@ -183,13 +183,13 @@ impl State {
             let driven = duty.is_some();
             if let Some(duty) = duty {
                 let volts = self.scales[n].signed(f64::from(duty) * VOLTS_PER_DUTY);
-                world.actuate(signals.voltages[n].clone())?[0] = volts;
+                plant.actuate(signals.voltages[n].clone())?[0] = volts;
             }
             if driven != self.driven[n] {
                 self.driven[n] = driven;
-                world.actuate(signals.bridges[n].clone())?[0] = f64::from(u8::from(driven));
+                plant.actuate(signals.bridges[n].clone())?[0] = f64::from(u8::from(driven));
                 if !driven {
-                    world.actuate(signals.voltages[n].clone())?[0] = 0.0;
+                    plant.actuate(signals.voltages[n].clone())?[0] = 0.0;
                 }
             }
         }
@@ -197,22 +197,26 @@ impl State {
     }
 
     /// Reads the sensors, makes of them the reply, and gives the motors' positions \[counts\].
-    fn measure(&mut self, signals: &Signals, world: &mut dyn World) -> Result<[i32; 2], TaskError> {
+    fn measure(
+        &mut self,
+        signals: &Signals,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<[i32; 2], TaskError> {
         let before = self.reply;
         let mut positions = [0; 2];
         for (n, position) in positions.iter_mut().enumerate() {
-            let angle = world.sample(signals.positions[n].clone())?[0];
+            let angle = plant.sample(signals.positions[n].clone())?[0];
             *position = self.scales[n].counts(angle);
             self.reply.positions[n] = Scale::position_word(*position);
         }
         if let Some(range) = &signals.angles {
-            let angles = world.sample(range.clone())?;
+            let angles = plant.sample(range.clone())?;
             for (word, angle) in self.reply.magnetic.iter_mut().zip(angles) {
                 *word = magnetic_word(*angle);
             }
         }
         if let Some(range) = &signals.force {
-            let force = world.sample(range.clone())?;
+            let force = plant.sample(range.clone())?;
             for (word, newtons) in self.reply.force.iter_mut().zip(force) {
                 let (counts, saturated) = force_word(*newtons);
                 *word = counts;
@@ -299,8 +303,8 @@ impl Node for MotorBoard {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
-        self.state.slave.hear(piece);
+    fn receive(&mut self, piece: Piece<'_>) {
+        self.state.slave.receive(piece);
         self.state.obey();
     }
 
@@ -312,9 +316,9 @@ impl Node for MotorBoard {
         Some(self.state.wake)
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while self.state.wake <= now {
-            self.state.tick(now, &self.signals, world)?;
+            self.state.tick(now, &self.signals, plant)?;
         }
         Ok(())
     }
@@ -323,13 +327,17 @@ impl Node for MotorBoard {
         self.state.slave.poll_transmit(bytes)
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        let gauge = |(name, unit)| Port::output(format!("{}/{name}", self.prefix), unit, 1);
+    fn diagnostics(&self) -> Vec<Port> {
+        let diagnostic = |(name, unit)| Port::output(format!("{}/{name}", self.prefix), unit, 1);
         let timing = EventTiming::ports(&format!("{}/request", self.prefix));
-        GAUGES.into_iter().map(gauge).chain(timing).collect()
+        DIAGNOSTICS
+            .into_iter()
+            .map(diagnostic)
+            .chain(timing)
+            .collect()
     }
 
-    fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
         let State {
             slave,
             firmware,
@@ -341,7 +349,7 @@ impl Node for MotorBoard {
         let (smooth, bus) = (firmware.smooth_counts(), slave.counters());
         let shortest = bus.response_shortest.as_secs_f64();
         let longest = bus.response_longest.as_secs_f64();
-        let (own, timing) = values.split_at_mut(GAUGES.len());
+        let (own, timing) = values.split_at_mut(DIAGNOSTICS.len());
         timing.copy_from_slice(&requests.values());
         own.copy_from_slice(&[
             smooth.missed as f64,

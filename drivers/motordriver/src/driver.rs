@@ -71,7 +71,7 @@ enum Stage {
 }
 
 /// Those beside the timing of the cycles.
-const GAUGES: [(&str, Unit); 15] = [
+const DIAGNOSTICS: [(&str, Unit); 15] = [
     ("packets", Unit::One),
     ("answers", Unit::One),
     ("errors", Unit::One),
@@ -299,18 +299,22 @@ impl Driver for MotorDriver {
         &self.state.to_process
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        let gauge = |(name, unit)| Port::output(format!("{}/{name}", self.name), unit, 1);
+    fn diagnostics(&self) -> Vec<Port> {
+        let diagnostic = |(name, unit)| Port::output(format!("{}/{name}", self.name), unit, 1);
         let timing = EventTiming::ports(&format!("{}/cycle", self.name));
-        GAUGES.into_iter().map(gauge).chain(timing).collect()
+        DIAGNOSTICS
+            .into_iter()
+            .map(diagnostic)
+            .chain(timing)
+            .collect()
     }
 
-    fn read_gauges(&self, values: &mut [f64]) {
+    fn read_diagnostics(&self, values: &mut [f64]) {
         let state = &self.state;
         let bus = state.master.counters();
         let sum = |of: fn(&Leg) -> u64| state.legs.iter().map(of).sum::<u64>() as f64;
         let tried = (bus.answers + bus.errors).max(1);
-        let (own, timing) = values.split_at_mut(GAUGES.len());
+        let (own, timing) = values.split_at_mut(DIAGNOSTICS.len());
         timing.copy_from_slice(&state.cycles.values());
         own.copy_from_slice(&[
             (bus.requests - bus.transfers) as f64,

@@ -8,7 +8,7 @@ use crate::phase::Phase;
 
 /// When something that repeats happened: cycles of the host, requests at a board.
 ///
-/// Every interval from one event to the next counts, however long. What [`EventTiming::GAUGES`] are, of n events:
+/// Every interval from one event to the next counts, however long. What [`EventTiming::DIAGNOSTICS`] are, of n events:
 ///
 /// | gauge | is |
 /// |---|---|
@@ -30,7 +30,7 @@ pub(crate) struct EventTiming {
 
 impl EventTiming {
     /// Names of what is told, all in seconds.
-    pub(crate) const GAUGES: [&str; 9] = [
+    pub(crate) const DIAGNOSTICS: [&str; 9] = [
         "mean",
         "shortest",
         "longest",
@@ -79,7 +79,7 @@ impl EventTiming {
 
     /// The gauges' ports, behind `prefix`.
     pub(crate) fn ports(prefix: &str) -> [Port; 9] {
-        Self::GAUGES.map(|name| Port::output(format!("{prefix}/{name}"), Unit::Second, 1))
+        Self::DIAGNOSTICS.map(|name| Port::output(format!("{prefix}/{name}"), Unit::Second, 1))
     }
 
     /// Their values, in order.
@@ -147,7 +147,7 @@ mod tests {
                 (rank(999), rank(999) / 128.0 + 8.0),
             ];
             for ((name, value), (exact, within)) in
-                EventTiming::GAUGES.into_iter().zip(timing.values()).zip(expected)
+                EventTiming::DIAGNOSTICS.into_iter().zip(timing.values()).zip(expected)
             {
                 prop_assert!((value * 1e9 - exact).abs() <= within, "{name}: {value}, not {exact} ns");
             }

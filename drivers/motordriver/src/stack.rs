@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 use twinrig_wire::{Arrivals, Line, Piece};
 
 /// Lines around lines, as the configuration of a bus puts them together.
@@ -28,24 +28,24 @@ impl Line for Stack {
         self.0.next_wake()
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.0.advance(now, world)
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.0.advance(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         self.0.receive(arrivals);
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        self.0.gauges()
+    fn diagnostics(&self) -> Vec<Port> {
+        self.0.diagnostics()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.0.read_gauges(now, values);
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        self.0.read_diagnostics(now, values);
     }
 
-    fn lanes(&self) -> Vec<String> {
-        self.0.lanes()
+    fn traces(&self) -> Vec<String> {
+        self.0.traces()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {

@@ -54,12 +54,12 @@ fn one_board_that_is_off_for_a_while_costs_its_own_data_alone() {
     let to = AT + millis(500);
     bench.run_cycles(millis(2), to, |_| [0.1; 8]).unwrap();
     assert!((bench.task.to_process()[8] - 0.1).abs() < 0.02);
-    let errors = bench.gauge("sbcp/errors");
+    let errors = bench.diagnostic("sbcp/errors");
     assert!((24.0..=26.0).contains(&errors), "{errors}");
-    assert_eq!(bench.gauge("sbcp/held"), errors);
+    assert_eq!(bench.diagnostic("sbcp/held"), errors);
     // 25 commands are more than ten periods.
-    assert_eq!(bench.gauge("sbcp/RF/watchdog_drops"), 1.0);
-    assert_eq!(bench.gauge("sbcp/LF/watchdog_drops"), 0.0);
+    assert_eq!(bench.diagnostic("sbcp/RF/watchdog_drops"), 1.0);
+    assert_eq!(bench.diagnostic("sbcp/LF/watchdog_drops"), 0.0);
 }
 
 #[test]
@@ -69,9 +69,13 @@ fn nine_commands_lost_in_a_row_are_got_over_and_ten_are_not() {
         let from = AT + millis(1) + SimDuration::from_micros(500);
         let fault = unplugged("wire/sbcp/LF", from, millis(2 * lost));
         let bench = run(&tolerant(vec![fault])).unwrap();
-        assert_eq!(bench.gauge("sbcp/errors"), lost as f64);
-        assert_eq!(bench.gauge("sbcp/LF/watchdog_drops"), drops, "{lost} lost");
-        assert!(bench.gauge("sbcp/LF/missed_points") > 0.0);
+        assert_eq!(bench.diagnostic("sbcp/errors"), lost as f64);
+        assert_eq!(
+            bench.diagnostic("sbcp/LF/watchdog_drops"),
+            drops,
+            "{lost} lost"
+        );
+        assert!(bench.diagnostic("sbcp/LF/missed_points") > 0.0);
     }
 }
 
@@ -110,23 +114,23 @@ fn who_talks_without_end_costs_errors_and_not_the_bus() {
         let mut bench = Bench::new(&config);
         bench.open().unwrap();
         bench.run_cycles(millis(10), AT, |_| [0.2; 8]).unwrap();
-        let before = bench.gauge("sbcp/cycles");
+        let before = bench.diagnostic("sbcp/cycles");
         let end = AT + millis(1_000);
         bench.run_cycles(millis(10), end, |_| [0.2; 8]).unwrap();
         // Draining takes 2 ms, and four time-outs of 0.9 ms follow.
-        let cycles = bench.gauge("sbcp/cycles") - before;
+        let cycles = bench.diagnostic("sbcp/cycles") - before;
         assert!(cycles >= 99.0, "{cycles} cycles in a second");
-        let errors = bench.gauge("sbcp/errors");
+        let errors = bench.diagnostic("sbcp/errors");
         assert!(errors > 3.0 * cycles, "{errors} errors in {cycles} cycles");
         if !free_running {
-            assert!(bench.gauge("sbcp/drain_timeouts") > 90.0);
+            assert!(bench.diagnostic("sbcp/drain_timeouts") > 90.0);
         }
         bench.run_until_idle(end + millis(10)).unwrap_or(());
-        let errors = bench.gauge("sbcp/errors");
+        let errors = bench.diagnostic("sbcp/errors");
         bench
             .run_cycles(millis(10), end + millis(500), |_| [0.2; 8])
             .unwrap();
-        assert!(bench.gauge("sbcp/errors") - errors <= 4.0);
+        assert!(bench.diagnostic("sbcp/errors") - errors <= 4.0);
     }
 }
 
@@ -152,9 +156,9 @@ fn catching_up_is_clipped_to_the_greatest_speed() {
         let begin = bench.now();
         let ramp = |now: SimTime| [(now - begin).as_secs_f64() - 0.9; 8];
         bench.run_cycles(millis(2), AT, ramp).unwrap();
-        bench.world.fastest.fill(0.0);
+        bench.plant.fastest.fill(0.0);
         bench.run_cycles(millis(2), AT + millis(200), ramp).unwrap();
-        bench.world.fastest[0]
+        bench.plant.fastest[0]
     };
     // The ramp is of 1 rad/s; 1000 counts/s are 1.53 rad/s.
     let (clipped, free) = (fastest(1_000), fastest(32_000));
@@ -172,20 +176,20 @@ fn a_fault_that_never_comes_changes_nothing() {
         bench.open().unwrap();
         let end = bench.now() + millis(100);
         bench.run_cycles(millis(2), end, |_| [0.2; 8]).unwrap();
-        let mut lanes = [(); 4].map(|()| Vec::new());
-        for (_, lane, bytes) in bench.passed.take().unwrap() {
-            lanes[lane].extend(bytes);
+        let mut traces = [(); 4].map(|()| Vec::new());
+        for (_, trace, bytes) in bench.passed.take().unwrap() {
+            traces[trace].extend(bytes);
         }
-        let gauges = bench.gauges().into_iter();
+        let diagnostics = bench.diagnostics().into_iter();
         let of_boards = |(name, _): &(String, f64)| LEGS.iter().any(|leg| name.contains(leg));
-        (gauges.filter(of_boards).collect::<Vec<_>>(), lanes)
+        (diagnostics.filter(of_boards).collect::<Vec<_>>(), traces)
     };
     let later = AT + SimDuration::from_secs(1_000);
     let far = unplugged("wire/sbcp", later, millis(1));
     let (without, with) = (run(vec![]), run(vec![far]));
     assert_eq!(without.0, with.0);
-    for (lane, (without, with)) in without.1.iter().zip(&with.1).enumerate() {
-        assert!(without == with, "lane {lane}");
+    for (trace, (without, with)) in without.1.iter().zip(&with.1).enumerate() {
+        assert!(without == with, "lane {trace}");
     }
 }
 
@@ -208,10 +212,10 @@ proptest! {
         bench.open().unwrap();
         bench.run_cycles(millis(2), AT + millis(205), |_| [0.2; 8]).unwrap();
         bench.run_until_idle(AT + millis(212)).unwrap();
-        let errors = bench.gauge("sbcp/errors");
+        let errors = bench.diagnostic("sbcp/errors");
         let cycles = bench.run_cycles(millis(2), AT + millis(400), |_| [0.2; 8]).unwrap();
         prop_assert!(cycles >= 90, "{} cycles", cycles);
-        let after = bench.gauge("sbcp/errors") - errors;
+        let after = bench.diagnostic("sbcp/errors") - errors;
         prop_assert!(after <= 8.0, "{after} errors after the fault");
         for (n, leg) in LEGS.iter().enumerate() {
             let position = bench.task.to_process()[8 * n];

@@ -20,12 +20,12 @@ fn free_running(topology: BusTopology) -> BusConfig {
 /// from what it says of them.
 fn cycles(config: &BusConfig, length: SimDuration) -> (f64, f64, f64) {
     let mut bench = Bench::new(config);
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().unwrap();
     bench.passed = Some(Vec::new());
     bench.begin(&[0.0; 8]).unwrap();
     bench.run_until(bench.now() + length).unwrap();
-    assert_eq!(bench.gauge("sbcp/errors"), 0.0);
+    assert_eq!(bench.diagnostic("sbcp/errors"), 0.0);
     let begins = bench.cycle_begins();
     let intervals = begins.windows(2).map(|pair| pair[1] - pair[0]);
     let (count, span) = (begins.len() - 1, begins[begins.len() - 1] - begins[0]);
@@ -74,13 +74,13 @@ fn rate_with(on: &str, kind: FaultKind, seed: u64) -> f64 {
         seed,
     };
     let mut bench = Bench::new(&config);
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().unwrap();
     bench.passed = Some(Vec::new());
     bench.begin(&[0.0; 8]).unwrap();
     let begin = bench.now();
     bench.run_until(begin + SimDuration::from_secs(10)).unwrap();
-    assert!(bench.gauge("sbcp/errors") > 100.0);
+    assert!(bench.diagnostic("sbcp/errors") > 100.0);
     bench.cycle_begins().len() as f64 / 10.0
 }
 
@@ -146,7 +146,7 @@ fn a_board_with_the_first_firmware_answers_within_half_a_millisecond_of_its_mean
         .unwrap();
     config.session.free_running = false;
     let mut bench = Bench::new(&config);
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().unwrap();
     let (mut shortest, mut longest) = (f64::MAX, 0.0_f64);
     for _ in 0..1_000 {
@@ -173,10 +173,10 @@ fn a_500_hz_cycle_is_kept_to_the_nanosecond() {
     bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
     let begins = bench.cycle_begins();
     assert!(begins.windows(2).all(|pair| pair[1] - pair[0] == millis(2)));
-    assert_eq!(bench.gauge("sbcp/cycle/shortest"), 2e-3);
-    assert_eq!(bench.gauge("sbcp/cycle/longest"), 2e-3);
+    assert_eq!(bench.diagnostic("sbcp/cycle/shortest"), 2e-3);
+    assert_eq!(bench.diagnostic("sbcp/cycle/longest"), 2e-3);
     // Requests come to the boards as evenly: the timer of the host runs with the frames.
     for leg in common::LEGS {
-        assert!(bench.gauge(&format!("sbcp/{leg}/request/deviation")) < 1e-9);
+        assert!(bench.diagnostic(&format!("sbcp/{leg}/request/deviation")) < 1e-9);
     }
 }

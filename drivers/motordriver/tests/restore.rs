@@ -16,7 +16,7 @@ fn go_on(bench: &mut Bench) -> Story {
     let wave = |now: SimTime| [0.2 * libm::sin(40.0 * now.as_secs_f64()); 8];
     bench.run_cycles(millis(2), end, wave).unwrap();
     let passed = bench.passed.take().unwrap();
-    (passed, bench.world.outputs.clone(), bench.gauges())
+    (passed, bench.plant.outputs.clone(), bench.diagnostics())
 }
 
 fn config(topology: BusTopology, generation: Generation) -> BusConfig {

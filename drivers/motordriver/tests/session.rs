@@ -23,10 +23,10 @@ fn opening_calibrates_without_motion_and_takes_some_hundreds_of_milliseconds() {
         let mut bench = Bench::new(&config);
         let took = bench.open().unwrap();
         assert!((millis(300)..millis(700)).contains(&took), "{took}");
-        assert_eq!(bench.gauge("sbcp/errors"), 0.0);
-        assert!(bench.world.fastest.iter().all(|rate| *rate < 1e-9));
+        assert_eq!(bench.diagnostic("sbcp/errors"), 0.0);
+        assert!(bench.plant.fastest.iter().all(|rate| *rate < 1e-9));
         // Driven, and held where they are.
-        let bridges = bench.world.inputs.iter().skip(1).step_by(2);
+        let bridges = bench.plant.inputs.iter().skip(1).step_by(2);
         assert!(bridges.into_iter().all(|bridge| *bridge == 1.0));
     }
 }
@@ -34,8 +34,8 @@ fn opening_calibrates_without_motion_and_takes_some_hundreds_of_milliseconds() {
 #[test]
 fn the_first_step_sees_what_the_boards_measure() {
     let mut bench = Bench::new(&config());
-    bench.world.outputs[..8].copy_from_slice(&[0.1, 0.2, -0.1, 0.3, 0.0, 0.4, 0.2, 0.5]);
-    bench.world.outputs[8..14].copy_from_slice(&[0.5, -0.6, 0.7, 1.0, -2.0, 30.0]);
+    bench.plant.outputs[..8].copy_from_slice(&[0.1, 0.2, -0.1, 0.3, 0.0, 0.4, 0.2, 0.5]);
+    bench.plant.outputs[8..14].copy_from_slice(&[0.5, -0.6, 0.7, 1.0, -2.0, 30.0]);
     bench.open().unwrap();
     let seen = bench.task.to_process();
     assert!((seen[0] - 0.1).abs() < COUNT && (seen[1] - 0.2).abs() < COUNT);
@@ -59,18 +59,18 @@ fn joints_follow_a_smooth_command_at_500_hz() {
         .run_cycles(millis(2), end, |now| [wave((now - begin).as_secs_f64()); 8])
         .unwrap();
     assert!((999..=1_000).contains(&cycles), "{cycles}");
-    assert_eq!(bench.gauge("sbcp/errors"), 0.0);
+    assert_eq!(bench.diagnostic("sbcp/errors"), 0.0);
     let expected = wave((bench.now() - begin).as_secs_f64());
     for n in 0..8 {
-        let position = bench.world.outputs[n];
+        let position = bench.plant.outputs[n];
         assert!((position - expected).abs() < 0.05, "{position} {expected}");
     }
     // 1.8 rad/s are asked for, and a count of the encoder in a tick is 1.5 rad/s.
-    let fastest = bench.world.fastest.iter().copied().fold(0.0, f64::max);
+    let fastest = bench.plant.fastest.iter().copied().fold(0.0, f64::max);
     assert!(fastest < 3.3, "{fastest}");
     for leg in LEGS {
-        assert_eq!(bench.gauge(&format!("sbcp/{leg}/missed_points")), 0.0);
-        assert_eq!(bench.gauge(&format!("sbcp/{leg}/watchdog_drops")), 0.0);
+        assert_eq!(bench.diagnostic(&format!("sbcp/{leg}/missed_points")), 0.0);
+        assert_eq!(bench.diagnostic(&format!("sbcp/{leg}/watchdog_drops")), 0.0);
     }
 }
 
@@ -91,7 +91,7 @@ fn the_position_controller_alone_stutters_at_100_hz() {
                 [0.5 * (now - begin).as_secs_f64(); 8]
             })
             .unwrap();
-        bench.world.fastest[0]
+        bench.plant.fastest[0]
     };
     // The command asks for 0.5 rad/s; counts of the encoder make that 1.1.
     let (smooth, plain) = (fastest(Following::Smooth), fastest(Following::Plain));
@@ -104,18 +104,18 @@ fn motors_are_dropped_when_commands_stop_and_taken_up_by_the_next() {
     bench.open().unwrap();
     let end = bench.now() + millis(100);
     bench.run_cycles(millis(2), end, |_| [0.2; 8]).unwrap();
-    let bridge = |bench: &Bench| bench.world.inputs[1];
+    let bridge = |bench: &Bench| bench.plant.inputs[1];
     bench.run_until(end + millis(19)).unwrap();
     assert_eq!(bridge(&bench), 1.0);
     bench.run_until(end + millis(24)).unwrap();
     assert_eq!(bridge(&bench), 0.0);
     for leg in LEGS {
-        assert_eq!(bench.gauge(&format!("sbcp/{leg}/watchdog_drops")), 1.0);
+        assert_eq!(bench.diagnostic(&format!("sbcp/{leg}/watchdog_drops")), 1.0);
     }
     let end = bench.now() + millis(100);
     bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
     assert_eq!(bridge(&bench), 1.0);
-    assert!((bench.world.outputs[0] - 0.1).abs() < 0.01);
+    assert!((bench.plant.outputs[0] - 0.1).abs() < 0.01);
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn a_board_that_is_missing_is_an_error_only_if_it_is_used() {
     config.boards[3].used = false;
     let mut bench = Bench::new(&config);
     bench.open().unwrap();
-    assert_eq!(bench.gauge("sbcp/errors"), 0.0);
+    assert_eq!(bench.diagnostic("sbcp/errors"), 0.0);
     assert_eq!(bench.task.to_process().len(), 3 * 8);
 }
 
@@ -141,9 +141,9 @@ fn commands_out_of_range_stop_at_its_end_and_are_counted() {
             [1.5, -0.5, 1.5, -0.5, 0.0, 0.0, 0.0, 0.0]
         })
         .unwrap();
-    assert_eq!(bench.gauge("sbcp/saturated"), 4.0 * cycles as f64);
-    assert!((bench.world.outputs[0] - 600.0 * COUNT).abs() < 3.0 * COUNT);
-    assert!(bench.world.outputs[1].abs() < 3.0 * COUNT);
+    assert_eq!(bench.diagnostic("sbcp/saturated"), 4.0 * cycles as f64);
+    assert!((bench.plant.outputs[0] - 600.0 * COUNT).abs() < 3.0 * COUNT);
+    assert!(bench.plant.outputs[1].abs() < 3.0 * COUNT);
 }
 
 #[test]

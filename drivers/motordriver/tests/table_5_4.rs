@@ -19,7 +19,7 @@ fn slow(config: BusConfig) -> BusConfig {
 /// So many seconds of cycles; the bench, and how many there were.
 fn run(config: &BusConfig, seconds: u64) -> (Bench, u64) {
     let mut bench = Bench::new(config);
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().unwrap();
     // From the next whole period on.
     let begin = bench.now().as_nanos() / 2_000_000 * 2;
@@ -33,14 +33,17 @@ fn run(config: &BusConfig, seconds: u64) -> (Bench, u64) {
 fn a_hundred_seconds_obey_the_law_of_conservation() {
     let (bench, cycles) = run(&slow(BusConfig::default()), 100);
     assert_eq!(cycles, 50_000);
-    assert_eq!(bench.gauge("sbcp/cycles"), 50_000.0);
-    assert_eq!(bench.gauge("sbcp/success"), 1.0);
+    assert_eq!(bench.diagnostic("sbcp/cycles"), 50_000.0);
+    assert_eq!(bench.diagnostic("sbcp/success"), 1.0);
     for (leg, ppm) in LEGS.into_iter().zip(MISMATCH_PPM) {
-        let gauge = |what: &str| bench.gauge(&format!("sbcp/{leg}/{what}"));
-        assert_eq!((gauge("missed_points"), gauge("lost_points")), (0.0, 0.0));
-        assert_eq!(gauge("watchdog_drops"), 0.0);
+        let diagnostic = |what: &str| bench.diagnostic(&format!("sbcp/{leg}/{what}"));
+        assert_eq!(
+            (diagnostic("missed_points"), diagnostic("lost_points")),
+            (0.0, 0.0)
+        );
+        assert_eq!(diagnostic("watchdog_drops"), 0.0);
         let expected = ppm as f64 * 1e-6 * 50_000.0 * 2.0;
-        let found = gauge("filled_steps");
+        let found = diagnostic("filled_steps");
         assert!(
             (found - expected).abs() <= 2.0,
             "{leg}: {found}, expected {expected}"
@@ -56,22 +59,25 @@ fn without_the_heuristics_points_are_lost_instead() {
     }
     let (bench, _) = run(&config, 100);
     for (leg, ppm) in LEGS.into_iter().zip(MISMATCH_PPM) {
-        let gauge = |what: &str| bench.gauge(&format!("sbcp/{leg}/{what}"));
+        let diagnostic = |what: &str| bench.diagnostic(&format!("sbcp/{leg}/{what}"));
         // A point of two ticks each: half as many, one every 2.6 s.
         let expected = ppm as f64 * 1e-6 * 50_000.0;
-        let found = gauge("lost_points");
+        let found = diagnostic("lost_points");
         assert!(
             (found - expected).abs() <= 2.0,
             "{leg}: {found}, expected {expected}"
         );
-        assert_eq!((gauge("filled_steps"), gauge("missed_points")), (0.0, 0.0));
+        assert_eq!(
+            (diagnostic("filled_steps"), diagnostic("missed_points")),
+            (0.0, 0.0)
+        );
     }
 }
 
 #[test]
 fn what_the_counters_say_does_not_depend_on_the_jitter_of_the_host() {
     let mut bench = Bench::new(&slow(BusConfig::default()));
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().unwrap();
     let mut random = stream(5, "jitter");
     let first = bench.now().as_nanos() / 2_000_000 + 1;
@@ -82,15 +88,15 @@ fn what_the_counters_say_does_not_depend_on_the_jitter_of_the_host() {
         bench.begin(&[0.1; 8]).unwrap();
     }
     for (leg, ppm) in LEGS.into_iter().zip(MISMATCH_PPM) {
-        let gauge = |what: &str| bench.gauge(&format!("sbcp/{leg}/{what}"));
+        let diagnostic = |what: &str| bench.diagnostic(&format!("sbcp/{leg}/{what}"));
         let expected = ppm as f64 * 1e-6 * 10_000.0 * 2.0;
-        let found = gauge("filled_steps") - gauge("missed_points");
+        let found = diagnostic("filled_steps") - diagnostic("missed_points");
         assert!(
             (found - expected).abs() <= 3.0,
             "{leg}: {found}, expected {expected}"
         );
         // Uniform within 0.9 ms, seen through whole microframes: about 0.26 ms.
-        let deviation = gauge("request/deviation");
+        let deviation = diagnostic("request/deviation");
         assert!((0.24e-3..0.29e-3).contains(&deviation), "{deviation}");
     }
 }

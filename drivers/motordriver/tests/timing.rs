@@ -15,17 +15,17 @@ fn check(bench: &Bench, begins: &[SimTime]) {
     let mut sorted: Vec<u64> = intervals.collect();
     sorted.sort_unstable();
     let n = sorted.len();
-    let gauge = |what: &str| 1e9 * bench.gauge(&format!("sbcp/cycle/{what}"));
+    let diagnostic = |what: &str| 1e9 * bench.diagnostic(&format!("sbcp/cycle/{what}"));
     let span = (begins[n] - begins[0]).as_nanos() as f64;
     // The last one goes on; and one that waits before it writes has begun earlier than its request.
-    assert!((bench.gauge("sbcp/cycles") + 1.0 - begins.len() as f64).abs() <= 1.0);
+    assert!((bench.diagnostic("sbcp/cycles") + 1.0 - begins.len() as f64).abs() <= 1.0);
     let (shortest, longest) = (sorted[0] as f64, sorted[n - 1] as f64);
-    assert!((gauge("mean") - span / n as f64).abs() < longest / n as f64);
-    assert!((gauge("shortest") - shortest).abs() < 1e-3);
-    assert!((gauge("longest") - longest).abs() < 1e-3);
+    assert!((diagnostic("mean") - span / n as f64).abs() < longest / n as f64);
+    assert!((diagnostic("shortest") - shortest).abs() < 1e-3);
+    assert!((diagnostic("longest") - longest).abs() < 1e-3);
     for (name, per_mille) in [("p50", 500), ("p99", 990), ("p999", 999)] {
         let exact = sorted[(n * per_mille).div_ceil(1_000) - 1] as f64;
-        let found = gauge(name);
+        let found = diagnostic(name);
         assert!(
             (found - exact).abs() < exact / 128.0,
             "{name}: {found}, not {exact}"
@@ -46,7 +46,7 @@ fn free_running(topology: BusTopology) -> BusConfig {
 /// Runs free for a while: the begins of the cycles.
 fn run(config: &BusConfig, length: SimDuration) -> (Bench, Vec<SimTime>) {
     let mut bench = Bench::new(config);
-    bench.world.turning = false;
+    bench.plant.turning = false;
     bench.open().unwrap();
     bench.passed = Some(Vec::new());
     bench.begin(&[0.0; 8]).unwrap();
@@ -70,8 +70,8 @@ fn a_board_that_dies_shows_in_the_mean_and_in_the_percentiles() {
     };
     let (bench, begins) = run(&config, SimDuration::from_secs(10));
     check(&bench, &begins);
-    assert!(bench.gauge("sbcp/cycle/mean") > 2.6e-3);
-    assert_eq!(bench.gauge("sbcp/cycle/shortest"), 2.5e-3);
+    assert!(bench.diagnostic("sbcp/cycle/mean") > 2.6e-3);
+    assert_eq!(bench.diagnostic("sbcp/cycle/shortest"), 2.5e-3);
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn at_long_latency_timers_the_mean_is_that_of_the_counted_cycles() {
         check(&bench, &begins);
         let counted =
             (begins.len() - 1) as f64 / (begins[begins.len() - 1] - begins[0]).as_secs_f64();
-        let told = 1.0 / bench.gauge("sbcp/cycle/mean");
+        let told = 1.0 / bench.diagnostic("sbcp/cycle/mean");
         assert!(
             (counted / rate - 1.0).abs() < 0.01,
             "{timer} ms: {counted} Hz"
@@ -102,7 +102,7 @@ proptest! {
     #[test]
     fn phases_deviate_by_the_jitter_of_the_host(width_us in 400..1_100_u64, seed in any::<u64>()) {
         let mut bench = Bench::new(&BusConfig::default());
-        bench.world.turning = false;
+        bench.plant.turning = false;
         bench.open().unwrap();
         let mut random = stream(seed, "jitter");
         let first = bench.now().as_nanos() / 2_000_000 + 1;
@@ -117,14 +117,14 @@ proptest! {
             bench.run_until_idle(SimTime::from_nanos(at) + millis(2)).unwrap();
         }
         let exact = 1e-6 * width_us as f64 / 12.0_f64.sqrt();
-        let cycles = bench.gauge("sbcp/cycle/phase/deviation");
+        let cycles = bench.diagnostic("sbcp/cycle/phase/deviation");
         prop_assert!((cycles / exact - 1.0).abs() < 0.06, "{cycles}, not {exact}");
         for leg in LEGS {
-            let gauge = |what: &str| bench.gauge(&format!("sbcp/{leg}/request/{what}"));
-            let found = gauge("phase/deviation");
+            let diagnostic = |what: &str| bench.diagnostic(&format!("sbcp/{leg}/request/{what}"));
+            let found = diagnostic("phase/deviation");
             let through_grid = (exact * exact + 36e-6 * 36e-6).sqrt();
             prop_assert!((found / through_grid - 1.0).abs() < 0.08, "{leg}: {found}, not {exact}");
-            prop_assert_eq!(gauge("deviation"), found);
+            prop_assert_eq!(diagnostic("deviation"), found);
         }
     }
 }
@@ -141,6 +141,9 @@ fn jitter_of_completions_alone_moves_no_request() {
     let end = bench.now() + millis(1_000);
     bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
     for leg in LEGS {
-        assert_eq!(bench.gauge(&format!("sbcp/{leg}/request/deviation")), 0.0);
+        assert_eq!(
+            bench.diagnostic(&format!("sbcp/{leg}/request/deviation")),
+            0.0
+        );
     }
 }

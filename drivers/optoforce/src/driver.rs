@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{Errand, FramedDriver, Heard, Measure, Protocol};
+use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
 
 use crate::assumed::{ATTEMPTS, PATIENCE};
-use crate::protocol::{Counts, Frame, Health, Message, Status, measure};
+use crate::protocol::{Counts, Frame, Health, Message, Status, match_frame};
 use crate::{OptoForce, Speed, Take};
 
 /// Sets the sensor up and keeps its newest sample.
@@ -71,7 +71,7 @@ impl Protocol for OptoForceProtocol {
 
     const ATTEMPTS: u32 = ATTEMPTS;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
         ("samples", Unit::One),
         ("lost", Unit::One),
         ("stale", Unit::One),
@@ -80,8 +80,8 @@ impl Protocol for OptoForceProtocol {
         ("foreign", Unit::One),
     ];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     fn initial(&self) -> State {
@@ -97,18 +97,18 @@ impl Protocol for OptoForceProtocol {
         vec![Port::output(name, Unit::Newton, 3)]
     }
 
-    fn ask(
+    fn request(
         &self,
         state: &mut State,
-        errand: Errand,
+        kind: RequestKind,
         _from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
-        let speed = match errand {
-            Errand::Open => self.0.speed,
-            Errand::Close => Speed::Stop,
+        let speed = match kind {
+            RequestKind::Open => self.0.speed,
+            RequestKind::Close => Speed::Stop,
             // The next sample comes by itself.
-            Errand::Transfer => {
+            RequestKind::Transfer => {
                 let period = SimDuration::from_millis(u64::from(self.0.speed.code()));
                 return (self.0.take == Take::Fresh).then(|| period * 2);
             }
@@ -123,8 +123,8 @@ impl Protocol for OptoForceProtocol {
         Some(PATIENCE)
     }
 
-    fn hear(&self, state: &mut State, errand: Option<Errand>, frame: &[u8]) -> Heard {
-        match (Frame::new(frame).and_then(Message::try_from), errand) {
+    fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+        match (Frame::new(frame).and_then(Message::try_from), kind) {
             (
                 Ok(Message::Data {
                     counter,
@@ -134,33 +134,35 @@ impl Protocol for OptoForceProtocol {
                 _,
             ) => {
                 let sound = self.sample(state, counter, status, counts);
-                match errand {
-                    Some(Errand::Open) if sound && state.acknowledged => Heard::Over,
-                    Some(Errand::Transfer) if sound => Heard::Over,
-                    _ => Heard::Nothing,
+                match kind {
+                    Some(RequestKind::Open) if sound && state.acknowledged => FrameOutcome::Over,
+                    Some(RequestKind::Transfer) if sound => FrameOutcome::Over,
+                    _ => FrameOutcome::Nothing,
                 }
             }
-            (Ok(Message::Acknowledgement { status: 0 }), Some(Errand::Open))
+            (Ok(Message::Acknowledgement { status: 0 }), Some(RequestKind::Open))
                 if !state.acknowledged =>
             {
                 state.acknowledged = true;
-                Heard::More(PATIENCE)
+                FrameOutcome::More(PATIENCE)
             }
-            (Ok(Message::Acknowledgement { status: 0 }), Some(Errand::Close)) => Heard::Over,
+            (Ok(Message::Acknowledgement { status: 0 }), Some(RequestKind::Close)) => {
+                FrameOutcome::Over
+            }
             (Ok(Message::Acknowledgement { status }), _) => {
                 state.refused = Some(status).filter(|status| *status != 0);
-                Heard::Nothing
+                FrameOutcome::Nothing
             }
             (Ok(Message::Data { .. } | Message::Configuration { .. }), _) => {
                 state.counters.foreign += 1;
-                Heard::Nothing
+                FrameOutcome::Nothing
             }
-            (Err(_), _) => Heard::Nothing,
+            (Err(_), _) => FrameOutcome::Nothing,
         }
     }
 
-    fn time_out(&self, state: &mut State, errand: Errand) {
-        state.counters.stale += u64::from(errand == Errand::Transfer);
+    fn time_out(&self, state: &mut State, kind: RequestKind) {
+        state.counters.stale += u64::from(kind == RequestKind::Transfer);
     }
 
     fn refusal(&self, state: &State) -> String {
@@ -179,7 +181,7 @@ impl Protocol for OptoForceProtocol {
         &state.force
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         let Counters {
             samples,
             lost,

@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use twinrig_wire::Measure;
+use twinrig_wire::FrameMatch;
 
 const DATA: [u8; 4] = [0xaa, 7, 8, 10];
 const DATA_FOUR: [u8; 4] = [0xaa, 7, 8, 28];
@@ -238,23 +238,23 @@ fn sum(bytes: &[u8]) -> u16 {
 }
 
 /// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
-pub fn measure(front: &[u8]) -> Measure {
+pub fn match_frame(front: &[u8]) -> FrameMatch {
     let begun = |header: &&[u8; 4]| header.iter().zip(front).all(|(a, b)| a == b);
     let Some(header) = HEADERS.iter().find(begun) else {
-        return Measure::Garbage;
+        return FrameMatch::Garbage;
     };
     if front.len() < header.len() {
-        return Measure::Missing(SHORTEST - front.len());
+        return FrameMatch::Missing(SHORTEST - front.len());
     }
     let length = usize::from(header[3]) + AROUND;
     let Some(frame) = front.get(..length) else {
-        return Measure::Missing(length - front.len());
+        return FrameMatch::Missing(length - front.len());
     };
-    let (said, checksum) = frame.split_at(length - 2);
-    if sum(said).to_be_bytes() == checksum {
-        Measure::Frame(length)
+    let (tx, checksum) = frame.split_at(length - 2);
+    if sum(tx).to_be_bytes() == checksum {
+        FrameMatch::Frame(length)
     } else {
-        Measure::Garbage
+        FrameMatch::Garbage
     }
 }
 
@@ -264,8 +264,8 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// [`FrameError::NoFrame`] if they are none.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        match measure(bytes) {
-            Measure::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
+        match match_frame(bytes) {
+            FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
             _ => Err(FrameError::NoFrame),
         }
     }

@@ -3,12 +3,12 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalTime, Port, SimTime, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Emulation, FramedNode, Measure, Said};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
 
 use crate::OptoForce;
 use crate::assumed::{MEASURES_EVERY, NOMINAL_COUNTS, REACTION};
-use crate::protocol::{Counts, Cutoff, Frame, Message, Speed, Status, measure};
+use crate::protocol::{Counts, Cutoff, Frame, Message, Speed, Status, match_frame};
 
 /// The emulated sensor: measures every millisecond of its own clock, filters, and sends as often as it was told to.
 pub type OptoForceSensor = FramedNode<OptoForceEmulation>;
@@ -86,10 +86,10 @@ impl State {
 impl Emulation for OptoForceEmulation {
     type State = State;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     /// 100 Hz, 15 Hz, nothing zeroed.
@@ -117,28 +117,28 @@ impl Emulation for OptoForceEmulation {
         &self,
         state: &mut State,
         now: SimTime,
-        world: &mut dyn World,
-        said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        let force = world.sample(self.force.clone())?;
+        let force = plant.sample(self.force.clone())?;
         let filtered = state.filter([force[0], force[1], force[2]]);
         let every = u64::from(state.speed.code());
         if every > 0 && state.measured.is_multiple_of(every) {
             let data = self.data(state, filtered);
-            said.say(now, |bytes| data.encode(bytes));
+            tx.say(now, |bytes| data.encode(bytes));
             state.sent += 1;
         }
         state.measured += 1;
         Ok(())
     }
 
-    fn hear(
+    fn receive(
         &self,
         state: &mut State,
         now: SimTime,
         frame: &[u8],
-        _world: &mut dyn World,
-        said: &mut Said,
+        _world: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         let status = match Frame::new(frame).and_then(Message::try_from) {
             Ok(Message::Configuration {
@@ -157,11 +157,11 @@ impl Emulation for OptoForceEmulation {
             Err(_) => REFUSED,
         };
         let answer = Message::Acknowledgement { status };
-        said.say(now + REACTION, |bytes| answer.encode(bytes));
+        tx.say(now + REACTION, |bytes| answer.encode(bytes));
         Ok(())
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         values.copy_from_slice(&[state.sent as f64]);
     }
 }

@@ -9,7 +9,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use twinrig_optoforce::protocol::{
-    Counts, Cutoff, Frame, FrameError, Health, Message, Speed, Status, measure,
+    Counts, Cutoff, Frame, FrameError, Health, Message, Speed, Status, match_frame,
 };
 
 fn messages() -> impl Strategy<Value = Message> {
@@ -123,7 +123,7 @@ proptest! {
         bytes in vec(prop_oneof![3 => select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]), 1 => any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
-        for frame in &frames_in_any_pieces(measure, &bytes, cuts) {
+        for frame in &frames_in_any_pieces(match_frame, &bytes, cuts) {
             if let Ok(message) = Message::try_from(Frame::new(frame).unwrap()) {
                 prop_assert_eq!(&encoded(&message), frame);
             }
@@ -145,6 +145,6 @@ proptest! {
         for _ in 0..10 {
             bytes.extend(&one);
         }
-        prop_assert!(frames(measure, &[&bytes]).0.contains(&one));
+        prop_assert!(frames(match_frame, &[&bytes]).0.contains(&one));
     }
 }

@@ -5,7 +5,7 @@ mod toys;
 
 use std::f64::consts::TAU;
 
-use toys::{World, gauge, rig, run};
+use toys::{PlantAccess, diagnostic, rig, run};
 use twinrig_kernel::{BoardClock, LocalDuration, Port, SimDuration, SimTime, Unit};
 use twinrig_optoforce::{Cutoff, OptoForce, Speed, Take};
 use twinrig_runtime::{Rig, RunEvent};
@@ -24,12 +24,12 @@ fn force(seconds: f64, axis: usize) -> f64 {
 }
 
 fn wired_to(sensor: &OptoForce, faults: &FaultSchedule, force: fn(f64, usize) -> f64) -> Rig {
-    let world = World::new(
+    let plant = PlantAccess::new(
         vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
         force,
     );
     let wire = sensor.wire(faults).unwrap();
-    rig(sensor.driver().unwrap(), wire, (2, |_| 0.0), world)
+    rig(sensor.driver().unwrap(), wire, (2, |_| 0.0), plant)
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
@@ -57,7 +57,7 @@ fn samples_come_at_the_pace_of_the_sensor_and_transfers_never_wait() {
         let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
         let (log, ended) = run(&mut rig, 1000);
         ended.unwrap();
-        let samples = gauge(&rig, &log, "optoforce/samples");
+        let samples = diagnostic(&rig, &log, "optoforce/samples");
         assert!(
             (sent - 1.0..=sent + 2.0).contains(&samples),
             "{speed:?}: {samples}"
@@ -68,7 +68,7 @@ fn samples_come_at_the_pace_of_the_sensor_and_transfers_never_wait() {
         );
         for nothing in ["lost", "stale", "unwell", "foreign", "garbage", "unheard"] {
             assert_eq!(
-                gauge(&rig, &log, &format!("optoforce/{nothing}")),
+                diagnostic(&rig, &log, &format!("optoforce/{nothing}")),
                 0.0,
                 "{nothing}"
             );
@@ -94,7 +94,7 @@ fn forces_are_counted_and_overloads_marked() {
         (last[2] - 1600.0).abs() < 1e-9,
         "no more than the sensor can count: {last:?}"
     );
-    assert!(gauge(&rig, &log, "optoforce/overloaded") > 490.0);
+    assert!(diagnostic(&rig, &log, "optoforce/overloaded") > 490.0);
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_fresh_sample_is_waited_for() {
     ended.unwrap();
     // Steps every 2 ms, samples every 3: the task is busy at some steps.
     assert!(log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })) > 50);
-    assert_eq!(gauge(&rig, &log, "optoforce/stale"), 0.0);
+    assert_eq!(diagnostic(&rig, &log, "optoforce/stale"), 0.0);
 }
 
 #[test]
@@ -148,8 +148,8 @@ fn what_is_dropped_is_lost_by_the_count_of_the_sensor() {
         let mut rig = wired_to(&sensor(), &fault(kind.clone(), 100, 500), force);
         let (log, ended) = run(&mut rig, 1000);
         ended.unwrap();
-        let [samples, lost, sent] =
-            ["samples", "lost", "sent"].map(|name| gauge(&rig, &log, &format!("optoforce/{name}")));
+        let [samples, lost, sent] = ["samples", "lost", "sent"]
+            .map(|name| diagnostic(&rig, &log, &format!("optoforce/{name}")));
         assert!(lost > 50.0, "{kind:?}");
         // One may be under way, and some were sent before the driver opened.
         assert!(
@@ -168,7 +168,7 @@ fn repeated_and_late_samples_are_not_taken() {
         let mut rig = wired_to(&sensor(), &fault(kind.clone(), 100, 500), force);
         let (log, ended) = run(&mut rig, 1000);
         ended.unwrap();
-        assert!(gauge(&rig, &log, "optoforce/stale") > 20.0, "{kind:?}");
+        assert!(diagnostic(&rig, &log, "optoforce/stale") > 20.0, "{kind:?}");
         let forces = log.inputs.iter().map(|(_, forces)| forces[0]);
         assert!(
             forces.is_sorted_by(|a, b| a <= b),
@@ -212,7 +212,7 @@ fn a_fast_clock_sends_more() {
     let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
     let (log, ended) = run(&mut rig, 1000);
     ended.unwrap();
-    let sent = gauge(&rig, &log, "optoforce/sent");
+    let sent = diagnostic(&rig, &log, "optoforce/sent");
     assert!((1009.0..=1012.0).contains(&sent), "{sent}");
 }
 

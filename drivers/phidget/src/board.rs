@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalTime, SimTime, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Emulation, FramedNode, Measure, Said};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
 
 use crate::assumed::POLL;
-use crate::protocol::{ANALOG, BRIDGES, COUNTS, Frame, Gain, Message, SCALE, Setup, measure};
+use crate::protocol::{ANALOG, BRIDGES, COUNTS, Frame, Gain, Message, SCALE, Setup, match_frame};
 use crate::{Board, Phidget};
 
 /// The emulated board: USB asks it every 8 ms of its own clock; it reports once it has been set up.
@@ -47,11 +47,13 @@ impl PhidgetEmulation {
     }
 
     /// What the inputs read now.
-    fn read<const N: usize>(&self, world: &mut dyn World) -> Result<[f64; N], TaskError> {
+    fn read<const N: usize>(&self, plant: &mut dyn PlantAccess) -> Result<[f64; N], TaskError> {
         let mut values = [0.0; N];
         for (input, &place) in self.config.inputs.iter().zip(&self.inputs) {
             if let Some(value) = values.get_mut(input.channel) {
-                *value = input.tap.reading(world.sample(place..place + 1)?[0]);
+                *value = input
+                    .analog_source
+                    .reading(plant.sample(place..place + 1)?[0]);
             }
         }
         Ok(values)
@@ -61,7 +63,7 @@ impl PhidgetEmulation {
     fn report(
         &self,
         state: &mut State,
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<Option<Message>, TaskError> {
         let [.., sequence] = (state.sent + 1).to_be_bytes();
         Ok(match state.setup {
@@ -69,13 +71,13 @@ impl PhidgetEmulation {
                 let polls = u64::from(interval_ms) * 1_000_000 / POLL.as_nanos();
                 let due = |last| state.polls >= last + polls;
                 if state.reported_at.is_none_or(due) {
-                    Some(bridge(sequence, gain, self.read(world)?))
+                    Some(bridge(sequence, gain, self.read(plant)?))
                 } else {
                     None
                 }
             }
             Some(Setup::InterfaceKit { trigger }) => {
-                let readings: [u16; ANALOG] = self.read(world)?.map(reading);
+                let readings: [u16; ANALOG] = self.read(plant)?.map(reading);
                 let last = state.readings;
                 let apart = |n: usize| readings[n].abs_diff(last[n]) >= trigger;
                 let first = state.reported_at.is_none();
@@ -133,10 +135,10 @@ fn reading(volts: f64) -> u16 {
 impl Emulation for PhidgetEmulation {
     type State = State;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     fn initial(&self) -> State {
@@ -150,7 +152,7 @@ impl Emulation for PhidgetEmulation {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         let inputs = self.config.inputs.iter();
         self.inputs = inputs
-            .map(|input| input.tap.find(owner, plant))
+            .map(|input| input.analog_source.find(owner, plant))
             .collect::<Result<_, _>>()?;
         Ok(())
     }
@@ -163,26 +165,26 @@ impl Emulation for PhidgetEmulation {
         &self,
         state: &mut State,
         now: SimTime,
-        world: &mut dyn World,
-        said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        if let Some(message) = self.report(state, world)? {
+        if let Some(message) = self.report(state, plant)? {
             state.sent += 1;
             state.reported_at = Some(state.polls);
-            said.say(now, |bytes| message.encode(bytes));
+            tx.say(now, |bytes| message.encode(bytes));
         }
         state.polls += 1;
         Ok(())
     }
 
     /// What it says to a set-up, it says when USB asks next.
-    fn hear(
+    fn receive(
         &self,
         state: &mut State,
         _now: SimTime,
         frame: &[u8],
-        _world: &mut dyn World,
-        said: &mut Said,
+        _world: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         let Ok(Message::Setup(setup)) = Frame::new(frame).and_then(Message::try_from) else {
             return Ok(());
@@ -197,11 +199,11 @@ impl Emulation for PhidgetEmulation {
             state.reported_at = None;
         }
         let message = Message::Accepted { done };
-        said.say(self.next_poll(state), |bytes| message.encode(bytes));
+        tx.say(self.next_poll(state), |bytes| message.encode(bytes));
         Ok(())
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         values.copy_from_slice(&[state.sent as f64]);
     }
 }

@@ -1,7 +1,7 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_runtime::Wire;
-use twinrig_wire::{Duplex, FaultSchedule, Faulty, HostEnd, Tap, Uart, WireError};
+use twinrig_wire::{AnalogSource, Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
 
 use crate::assumed::{BYTE_TIME, POLL};
 use crate::protocol::{ANALOG, BRIDGES, Gain, INTERVAL_MS_MAX, SCALE, Setup};
@@ -43,7 +43,7 @@ pub struct Input {
     /// The number of the input, from 0 on.
     pub channel: usize,
     /// What it reads: a ratio \[1\] at a bridge, a voltage \[V\] at an interface kit.
-    pub tap: Tap,
+    pub analog_source: AnalogSource,
 }
 
 /// A board that cannot be.

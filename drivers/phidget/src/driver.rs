@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{Errand, FramedDriver, Heard, Measure, Protocol};
+use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
 
 use crate::assumed::{ATTEMPTS, PATIENCE};
-use crate::protocol::{COUNTS, Frame, Message, SCALE, measure};
+use crate::protocol::{COUNTS, Frame, Message, SCALE, match_frame};
 use crate::{Board, Phidget};
 
 /// Sets the board up and keeps its newest readings.
@@ -73,7 +73,7 @@ impl Protocol for PhidgetProtocol {
 
     const ATTEMPTS: u32 = ATTEMPTS;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
         ("reports", Unit::One),
         ("lost", Unit::One),
         ("stale", Unit::One),
@@ -81,8 +81,8 @@ impl Protocol for PhidgetProtocol {
         ("foreign", Unit::One),
     ];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     fn initial(&self) -> State {
@@ -109,32 +109,37 @@ impl Protocol for PhidgetProtocol {
         vec![Port::output(name, unit, board.channels())]
     }
 
-    fn ask(
+    fn request(
         &self,
         state: &mut State,
-        errand: Errand,
+        kind: RequestKind,
         _from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
-        match errand {
-            Errand::Open => {
+        match kind {
+            RequestKind::Open => {
                 state.accepted = false;
                 Message::Setup(self.0.board.setup()).encode(request);
                 Some(PATIENCE)
             }
             // The newest readings are there; and nothing is to be left safe: the board goes on reporting.
-            Errand::Transfer | Errand::Close => None,
+            RequestKind::Transfer | RequestKind::Close => None,
         }
     }
 
-    fn hear(&self, state: &mut State, _errand: Option<Errand>, frame: &[u8]) -> Heard {
+    fn receive(
+        &self,
+        state: &mut State,
+        _errand: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         let Ok(message) = Frame::new(frame).and_then(Message::try_from) else {
-            return Heard::Nothing;
+            return FrameOutcome::Nothing;
         };
         let new = match (message, self.0.board) {
             (Message::Accepted { done: true }, _) if !state.accepted => {
                 state.accepted = true;
-                return Heard::More(PATIENCE + self.0.board.interval());
+                return FrameOutcome::More(PATIENCE + self.0.board.interval());
             }
             (Message::Accepted { done }, _) => {
                 state.refused = !done;
@@ -163,9 +168,9 @@ impl Protocol for PhidgetProtocol {
             }
         };
         if new && state.accepted {
-            Heard::Over
+            FrameOutcome::Over
         } else {
-            Heard::Nothing
+            FrameOutcome::Nothing
         }
     }
 
@@ -184,7 +189,7 @@ impl Protocol for PhidgetProtocol {
         &state.readings
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         let Counters {
             reports,
             lost,

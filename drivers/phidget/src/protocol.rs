@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use twinrig_wire::{Measure, crc16};
+use twinrig_wire::{FrameMatch, crc16};
 
 /// Channels of a bridge.
 pub const BRIDGES: usize = 4;
@@ -161,21 +161,21 @@ const fn length(header: u8) -> Option<usize> {
 }
 
 /// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
-pub fn measure(front: &[u8]) -> Measure {
+pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some(&header) = front.first() else {
-        return Measure::Missing(SHORTEST);
+        return FrameMatch::Missing(SHORTEST);
     };
     let Some(length) = length(header) else {
-        return Measure::Garbage;
+        return FrameMatch::Garbage;
     };
     let Some(frame) = front.get(..length) else {
-        return Measure::Missing(length - front.len());
+        return FrameMatch::Missing(length - front.len());
     };
-    let (said, checksum) = frame.split_at(length - 2);
-    if crc16(said).to_le_bytes() == checksum {
-        Measure::Frame(length)
+    let (tx, checksum) = frame.split_at(length - 2);
+    if crc16(tx).to_le_bytes() == checksum {
+        FrameMatch::Frame(length)
     } else {
-        Measure::Garbage
+        FrameMatch::Garbage
     }
 }
 
@@ -185,8 +185,8 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// [`FrameError::NoFrame`] if they are none.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        match measure(bytes) {
-            Measure::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
+        match match_frame(bytes) {
+            FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
             _ => Err(FrameError::NoFrame),
         }
     }

@@ -8,7 +8,7 @@ use proptest::array::{uniform4, uniform8};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
-use twinrig_phidget::protocol::{Frame, Gain, Message, Setup, measure};
+use twinrig_phidget::protocol::{Frame, Gain, Message, Setup, match_frame};
 use twinrig_wire::crc16;
 
 fn messages() -> impl Strategy<Value = Message> {
@@ -51,7 +51,7 @@ proptest! {
         bytes in vec(prop_oneof![0xf0..=0xf3_u8, any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
-        for frame in &frames_in_any_pieces(measure, &bytes, cuts) {
+        for frame in &frames_in_any_pieces(match_frame, &bytes, cuts) {
             let _ = Message::try_from(Frame::new(frame).unwrap());
         }
     }
@@ -71,7 +71,7 @@ proptest! {
         for _ in 0..10 {
             bytes.extend(&one);
         }
-        prop_assert!(frames(measure, &[&bytes]).0.contains(&one));
+        prop_assert!(frames(match_frame, &[&bytes]).0.contains(&one));
     }
 
     #[test]

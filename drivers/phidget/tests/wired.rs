@@ -3,20 +3,23 @@
 #[path = "../../toys.rs"]
 mod toys;
 
-use toys::{World, gauge, rig, run};
+use toys::{PlantAccess, diagnostic, rig, run};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_phidget::{Board, Gain, Input, Phidget};
 use twinrig_runtime::{Rig, RunEvent};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, Tap};
+use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
 
 fn input(channel: usize, component: usize, scale: f64) -> Input {
-    let tap = Tap {
+    let analog_source = AnalogSource {
         signal: "leg/LF/foot/force".into(),
         component,
         scale,
         offset: 0.0,
     };
-    Input { channel, tap }
+    Input {
+        channel,
+        analog_source,
+    }
 }
 
 fn bridge(interval_ms: u64) -> Phidget {
@@ -45,7 +48,7 @@ fn wired(board: &Phidget, faults: &FaultSchedule) -> Rig {
         board.driver().unwrap(),
         wire,
         (2, |_| 0.0),
-        World::new(vec![port], force),
+        PlantAccess::new(vec![port], force),
     )
 }
 
@@ -67,7 +70,7 @@ fn a_bridge_reports_once_an_interval_and_transfers_never_wait() {
         let mut rig = wired(&bridge(interval_ms), &FaultSchedule::default());
         let (log, ended) = run(&mut rig, 1000);
         ended.unwrap();
-        let reports = gauge(&rig, &log, "phidget/reports");
+        let reports = diagnostic(&rig, &log, "phidget/reports");
         assert!(
             (expected..=expected + 2.0).contains(&reports),
             "{interval_ms} ms: {reports}"
@@ -78,7 +81,7 @@ fn a_bridge_reports_once_an_interval_and_transfers_never_wait() {
         );
         for nothing in ["lost", "stale", "foreign", "garbage", "unheard"] {
             assert_eq!(
-                gauge(&rig, &log, &format!("phidget/{nothing}")),
+                diagnostic(&rig, &log, &format!("phidget/{nothing}")),
                 0.0,
                 "{nothing}"
             );
@@ -105,7 +108,7 @@ fn ratios_have_24_bits_and_end_at_one_over_the_gain() {
         (last[3] - 1.0 / 64.0).abs() < 1e-8,
         "0.03 is out of range: {last:?}"
     );
-    assert!(gauge(&rig, &log, "phidget/overloaded") > 50.0);
+    assert!(diagnostic(&rig, &log, "phidget/overloaded") > 50.0);
 }
 
 #[test]
@@ -114,7 +117,7 @@ fn an_interface_kit_reports_what_has_changed() {
     let (log, ended) = run(&mut rig, 1000);
     ended.unwrap();
     // 4 V/s are 6.4 thousandths of 5 V in 8 ms: every second time USB asks, 10 have come together.
-    let reports = gauge(&rig, &log, "phidget/reports");
+    let reports = diagnostic(&rig, &log, "phidget/reports");
     assert!((60.0..=63.0).contains(&reports), "{reports}");
     let (at, last) = log.inputs.last().unwrap();
     assert!(
@@ -134,8 +137,8 @@ fn damage_is_counted_and_survived() {
         let mut rig = wired(&bridge(8), &fault(kind.clone(), 100, 500));
         let (log, ended) = run(&mut rig, 1000);
         ended.unwrap();
-        let [reports, lost, sent] =
-            ["reports", "lost", "sent"].map(|name| gauge(&rig, &log, &format!("phidget/{name}")));
+        let [reports, lost, sent] = ["reports", "lost", "sent"]
+            .map(|name| diagnostic(&rig, &log, &format!("phidget/{name}")));
         assert!(lost > 5.0, "{kind:?}");
         assert!(
             (0.0..=1.0).contains(&(sent - reports - lost)),
@@ -152,8 +155,8 @@ fn repeated_reports_are_not_taken() {
     );
     let (log, ended) = run(&mut rig, 1000);
     ended.unwrap();
-    assert!(gauge(&rig, &log, "phidget/stale") > 10.0);
-    assert_eq!(gauge(&rig, &log, "phidget/lost"), 0.0);
+    assert!(diagnostic(&rig, &log, "phidget/stale") > 10.0);
+    assert_eq!(diagnostic(&rig, &log, "phidget/lost"), 0.0);
 }
 
 #[test]
@@ -174,7 +177,7 @@ fn a_board_that_is_not_there_or_another_one_is_an_error_in_the_end() {
         bridge(8).driver().unwrap(),
         wire,
         (2, |_| 0.0),
-        World::new(vec![port], force),
+        PlantAccess::new(vec![port], force),
     );
     let why = run(&mut rig, 1000).1.unwrap_err().to_string();
     assert!(why.contains("another board"), "{why}");
@@ -192,7 +195,7 @@ fn a_signal_that_is_not_there_is_an_error_that_says_what_is() {
     };
     let task = twinrig_runtime::WiredTask::new(Box::new(board.driver().unwrap()), Box::new(wire));
     let schedule = twinrig_runtime::Schedule::with_period(SimDuration::from_millis(2));
-    let world = World::new(
+    let plant = PlantAccess::new(
         vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
         force,
     );
@@ -200,7 +203,7 @@ fn a_signal_that_is_not_there_is_an_error_that_says_what_is() {
         &schedule,
         Box::new(script),
         vec![Box::new(task)],
-        Box::new(world),
+        Box::new(plant),
     );
     let why = refused.err().unwrap().to_string();
     assert!(why.contains("leg/LF/foot/force [N] × 3"), "{why}");

@@ -2,11 +2,11 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Emulation, FramedNode, Measure, Said};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
 
 use crate::assumed::REACTION;
-use crate::protocol::{Answer, COUNTS, Frame, LINES, Request, TICK_NS, measure};
+use crate::protocol::{Answer, COUNTS, Frame, LINES, Request, TICK_NS, match_frame};
 use crate::{AdcRange, Rb110};
 
 /// The emulated board: pulses on its own clock, all lines beginning theirs together. New widths are taken at the next
@@ -83,7 +83,7 @@ impl Rb110Emulation {
         &self,
         state: &mut State,
         now: SimTime,
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
         for line in 0..LINES {
             if self.end(state, line).is_none_or(|at| at > now) {
@@ -94,7 +94,7 @@ impl Rb110Emulation {
             let servos = self.config.servos.iter().zip(&self.commands);
             for (servo, command) in servos.filter(|(servo, _)| servo.line == line) {
                 if let Some(angle) = servo.pulse.angle(state.pulses[line]) {
-                    world.actuate(command.clone())?.fill(angle);
+                    plant.actuate(command.clone())?.fill(angle);
                 }
             }
         }
@@ -106,7 +106,7 @@ impl Rb110Emulation {
         &self,
         state: &mut State,
         request: &Request,
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<Answer, TaskError> {
         let mut answer = Answer {
             sequence: request.sequence,
@@ -129,11 +129,11 @@ impl Rb110Emulation {
             *count = Some(0);
         }
         for (input, &place) in self.config.analog.iter().zip(&self.inputs) {
-            let (Some(tap), Some(place)) = (&input.tap, place) else {
+            let (Some(analog_source), Some(place)) = (&input.analog_source, place) else {
                 continue;
             };
             if request.inputs[input.channel] {
-                let volts = tap.reading(world.sample(place..place + 1)?[0]);
+                let volts = analog_source.reading(plant.sample(place..place + 1)?[0]);
                 answer.counts[input.channel] = Some(convert(volts, full_scale));
             }
         }
@@ -158,10 +158,10 @@ fn convert(volts: f64, full_scale: f64) -> u16 {
 impl Emulation for Rb110Emulation {
     type State = State;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[("pulses", Unit::One)];
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[("pulses", Unit::One)];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     fn initial(&self) -> State {
@@ -177,9 +177,17 @@ impl Emulation for Rb110Emulation {
         self.commands = servos
             .map(|servo| plant.find(owner, &Port::output(&servo.command, Unit::Radian, 1)))
             .collect::<Result<_, _>>()?;
-        let inputs = self.config.analog.iter().map(|input| input.tap.as_ref());
+        let inputs = self
+            .config
+            .analog
+            .iter()
+            .map(|input| input.analog_source.as_ref());
         self.inputs = inputs
-            .map(|tap| tap.map(|tap| tap.find(owner, plant)).transpose())
+            .map(|analog_source| {
+                analog_source
+                    .map(|analog_source| analog_source.find(owner, plant))
+                    .transpose()
+            })
             .collect::<Result<_, _>>()?;
         Ok(())
     }
@@ -193,32 +201,32 @@ impl Emulation for Rb110Emulation {
         &self,
         state: &mut State,
         now: SimTime,
-        world: &mut dyn World,
-        _said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        _said: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        self.end_pulses(state, now, world)?;
+        self.end_pulses(state, now, plant)?;
         if self.next_start(state) <= now {
             state.begin_pulses();
         }
         Ok(())
     }
 
-    fn hear(
+    fn receive(
         &self,
         state: &mut State,
         now: SimTime,
         frame: &[u8],
-        world: &mut dyn World,
-        said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         if let Ok(request) = Frame::new(frame).and_then(Request::try_from) {
-            let answer = self.answer(state, &request, world)?;
-            said.say(now + REACTION, |bytes| answer.encode(bytes));
+            let answer = self.answer(state, &request, plant)?;
+            tx.say(now + REACTION, |bytes| answer.encode(bytes));
         }
         Ok(())
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         values.copy_from_slice(&[state.sent as f64]);
     }
 }

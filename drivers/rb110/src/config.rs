@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_runtime::Wire;
-use twinrig_wire::{Duplex, FaultSchedule, Faulty, HostEnd, Tap, Uart, WireError};
+use twinrig_wire::{AnalogSource, Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
 
 use crate::assumed;
 use crate::protocol::{ANALOG, LINES, TICKS_MAX};
@@ -44,7 +44,7 @@ pub struct AnalogInput {
     /// Its number, from 0 to 7.
     pub channel: usize,
     /// What is connected to it \[V\]: an input without anything reads 0. The driver does not look at it.
-    pub tap: Option<Tap>,
+    pub analog_source: Option<AnalogSource>,
 }
 
 /// What the pulses of a servo mean, in ticks of 20 ns.

@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{Errand, FramedDriver, Heard, Measure, Protocol};
+use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
 
 use crate::assumed::{ATTEMPTS, PATIENCE};
-use crate::protocol::{ANALOG, Answer, COUNTS, Frame, LINES, Request, measure};
+use crate::protocol::{ANALOG, Answer, COUNTS, Frame, LINES, Request, match_frame};
 use crate::{AdcRange, Rb110};
 
 /// Gives the board a pulse for each servo, once a transfer, and brings what its analog inputs read.
@@ -71,15 +71,15 @@ impl Protocol for Rb110Protocol {
 
     const ATTEMPTS: u32 = ATTEMPTS;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
         ("transfers", Unit::One),
         ("lost", Unit::One),
         ("saturated", Unit::One),
         ("replaced", Unit::One),
     ];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     fn initial(&self) -> State {
@@ -107,20 +107,20 @@ impl Protocol for Rb110Protocol {
         ports
     }
 
-    fn ask(
+    fn request(
         &self,
         state: &mut State,
-        errand: Errand,
+        kind: RequestKind,
         from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
-        let (pulses, patience) = match errand {
-            Errand::Open => ([None; LINES], PATIENCE),
-            Errand::Transfer => {
+        let (pulses, patience) = match kind {
+            RequestKind::Open => ([None; LINES], PATIENCE),
+            RequestKind::Transfer => {
                 let pulses = self.pulses(&mut state.counters, from_process);
                 (pulses, self.0.period)
             }
-            Errand::Close => (self.off(), PATIENCE),
+            RequestKind::Close => (self.off(), PATIENCE),
         };
         let mut inputs = [false; ANALOG];
         for input in &self.0.analog {
@@ -138,12 +138,12 @@ impl Protocol for Rb110Protocol {
         Some(patience)
     }
 
-    fn hear(&self, state: &mut State, errand: Option<Errand>, frame: &[u8]) -> Heard {
+    fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Ok(answer) = Frame::new(frame).and_then(Answer::try_from) else {
-            return Heard::Nothing;
+            return FrameOutcome::Nothing;
         };
         if answer.sequence != state.sequence || state.answered {
-            return Heard::Nothing;
+            return FrameOutcome::Nothing;
         }
         state.answered = true;
         state.counters.replaced += u64::from(answer.replaced);
@@ -153,16 +153,16 @@ impl Protocol for Rb110Protocol {
                 *volts = f64::from(count) * full_scale / f64::from(COUNTS);
             }
         }
-        if errand == Some(Errand::Transfer) {
-            Heard::Nothing
+        if kind == Some(RequestKind::Transfer) {
+            FrameOutcome::Nothing
         } else {
-            Heard::Over
+            FrameOutcome::Over
         }
     }
 
-    fn time_out(&self, state: &mut State, errand: Errand) {
+    fn time_out(&self, state: &mut State, kind: RequestKind) {
         state.counters.lost += u64::from(!state.answered);
-        state.counters.transfers += u64::from(errand == Errand::Transfer);
+        state.counters.transfers += u64::from(kind == RequestKind::Transfer);
     }
 
     fn refusal(&self, _state: &State) -> String {
@@ -176,7 +176,7 @@ impl Protocol for Rb110Protocol {
         &state.volts
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         let Counters {
             transfers,
             lost,

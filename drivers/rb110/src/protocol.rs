@@ -23,7 +23,7 @@
 //! | checksum | 2 | [`crc16`] of everything before |
 
 use thiserror::Error;
-use twinrig_wire::{Measure, crc16};
+use twinrig_wire::{FrameMatch, crc16};
 
 /// Lines for pulses.
 pub const LINES: usize = 16;
@@ -96,8 +96,8 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// [`FrameError::NoFrame`] if they are none.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        match measure(bytes) {
-            Measure::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
+        match match_frame(bytes) {
+            FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
             _ => Err(FrameError::NoFrame),
         }
     }
@@ -119,30 +119,30 @@ impl<'a> Frame<'a> {
 }
 
 /// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
-pub fn measure(front: &[u8]) -> Measure {
+pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some(&header) = front.first() else {
-        return Measure::Missing(ANSWER_LEAST);
+        return FrameMatch::Missing(ANSWER_LEAST);
     };
     let lengths = match header {
         REQUEST => REQUEST_LEAST..=REQUEST_MOST,
         ANSWER => ANSWER_LEAST..=ANSWER_MOST,
-        _ => return Measure::Garbage,
+        _ => return FrameMatch::Garbage,
     };
     let Some(&length) = front.get(1) else {
-        return Measure::Missing(lengths.start() - 1);
+        return FrameMatch::Missing(lengths.start() - 1);
     };
     let length = usize::from(length);
     if !lengths.contains(&length) {
-        return Measure::Garbage;
+        return FrameMatch::Garbage;
     }
     let Some(frame) = front.get(..length) else {
-        return Measure::Missing(length - front.len());
+        return FrameMatch::Missing(length - front.len());
     };
-    let (said, checksum) = frame.split_at(length - 2);
-    if crc16(said).to_le_bytes() == checksum {
-        Measure::Frame(length)
+    let (tx, checksum) = frame.split_at(length - 2);
+    if crc16(tx).to_le_bytes() == checksum {
+        FrameMatch::Frame(length)
     } else {
-        Measure::Garbage
+        FrameMatch::Garbage
     }
 }
 

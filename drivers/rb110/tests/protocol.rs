@@ -7,8 +7,8 @@ use framing::{frames, frames_in_any_pieces};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
-use twinrig_rb110::protocol::{Answer, Frame, Request, TICKS_MAX, measure};
-use twinrig_wire::Measure;
+use twinrig_rb110::protocol::{Answer, Frame, Request, TICKS_MAX, match_frame};
+use twinrig_wire::FrameMatch;
 
 fn requests() -> impl Strategy<Value = Request> {
     let pulses = proptest::array::uniform16(option::of(0..=TICKS_MAX));
@@ -46,7 +46,7 @@ proptest! {
 
     #[test]
     fn any_bytes_are_survived_in_any_pieces(bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20)) {
-        for frame in &frames_in_any_pieces(measure, &bytes, cuts) {
+        for frame in &frames_in_any_pieces(match_frame, &bytes, cuts) {
             let frame = Frame::new(frame).unwrap();
             let _ = (Request::try_from(frame), Answer::try_from(frame));
         }
@@ -70,7 +70,7 @@ proptest! {
         for _ in 0..10 {
             bytes.extend(&encoded);
         }
-        prop_assert!(frames(measure, &[&bytes]).0.contains(&encoded));
+        prop_assert!(frames(match_frame, &[&bytes]).0.contains(&encoded));
     }
 
     #[test]
@@ -96,8 +96,8 @@ proptest! {
         let mut bytes = Vec::new();
         request.encode(&mut bytes);
         let kept = kept.index(bytes.len());
-        match measure(&bytes[..kept]) {
-            Measure::Missing(count) => prop_assert!(count >= 1 && kept + count <= bytes.len()),
+        match match_frame(&bytes[..kept]) {
+            FrameMatch::Missing(count) => prop_assert!(count >= 1 && kept + count <= bytes.len()),
             other => prop_assert!(false, "{other:?}"),
         }
     }

@@ -3,11 +3,11 @@
 #[path = "../../toys.rs"]
 mod toys;
 
-use toys::{World, gauge, place, rig, run};
+use toys::{PlantAccess, diagnostic, place, rig, run};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110};
 use twinrig_runtime::{Rig, RunEvent};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, Tap};
+use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
 
 const LEGS: [(usize, &str); 4] = [(15, "LF"), (13, "RF"), (9, "LH"), (11, "RH")];
 
@@ -15,7 +15,7 @@ fn board() -> Rb110 {
     let mut board = Rb110::with_servos("rb110", PulseMap::ONCILLA, &LEGS);
     board.analog = vec![AnalogInput {
         channel: 3,
-        tap: Some(Tap {
+        analog_source: Some(AnalogSource {
             signal: "battery".into(),
             component: 0,
             scale: 0.1,
@@ -25,13 +25,13 @@ fn board() -> Rb110 {
     board
 }
 
-fn world() -> World {
+fn plant() -> PlantAccess {
     let command = |&(_, leg): &(usize, &str)| {
         Port::input(format!("leg/{leg}/abduction/command"), Unit::Radian, 1)
     };
     let mut ports: Vec<Port> = LEGS.iter().map(command).collect();
     ports.push(Port::output("battery", Unit::Volt, 1));
-    World::new(ports, |_, _| 12.0)
+    PlantAccess::new(ports, |_, _| 12.0)
 }
 
 fn command(step: u64) -> f64 {
@@ -45,7 +45,7 @@ fn command(step: u64) -> f64 {
 
 fn wired(faults: &FaultSchedule) -> Rig {
     let wire = board().wire(faults).unwrap();
-    rig(board().driver().unwrap(), wire, (10, command), world())
+    rig(board().driver().unwrap(), wire, (10, command), plant())
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
@@ -81,10 +81,10 @@ fn a_transfer_takes_two_control_periods() {
         log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })),
         50
     );
-    assert_eq!(gauge(&rig, &log, "rb110/transfers"), 49.0);
+    assert_eq!(diagnostic(&rig, &log, "rb110/transfers"), 49.0);
     for nothing in ["lost", "replaced", "garbage", "unheard"] {
         assert_eq!(
-            gauge(&rig, &log, &format!("rb110/{nothing}")),
+            diagnostic(&rig, &log, &format!("rb110/{nothing}")),
             0.0,
             "{nothing}"
         );
@@ -93,15 +93,15 @@ fn a_transfer_takes_two_control_periods() {
 
 #[test]
 fn the_plant_hears_of_a_pulse_when_it_ends() {
-    let world = world();
-    let heard = world.heard.clone();
+    let plant = plant();
+    let heard = plant.heard.clone();
     let wire = board().wire(&FaultSchedule::default()).unwrap();
-    let mut rig = rig(board().driver().unwrap(), wire, (10, command), world);
+    let mut rig = rig(board().driver().unwrap(), wire, (10, command), plant);
     let (log, ended) = run(&mut rig, 400);
     ended.unwrap();
     // Steps 8, 18, 28 and 38 are out of reach, for four servos; the first pulse begins at 20 ms.
-    assert_eq!(gauge(&rig, &log, "rb110/saturated"), 16.0);
-    assert_eq!(gauge(&rig, &log, "rb110/pulses"), 4.0 * 19.0);
+    assert_eq!(diagnostic(&rig, &log, "rb110/saturated"), 16.0);
+    assert_eq!(diagnostic(&rig, &log, "rb110/pulses"), 4.0 * 19.0);
     let (map, heard) = (PulseMap::ONCILLA, heard.lock().unwrap());
     assert!(heard.len() > 15);
     for (n, (at, angles)) in heard.iter().enumerate().skip(1) {
@@ -160,10 +160,10 @@ fn damage_is_counted_and_survived() {
         let mut rig = wired(&fault(kind.clone(), 100, 400));
         let (log, ended) = run(&mut rig, 1000);
         ended.unwrap();
-        let lost = gauge(&rig, &log, "rb110/lost");
+        let lost = diagnostic(&rig, &log, "rb110/lost");
         assert!((1.0..=20.0).contains(&lost), "{kind:?}: {lost}");
         assert_eq!(
-            gauge(&rig, &log, "rb110/transfers"),
+            diagnostic(&rig, &log, "rb110/transfers"),
             49.0,
             "a transfer takes a period, come what may"
         );

@@ -80,7 +80,7 @@ fn hear_others(bencher: Bencher) {
     let mut now = SimTime::ZERO;
     bencher.counter(ItemsCount::new(4_u32)).bench_local(|| {
         now += SimDuration::from_millis(1);
-        slave.hear(Piece {
+        slave.receive(Piece {
             first: now,
             spacing: BYTE_TIME,
             bytes: black_box(&bytes),
@@ -100,7 +100,7 @@ fn hear_and_answer(bencher: Bencher) {
     let mut now = SimTime::ZERO;
     bencher.counter(ItemsCount::new(1_u32)).bench_local(|| {
         now += SimDuration::from_millis(1);
-        slave.hear(Piece {
+        slave.receive(Piece {
             first: now,
             spacing: BYTE_TIME,
             bytes: black_box(&bytes),

@@ -86,7 +86,7 @@ impl Answer {
     }
 
     /// Hears the beginning of `rest`: gives what it took for a part of the answer.
-    pub(crate) fn hear<'a>(&mut self, rest: &mut Piece<'a>) -> (Piece<'a>, Hearing) {
+    pub(crate) fn receive<'a>(&mut self, rest: &mut Piece<'a>) -> (Piece<'a>, Hearing) {
         let head = [HEADER, self.from.class(), self.from.id()];
         let wanted = match self.got {
             // Those that are right, or the first that is wrong: what is passed on does not depend on the pieces.

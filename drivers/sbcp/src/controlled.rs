@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_wire::{Arrivals, Line, Piece, earlier};
 
 use crate::controller::Controller;
@@ -25,7 +25,7 @@ struct Saved {
 }
 
 /// How many gauges there are of the controller itself.
-const GAUGES: [&str; 6] = [
+const DIAGNOSTICS: [&str; 6] = [
     "requests",
     "answers",
     "failures",
@@ -77,10 +77,10 @@ impl<L: Line> Line for Controlled<L> {
         earlier(self.bus.next_wake(), own)
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         loop {
-            self.bus.advance(now, world)?;
+            self.bus.advance(now, plant)?;
             self.heard.clear();
             self.bus.receive(&mut self.heard);
             for piece in self.heard.pieces() {
@@ -103,14 +103,18 @@ impl<L: Line> Line for Controlled<L> {
         self.controller.poll_link(arrivals);
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        let own = GAUGES
-            .iter()
-            .map(|gauge| Port::output(format!("{}/controller/{gauge}", self.name), Unit::One, 1));
-        own.chain(self.bus.gauges()).collect()
+    fn diagnostics(&self) -> Vec<Port> {
+        let own = DIAGNOSTICS.iter().map(|diagnostic| {
+            Port::output(
+                format!("{}/controller/{diagnostic}", self.name),
+                Unit::One,
+                1,
+            )
+        });
+        own.chain(self.bus.diagnostics()).collect()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let counters = self.controller.counters();
         let own = [
             counters.requests,
@@ -120,15 +124,15 @@ impl<L: Line> Line for Controlled<L> {
             counters.overflows,
             counters.framing_errors,
         ];
-        let (values, bus) = values.split_at_mut(GAUGES.len());
+        let (values, bus) = values.split_at_mut(DIAGNOSTICS.len());
         for (value, count) in values.iter_mut().zip(own) {
             *value = count as f64;
         }
-        self.bus.read_gauges(now, bus);
+        self.bus.read_diagnostics(now, bus);
     }
 
-    fn lanes(&self) -> Vec<String> {
-        self.bus.lanes()
+    fn traces(&self) -> Vec<String> {
+        self.bus.traces()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {

@@ -137,7 +137,7 @@ impl Controller {
             if let Some((at, _)) = self.deadline().filter(|(at, _)| *at < rest.first) {
                 self.give_up(at);
             }
-            self.hear(&mut rest);
+            self.receive(&mut rest);
         }
         self.drive();
     }
@@ -371,7 +371,7 @@ impl Controller {
     }
 
     /// Hears the beginning of `rest`.
-    fn hear(&mut self, rest: &mut Piece<'_>) {
+    fn receive(&mut self, rest: &mut Piece<'_>) {
         match &mut self.bus {
             Bus::Free | Bus::Sending => {
                 split_off(rest, rest.bytes.len());
@@ -401,7 +401,7 @@ impl Controller {
         let Bus::Answering(answer) = &mut self.bus else {
             return;
         };
-        let (part, hearing) = answer.hear(rest);
+        let (part, hearing) = answer.receive(rest);
         let (from, at) = (answer.from(), part.last());
         if self.config.passing == Passing::CutThrough {
             if hearing != Hearing::Strange {

@@ -121,7 +121,7 @@ struct Answer {
 /// The protocol of a device on the bus, without bus or clock: bytes and times in, bytes and times out.
 ///
 /// Whoever holds it
-/// 1. lets it hear everything on the bus that it did not say itself ([`Slave::hear`]), in order of time;
+/// 1. lets it hear everything on the bus that it did not say itself ([`Slave::receive`]), in order of time;
 /// 2. calls [`Slave::main_loop`] at every round of the device's main loop;
 /// 3. after either, takes the events ([`Slave::poll_event`]) and what it answers ([`Slave::poll_transmit`]);
 /// 4. makes the reply to the low-latency instruction beforehand, whenever there are new data
@@ -201,7 +201,7 @@ impl Slave {
     }
 
     /// Hears bytes that others put on the bus, complete by now.
-    pub fn hear(&mut self, piece: Piece<'_>) {
+    pub fn receive(&mut self, piece: Piece<'_>) {
         if piece.framing_error {
             self.counters.framing_errors += piece.bytes.len() as u64;
             self.listener.line_busy(piece);

@@ -229,7 +229,7 @@ fn first_firmware_answers_from_its_main_loop() {
     let mut bytes = Vec::new();
     request.emit(&mut bytes);
     let slave = &mut rig.slaves[0];
-    slave.hear(twinrig_wire::Piece {
+    slave.receive(twinrig_wire::Piece {
         first: twinrig_kernel::SimTime::from_nanos(3_000),
         spacing: micros(3),
         bytes: &bytes,

@@ -47,7 +47,7 @@ proptest! {
             if controller.poll_timeout().is_some_and(|due| due < now) {
                 controller.handle_timeout(now);
             }
-            slave.hear(piece);
+            slave.receive(piece);
             while slave.poll_event().is_some() {}
             slave.poll_transmit(&mut said);
             if *link {

@@ -44,7 +44,7 @@ fn emitted(request: &Request) -> Vec<u8> {
 
 fn ask(slave: &mut Slave, now: &mut SimTime, request: &Request) -> Option<Response> {
     *now += micros(100);
-    slave.hear(piece(*now, &emitted(request)));
+    slave.receive(piece(*now, &emitted(request)));
     let mut bytes = Vec::new();
     slave.poll_transmit(&mut bytes)?;
     Some(Response::parse(&Packet::new(&bytes).unwrap()).unwrap())
@@ -136,7 +136,7 @@ fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_re
     slave.set_reply(b"before").unwrap();
     let request = Request::new(board(2), Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap();
     let begin = SimTime::from_nanos(1_000_000);
-    slave.hear(piece(begin, &emitted(&request)));
+    slave.receive(piece(begin, &emitted(&request)));
     slave.set_reply(b"after").unwrap();
     let end = begin + BYTE_TIME * 9;
     let event = slave.poll_event();
@@ -176,9 +176,9 @@ fn an_idle_gap_makes_it_listen_afresh_whatever_it_was_at() {
         for (silence, heard) in [(14, false), (16, true)] {
             let mut slave = slave(2);
             let now = SimTime::from_nanos(1_000_000);
-            slave.hear(piece(now, garbage));
+            slave.receive(piece(now, garbage));
             let next = piece(now, garbage).last() + micros(silence) + BYTE_TIME;
-            slave.hear(piece(next, &request));
+            slave.receive(piece(next, &request));
             let answered = slave.poll_transmit(&mut Vec::new()).is_some();
             // A lone header does not matter: the next one takes its place.
             assert_eq!(
@@ -221,7 +221,7 @@ fn answers(bytes: &[u8], pieces: &[usize]) -> Vec<(SimTime, Vec<u8>)> {
     while at < bytes.len() {
         let count = (*lengths.next().unwrap()).clamp(1, bytes.len() - at);
         let first = SimTime::ZERO + BYTE_TIME * (at as u64 + 1);
-        slave.hear(piece(first, &bytes[at..at + count]));
+        slave.receive(piece(first, &bytes[at..at + count]));
         at += count;
         let mut said = Vec::new();
         if let Some(start) = slave.poll_transmit(&mut said) {
@@ -263,11 +263,11 @@ proptest! {
     fn after_any_garbage_and_an_idle_gap_it_answers(garbage in vec(any::<u8>(), 0..100)) {
         let mut slave = slave(2);
         let mut now = SimTime::from_nanos(1_000_000);
-        slave.hear(piece(now, &garbage));
+        slave.receive(piece(now, &garbage));
         while slave.poll_transmit(&mut Vec::new()).is_some() {}
         now = piece(now, &garbage).last() + BYTE_TIME + SimDuration::from_micros(16);
         let request = Request::new(board(2), Instruction::PING, &[]).unwrap();
-        slave.hear(piece(now, &emitted(&request)));
+        slave.receive(piece(now, &emitted(&request)));
         prop_assert!(slave.poll_transmit(&mut Vec::new()).is_some());
     }
 }
@@ -280,7 +280,7 @@ fn a_byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
         now += micros(1_000);
         let whole = piece(now, &request);
         for (n, byte) in request.iter().enumerate() {
-            slave.hear(Piece {
+            slave.receive(Piece {
                 first: whole.at(n),
                 bytes: &[*byte],
                 framing_error: n == wrong,
@@ -291,7 +291,7 @@ fn a_byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
         assert_eq!(slave.counters().framing_errors, 1 + wrong as u64);
         // And it is well again with the next one.
         now += micros(1_000);
-        slave.hear(piece(now, &request));
+        slave.receive(piece(now, &request));
         assert!(slave.poll_transmit(&mut Vec::new()).is_some());
     }
 }
@@ -301,12 +301,12 @@ fn a_byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
 fn a_byte_with_a_wrong_stop_bit_behind_an_idle_gap_begins_a_new_packet_like_any_other() {
     let (mut slave, mut now) = (slave(3), SimTime::from_nanos(1_000_000));
     let long = Request::new(board(3), Instruction::PING, &[7; 16]).unwrap();
-    slave.hear(piece(now, &emitted(&long)[..6]));
+    slave.receive(piece(now, &emitted(&long)[..6]));
     now += micros(1_000);
-    slave.hear(Piece {
+    slave.receive(Piece {
         framing_error: true,
         ..piece(now, &[0])
     });
-    slave.hear(piece(now + BYTE_TIME, &emitted(&support::frame()[2])));
+    slave.receive(piece(now + BYTE_TIME, &emitted(&support::frame()[2])));
     assert!(slave.poll_transmit(&mut Vec::new()).is_some());
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use support::{frame, micros, slave_with};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantFault, PlantSignals, TaskError, Wire, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{
     BYTE_TIME, Controlled, ControllerConfig, Master, MasterConfig, Passing, Slave, SlaveConfig,
@@ -16,7 +16,7 @@ use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
 
 struct Nowhere;
 
-impl World for Nowhere {
+impl PlantAccess for Nowhere {
     fn sample(&mut self, _: Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -37,15 +37,15 @@ impl Node for Board {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
-        self.0.hear(piece);
+    fn receive(&mut self, piece: Piece<'_>) {
+        self.0.receive(piece);
     }
 
     fn next_wake(&self) -> Option<SimTime> {
         None
     }
 
-    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while self.0.poll_event().is_some() {}
         Ok(())
     }

@@ -8,7 +8,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use support::{BYTE, Nowhere, request, us};
 use twinrig_kernel::{SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, Wire, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, Wire, WiringError};
 use twinrig_wire::{
     Fault, FaultKind, FaultSchedule, Faulty, Line, Node, Piece, Rs485, UsbSerial, UsbTiming,
 };
@@ -40,7 +40,7 @@ impl Node for Echo {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
+    fn receive(&mut self, piece: Piece<'_>) {
         if piece.first > self.last + us(15) {
             self.heard = 0;
             self.mine = piece.bytes[0] == self.address;
@@ -56,7 +56,7 @@ impl Node for Echo {
         None
     }
 
-    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         Ok(())
     }
 

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::arrivals::Octet;
 use crate::{Arrivals, Line, Node, Piece};
@@ -94,18 +94,18 @@ impl<N: Node> Line for Duplex<N> {
         wakes.into_iter().flatten().min()
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.state.now = now;
         while let Some(&(at, octet)) = self.state.outward.front().filter(|(at, _)| *at <= now) {
             self.state.outward.pop_front();
-            self.node.hear(Piece {
+            self.node.receive(Piece {
                 first: at,
                 spacing: SimDuration::ZERO,
                 bytes: &[octet.byte],
                 framing_error: octet.framing_error,
             });
         }
-        self.node.advance(now, world)?;
+        self.node.advance(now, plant)?;
         loop {
             self.spoken.clear();
             let spoken = self.node.poll_transmit_framed(&mut self.spoken);
@@ -146,12 +146,12 @@ impl<N: Node> Line for Duplex<N> {
         }
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        self.node.gauges()
+    fn diagnostics(&self) -> Vec<Port> {
+        self.node.diagnostics()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.node.read_gauges(now, values);
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        self.node.read_diagnostics(now, values);
     }
 
     fn save(&self) -> Snapshot {

@@ -25,7 +25,7 @@ pub enum WireError {
     },
     /// The host controller's frames cannot run like that.
     #[error("frames of {name}: {source}")]
-    Frames {
+    Microframes {
         /// Of which transport.
         name: String,
         /// Why.

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 
 use crate::distortion::Distortion;
 use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
@@ -58,14 +58,14 @@ impl<L: Line> Faulty<L> {
         self.outward.take_all(|piece| line.send(piece));
     }
 
-    fn instant(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn instant(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         if self.outward.failure().is_some_and(|at| at <= now) {
             let why = format!("{} is unplugged", self.on);
             return Err(TaskError::Device { why });
         }
         self.outward.settle(now);
         self.hand_on();
-        self.line.advance(now, world)?;
+        self.line.advance(now, plant)?;
         self.line.receive(&mut self.arrived);
         for piece in self.arrived.pieces() {
             self.inward.pass(piece);
@@ -99,11 +99,11 @@ impl<L: Line> Line for Faulty<L> {
         self.wake
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while let Some(wake) = self.wake.filter(|wake| *wake < now) {
-            self.instant(wake, world)?;
+            self.instant(wake, plant)?;
         }
-        self.instant(now, world)
+        self.instant(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
@@ -112,20 +112,22 @@ impl<L: Line> Line for Faulty<L> {
         self.look_ahead();
     }
 
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         let own = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
-        std::iter::once(own).chain(self.line.gauges()).collect()
+        std::iter::once(own)
+            .chain(self.line.diagnostics())
+            .collect()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         if let Some((own, line)) = values.split_first_mut() {
             *own = (self.outward.harmed() + self.inward.harmed()) as f64;
-            self.line.read_gauges(now, line);
+            self.line.read_diagnostics(now, line);
         }
     }
 
-    fn lanes(&self) -> Vec<String> {
-        self.line.lanes()
+    fn traces(&self) -> Vec<String> {
+        self.line.traces()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::distortion::Distortion;
 use crate::{FaultSchedule, Node, Piece, WireError};
@@ -69,7 +69,7 @@ impl<N: Node> Node for FaultyNode<N> {
         self.node.connect(owner, plant)
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
+    fn receive(&mut self, piece: Piece<'_>) {
         self.heard.pass(piece);
         self.look_ahead();
     }
@@ -85,11 +85,11 @@ impl<N: Node> Node for FaultyNode<N> {
         self.node.attention()
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.heard.settle(now);
         let node = &mut self.node;
-        self.heard.take(now, |piece| node.hear(piece));
-        self.node.advance(now, world)?;
+        self.heard.take(now, |piece| node.receive(piece));
+        self.node.advance(now, plant)?;
         loop {
             self.bytes.clear();
             let Some(start) = self.node.poll_transmit(&mut self.bytes) else {
@@ -125,15 +125,17 @@ impl<N: Node> Node for FaultyNode<N> {
         said
     }
 
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         let own = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
-        std::iter::once(own).chain(self.node.gauges()).collect()
+        std::iter::once(own)
+            .chain(self.node.diagnostics())
+            .collect()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         if let Some((own, node)) = values.split_first_mut() {
             *own = (self.heard.harmed() + self.said.harmed()) as f64;
-            self.node.read_gauges(now, node);
+            self.node.read_diagnostics(now, node);
         }
     }
 

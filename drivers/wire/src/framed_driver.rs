@@ -4,7 +4,7 @@ use twinrig_kernel::{
 };
 use twinrig_runtime::{Driver, DriverError, Transfer};
 
-use crate::{Framer, FramerState, Measure};
+use crate::{FrameMatch, Framer, FramerState};
 
 /// What of a driver is its device's own: what to ask and what answers mean. [`FramedDriver`] makes a driver of it.
 ///
@@ -17,11 +17,11 @@ pub trait Protocol: Send {
     const ATTEMPTS: u32;
 
     /// What can be seen of it, by name and unit, beside the bytes that belonged to no frame. The values are those of
-    /// [`Protocol::read_gauges`].
-    const GAUGES: &'static [(&'static str, Unit)] = &[];
+    /// [`Protocol::read_diagnostics`].
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[];
 
     /// What stands at the front of the bytes that come from the device; see [`Framer`].
-    fn measure(front: &[u8]) -> Measure;
+    fn match_frame(front: &[u8]) -> FrameMatch;
 
     /// Before anything has happened.
     fn initial(&self) -> Self::State;
@@ -34,20 +34,25 @@ pub trait Protocol: Send {
 
     /// Appends to `request` what is to be sent, if anything, and says how long to wait. None if there is nothing to wait for,
     /// and the errand is over. `from_process` holds the input ports, end to end, in order, for a transfer.
-    fn ask(
+    fn request(
         &self,
         state: &mut Self::State,
-        errand: Errand,
+        kind: RequestKind,
         from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration>;
 
     /// Takes a frame, and says what it means for the errand that waits, if one does.
-    fn hear(&self, state: &mut Self::State, errand: Option<Errand>, frame: &[u8]) -> Heard;
+    fn receive(
+        &self,
+        state: &mut Self::State,
+        kind: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome;
 
     /// Waiting is over, and nothing came that ended it: counts that, if it counts.
-    fn time_out(&self, state: &mut Self::State, errand: Errand) {
-        let _ = (state, errand);
+    fn time_out(&self, state: &mut Self::State, kind: RequestKind) {
+        let _ = (state, kind);
     }
 
     /// Why the device could not be opened, with what can be done about it.
@@ -57,14 +62,14 @@ pub trait Protocol: Send {
     fn to_process<'s>(&self, state: &'s Self::State) -> &'s [f64];
 
     /// Writes the gauges, in order.
-    fn read_gauges(&self, state: &Self::State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &Self::State, values: &mut [f64]) {
         let _ = (state, values);
     }
 }
 
 /// What a driver is told to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Errand {
+pub enum RequestKind {
     /// Get the device ready. Asked again if waiting is over, and an error after the last attempt.
     Open,
     /// A transfer. Over when waiting is.
@@ -76,7 +81,7 @@ pub enum Errand {
 
 /// What a frame means for what is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum FrameOutcome {
     /// Nothing; or all that it was waited for is still to come.
     Nothing,
     /// A part of it: the rest may take that long from now on.
@@ -93,20 +98,20 @@ pub enum Heard {
 pub struct FramedDriver<P: Protocol> {
     protocol: P,
     framer: Framer,
-    dealings: Dealings,
+    pending: Pending,
     state: P::State,
 }
 
 /// How far it is with its errand.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct Dealings {
+struct Pending {
     /// What is waited for, and until when.
-    waiting: Option<(Errand, HostTime)>,
+    waiting: Option<(RequestKind, HostTime)>,
     /// How often it has asked.
     asked: u32,
     request: Vec<u8>,
     /// What could not be done: opening or closing.
-    failed: Option<Errand>,
+    failed: Option<RequestKind>,
 }
 
 impl<P: Protocol> FramedDriver<P> {
@@ -127,24 +132,24 @@ impl<P: Protocol> FramedDriver<P> {
         );
         Self {
             protocol,
-            framer: Framer::new(P::measure),
-            dealings: Dealings::default(),
+            framer: Framer::new(P::match_frame),
+            pending: Pending::default(),
             state,
         }
     }
 
-    fn set_out(&mut self, now: HostTime, errand: Errand, from_process: &[f64]) {
-        self.dealings.asked = 0;
-        self.dealings.failed = None;
-        self.ask(now, errand, from_process);
+    fn set_out(&mut self, now: HostTime, kind: RequestKind, from_process: &[f64]) {
+        self.pending.asked = 0;
+        self.pending.failed = None;
+        self.request(now, kind, from_process);
     }
 
-    fn ask(&mut self, now: HostTime, errand: Errand, from_process: &[f64]) {
-        let (state, request) = (&mut self.state, &mut self.dealings.request);
+    fn request(&mut self, now: HostTime, kind: RequestKind, from_process: &[f64]) {
+        let (state, request) = (&mut self.state, &mut self.pending.request);
         request.clear();
-        let patience = self.protocol.ask(state, errand, from_process, request);
-        self.dealings.asked += 1;
-        self.dealings.waiting = patience.map(|patience| (errand, later(now, patience)));
+        let patience = self.protocol.request(state, kind, from_process, request);
+        self.pending.asked += 1;
+        self.pending.waiting = patience.map(|patience| (kind, later(now, patience)));
     }
 }
 
@@ -162,63 +167,63 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 
     fn open(&mut self, now: HostTime) {
-        self.set_out(now, Errand::Open, &[]);
+        self.set_out(now, RequestKind::Open, &[]);
     }
 
     fn begin(&mut self, now: HostTime, from_process: &[f64]) {
-        self.set_out(now, Errand::Transfer, from_process);
+        self.set_out(now, RequestKind::Transfer, from_process);
     }
 
     fn close(&mut self, now: HostTime) {
-        self.set_out(now, Errand::Close, &[]);
+        self.set_out(now, RequestKind::Close, &[]);
     }
 
     fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
         self.framer.push(bytes);
         while let Some(frame) = self.framer.next_frame() {
-            let errand = self.dealings.waiting.map(|(errand, _)| errand);
-            let heard = self.protocol.hear(&mut self.state, errand, frame);
-            match (heard, errand) {
-                (Heard::Over, _) => self.dealings.waiting = None,
-                (Heard::More(patience), Some(errand)) => {
-                    self.dealings.waiting = Some((errand, later(now, patience)));
+            let kind = self.pending.waiting.map(|(kind, _)| kind);
+            let heard = self.protocol.receive(&mut self.state, kind, frame);
+            match (heard, kind) {
+                (FrameOutcome::Over, _) => self.pending.waiting = None,
+                (FrameOutcome::More(patience), Some(kind)) => {
+                    self.pending.waiting = Some((kind, later(now, patience)));
                 }
-                (Heard::Nothing, _) | (Heard::More(_), None) => {}
+                (FrameOutcome::Nothing, _) | (FrameOutcome::More(_), None) => {}
             }
         }
     }
 
     fn handle_timeout(&mut self, now: HostTime) {
-        let Some((errand, _)) = self.dealings.waiting.filter(|&(_, until)| now >= until) else {
+        let Some((kind, _)) = self.pending.waiting.filter(|&(_, until)| now >= until) else {
             return;
         };
-        self.dealings.waiting = None;
-        self.protocol.time_out(&mut self.state, errand);
-        if errand == Errand::Transfer {
+        self.pending.waiting = None;
+        self.protocol.time_out(&mut self.state, kind);
+        if kind == RequestKind::Transfer {
             return;
         }
-        if self.dealings.asked < P::ATTEMPTS {
-            self.ask(now, errand, &[]);
+        if self.pending.asked < P::ATTEMPTS {
+            self.request(now, kind, &[]);
         } else {
-            self.dealings.failed = Some(errand);
+            self.pending.failed = Some(kind);
         }
     }
 
     fn poll_timeout(&self) -> Option<HostTime> {
-        self.dealings.waiting.map(|(_, until)| until)
+        self.pending.waiting.map(|(_, until)| until)
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
-        let any = !self.dealings.request.is_empty();
-        bytes.append(&mut self.dealings.request);
+        let any = !self.pending.request.is_empty();
+        bytes.append(&mut self.pending.request);
         any
     }
 
     fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
-        match self.dealings.failed {
-            None if self.dealings.waiting.is_some() => Ok(Transfer::Busy),
+        match self.pending.failed {
+            None if self.pending.waiting.is_some() => Ok(Transfer::Busy),
             None => Ok(Transfer::Done),
-            Some(Errand::Close) => {
+            Some(RequestKind::Close) => {
                 let why = format!(
                     "{} was asked {} times to come to rest and did not confirm it: it may still be at work",
                     self.name(),
@@ -237,33 +242,33 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         self.protocol.to_process(&self.state)
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        gauges(self.name(), P::GAUGES, "garbage")
+    fn diagnostics(&self) -> Vec<Port> {
+        diagnostics(self.name(), P::DIAGNOSTICS, "garbage")
     }
 
-    fn read_gauges(&self, values: &mut [f64]) {
+    fn read_diagnostics(&self, values: &mut [f64]) {
         if let [own @ .., garbage] = values {
-            self.protocol.read_gauges(&self.state, own);
+            self.protocol.read_diagnostics(&self.state, own);
             *garbage = self.framer.skipped() as f64;
         }
     }
 
     fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, &self.dealings, self.framer.state()))
+        Snapshot::of(&(&self.state, &self.pending, self.framer.state()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let framer: FramerState;
-        (self.state, self.dealings, framer) = snapshot.read()?;
+        (self.state, self.pending, framer) = snapshot.read()?;
         self.framer.set_state(framer);
         Ok(())
     }
 }
 
 /// One after the other, and the framer's own at last.
-pub(crate) fn gauges(name: &str, own: &[(&str, Unit)], skipped: &str) -> Vec<Port> {
+pub(crate) fn diagnostics(name: &str, own: &[(&str, Unit)], skipped: &str) -> Vec<Port> {
     own.iter()
         .chain(&[(skipped, Unit::One)])
-        .map(|&(gauge, unit)| Port::output(format!("{name}/{gauge}"), unit, 1))
+        .map(|&(diagnostic, unit)| Port::output(format!("{name}/{diagnostic}"), unit, 1))
         .collect()
 }

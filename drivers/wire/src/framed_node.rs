@@ -2,10 +2,10 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 
-use crate::framed_driver::gauges;
-use crate::{Framer, FramerState, Measure, Node, Piece};
+use crate::framed_driver::diagnostics;
+use crate::{FrameMatch, Framer, FramerState, Node, Piece};
 
 /// What of an emulated device is its own: what it does at its own instants, and on what it hears. [`FramedNode`] makes a
 /// [`Node`] of it.
@@ -17,11 +17,11 @@ pub trait Emulation: Send {
     type State: Serialize + DeserializeOwned + Send;
 
     /// What can be seen of it, by name and unit, beside the bytes that belonged to no frame. The values are those of
-    /// [`Emulation::read_gauges`].
-    const GAUGES: &'static [(&'static str, Unit)] = &[];
+    /// [`Emulation::read_diagnostics`].
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[];
 
     /// What stands at the front of the bytes that come from the driver; see [`Framer`].
-    fn measure(front: &[u8]) -> Measure;
+    fn match_frame(front: &[u8]) -> FrameMatch;
 
     /// As it is switched on.
     fn initial(&self) -> Self::State;
@@ -46,34 +46,34 @@ pub trait Emulation: Send {
         &self,
         state: &mut Self::State,
         now: SimTime,
-        world: &mut dyn World,
-        said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError>;
 
     /// Hears a frame, complete at `now`, after what it does at its own instants until then.
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails.
-    fn hear(
+    fn receive(
         &self,
         state: &mut Self::State,
         now: SimTime,
         frame: &[u8],
-        world: &mut dyn World,
-        said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError>;
 
     /// Writes the gauges, in order.
-    fn read_gauges(&self, state: &Self::State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &Self::State, values: &mut [f64]) {
         let _ = (state, values);
     }
 }
 
 /// What a device has to say, oldest first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Said(VecDeque<(SimTime, Vec<u8>)>);
+pub struct TxQueue(VecDeque<(SimTime, Vec<u8>)>);
 
-impl Said {
+impl TxQueue {
     /// Says what `write` appends, from `start` on or as soon as what was said before is over.
     pub fn say(&mut self, start: SimTime, write: impl FnOnce(&mut Vec<u8>)) {
         let mut bytes = Vec::new();
@@ -87,7 +87,7 @@ impl Said {
 pub struct FramedNode<E: Emulation> {
     emulation: E,
     framer: Framer,
-    said: Said,
+    tx: TxQueue,
     /// Bytes that were dropped for their stop bits.
     framing_errors: u64,
     state: E::State,
@@ -99,8 +99,8 @@ impl<E: Emulation> FramedNode<E> {
         let state = emulation.initial();
         Self {
             emulation,
-            framer: Framer::new(E::measure),
-            said: Said::default(),
+            framer: Framer::new(E::match_frame),
+            tx: TxQueue::default(),
             framing_errors: 0,
             state,
         }
@@ -116,7 +116,7 @@ impl<E: Emulation> Node for FramedNode<E> {
         self.emulation.connect(owner, plant)
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
+    fn receive(&mut self, piece: Piece<'_>) {
         if piece.framing_error {
             self.framing_errors += piece.bytes.len() as u64;
         } else {
@@ -132,48 +132,48 @@ impl<E: Emulation> Node for FramedNode<E> {
         self.emulation.next_instant(&self.state)
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         let Self {
             emulation,
             framer,
-            said,
+            tx,
             state,
             ..
         } = self;
         while emulation.next_instant(state).is_some_and(|at| at <= now) {
-            emulation.act(state, now, world, said)?;
+            emulation.act(state, now, plant, tx)?;
         }
         while let Some(frame) = framer.next_frame() {
-            emulation.hear(state, now, frame, world, said)?;
+            emulation.receive(state, now, frame, plant, tx)?;
         }
         Ok(())
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let (start, said) = self.said.0.pop_front()?;
-        bytes.extend(said);
+        let (start, tx) = self.tx.0.pop_front()?;
+        bytes.extend(tx);
         Some(start)
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        gauges(self.name(), E::GAUGES, "unheard")
+    fn diagnostics(&self) -> Vec<Port> {
+        diagnostics(self.name(), E::DIAGNOSTICS, "unheard")
     }
 
-    fn read_gauges(&self, _now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
         if let [own @ .., unheard] = values {
-            self.emulation.read_gauges(&self.state, own);
+            self.emulation.read_diagnostics(&self.state, own);
             *unheard = (self.framer.skipped() + self.framing_errors) as f64;
         }
     }
 
     fn save(&self) -> Snapshot {
         let framer = self.framer.state();
-        Snapshot::of(&(&self.state, &self.said, framer, self.framing_errors))
+        Snapshot::of(&(&self.state, &self.tx, framer, self.framing_errors))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let framer: FramerState;
-        (self.state, self.said, framer, self.framing_errors) = snapshot.read()?;
+        (self.state, self.tx, framer, self.framing_errors) = snapshot.read()?;
         self.framer.set_state(framer);
         Ok(())
     }

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 /// What stands at the front of a stream of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
+pub enum FrameMatch {
     /// A whole frame of that many bytes, checksum and all.
     Frame(usize),
     /// What may become a frame, of which at least that many bytes are missing.
@@ -15,7 +15,7 @@ pub enum Measure {
 /// begins it leaves out one byte and looks again.
 ///
 /// A protocol's own part is one function that judges the front of the stream. It sees what is there, from nothing at
-/// all on, and says [`Measure::Frame`] of checked frames only.
+/// all on, and says [`FrameMatch::Frame`] of checked frames only.
 ///
 /// ```
 /// use twinrig_wire::{Framer, Measure};
@@ -42,7 +42,7 @@ pub enum Measure {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Framer {
-    measure: fn(&[u8]) -> Measure,
+    match_frame: fn(&[u8]) -> FrameMatch,
     state: FramerState,
 }
 
@@ -57,9 +57,9 @@ pub struct FramerState {
 
 impl Framer {
     /// Of a protocol's frames.
-    pub fn new(measure: fn(&[u8]) -> Measure) -> Self {
+    pub fn new(match_frame: fn(&[u8]) -> FrameMatch) -> Self {
         Self {
-            measure,
+            match_frame,
             state: FramerState::default(),
         }
     }
@@ -76,14 +76,14 @@ impl Framer {
         let state = &mut self.state;
         while state.done < state.bytes.len() {
             let rest = &state.bytes[state.done..];
-            match (self.measure)(rest) {
-                Measure::Frame(length) if (1..=rest.len()).contains(&length) => {
+            match (self.match_frame)(rest) {
+                FrameMatch::Frame(length) if (1..=rest.len()).contains(&length) => {
                     let frame = state.done..state.done + length;
                     state.done = frame.end;
                     return Some(&state.bytes[frame]);
                 }
-                Measure::Missing(_) => return None,
-                Measure::Frame(_) | Measure::Garbage => {
+                FrameMatch::Missing(_) => return None,
+                FrameMatch::Frame(_) | FrameMatch::Garbage => {
                     state.done += 1;
                     state.skipped += 1;
                 }
@@ -94,9 +94,9 @@ impl Framer {
 
     /// How many bytes the next frame still wants, at least; never zero.
     pub fn missing(&self) -> usize {
-        match (self.measure)(&self.state.bytes[self.state.done..]) {
-            Measure::Missing(count) => count.max(1),
-            Measure::Frame(_) | Measure::Garbage => 1,
+        match (self.match_frame)(&self.state.bytes[self.state.done..]) {
+            FrameMatch::Missing(count) => count.max(1),
+            FrameMatch::Frame(_) | FrameMatch::Garbage => 1,
         }
     }
 

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, Wire, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wire, WiringError};
 
 use crate::{Arrivals, Line, Piece, earlier};
 
@@ -45,9 +45,9 @@ impl<L: Line> Wire for HostEnd<L> {
         earlier(self.line.next_wake(), self.arrived.at(0))
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
-        self.line.advance(now, world)?;
+        self.line.advance(now, plant)?;
         self.line.receive(&mut self.arrived);
         Ok(())
     }
@@ -58,16 +58,16 @@ impl<L: Line> Wire for HostEnd<L> {
             .take(complete, |piece| bytes.extend_from_slice(piece.bytes));
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        self.line.gauges()
+    fn diagnostics(&self) -> Vec<Port> {
+        self.line.diagnostics()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_gauges(now, values);
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        self.line.read_diagnostics(now, values);
     }
 
-    fn lanes(&self) -> Vec<String> {
-        self.line.lanes()
+    fn traces(&self) -> Vec<String> {
+        self.line.traces()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {

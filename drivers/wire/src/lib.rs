@@ -66,6 +66,7 @@
 //! no parity, no flow control and no modem lines; no limit of the converter's receive buffer, and of its transmit buffer only for
 //! who asks for the room in it; no levels on the wires but high and low; no byte that a wrong bit makes a receiver see where none was sent; and it reads no scenario.
 
+mod analog_source;
 mod arrivals;
 mod distortion;
 mod duplex;
@@ -76,38 +77,37 @@ mod faulty_node;
 mod framed_driver;
 mod framed_node;
 mod framer;
-mod frames;
 mod host_end;
 mod line;
 mod medium;
+mod microframes;
 mod node;
 mod noise;
 mod port;
 mod pty;
 mod rs485;
-mod tap;
 mod traced;
 mod tty;
 mod uart;
 mod usb_serial;
 mod usb_timing;
 
+pub use analog_source::AnalogSource;
 pub use arrivals::{Arrivals, Piece};
 pub use duplex::Duplex;
 pub use error::WireError;
 pub use fault::{Fault, FaultKind, FaultSchedule};
 pub use faulty::Faulty;
 pub use faulty_node::FaultyNode;
-pub use framed_driver::{Errand, FramedDriver, Heard, Protocol};
-pub use framed_node::{Emulation, FramedNode, Said};
-pub use framer::{Framer, FramerState, Measure, crc16};
+pub use framed_driver::{FrameOutcome, FramedDriver, Protocol, RequestKind};
+pub use framed_node::{Emulation, FramedNode, TxQueue};
+pub use framer::{FrameMatch, Framer, FramerState, crc16};
 pub use host_end::HostEnd;
 pub use line::{Line, earlier};
 pub use node::Node;
 pub use port::{PortInfo, SerialPort, UsbInfo, ports};
 pub use pty::Pty;
 pub use rs485::Rs485;
-pub use tap::Tap;
 pub use traced::Traced;
 pub use uart::Uart;
 pub use usb_serial::UsbSerial;

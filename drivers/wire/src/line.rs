@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 
 use crate::{Arrivals, Piece};
 
@@ -41,24 +41,24 @@ pub trait Line: Send {
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails, or the transport is gone.
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError>;
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
     /// Appends what was complete at the near end by the last [`Line::advance`] and was not taken yet, and perhaps more
     /// that is sure to come: bytes may be announced before they are complete, and need then no wake-up of their own.
     fn receive(&mut self, arrivals: &mut Arrivals);
 
     /// What can be seen of it: counters. Output ports, the same at every call.
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
     /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 
     /// Names of the lanes on which bytes are traced, those of what is inside included.
-    fn lanes(&self) -> Vec<String> {
+    fn traces(&self) -> Vec<String> {
         Vec::new()
     }
 

@@ -19,7 +19,7 @@ pub(crate) struct Medium {
     byte_time: SimDuration,
     turnaround: SimDuration,
     /// In order of their beginning.
-    talks: Vec<Talk>,
+    talks: Vec<Transmission>,
     /// For each hearer, when the byte it received last was over.
     busy_until: Vec<SimTime>,
     /// For each talker, when what it said last is over.
@@ -33,7 +33,7 @@ pub(crate) struct Medium {
 
 /// What one talker says in one go.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Talk {
+struct Transmission {
     by: usize,
     /// When the first byte is complete.
     first: SimTime,
@@ -47,7 +47,7 @@ struct Talk {
     told: usize,
 }
 
-impl Talk {
+impl Transmission {
     fn at(&self, index: usize) -> SimTime {
         self.first + self.spacing * index as u64
     }
@@ -140,7 +140,7 @@ impl Medium {
         let first = piece.first.max(self.free_at[by] + self.byte_time);
         let mut bytes = self.spare.pop().unwrap_or_default();
         bytes.extend_from_slice(piece.bytes);
-        let talk = Talk {
+        let talk = Transmission {
             by,
             first,
             spacing: piece.spacing.max(self.byte_time),
@@ -177,7 +177,7 @@ impl Medium {
 
     /// Lets everybody hear what is complete by `now`. Nodes are told the words of a talker when he has said all of them,
     /// unless they are `eager`: what they hear is the same. Says whether there was anything to be heard.
-    pub(crate) fn hear(
+    pub(crate) fn receive(
         &mut self,
         now: SimTime,
         eager: bool,
@@ -219,7 +219,7 @@ impl Medium {
     }
 
     /// When the talker hears again.
-    fn released(&self, talk: &Talk) -> SimTime {
+    fn released(&self, talk: &Transmission) -> SimTime {
         if talk.by == NEAR {
             talk.end() + self.turnaround
         } else {
@@ -306,7 +306,7 @@ impl Medium {
             // Bit 0 follows the start bit: its middle is three twentieths of the byte's time in, seventeen from its end.
             let before_end = self.byte_time * (17 - 2 * bit) / 20;
             let middle = SimTime::ZERO + (at.since_start() - before_end);
-            let high = |talk: &Talk| talk.high(middle, self.byte_time);
+            let high = |talk: &Transmission| talk.high(middle, self.byte_time);
             byte | u8::from(self.talks.iter().all(high)) << bit
         })
     }

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::Piece;
 
@@ -20,7 +20,7 @@ pub trait Node: Send {
 
     /// Hears bytes that others put on the bus, complete by now, damaged ones included. It drops those with a framing error, and
     /// counts them.
-    fn hear(&mut self, piece: Piece<'_>);
+    fn receive(&mut self, piece: Piece<'_>);
 
     /// How many bytes it must hear from now on before it can react to them, at least: what is still missing of
     /// the shortest packet. The bus lets it hear that byte on time. A node that does not say hears what a talker says
@@ -36,7 +36,7 @@ pub trait Node: Send {
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails.
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError>;
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
     /// Appends what it puts on the bus next to `bytes`, and says when its first bit is on the wires: now or
     /// later, and not before what it said last is over. None if it keeps quiet.
@@ -48,12 +48,12 @@ pub trait Node: Send {
     }
 
     /// What can be seen of it: counters. Output ports, the same at every call.
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
     /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 

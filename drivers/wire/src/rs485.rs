@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::error::nonzero;
 use crate::line::earlier;
@@ -17,7 +17,7 @@ use crate::{Arrivals, Line, Node, Piece, WireError};
 /// the near end neither until its transceiver has turned round.
 pub struct Rs485 {
     name: String,
-    seats: Vec<Seat>,
+    seats: Vec<NodeSlot>,
     medium: Medium,
     /// What the near end has heard and not taken.
     near: Arrivals,
@@ -30,7 +30,7 @@ pub struct Rs485 {
 }
 
 /// A node, and what the bus has to know of it.
-struct Seat {
+struct NodeSlot {
     node: Box<dyn Node>,
     /// Whether it has heard something at this instant.
     heard: bool,
@@ -41,13 +41,13 @@ struct Seat {
     width: usize,
 }
 
-impl Seat {
+impl NodeSlot {
     fn new(node: Box<dyn Node>) -> Self {
         let mut seat = Self {
             heard: false,
             wake: None,
             attention: None,
-            width: Layout::of(&node.gauges(), Direction::Output).len(),
+            width: Layout::of(&node.diagnostics(), Direction::Output).len(),
             node,
         };
         seat.ask();
@@ -85,7 +85,7 @@ impl Rs485 {
             medium: Medium::new(byte_time, turnaround, nodes.len()),
             near: Arrivals::default(),
             said: Vec::new(),
-            seats: nodes.into_iter().map(Seat::new).collect(),
+            seats: nodes.into_iter().map(NodeSlot::new).collect(),
             attention: None,
             wake: None,
         };
@@ -107,15 +107,15 @@ impl Rs485 {
     }
 
     /// Lets everybody hear, then think, then talk.
-    fn instant(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn instant(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         let (seats, near) = (&mut self.seats, &mut self.near);
         let eager = self.attention.is_some();
-        let heard = self.medium.hear(now, eager, |hearer, piece| {
+        let heard = self.medium.receive(now, eager, |hearer, piece| {
             if hearer == NEAR {
                 near.push_piece(piece);
             } else {
                 let seat = &mut seats[hearer - 1];
-                seat.node.hear(piece);
+                seat.node.receive(piece);
                 seat.heard = true;
             }
         });
@@ -127,7 +127,7 @@ impl Rs485 {
             if !heard && seat.wake.is_none_or(|wake| wake > now) {
                 continue;
             }
-            seat.node.advance(now, world)?;
+            seat.node.advance(now, plant)?;
             loop {
                 self.said.clear();
                 let said = seat.node.poll_transmit_framed(&mut self.said);
@@ -168,31 +168,31 @@ impl Line for Rs485 {
         self.wake
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while let Some(wake) = self.wake.filter(|wake| *wake < now) {
-            self.instant(wake, world)?;
+            self.instant(wake, plant)?;
         }
-        self.instant(now, world)
+        self.instant(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         arrivals.append(&mut self.near);
     }
 
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         let own = Port::output(format!("{}/collisions", self.name), Unit::One, 1);
-        let nodes = self.seats.iter().flat_map(|seat| seat.node.gauges());
+        let nodes = self.seats.iter().flat_map(|seat| seat.node.diagnostics());
         std::iter::once(own).chain(nodes).collect()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let Some((own, mut rest)) = values.split_first_mut() else {
             return;
         };
         *own = self.medium.collisions() as f64;
         for seat in &self.seats {
             let (values, after) = rest.split_at_mut(seat.width);
-            seat.node.read_gauges(now, values);
+            seat.node.read_diagnostics(now, values);
             rest = after;
         }
     }

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 
 use crate::{Arrivals, Line, Piece};
 
@@ -31,15 +31,15 @@ impl<L: Line> Traced<L> {
         }
     }
 
-    fn note(&mut self, lane: usize, bytes: &[u8]) {
+    fn note(&mut self, trace: usize, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
         }
         if self.passed == self.traffic.len() {
-            self.traffic.push((lane, Vec::new()));
+            self.traffic.push((trace, Vec::new()));
         }
         let (of, noted) = &mut self.traffic[self.passed];
-        *of = lane;
+        *of = trace;
         noted.clear();
         noted.extend_from_slice(bytes);
         self.passed += 1;
@@ -64,8 +64,8 @@ impl<L: Line> Line for Traced<L> {
         self.line.next_wake()
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.line.advance(now, world)
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.line.advance(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
@@ -76,26 +76,26 @@ impl<L: Line> Line for Traced<L> {
         self.arrived = arrived;
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        self.line.gauges()
+    fn diagnostics(&self) -> Vec<Port> {
+        self.line.diagnostics()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_gauges(now, values);
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        self.line.read_diagnostics(now, values);
     }
 
-    fn lanes(&self) -> Vec<String> {
+    fn traces(&self) -> Vec<String> {
         let own = ["out", "in"].map(|way| format!("{}/{way}", self.name));
-        own.into_iter().chain(self.line.lanes()).collect()
+        own.into_iter().chain(self.line.traces()).collect()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (lane, bytes) in &self.traffic[..self.passed] {
-            passed(*lane, bytes);
+        for (trace, bytes) in &self.traffic[..self.passed] {
+            passed(*trace, bytes);
         }
         self.passed = 0;
         self.line
-            .drain_traffic(&mut |lane, bytes| passed(OWN_LANES + lane, bytes));
+            .drain_traffic(&mut |trace, bytes| passed(OWN_LANES + trace, bytes));
     }
 
     fn save(&self) -> Snapshot {

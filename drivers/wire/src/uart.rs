@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, TransmitBuffer, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 
 use crate::{Arrivals, Line, Piece};
 
@@ -73,24 +73,24 @@ impl<L: Line> Line for Uart<L> {
         self.line.next_wake()
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
-        self.line.advance(now, world)
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.line.advance(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         self.line.receive(arrivals);
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        self.line.gauges()
+    fn diagnostics(&self) -> Vec<Port> {
+        self.line.diagnostics()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_gauges(now, values);
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        self.line.read_diagnostics(now, values);
     }
 
-    fn lanes(&self) -> Vec<String> {
-        self.line.lanes()
+    fn traces(&self) -> Vec<String> {
+        self.line.traces()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {

@@ -1,12 +1,12 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    PlantSignals, TaskError, TimeSource, Timing, TransmitBuffer, Wire, WiringError, World,
+    PlantAccess, PlantSignals, TaskError, TimeSource, Timing, TransmitBuffer, Wire, WiringError,
 };
 
 use crate::error::nonzero;
-use crate::frames::Frames;
 use crate::line::earlier;
+use crate::microframes::Microframes;
 use crate::uart::TRANSMIT_BUFFER;
 use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, WireError};
 
@@ -32,7 +32,7 @@ pub struct UsbSerial<L> {
     timer: u64,
     payload: usize,
     packets_per_microframe: usize,
-    frames: Frames,
+    frames: Microframes,
     byte_time: SimDuration,
     line: L,
     /// When the line wants to be advanced next: asked for whenever something was done to it.
@@ -87,7 +87,7 @@ impl<L: Line> UsbSerial<L> {
         line: L,
     ) -> Result<Self, WireError> {
         nonzero(name, "byte time", byte_time)?;
-        let frames = Frames::new(name, &timing)?;
+        let frames = Microframes::new(name, &timing)?;
         let microframe = timing.microframe.as_nanos();
         let source = |timing: Timing, what, stream: &str| {
             let source = timing.source(seed, stream);
@@ -221,8 +221,8 @@ impl<L: Line> UsbSerial<L> {
     }
 
     /// Asks the line what has come by `now`: says whether anything has.
-    fn ask(&mut self, now: SimTime, world: &mut dyn World) -> Result<bool, TaskError> {
-        self.line.advance(now, world)?;
+    fn ask(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<bool, TaskError> {
+        self.line.advance(now, plant)?;
         self.line.receive(&mut self.arrived);
         self.line_wake = self.line.next_wake();
         self.state.asked = now;
@@ -292,17 +292,17 @@ impl<L: Line> Wire for UsbSerial<L> {
         earlier(self.line_wake, self.next_read)
     }
 
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         // Bytes are pulled with their times, however late; but what lives on the line wants its own instants.
         let (mut late, mut came) = (false, false);
         while let Some(wake) = self.line_wake.filter(|wake| *wake < now) {
-            came |= self.ask(wake, world)?;
+            came |= self.ask(wake, plant)?;
             late = true;
         }
         if !late && self.next_wake().is_none_or(|wake| wake > now) {
             return Ok(());
         }
-        came |= self.ask(now, world)?;
+        came |= self.ask(now, plant)?;
         if came {
             self.look_ahead();
         } else {
@@ -319,23 +319,23 @@ impl<L: Line> Wire for UsbSerial<L> {
         bytes.append(&mut self.state.readable);
     }
 
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         let own = ["packets", "bytes", "framing_errors"];
         let own = own.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
-        own.into_iter().chain(self.line.gauges()).collect()
+        own.into_iter().chain(self.line.diagnostics()).collect()
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         if let Some((own, line)) = values.split_first_chunk_mut::<3>() {
             let state = &self.state;
             let counts = [state.packets, state.bytes, state.framing_errors];
             *own = counts.map(|count| count as f64);
-            self.line.read_gauges(now, line);
+            self.line.read_diagnostics(now, line);
         }
     }
 
-    fn lanes(&self) -> Vec<String> {
-        self.line.lanes()
+    fn traces(&self) -> Vec<String> {
+        self.line.traces()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {

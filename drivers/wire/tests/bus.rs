@@ -5,7 +5,7 @@ mod support;
 use proptest::prelude::*;
 use support::*;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantSignals, TaskError, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_wire::{Arrivals, Line, Node, Piece, Rs485};
 
 /// Says given things at given times, and hands out what it hears.
@@ -24,7 +24,7 @@ impl Node for Actor {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
+    fn receive(&mut self, piece: Piece<'_>) {
         for (n, byte) in piece.bytes.iter().enumerate() {
             self.heard.send((piece.at(n), *byte)).unwrap();
         }
@@ -34,7 +34,7 @@ impl Node for Actor {
         self.says.get(self.said).map(|(start, _)| *start)
     }
 
-    fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         assert!(self.next_wake().is_none_or(|wake| wake >= now), "too late");
         Ok(())
     }
@@ -57,7 +57,7 @@ impl Node for Actor {
     }
 }
 
-type Heard = Vec<(SimTime, u8)>;
+type FrameOutcome = Vec<(SimTime, u8)>;
 
 /// What was said when: by the near end first, then by each node.
 type Script = Vec<Vec<(SimTime, Vec<u8>)>>;
@@ -65,7 +65,7 @@ type Script = Vec<Vec<(SimTime, Vec<u8>)>>;
 const TURNAROUND: SimDuration = SimDuration::from_micros(2);
 
 /// What the near end and each node hear.
-fn play(script: &Script, also: &[SimTime]) -> Vec<Heard> {
+fn play(script: &Script, also: &[SimTime]) -> Vec<FrameOutcome> {
     let mut ears = Vec::new();
     let mut nodes: Vec<Box<dyn Node>> = Vec::new();
     for says in &script[1..] {
@@ -94,7 +94,7 @@ fn play(script: &Script, also: &[SimTime]) -> Vec<Heard> {
         .collect()
 }
 
-fn bytes(heard: &Heard) -> Vec<u8> {
+fn bytes(heard: &FrameOutcome) -> Vec<u8> {
     heard.iter().map(|(_, byte)| *byte).collect()
 }
 

@@ -3,8 +3,8 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantFault, PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Arrivals, Duplex, Framer, Line, Measure, Node, Piece};
+use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{Arrivals, Duplex, FrameMatch, Framer, Line, Node, Piece};
 
 const BYTE: SimDuration = SimDuration::from_micros(10);
 
@@ -26,7 +26,7 @@ impl Node for Echo {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
+    fn receive(&mut self, piece: Piece<'_>) {
         for (n, &byte) in piece.bytes.iter().enumerate() {
             self.heard.push((piece.at(n), byte));
             self.said.push(byte);
@@ -41,7 +41,7 @@ impl Node for Echo {
         Some(SimTime::ZERO + SimDuration::from_millis(self.ticks))
     }
 
-    fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         while self.next_wake().is_some_and(|at| at <= now) {
             self.ticks += 1;
@@ -68,7 +68,7 @@ impl Node for Echo {
 
 struct Nothing;
 
-impl World for Nothing {
+impl PlantAccess for Nothing {
     fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -151,30 +151,30 @@ proptest! {
     #[test]
     fn every_byte_is_in_a_frame_or_skipped(pieces in vec(vec(0..6_u8, 0..10), 0..20)) {
         /// A length from 1 to 4, then as many bytes, the first of which is no 0.
-        fn measure(front: &[u8]) -> Measure {
+        fn match_frame(front: &[u8]) -> FrameMatch {
             match front {
                 [length @ 1..=4, first, ..] if *first != 0 => {
                     let length = usize::from(*length) + 1;
                     if front.len() < length {
-                        Measure::Missing(length - front.len())
+                        FrameMatch::Missing(length - front.len())
                     } else {
-                        Measure::Frame(length)
+                        FrameMatch::Frame(length)
                     }
                 }
-                [] => Measure::Missing(2),
-                [1..=4] => Measure::Missing(1),
-                _ => Measure::Garbage,
+                [] => FrameMatch::Missing(2),
+                [1..=4] => FrameMatch::Missing(1),
+                _ => FrameMatch::Garbage,
             }
         }
-        let mut framer = Framer::new(measure);
+        let mut framer = Framer::new(match_frame);
         let mut framed = 0;
         for piece in &pieces {
             framer.push(piece);
             while let Some(frame) = framer.next_frame() {
-                prop_assert_eq!(measure(frame), Measure::Frame(frame.len()));
+                prop_assert_eq!(match_frame(frame), FrameMatch::Frame(frame.len()));
                 framed += frame.len();
             }
-            let mut again = Framer::new(measure);
+            let mut again = Framer::new(match_frame);
             let state = Snapshot::of(framer.state());
             again.set_state(state.read().unwrap());
             prop_assert_eq!(again.missing(), framer.missing());

@@ -202,7 +202,7 @@ fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
     let delay = fault(0, 100, FaultKind::Delay { by: us(100) });
     let mut node = FaultyNode::new(PLACE, BYTE, &schedule(vec![delay]), Board::new(1)).unwrap();
     let bytes = &[request(1), request(2)].concat();
-    node.hear(Piece {
+    node.receive(Piece {
         first: at(3),
         spacing: BYTE,
         bytes,
@@ -220,21 +220,21 @@ fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
 #[test]
 fn a_node_that_talks_into_its_own_words_says_them_one_after_the_other() {
     let new = || FaultyNode::new(PLACE, BYTE, &schedule(vec![]), Board::new(1)).unwrap();
-    let hear = |node: &mut FaultyNode<Board>, first| {
+    let receive = |node: &mut FaultyNode<Board>, first| {
         let piece = Piece {
             first: at(first),
             spacing: BYTE,
             bytes: &request(1),
             framing_error: false,
         };
-        node.hear(piece);
+        node.receive(piece);
         node.advance(piece.last(), &mut Nowhere).unwrap();
     };
     let (mut node, mut restored, mut said) = (new(), new(), Vec::new());
-    hear(&mut node, 3);
+    receive(&mut node, 3);
     assert_eq!(node.poll_transmit(&mut said), Some(at(40)));
     restored.restore(&node.save()).unwrap();
-    hear(&mut restored, 33);
+    receive(&mut restored, 33);
     // Not at 70 µs: the first answer takes 66 µs.
     assert_eq!(restored.poll_transmit(&mut said), Some(at(106)));
     assert_eq!((restored.poll_transmit(&mut said), said.len()), (None, 44));
@@ -333,12 +333,12 @@ fn a_converter_delivers_bytes_with_framing_errors_and_counts_them() {
     live(&mut wire, at(END + 1_000), &[], &mut read);
     let read: Vec<u8> = read.into_iter().flat_map(|(_, bytes)| bytes).collect();
     assert_eq!(read, direct.near.bytes());
-    let gauges = wire.gauges();
-    let place = gauges
+    let diagnostics = wire.diagnostics();
+    let place = diagnostics
         .iter()
-        .position(|gauge| gauge.name == "sbcp/usb/framing_errors");
-    let mut values = vec![0.0; gauges.len()];
-    wire.read_gauges(at(END), &mut values);
+        .position(|diagnostic| diagnostic.name == "sbcp/usb/framing_errors");
+    let mut values = vec![0.0; diagnostics.len()];
+    wire.read_diagnostics(at(END), &mut values);
     assert_eq!(values[place.unwrap()], framing_errors(&direct.near) as f64);
     assert!(values[place.unwrap()] > 0.0);
 }
@@ -351,11 +351,11 @@ fn what_did_not_pass_as_it_was_is_counted() {
     );
     bench.live(&three(), SimTime::ZERO, at(END), &[]);
     assert_eq!(
-        Layout::of(&bench.line.gauges(), Direction::Output).find("wire/sbcp/harmed"),
+        Layout::of(&bench.line.diagnostics(), Direction::Output).find("wire/sbcp/harmed"),
         Some(0..1)
     );
     let mut harmed = [0.0];
-    bench.line.read_gauges(at(END), &mut harmed);
+    bench.line.read_diagnostics(at(END), &mut harmed);
     assert_eq!(harmed, [6.0]);
 }
 

@@ -4,9 +4,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Unit};
-use twinrig_runtime::{Driver, PlantFault, PlantSignals, TaskError, Transfer, WiringError, World};
+use twinrig_runtime::{
+    Driver, PlantAccess, PlantFault, PlantSignals, TaskError, Transfer, WiringError,
+};
 use twinrig_wire::{
-    Emulation, Errand, FramedDriver, FramedNode, Heard, Measure, Node, Piece, Protocol, Said,
+    Emulation, FrameMatch, FrameOutcome, FramedDriver, FramedNode, Node, Piece, Protocol,
+    RequestKind, TxQueue,
 };
 
 const PATIENCE: u64 = 50;
@@ -18,7 +21,7 @@ struct Toy;
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     heard: [f64; 1],
-    timed_out: Vec<Errand>,
+    timed_out: Vec<RequestKind>,
 }
 
 impl Protocol for Toy {
@@ -26,11 +29,11 @@ impl Protocol for Toy {
 
     const ATTEMPTS: u32 = 3;
 
-    fn measure(front: &[u8]) -> Measure {
+    fn match_frame(front: &[u8]) -> FrameMatch {
         match front {
-            [] => Measure::Missing(1),
-            [b'+' | b'!', ..] => Measure::Frame(1),
-            _ => Measure::Garbage,
+            [] => FrameMatch::Missing(1),
+            [b'+' | b'!', ..] => FrameMatch::Frame(1),
+            _ => FrameMatch::Garbage,
         }
     }
 
@@ -46,32 +49,32 @@ impl Protocol for Toy {
         vec![Port::output("toy/heard", Unit::One, 1)]
     }
 
-    fn ask(
+    fn request(
         &self,
         _: &mut State,
-        errand: Errand,
+        kind: RequestKind,
         from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
         // A transfer of a zero is over at once.
-        let any = errand != Errand::Transfer || from_process != [0.0];
+        let any = kind != RequestKind::Transfer || from_process != [0.0];
         any.then(|| {
             request.push(b'?');
             SimDuration::from_nanos(PATIENCE)
         })
     }
 
-    fn hear(&self, state: &mut State, errand: Option<Errand>, frame: &[u8]) -> Heard {
+    fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         state.heard[0] += f64::from(frame[0]);
-        match (errand, frame) {
-            (None, _) => Heard::Nothing,
-            (Some(_), b"+") => Heard::More(SimDuration::from_nanos(REST)),
-            (Some(_), _) => Heard::Over,
+        match (kind, frame) {
+            (None, _) => FrameOutcome::Nothing,
+            (Some(_), b"+") => FrameOutcome::More(SimDuration::from_nanos(REST)),
+            (Some(_), _) => FrameOutcome::Over,
         }
     }
 
-    fn time_out(&self, state: &mut State, errand: Errand) {
-        state.timed_out.push(errand);
+    fn time_out(&self, state: &mut State, kind: RequestKind) {
+        state.timed_out.push(kind);
     }
 
     fn refusal(&self, state: &State) -> String {
@@ -135,7 +138,7 @@ fn happen(driver: &mut FramedDriver<Toy>, now: &mut u64, event: Event) {
 proptest! {
     #[test]
     fn whatever_came_before_an_errand_that_nobody_answers_is_over_in_time(
-        before in events(), errand in 0..3_usize,
+        before in events(), kind in 0..3_usize,
     ) {
         let (mut driver, mut now) = (FramedDriver::new(Toy), 0);
         for event in before {
@@ -146,7 +149,7 @@ proptest! {
             (Event::Open, 3),
             (Event::Begin { with_data: true }, 1),
             (Event::Close, 3),
-        ][errand];
+        ][kind];
         happen(&mut driver, &mut now, event);
         let mut written = Vec::new();
         for asked in 1..=asks {
@@ -164,15 +167,15 @@ proptest! {
         let why = driver.poll_transfer().err().map(|error| error.why);
         prop_assert_eq!(why.is_some(), asks > 1, "a transfer that nobody answers is over");
         let of_rest = why.is_some_and(|why| why.contains("come to rest"));
-        prop_assert_eq!(of_rest, errand == 2);
+        prop_assert_eq!(of_rest, kind == 2);
     }
 
     #[test]
     fn an_answer_in_two_steps_ends_an_errand_however_late_within_its_time(
-        first in 0..PATIENCE, second in 0..REST, errand in 0..3_usize,
+        first in 0..PATIENCE, second in 0..REST, kind in 0..3_usize,
     ) {
         let mut driver = FramedDriver::new(Toy);
-        let event = [Event::Open, Event::Begin { with_data: true }, Event::Close][errand];
+        let event = [Event::Open, Event::Begin { with_data: true }, Event::Close][kind];
         happen(&mut driver, &mut 0, event);
         driver.handle_bytes(HostTime::from_nanos(first), b"x+");
         prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(first + REST)));
@@ -180,9 +183,9 @@ proptest! {
         driver.handle_bytes(HostTime::from_nanos(first + second), b"!");
         prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Done));
         prop_assert_eq!(driver.poll_timeout(), None);
-        let mut gauges = [0.0];
-        driver.read_gauges(&mut gauges);
-        prop_assert_eq!(gauges, [1.0], "the x is garbage");
+        let mut diagnostics = [0.0];
+        driver.read_diagnostics(&mut diagnostics);
+        prop_assert_eq!(diagnostics, [1.0], "the x is garbage");
     }
 
     #[test]
@@ -219,10 +222,10 @@ struct Parrot;
 impl Emulation for Parrot {
     type State = u8;
 
-    fn measure(front: &[u8]) -> Measure {
+    fn match_frame(front: &[u8]) -> FrameMatch {
         match front.len() {
-            length @ 0..=2 => Measure::Missing(3 - length),
-            _ => Measure::Frame(3),
+            length @ 0..=2 => FrameMatch::Missing(3 - length),
+            _ => FrameMatch::Frame(3),
         }
     }
 
@@ -246,30 +249,30 @@ impl Emulation for Parrot {
         &self,
         state: &mut u8,
         now: SimTime,
-        _: &mut dyn World,
-        said: &mut Said,
+        _: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        said.say(now, |bytes| bytes.push(*state));
+        tx.say(now, |bytes| bytes.push(*state));
         *state += 1;
         Ok(())
     }
 
-    fn hear(
+    fn receive(
         &self,
         _: &mut u8,
         now: SimTime,
         frame: &[u8],
-        _: &mut dyn World,
-        said: &mut Said,
+        _: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        said.say(now, |bytes| bytes.extend(frame));
+        tx.say(now, |bytes| bytes.extend(frame));
         Ok(())
     }
 }
 
 struct Nothing;
 
-impl World for Nothing {
+impl PlantAccess for Nothing {
     fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -279,20 +282,20 @@ impl World for Nothing {
     }
 }
 
-fn said(node: &mut FramedNode<Parrot>) -> Vec<(SimTime, Vec<u8>)> {
-    let mut said = Vec::new();
+fn tx(node: &mut FramedNode<Parrot>) -> Vec<(SimTime, Vec<u8>)> {
+    let mut tx = Vec::new();
     let mut bytes = Vec::new();
     while let Some(start) = node.poll_transmit(&mut bytes) {
-        said.push((start, std::mem::take(&mut bytes)));
+        tx.push((start, std::mem::take(&mut bytes)));
     }
-    said
+    tx
 }
 
 #[test]
 fn a_device_wants_the_bytes_that_are_missing_and_nothing_of_it_is_lost_between_two_lives() {
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
     let hears = |node: &mut FramedNode<Parrot>, now, bytes: &[u8]| {
-        node.hear(Piece {
+        node.receive(Piece {
             first: now,
             spacing: SimDuration::ZERO,
             bytes,
@@ -317,7 +320,7 @@ fn a_device_wants_the_bytes_that_are_missing_and_nothing_of_it_is_lost_between_t
             (at(1_000), vec![1]),
             (at(1_500), vec![7, 8, 9]),
         ];
-        assert_eq!(said(node), expected);
+        assert_eq!(tx(node), expected);
         assert_eq!(node.attention(), Some(2));
     }
 }

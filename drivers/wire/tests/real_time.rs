@@ -93,19 +93,22 @@ fn a_driver_and_its_far_end_exchange_what_the_observer_is_told_and_nothing_else(
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
     let rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
-    assert_eq!(rig.lanes(), ["sbcp/out", "sbcp/in"]);
-    assert_eq!(rig.layout(Group::Gauges).find("sbcp/transfers"), Some(0..1));
+    assert_eq!(rig.traces(), ["sbcp/out", "sbcp/in"]);
+    assert_eq!(
+        rig.layout(Group::Diagnostics).find("sbcp/transfers"),
+        Some(0..1)
+    );
     assert!(rig.layout(Group::Plant).is_empty());
     let (ended, report, log) = run(rig, 100);
     assert_eq!(ended, Ok(Ended::Duration));
 
-    let out = log.lane(0);
+    let out = log.trace(0);
     assert_eq!(out, far_end.join().unwrap());
     assert_eq!((out[0], out[out.len() - 1]), (OPEN, CLOSE));
     let transfers = log.count(RunEvent::TaskBegin { task: 0 });
     assert_eq!(log.count(RunEvent::TaskEnd { task: 0 }), transfers);
     assert_eq!(out.len(), 2 + transfers * (1 + NUMBER));
-    assert_eq!(log.lane(1).len(), 1 + transfers * NUMBER);
+    assert_eq!(log.trace(1).len(), 1 + transfers * NUMBER);
     assert_eq!(report.tasks[0].took.len(), transfers as u64);
 
     // However the machine was: what the process was told adds up, and every step was kept or missed.
@@ -120,7 +123,7 @@ fn a_driver_and_its_far_end_exchange_what_the_observer_is_told_and_nothing_else(
         told.is_multiple_of(2_000_000) && told <= (steps - 1) * 2_000_000,
         "{told}"
     );
-    assert!(log.samples(Group::Gauges).count() > 0);
+    assert!(log.samples(Group::Diagnostics).count() > 0);
 }
 
 /// A run of so many steps without overruns, and the period that this machine could keep for that long, busy as it
@@ -173,9 +176,9 @@ fn without_overruns_the_bytes_are_those_of_lockstep() {
     let end = SimTime::ZERO + period * (STEPS + 1) + millis(1);
     model.run_until(end, &mut in_lockstep).unwrap();
 
-    let (mut out, back) = (real.lane(0), real.lane(1));
+    let (mut out, back) = (real.trace(0), real.trace(1));
     assert_eq!(out.pop(), Some(CLOSE));
-    assert_eq!((out, back), (in_lockstep.lane(0), in_lockstep.lane(1)));
+    assert_eq!((out, back), (in_lockstep.trace(0), in_lockstep.trace(1)));
     let events = |log: &Log| -> Vec<_> {
         log.events()
             .filter(|event| *event != RunEvent::Opened)
@@ -201,9 +204,9 @@ fn an_unplugged_device_ends_the_run_with_an_error_and_everything_before_is_told(
     );
     assert!(closed.load(Ordering::SeqCst));
     assert_eq!(log.count(RunEvent::TaskEnd { task: 0 }), 10);
-    assert_eq!(log.lane(1).len(), 1 + 10 * NUMBER);
+    assert_eq!(log.trace(1).len(), 1 + 10 * NUMBER);
     let heard = far_end.join().unwrap();
-    assert!(log.lane(0).starts_with(&heard) || heard.starts_with(&log.lane(0)));
+    assert!(log.trace(0).starts_with(&heard) || heard.starts_with(&log.trace(0)));
 }
 
 #[test]
@@ -223,7 +226,7 @@ fn a_device_that_does_not_answer_ends_the_run_when_the_limit_is_over_and_all_are
     let what = Phase::Opening;
     assert_eq!(source, TaskError::TimeLimit { what, place, limit });
     assert_eq!(far_end.join().unwrap(), [OPEN, CLOSE]);
-    assert_eq!((report.iterations, log.lane(0)), (0, vec![OPEN, CLOSE]));
+    assert_eq!((report.iterations, log.trace(0)), (0, vec![OPEN, CLOSE]));
 }
 
 #[test]

@@ -76,7 +76,10 @@ fn a_rig_in_real_time_and_a_twin_that_is_served_understand_each_other() {
     assert_eq!(ended, Ok(Ended::Duration), "{report}");
     let (ended, report, twin) = served();
     assert_eq!(ended, Ok(Ended::HungUp), "{report}");
-    assert_eq!((host.lane(0), host.lane(1)), (twin.lane(0), twin.lane(1)));
+    assert_eq!(
+        (host.trace(0), host.trace(1)),
+        (twin.trace(0), twin.trace(1))
+    );
     assert_eq!(report.unread, 0);
 }
 
@@ -109,7 +112,10 @@ fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_fir
         }
     }
     assert!(grid > let_go && grid + millis(2) > SimTime::ZERO + report.served);
-    let answered: Vec<f64> = log.samples(Group::Gauges).map(|values| values[0]).collect();
+    let answered: Vec<f64> = log
+        .samples(Group::Diagnostics)
+        .map(|values| values[0])
+        .collect();
     assert_eq!((answered[0], answered.last()), (0.0, Some(&1.0)));
 }
 
@@ -153,7 +159,7 @@ fn hosts_of_two_wires_come_and_go_as_they_like() {
     let wires = vec![wire("sbcp", one), other];
     let serve = Serve::new(ServeOptions::default(), Box::new(Lag::default()), wires).unwrap();
     assert_eq!(
-        serve.lanes(),
+        serve.traces(),
         ["sbcp/out", "sbcp/in", "other/out", "other/in"]
     );
     let thread = thread::Builder::new().spawn(move || serve.run(&mut (), &asked));

@@ -188,9 +188,9 @@ fn a_host_s_own_port_paces_what_it_sends_and_reads_what_arrives() {
         (read.last().unwrap().0, joined(&read).len()),
         (at(100 + 106), 22)
     );
-    assert_eq!(wire.lanes(), ["rs485/out", "rs485/in"]);
+    assert_eq!(wire.traces(), ["rs485/out", "rs485/in"]);
     let mut passed = [Vec::new(), Vec::new()];
-    wire.drain_traffic(&mut |lane, bytes| passed[lane].extend_from_slice(bytes));
+    wire.drain_traffic(&mut |trace, bytes| passed[trace].extend_from_slice(bytes));
     assert_eq!(passed, [request(2).to_vec(), joined(&read)]);
     wire.drain_traffic(&mut |_, _| panic!("handed over already"));
 }

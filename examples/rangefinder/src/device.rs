@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{SimDuration, SimTime};
-use twinrig::runtime::{PlantSignals, TaskError, WiringError, World};
-use twinrig_wire::{Emulation, Measure, Said, Tap};
+use twinrig::runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{AnalogSource, Emulation, FrameMatch, TxQueue};
 
 use crate::protocol::{ASK, MILLIMETRES_MAX, encode};
 
@@ -14,7 +14,7 @@ const MEASURING: SimDuration = SimDuration::from_millis(5);
 pub struct EmulatedRangeFinder {
     name: String,
     /// What it measures \[m\].
-    tap: Tap,
+    analog_source: AnalogSource,
     place: usize,
 }
 
@@ -26,10 +26,10 @@ pub struct State {
 }
 
 impl EmulatedRangeFinder {
-    pub fn new(name: &str, tap: Tap) -> Self {
+    pub fn new(name: &str, analog_source: AnalogSource) -> Self {
         Self {
             name: name.to_owned(),
-            tap,
+            analog_source,
             place: 0,
         }
     }
@@ -39,11 +39,11 @@ impl Emulation for EmulatedRangeFinder {
     type State = State;
 
     /// A request is one byte.
-    fn measure(front: &[u8]) -> Measure {
+    fn match_frame(front: &[u8]) -> FrameMatch {
         match front {
-            [] => Measure::Missing(1),
-            [ASK, ..] => Measure::Frame(1),
-            _ => Measure::Garbage,
+            [] => FrameMatch::Missing(1),
+            [ASK, ..] => FrameMatch::Frame(1),
+            _ => FrameMatch::Garbage,
         }
     }
 
@@ -56,17 +56,17 @@ impl Emulation for EmulatedRangeFinder {
     }
 
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.place = self.tap.find(owner, plant)?;
+        self.place = self.analog_source.find(owner, plant)?;
         Ok(())
     }
 
-    fn hear(
+    fn receive(
         &self,
         state: &mut State,
         now: SimTime,
         _frame: &[u8],
-        _world: &mut dyn World,
-        _said: &mut Said,
+        _world: &mut dyn PlantAccess,
+        _said: &mut TxQueue,
     ) -> Result<(), TaskError> {
         // A measurement that is going on goes on.
         state.measured_at.get_or_insert(now + MEASURING);
@@ -81,19 +81,19 @@ impl Emulation for EmulatedRangeFinder {
         &self,
         state: &mut State,
         now: SimTime,
-        world: &mut dyn World,
-        said: &mut Said,
+        plant: &mut dyn PlantAccess,
+        tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         state.measured_at = None;
-        let seen = world.sample(self.place..self.place + 1)?[0];
-        let millimetres = (1e3 * self.tap.reading(seen)).round();
+        let seen = plant.sample(self.place..self.place + 1)?[0];
+        let millimetres = (1e3 * self.analog_source.reading(seen)).round();
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "clamped; what is no number becomes 0"
         )]
         let millimetres = millimetres.clamp(0.0, f64::from(MILLIMETRES_MAX)) as u32;
-        said.say(now, |bytes| encode(millimetres, bytes));
+        tx.say(now, |bytes| encode(millimetres, bytes));
         Ok(())
     }
 }

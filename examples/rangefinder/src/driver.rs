@@ -3,9 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{Errand, Heard, Measure, Protocol};
+use twinrig_wire::{FrameMatch, FrameOutcome, Protocol, RequestKind};
 
-use crate::protocol::{ASK, decode, measure};
+use crate::protocol::{ASK, decode, match_frame};
 
 /// How long it waits for an answer.
 const PATIENCE: SimDuration = SimDuration::from_millis(50);
@@ -37,14 +37,14 @@ impl Protocol for RangeFinder {
 
     const ATTEMPTS: u32 = 3;
 
-    const GAUGES: &'static [(&'static str, Unit)] = &[
+    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
         ("answers", Unit::One),
         ("lost", Unit::One),
         ("last", Unit::Meter),
     ];
 
-    fn measure(front: &[u8]) -> Measure {
-        measure(front)
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        match_frame(front)
     }
 
     fn initial(&self) -> State {
@@ -60,33 +60,38 @@ impl Protocol for RangeFinder {
         vec![Port::output(name, Unit::Meter, 1)]
     }
 
-    fn ask(
+    fn request(
         &self,
         _state: &mut State,
-        errand: Errand,
+        kind: RequestKind,
         _from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
-        match errand {
-            Errand::Open | Errand::Transfer => {
+        match kind {
+            RequestKind::Open | RequestKind::Transfer => {
                 request.push(ASK);
                 Some(PATIENCE)
             }
             // There is nothing to be left safe.
-            Errand::Close => None,
+            RequestKind::Close => None,
         }
     }
 
-    fn hear(&self, state: &mut State, _errand: Option<Errand>, frame: &[u8]) -> Heard {
+    fn receive(
+        &self,
+        state: &mut State,
+        _errand: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         let Some(millimetres) = decode(frame) else {
-            return Heard::Nothing;
+            return FrameOutcome::Nothing;
         };
         state.distance = f64::from(millimetres) * 1e-3;
         state.answers += 1;
-        Heard::Over
+        FrameOutcome::Over
     }
 
-    fn time_out(&self, state: &mut State, _errand: Errand) {
+    fn time_out(&self, state: &mut State, _errand: RequestKind) {
         state.lost += 1;
     }
 
@@ -101,7 +106,7 @@ impl Protocol for RangeFinder {
         std::slice::from_ref(&state.distance)
     }
 
-    fn read_gauges(&self, state: &State, values: &mut [f64]) {
+    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
         values.copy_from_slice(&[state.answers as f64, state.lost as f64, state.distance]);
     }
 }

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use twinrig::kernel::SimDuration;
 use twinrig::runtime::Wire;
-use twinrig::{BuildError, BusKind, Hookup, Registry};
-use twinrig_wire::{Duplex, FramedDriver, FramedNode, HostEnd, Tap, Uart};
+use twinrig::{BuildError, BusContext, BusKind, Registry};
+use twinrig_wire::{AnalogSource, Duplex, FramedDriver, FramedNode, HostEnd, Uart};
 
 use device::EmulatedRangeFinder;
 use driver::RangeFinder;
@@ -35,19 +35,19 @@ fn range_finder() -> BusKind {
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
-fn driver(hookup: &Hookup<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> {
-    Ok(FramedDriver::new(RangeFinder::new(hookup.name)))
+fn driver(context: &BusContext<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> {
+    Ok(FramedDriver::new(RangeFinder::new(context.name)))
 }
 
-fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    let height = Tap {
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    let height = AnalogSource {
         signal: HEIGHT.to_owned(),
         component: 2,
         scale: 1.0,
         offset: 0.0,
     };
-    let device = FramedNode::new(EmulatedRangeFinder::new(hookup.name, height));
-    let line = hookup.faulty(BYTE_TIME, Duplex::new(BYTE_TIME, device))?;
+    let device = FramedNode::new(EmulatedRangeFinder::new(context.name, height));
+    let line = context.faulty(BYTE_TIME, Duplex::new(BYTE_TIME, device))?;
     Ok(HostEnd::new(Uart::new(BYTE_TIME, line)))
 }
 

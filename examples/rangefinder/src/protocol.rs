@@ -1,7 +1,7 @@
 //! An example protocol, of no real device: the host sends `R`, the range finder answers `R1234` and an end of line: the
 //! distance in millimetres, in one to five digits.
 
-use twinrig_wire::Measure;
+use twinrig_wire::FrameMatch;
 
 /// What the host sends.
 pub const ASK: u8 = b'R';
@@ -12,20 +12,20 @@ const DIGITS_MAX: usize = 5;
 const SHORTEST: usize = "R1\n".len();
 
 /// What stands at the front of a stream of answers.
-pub fn measure(front: &[u8]) -> Measure {
+pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some((&ASK, rest)) = front.split_first() else {
         return if front.is_empty() {
-            Measure::Missing(SHORTEST)
+            FrameMatch::Missing(SHORTEST)
         } else {
-            Measure::Garbage
+            FrameMatch::Garbage
         };
     };
     let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
     match rest.get(digits) {
-        Some(b'\n') if (1..=DIGITS_MAX).contains(&digits) => Measure::Frame(digits + 2),
-        None if digits == 0 => Measure::Missing(2),
-        None if digits <= DIGITS_MAX => Measure::Missing(1),
-        _ => Measure::Garbage,
+        Some(b'\n') if (1..=DIGITS_MAX).contains(&digits) => FrameMatch::Frame(digits + 2),
+        None if digits == 0 => FrameMatch::Missing(2),
+        None if digits <= DIGITS_MAX => FrameMatch::Missing(1),
+        _ => FrameMatch::Garbage,
     }
 }
 
@@ -49,11 +49,11 @@ mod tests {
     #[test]
     fn answers_come_back_one_byte_at_a_time_amid_garbage() {
         let mut bytes = b"12\nRR9x".to_vec();
-        let said = [0, 7, 1234, MILLIMETRES_MAX];
-        for millimetres in said {
+        let tx = [0, 7, 1234, MILLIMETRES_MAX];
+        for millimetres in tx {
             encode(millimetres, &mut bytes);
         }
-        let mut framer = Framer::new(measure);
+        let mut framer = Framer::new(match_frame);
         let mut heard = Vec::new();
         for byte in bytes {
             framer.push(&[byte]);
@@ -61,7 +61,7 @@ mod tests {
                 heard.extend(decode(frame));
             }
         }
-        assert_eq!(heard, said);
+        assert_eq!(heard, tx);
         assert_eq!(framer.skipped(), 7);
     }
 
@@ -70,12 +70,12 @@ mod tests {
         let mut bytes = Vec::new();
         encode(MILLIMETRES_MAX, &mut bytes);
         for kept in 0..bytes.len() {
-            let Measure::Missing(count) = measure(&bytes[..kept]) else {
+            let FrameMatch::Missing(count) = match_frame(&bytes[..kept]) else {
                 panic!("{kept} bytes");
             };
             assert!(count >= 1 && kept + count <= bytes.len());
         }
-        assert_eq!(measure(b"R123456"), Measure::Garbage);
-        assert_eq!(measure(b"R\n"), Measure::Garbage);
+        assert_eq!(match_frame(b"R123456"), FrameMatch::Garbage);
+        assert_eq!(match_frame(b"R\n"), FrameMatch::Garbage);
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_legged::Ledger;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 use crate::cache::Cache;
 use crate::error::{DrivesError, once};
@@ -81,17 +81,17 @@ struct Saved {
 }
 
 /// An entry of the books.
-type Entry = fn(&EnergyBooks) -> f64;
+type Entry = fn(&EnergyBalance) -> f64;
 
 const ENERGY: [(&str, Entry); 8] = [
-    ("energy/kinetic", |books| books.kinetic),
-    ("energy/spring", |books| books.spring),
-    ("energy/gravity", |books| books.gravity),
-    ("energy/dissipated", |books| books.dissipated),
-    ("energy/actuator", |books| books.actuator),
-    ("energy/impact", |books| books.impact),
-    ("energy/exchanged", |books| books.exchanged),
-    ("energy/residual", |books| books.residual),
+    ("energy/kinetic", |balance| balance.kinetic),
+    ("energy/spring", |balance| balance.spring),
+    ("energy/gravity", |balance| balance.gravity),
+    ("energy/dissipated", |balance| balance.dissipated),
+    ("energy/actuator", |balance| balance.actuator),
+    ("energy/impact", |balance| balance.impact),
+    ("energy/exchanged", |balance| balance.exchanged),
+    ("energy/residual", |balance| balance.residual),
 ];
 
 /// A measurement of the shaft at a place.
@@ -132,7 +132,7 @@ impl MotorBench {
     }
 
     /// Takes inputs that are others than before.
-    fn obey(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
+    fn follow_command(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
         if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
             let mut ports = self.ports.iter();
             let port = ports.nth(i).map(|port| port.name.clone());
@@ -202,7 +202,7 @@ impl Plant for MotorBench {
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         if inputs != self.inputs {
-            self.obey(inputs)?;
+            self.follow_command(inputs)?;
         }
         let (seconds, responses) = self.cache.find(to - self.now, &self.fixtures);
         let mut kinetic = 0.0;
@@ -221,7 +221,7 @@ impl Plant for MotorBench {
             self.ledger.dissipated += turn.taken;
             kinetic += 0.5 * fixture.inertia() * turn.rate * turn.rate;
         }
-        self.ledger.balance([kinetic, 0.0, 0.0]);
+        self.ledger.close_step([kinetic, 0.0, 0.0]);
         self.now = to;
         self.steps += 1;
         let checked = self.ledger.check();
@@ -237,7 +237,7 @@ impl Plant for MotorBench {
         let mut place = 0;
         for signal in &self.wanted {
             outputs[place] = match *signal {
-                Signal::Energy(of) => of(&self.ledger.books()),
+                Signal::Energy(of) => of(&self.ledger.balance()),
                 Signal::Position(shaft) => self.shafts[shaft].position,
                 Signal::Rate(shaft) => self.shafts[shaft].rate,
                 Signal::Torque(shaft) => self.shafts[shaft].torque,
@@ -252,8 +252,8 @@ impl Plant for MotorBench {
         }
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
     }
 
     fn work(&self) -> WorkCounts {

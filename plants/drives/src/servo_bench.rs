@@ -6,7 +6,7 @@ use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotEr
 use twinrig_legged::Ledger;
 use twinrig_robot::Servo;
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::error::{DrivesError, once};
 use crate::response::settled;
@@ -117,7 +117,7 @@ impl ServoBench {
             self.ledger.actuator += servo.inertia() * gained * mean;
             kinetic += 0.5 * servo.inertia() * shaft.rate * shaft.rate;
         }
-        self.ledger.balance([kinetic, 0.0, 0.0]);
+        self.ledger.close_step([kinetic, 0.0, 0.0]);
         self.steps += 1;
     }
 }
@@ -160,8 +160,8 @@ impl Plant for ServoBench {
         }
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
     }
 
     fn work(&self) -> WorkCounts {
@@ -202,7 +202,7 @@ impl Plant for ServoBench {
         )
     }
 
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
         let mut shafts = self.shafts.clone();
         let mut lines = Vec::new();
         for (leg, shaft) in self.legs().zip(&mut shafts) {

@@ -183,9 +183,9 @@ proptest! {
             now += step;
             bench.advance(at(now), &inputs).unwrap();
         }
-        let books = bench.energy();
-        prop_assert!(books.residual.abs() <= 1e-11 * books.exchanged, "{:?}", books);
-        prop_assert!(books.dissipated >= -1e-12 * books.exchanged);
+        let balance = bench.energy();
+        prop_assert!(balance.residual.abs() <= 1e-11 * balance.exchanged, "{:?}", balance);
+        prop_assert!(balance.dissipated >= -1e-12 * balance.exchanged);
     }
 
     #[test]

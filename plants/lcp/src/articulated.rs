@@ -3,7 +3,7 @@
 use crate::carried::{COUPLED, Carried, Carrier};
 use crate::chain::Chain;
 use crate::constants::Constants;
-use crate::hold::{Give, Holding};
+use crate::constraints::{ConstraintSet, Give};
 use crate::model::Model;
 use crate::real::Real;
 use crate::state::State;
@@ -127,7 +127,7 @@ impl<R: Real, const N: usize> Floating<R, N> {
         model: &Model<N>,
         legs: &Constants<R, N>,
         state: &State<R, N>,
-        holding: &Holding<'_, R>,
+        constraint_set: &ConstraintSet<'_, R>,
         chain: &Chain<R, N>,
         give: &Give<R, N>,
     ) -> Self {
@@ -141,7 +141,7 @@ impl<R: Real, const N: usize> Floating<R, N> {
             field: field.map(R::broadcast),
         };
         let mut carried = Carried::new(legs, chain, &carrier);
-        carried.torques[0] += holding.drive.hip_torque;
+        carried.torques[0] += constraint_set.drive.hip_torque;
         let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), state.turning, field);
         let schur = Schur::new(&model.trunk, &trunk, &carried, give);
         Self {
@@ -159,18 +159,18 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         model: &Model<N>,
         legs: &Constants<R, N>,
         state: &State<R, N>,
-        holding: &Holding<'_, R>,
+        constraint_set: &ConstraintSet<'_, R>,
     ) -> Self {
         let (chain, give, torques);
         let mut base = None;
         if model.is_free() {
             chain = Chain::new(legs, &state.angles, &state.rates);
-            give = chain.give(legs, &state.angles, holding);
-            let floating = Floating::new(model, legs, state, holding, &chain, &give);
+            give = chain.give(legs, &state.angles, constraint_set);
+            let floating = Floating::new(model, legs, state, constraint_set, &chain, &give);
             torques = floating.carried.torques;
             base = Some(floating);
         } else {
-            (chain, give, torques) = Self::legs(legs, state, holding);
+            (chain, give, torques) = Self::legs(legs, state, constraint_set);
         }
         Self {
             chain,
@@ -198,16 +198,16 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         model: &Model<N>,
         legs: &Constants<R, N>,
         state: &State<R, N>,
-        holding: &Holding<'_, R>,
+        constraint_set: &ConstraintSet<'_, R>,
     ) {
         if !model.is_free() {
-            (self.chain, self.give, self.torques) = Self::legs(legs, state, holding);
+            (self.chain, self.give, self.torques) = Self::legs(legs, state, constraint_set);
             self.base = None;
             return;
         }
         self.chain = Chain::new(legs, &state.angles, &state.rates);
-        self.give = self.chain.give(legs, &state.angles, holding);
-        let base = Floating::new(model, legs, state, holding, &self.chain, &self.give);
+        self.give = self.chain.give(legs, &state.angles, constraint_set);
+        let base = Floating::new(model, legs, state, constraint_set, &self.chain, &self.give);
         self.torques = base.carried.torques;
         self.base = Some(base);
     }
@@ -219,10 +219,10 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         model: &Model<N>,
         legs: &Constants<R, N>,
         [angles, rates]: [&[R; N]; 2],
-        holding: &Holding<'_, R>,
+        constraint_set: &ConstraintSet<'_, R>,
     ) {
         self.chain = Chain::new(legs, angles, rates);
-        self.give = self.chain.give(legs, angles, holding);
+        self.give = self.chain.give(legs, angles, constraint_set);
         self.torques = [R::zero(); N];
         if !model.is_free() {
             self.base = None;
@@ -245,12 +245,12 @@ impl<R: Real, const N: usize> Articulated<R, N> {
     pub(crate) fn legs(
         legs: &Constants<R, N>,
         state: &State<R, N>,
-        holding: &Holding<'_, R>,
+        constraint_set: &ConstraintSet<'_, R>,
     ) -> (Chain<R, N>, Give<R, N>, [R; N]) {
         let chain = Chain::new(legs, &state.angles, &state.rates);
-        let give = chain.give(legs, &state.angles, holding);
+        let give = chain.give(legs, &state.angles, constraint_set);
         let mut torques = chain.torques(legs, [R::zero(), R::splat(-GRAVITY)]);
-        torques[0] += holding.drive.hip_torque;
+        torques[0] += constraint_set.drive.hip_torque;
         (chain, give, torques)
     }
 

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_legged::{Fitted, Ledger, Readings, Setup};
 use twinrig_robot::Robot;
-use twinrig_runtime::{EnergyBooks, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, PlantState, WorkCounts};
 
 use crate::articulated::{into_world, rotation};
 use crate::contacts::CONTACTS;
-use crate::flow::{Flow, FlowError, Tally};
-use crate::log::Happening;
+use crate::flow::{Flow, FlowError, ImpulseSums};
+use crate::log::EventKind;
 use crate::mode::Contact;
 use crate::model::Model;
 use crate::options::{LcpError, Options};
@@ -36,7 +36,7 @@ pub(crate) trait Body: Readings + Send {
     fn keep_log(&mut self, wanted: bool);
 
     /// What happened after the first so many things, and to the leg of which name.
-    fn log(&self, from: usize) -> Vec<(Happening, &str)>;
+    fn log(&self, from: usize) -> Vec<(EventKind, &str)>;
 
     /// What it has cost.
     fn counts(&self) -> WorkCounts;
@@ -45,7 +45,7 @@ pub(crate) trait Body: Readings + Send {
     fn ground_impulses(&self) -> &[[f64; 3]];
 
     /// What of the constraints that hold is open \[m\].
-    fn drift(&self) -> f64;
+    fn constraint_violation(&self) -> f64;
 
     fn save(&self) -> SavedBody;
 
@@ -55,7 +55,7 @@ pub(crate) trait Body: Readings + Send {
     fn state(&self, time: SimTime) -> PlantState;
 
     /// Goes on from there; returns what it could not take over.
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, Refused>;
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, Refused>;
 }
 
 /// A robot at rest, so to say.
@@ -161,8 +161,9 @@ impl<const N: usize> Flow<N> {
         Some(site.footing(ground, self.state.position, &upright))
     }
 
-    fn mean(&self, of: impl Fn(&Tally) -> Lanes, leg: usize) -> f64 {
-        let [before, after] = [&self.tally_before, &self.tally].map(|tally| of(tally).lane(leg));
+    fn mean(&self, of: impl Fn(&ImpulseSums) -> Lanes, leg: usize) -> f64 {
+        let [before, after] = [&self.impulse_sums_before, &self.impulse_sums]
+            .map(|impulse_sums| of(impulse_sums).lane(leg));
         if self.tallied > 0.0 {
             (after - before) / self.tallied
         } else {
@@ -193,8 +194,8 @@ impl<const N: usize> Readings for Flow<N> {
         self.state.turning.into()
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
     }
 
     fn hip(&self, leg: usize) -> f64 {
@@ -206,7 +207,7 @@ impl<const N: usize> Readings for Flow<N> {
     }
 
     fn hip_torque(&self, leg: usize) -> f64 {
-        self.mean(|tally| tally.hip, leg)
+        self.mean(|impulse_sums| impulse_sums.hip, leg)
     }
 
     fn pulley(&self, leg: usize) -> f64 {
@@ -218,11 +219,11 @@ impl<const N: usize> Readings for Flow<N> {
     }
 
     fn knee_torque(&self, leg: usize) -> f64 {
-        self.mean(|tally| tally.knee, leg)
+        self.mean(|impulse_sums| impulse_sums.knee, leg)
     }
 
     fn cable_tension(&self, leg: usize) -> f64 {
-        self.mean(|tally| tally.cable, leg)
+        self.mean(|impulse_sums| impulse_sums.cable, leg)
     }
 
     fn angles(&self, leg: usize) -> [f64; 3] {
@@ -242,7 +243,7 @@ impl<const N: usize> Readings for Flow<N> {
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
-        self.tally.ground[leg]
+        self.impulse_sums.ground[leg]
     }
 
     fn ground_normal(&self, leg: usize) -> Vector3<f64> {
@@ -293,19 +294,18 @@ impl<const N: usize> Body for Flow<N> {
         self.log.clear();
     }
 
-    fn log(&self, from: usize) -> Vec<(Happening, &str)> {
-        let named =
-            |happening: &Happening| (*happening, self.model.legs[happening.leg].name.as_str());
+    fn log(&self, from: usize) -> Vec<(EventKind, &str)> {
+        let named = |event: &EventKind| (*event, self.model.legs[event.leg].name.as_str());
         self.log.iter().skip(from).map(named).collect()
     }
 
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {
         self.now_s = now_s;
-        let before = (self.tally_before, self.tallied);
-        (self.tally_before, self.tallied) = (self.tally, seconds);
+        let before = (self.impulse_sums_before, self.tallied);
+        (self.impulse_sums_before, self.tallied) = (self.impulse_sums, seconds);
         let moved = self.step(seconds);
         if moved.is_err() {
-            (self.tally_before, self.tallied) = before;
+            (self.impulse_sums_before, self.tallied) = before;
         }
         moved
     }
@@ -315,10 +315,10 @@ impl<const N: usize> Body for Flow<N> {
     }
 
     fn ground_impulses(&self) -> &[[f64; 3]] {
-        &self.tally.ground[..self.model.legs.len()]
+        &self.impulse_sums.ground[..self.model.legs.len()]
     }
 
-    fn drift(&self) -> f64 {
+    fn constraint_violation(&self) -> f64 {
         self.open()
     }
 
@@ -377,7 +377,7 @@ impl<const N: usize> Body for Flow<N> {
             .fold(state, |state, (name, values)| state.with(name, values))
     }
 
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, Refused> {
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, Refused> {
         let (next, lines) = self.gone_on_from(from)?;
         *self = next;
         Ok(lines)

@@ -10,7 +10,7 @@
 use twinrig_actuator::PositionServo;
 use twinrig_legged::{Fitted, Motors, Servos};
 
-use crate::hold::Driven;
+use crate::constraints::Driven;
 use crate::real::{Lanes, Real};
 
 /// What hip and pulley of each leg are told \[rad\], and which way a motor that is used up pushes: −1, 0 or 1. Where the
@@ -20,8 +20,8 @@ pub(crate) struct Commands<R> {
     /// The hip's absolute angle.
     pub(crate) hip: R,
     pub(crate) pulley: R,
-    pub(crate) hip_spent: R,
-    pub(crate) pulley_spent: R,
+    pub(crate) hip_saturated: R,
+    pub(crate) pulley_saturated: R,
     pub(crate) hip_damping: R,
     pub(crate) pulley_damping: R,
 }
@@ -44,28 +44,28 @@ pub(crate) fn wanted<R: Real>(servo: &PositionServo, command: R, position: R, ra
     (target - rate) * R::splat(servo.stiffness())
 }
 
-/// Torque of a motor that is used up, in the direction `spent` \[N·m\].
+/// Torque of a motor that is used up, in the direction `saturated` \[N·m\].
 #[inline(always)]
-pub(crate) fn greatest<R: Real>(servo: &PositionServo, spent: R, rate: R) -> R {
+pub(crate) fn greatest<R: Real>(servo: &PositionServo, saturated: R, rate: R) -> R {
     if servo.torque().is_infinite() {
         return R::zero();
     }
-    let share = R::splat(1.0) - spent * rate * R::splat(1.0 / servo.speed());
-    spent * R::splat(servo.torque()) * share.clamped(R::zero(), R::splat(1.0))
+    let share = R::splat(1.0) - saturated * rate * R::splat(1.0 / servo.speed());
+    saturated * R::splat(servo.torque()) * share.clamped(R::zero(), R::splat(1.0))
 }
 
 /// The line through the torque of a motor that is used up, about a rate: torque at standstill \[N·m\], and what it falls by
 /// with the rate \[N·m·s/rad\]. Zero where no motor is used up.
-pub(crate) fn line(servo: &PositionServo, spent: Lanes, rate: Lanes) -> [Lanes; 2] {
+pub(crate) fn line(servo: &PositionServo, saturated: Lanes, rate: Lanes) -> [Lanes; 2] {
     if servo.torque().is_infinite() {
         return [Lanes::zero(); 2];
     }
     let (zero, one) = (Lanes::zero(), Lanes::splat(1.0));
-    let share = one - spent * rate * Lanes::splat(1.0 / servo.speed());
+    let share = one - saturated * rate * Lanes::splat(1.0 / servo.speed());
     let pushes = share.simd_gt(zero);
     let falls = pushes & share.simd_lt(one);
-    let torque = spent * Lanes::splat(servo.torque());
-    let damping = spent * spent * Lanes::splat(servo.torque() / servo.speed());
+    let torque = saturated * Lanes::splat(servo.torque());
+    let damping = saturated * saturated * Lanes::splat(servo.torque() / servo.speed());
     [
         pushes.bitselect(torque, zero),
         falls.bitselect(damping, zero),
@@ -95,19 +95,19 @@ fn served<R: Real>(servos: &Servos, commands: &Commands<R>, turned: &Turned<R>) 
         pulley_rate,
     } = *turned;
     let one = R::splat(1.0);
-    let hip_spent = commands.hip_spent * commands.hip_spent;
-    let knee_spent = commands.pulley_spent * commands.pulley_spent;
+    let hip_saturated = commands.hip_saturated * commands.hip_saturated;
+    let knee_saturated = commands.pulley_saturated * commands.pulley_saturated;
     let inertia = R::splat(knee.inertia());
     Driven {
         hip_acceleration: wanted(hip, commands.hip, hip_angle, hip_rate),
-        hip_torque: greatest(hip, commands.hip_spent, hip_rate),
-        hip_inertia: hip_spent * R::splat(hip.inertia()),
+        hip_torque: greatest(hip, commands.hip_saturated, hip_rate),
+        hip_inertia: hip_saturated * R::splat(hip.inertia()),
         pulley,
         pulley_rate,
-        pulley_acceleration: (one - knee_spent)
+        pulley_acceleration: (one - knee_saturated)
             * wanted(knee, commands.pulley, pulley, pulley_rate)
-            + greatest(knee, commands.pulley_spent, pulley_rate) / inertia,
-        pulley_mobility: knee_spent / inertia,
+            + greatest(knee, commands.pulley_saturated, pulley_rate) / inertia,
+        pulley_mobility: knee_saturated / inertia,
     }
 }
 

@@ -5,7 +5,7 @@ use twinrig_robot::Robot;
 
 use crate::articulated::{Articulated, into_trunk};
 use crate::carried::COUPLED;
-use crate::hold::{Driven, HOLDS, Holding};
+use crate::constraints::{CONSTRAINTS, ConstraintSet, Driven};
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::options::LcpError;
@@ -70,15 +70,15 @@ impl Equations {
         let state = state(&model, posture)?;
         let mode = Mode::free();
         let drive = Driven::none();
-        let holding = Holding {
-            holds: &mode.holds,
+        let constraint_set = ConstraintSet {
+            active: &mode.active,
             drive: &drive,
             recovery: Lanes::zero(),
             ahead: 0.0,
-            any: [false; HOLDS],
+            any: [false; CONSTRAINTS],
         };
         let legs = &model.side_by_side;
-        let articulated = Articulated::new(&model, legs, &state, &holding);
+        let articulated = Articulated::new(&model, legs, &state, &constraint_set);
         let Some(base) = &articulated.base else {
             return Err(LcpError::Start("the trunk has to be free".to_owned()));
         };

@@ -25,7 +25,7 @@ const RECOVERY: f64 = 0.2;
 impl<const N: usize> Flow<N> {
     /// Moves on by `seconds` in one explicit step.
     pub(crate) fn run_explicit_euler(&mut self, seconds: f64) -> Result<(), FlowError> {
-        self.obey();
+        self.follow_command();
         let before = self.state;
         self.collide()?;
         let recovery = RECOVERY / seconds;
@@ -40,7 +40,7 @@ impl<const N: usize> Flow<N> {
 
     /// Moves on by `seconds` in one step of the symplectic method.
     pub(crate) fn run_semi_implicit(&mut self, seconds: f64) -> Result<(), FlowError> {
-        self.obey();
+        self.follow_command();
         let before = self.state;
         let demand = Demand::Velocity { seconds };
         let constrained = self.constrain(demand, Method::Newton, seconds)?;
@@ -77,7 +77,7 @@ impl<const N: usize> Flow<N> {
         self.state = state;
         self.ledger.impact += toll.impact;
         self.ledger.dissipated += toll.friction;
-        let sums = self.tally.ground.iter_mut().flatten();
+        let sums = self.impulse_sums.ground.iter_mut().flatten();
         for (sum, part) in sums.zip(toll.ground.iter().flatten()) {
             *sum += part;
         }
@@ -128,15 +128,15 @@ impl<const N: usize> Flow<N> {
         for (i, torque) in motion.articulated.chain.friction.iter().enumerate() {
             taken -= *torque * mean(start.rates[i], end.rates[i]);
         }
-        let given = motion.felt.hip_torque * mean(start.rates[0], end.rates[0])
-            + motion.felt.knee_torque * mean(start.pulley_rate, end.pulley_rate);
+        let given = motion.forces.hip_torque * mean(start.rates[0], end.rates[0])
+            + motion.forces.knee_torque * mean(start.pulley_rate, end.pulley_rate);
         self.ledger.dissipated += seconds * taken.sum() + constrained.friction;
         self.ledger.actuator += seconds * given.sum();
         self.ledger.impact += constrained.impact;
-        self.tally.hip += h * motion.felt.hip_torque;
-        self.tally.knee += h * motion.felt.knee_torque;
-        self.tally.cable += h * motion.felt.forces[crate::hold::CABLE];
-        let sums = self.tally.ground.iter_mut().flatten();
+        self.impulse_sums.hip += h * motion.forces.hip_torque;
+        self.impulse_sums.knee += h * motion.forces.knee_torque;
+        self.impulse_sums.cable += h * motion.forces.forces[crate::constraints::CABLE];
+        let sums = self.impulse_sums.ground.iter_mut().flatten();
         for (sum, force) in sums.zip(constrained.ground.iter().flatten()) {
             *sum += seconds * force;
         }
@@ -147,7 +147,7 @@ impl<const N: usize> Flow<N> {
             return Err(FlowError::NotFinite);
         }
         let stored = self.stored();
-        self.ledger.balance(stored);
+        self.ledger.close_step(stored);
         Ok(())
     }
 
@@ -177,13 +177,13 @@ impl Mode {
     /// Lets go of stops, cables and feet.
     pub(crate) fn release(&mut self) {
         let none = Lanes::zero();
-        let holds = &mut self.holds;
+        let active = &mut self.active;
         for held in [
-            &mut holds.closed,
-            &mut holds.open,
-            &mut holds.extended,
-            &mut holds.bottomed,
-            &mut holds.cable,
+            &mut active.closed,
+            &mut active.open,
+            &mut active.extended,
+            &mut active.bottomed,
+            &mut active.cable,
         ] {
             *held = none;
         }
@@ -193,13 +193,13 @@ impl Mode {
     /// How much holds that did not before.
     fn news(&self, before: &Self) -> u64 {
         let all = |mode: &Self| {
-            let holds = &mode.holds;
+            let active = &mode.active;
             [
-                holds.closed,
-                holds.open,
-                holds.extended,
-                holds.bottomed,
-                holds.cable,
+                active.closed,
+                active.open,
+                active.extended,
+                active.bottomed,
+                active.cable,
             ]
         };
         let mut news = 0;

@@ -11,19 +11,19 @@ mod closed;
 pub(crate) mod constrained;
 mod impact;
 mod losses;
-mod regain;
-mod settle;
+mod reactivate;
+mod resolve_modes;
 
 pub(crate) use closed::{Entry, Feet, PLACES, Role, STOPPED, Stop};
 use impact::Struck;
 pub(crate) use impact::Toll;
-pub(crate) use regain::Passed;
-pub(crate) use settle::Settled;
+pub(crate) use reactivate::Passed;
+pub(crate) use resolve_modes::Settled;
 
 use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
 
 use crate::articulated::{Articulated, Response, between_links};
-use crate::hold::{Driven, Holding};
+use crate::constraints::{ConstraintSet, Driven};
 use crate::mode::Mode;
 use crate::motion::Scene;
 use crate::real::{Lanes, Real};
@@ -164,13 +164,13 @@ impl<const N: usize> Scene<'_, Lanes, N> {
         mode: &Mode,
         drive: &Driven<Lanes>,
     ) -> Articulated<Lanes, N> {
-        let holding = Holding {
-            holds: &mode.holds,
+        let constraint_set = ConstraintSet {
+            active: &mode.active,
             drive,
             recovery: Lanes::zero(),
             ahead: 0.0,
             any: mode.any,
         };
-        Articulated::new(self.model, self.legs, state, &holding)
+        Articulated::new(self.model, self.legs, state, &constraint_set)
     }
 }

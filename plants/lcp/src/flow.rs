@@ -6,13 +6,13 @@ use twinrig_runtime::WorkCounts;
 
 use crate::articulated::{into_world, stored_in};
 use crate::chain::Chain;
+use crate::event_driven::{Halt, Stepper, Track};
 use crate::events::Instant;
-use crate::log::Happening;
-use crate::march::{Halt, Stepper, Track};
+use crate::log::EventKind;
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::moreau::Pushed;
-use crate::motion::{Bench, Felt, Motion, Scene};
+use crate::motion::{Bench, LegForces, Motion, Scene};
 use crate::options::Method;
 use crate::real::{Lanes, Real};
 use crate::site::Site;
@@ -55,7 +55,7 @@ pub(crate) enum FlowError {
 
 /// What has been felt, summed over time.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tally {
+pub(crate) struct ImpulseSums {
     /// Of hip motor, knee motor and cable: ∫ τ dt, ∫ F dt.
     pub(crate) hip: Lanes,
     pub(crate) knee: Lanes,
@@ -64,7 +64,7 @@ pub(crate) struct Tally {
     pub(crate) ground: [[f64; 3]; 4],
 }
 
-impl Tally {
+impl ImpulseSums {
     pub(crate) fn new() -> Self {
         let zero = Lanes::zero();
         Self {
@@ -97,12 +97,12 @@ impl Tally {
 
 /// Events of an island in a step, beyond which they crowd: of the default method, and of one that is
 /// chosen for stiff scenes.
-const CROWD: u32 = 8;
+const EVENTS_PER_STEP_MAX: u32 = 8;
 const CROWD_MAX: u32 = 24;
 
 /// Length of a fallback in steps: the first, and at most. A try costs as much as some ten steps of a fallback.
-const PATIENCE: u32 = 25;
-const PATIENCE_MAX: u32 = 200;
+const BACKOFF: u32 = 25;
+const BACKOFF_MAX: u32 = 200;
 
 /// How often its steps are halved there.
 const HALVINGS_MAX: u32 = 7;
@@ -115,11 +115,11 @@ pub(crate) struct Before<const N: usize> {
     state: State<Lanes, N>,
     mode: Mode,
     pub(crate) ledger: Ledger,
-    pub(crate) tally: Tally,
+    pub(crate) impulse_sums: ImpulseSums,
     stride: Lanes,
     pushed: Pushed,
     rattles: u32,
-    patience: u32,
+    backoff: u32,
     calm: u32,
     counts: WorkCounts,
     gained: f64,
@@ -134,9 +134,9 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) mode: Mode,
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
-    pub(crate) tally: Tally,
+    pub(crate) impulse_sums: ImpulseSums,
     /// The sums before the last run, and how long that was \[s\].
-    pub(crate) tally_before: Tally,
+    pub(crate) impulse_sums_before: ImpulseSums,
     pub(crate) tallied: f64,
     /// The step that each island found good last \[s\].
     pub(crate) stride: Lanes,
@@ -152,7 +152,7 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) midpoint: Option<Box<crate::moreau::Memory<N>>>,
     /// Steps that are left to Moreau's rule, since events crowd.
     pub(crate) rattles: u32,
-    pub(crate) patience: u32,
+    pub(crate) backoff: u32,
     /// Steps since the last fallback.
     pub(crate) calm: u32,
     /// Events of an island in a step, beyond which they crowd.
@@ -160,7 +160,7 @@ pub(crate) struct Flow<const N: usize> {
     /// Time at the start of the step \[s\], and what happened since somebody wanted to know.
     pub(crate) now_s: f64,
     pub(crate) logs: bool,
-    pub(crate) log: Vec<Happening>,
+    pub(crate) log: Vec<EventKind>,
     pub(crate) rodas4: crate::rodas4::Memory<N>,
     /// The memory of a march; gone while there is one.
     pub(crate) track: Option<Box<Track<N>>>,
@@ -183,12 +183,12 @@ impl<const N: usize> Flow<N> {
         match model.drives {
             None => {}
             Some(Fitted::Servos(_)) => {
-                mode.holds.hip = Lanes::splat(1.0);
+                mode.active.hip = Lanes::splat(1.0);
                 mode.recount();
             }
             Some(Fitted::Motors(_)) => {
-                mode.commands.hip_spent = Lanes::splat(1.0);
-                mode.commands.pulley_spent = Lanes::splat(1.0);
+                mode.commands.hip_saturated = Lanes::splat(1.0);
+                mode.commands.pulley_saturated = Lanes::splat(1.0);
             }
         }
         let mut flow = Self {
@@ -197,8 +197,8 @@ impl<const N: usize> Flow<N> {
             mode,
             ledger: Ledger::default(),
             counts: WorkCounts::default(),
-            tally: Tally::new(),
-            tally_before: Tally::new(),
+            impulse_sums: ImpulseSums::new(),
+            impulse_sums_before: ImpulseSums::new(),
             tallied: 0.0,
             stride: Lanes::splat(f64::INFINITY),
             method,
@@ -209,10 +209,10 @@ impl<const N: usize> Flow<N> {
             free_rates: Vec::new(),
             midpoint: None,
             rattles: 0,
-            patience: PATIENCE,
+            backoff: BACKOFF,
             calm: 0,
             events_max: if method == Method::Rk4 {
-                CROWD
+                EVENTS_PER_STEP_MAX
             } else {
                 CROWD_MAX
             },
@@ -231,7 +231,7 @@ impl<const N: usize> Flow<N> {
 
     /// Moves on by `seconds`, or stays where it is.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
-        if self.fresh && self.regain().is_err() {
+        if self.fresh && self.reactivate().is_err() {
             // Nothing that holds is to be found, so nothing is known to hold.
             self.fresh = false;
         }
@@ -248,7 +248,7 @@ impl<const N: usize> Flow<N> {
         if moved.is_err() {
             self.back_to(&before);
             (self.stride, self.pushed) = (before.stride, before.pushed);
-            (self.rattles, self.patience) = (before.rattles, before.patience);
+            (self.rattles, self.backoff) = (before.rattles, before.backoff);
             self.calm = before.calm;
             (self.counts, self.gained) = (before.counts, before.gained);
             self.instant.iterations = self.counts.solver_iterations;
@@ -263,16 +263,16 @@ impl<const N: usize> Flow<N> {
         if self.rattles > 0 {
             self.rattles -= 1;
             self.fresh = self.rattles == 0;
-            return self.rattle(before, seconds);
+            return self.moreau_after_chatter(before, seconds);
         }
-        match self.march(stepper, seconds) {
+        match self.event_driven(stepper, seconds) {
             Ok(()) if self.is_unbalanced(&before.ledger) || self.is_restless(before) => {
                 self.counts.steps = before.counts.steps;
                 self.fall_back();
-                self.rattle(before, seconds)
+                self.moreau_after_chatter(before, seconds)
             }
             Ok(()) => {
-                self.regain_patience();
+                self.reset_backoff();
                 Ok(())
             }
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
@@ -283,34 +283,34 @@ impl<const N: usize> Flow<N> {
             }
             Err(_) => {
                 self.fall_back();
-                self.rattle(before, seconds)
+                self.moreau_after_chatter(before, seconds)
             }
         }
     }
 
     /// Leaves the next steps to Moreau's rule: twice as many each time, as long as the method itself gets nowhere.
     fn fall_back(&mut self) {
-        self.rattles = self.patience;
-        self.patience = (2 * self.patience).min(PATIENCE_MAX);
+        self.rattles = self.backoff;
+        self.backoff = (2 * self.backoff).min(BACKOFF_MAX);
         self.calm = 0;
     }
 
     /// Whether a first step after a fallback has had events. Then their cause is not gone, and what Moreau's rule has left
     /// overlapping has been made an impact of.
     fn is_restless(&self, before: &Before<N>) -> bool {
-        self.patience > PATIENCE && self.calm == 0 && self.counts.events > before.counts.events
+        self.backoff > BACKOFF && self.calm == 0 && self.counts.events > before.counts.events
     }
 
     /// Halves the length of the next fallback after as many steps without one.
-    fn regain_patience(&mut self) {
+    fn reset_backoff(&mut self) {
         self.calm += 1;
-        if self.calm.is_multiple_of(self.patience) {
-            self.patience = (self.patience / 2).max(PATIENCE);
+        if self.calm.is_multiple_of(self.backoff) {
+            self.backoff = (self.backoff / 2).max(BACKOFF);
         }
     }
 
     /// Moreau's rule in the place of another method, in as many steps as it takes to make no energy.
-    fn rattle(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
+    fn moreau_after_chatter(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
         self.counts.fallbacks += 1;
         for halvings in 0..=HALVINGS_MAX {
             let pieces = 1 << halvings;
@@ -349,11 +349,11 @@ impl<const N: usize> Flow<N> {
             state: self.state,
             mode: self.mode,
             ledger: self.ledger,
-            tally: self.tally,
+            impulse_sums: self.impulse_sums,
             stride: self.stride,
             pushed: self.pushed,
             rattles: self.rattles,
-            patience: self.patience,
+            backoff: self.backoff,
             calm: self.calm,
             counts: self.counts,
             gained: self.gained,
@@ -364,7 +364,7 @@ impl<const N: usize> Flow<N> {
     fn back_to(&mut self, before: &Before<N>) {
         self.state = before.state;
         self.mode = before.mode;
-        (self.ledger, self.tally) = (before.ledger, before.tally);
+        (self.ledger, self.impulse_sums) = (before.ledger, before.impulse_sums);
         self.log.truncate(before.events);
         self.stride = Lanes::splat(f64::INFINITY);
     }
@@ -374,17 +374,17 @@ impl<const N: usize> Flow<N> {
         let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
         let chain = Chain::new(scene.legs, &self.state.angles, &self.state.rates);
         let drive = scene.drive(&self.state);
-        let holds = &self.mode.holds;
+        let active = &self.mode.active;
         let mut worst = 0.0_f64;
-        for (hold, holds) in [
-            (chain.closed(scene.legs, &self.state.angles), holds.closed),
-            (chain.open(scene.legs), holds.open),
-            (chain.extended(scene.legs), holds.extended),
-            (chain.bottomed(scene.legs), holds.bottomed),
-            (chain.taut(scene.legs, &drive), holds.cable),
+        for (constraint, active) in [
+            (chain.closed(scene.legs, &self.state.angles), active.closed),
+            (chain.open(scene.legs), active.open),
+            (chain.extended(scene.legs), active.extended),
+            (chain.bottomed(scene.legs), active.bottomed),
+            (chain.taut(scene.legs, &drive), active.cable),
         ] {
             for leg in 0..self.model.legs.len() {
-                worst = worst.max((hold.gap * holds).lane(leg).abs());
+                worst = worst.max((constraint.gap * active).lane(leg).abs());
             }
         }
         worst
@@ -403,20 +403,20 @@ impl<const N: usize> Flow<N> {
         &mut self,
         state: &State<Lanes, N>,
         recovery: f64,
-        felt_for: Option<(Lanes, &mut Tally)>,
+        felt_for: Option<(Lanes, &mut ImpulseSums)>,
     ) -> Slope<Lanes, N> {
         if !self.mode.contacts.is_empty() {
             let motion = self.motion(state, recovery);
-            if let Some((seconds, tally)) = felt_for {
-                self.feel(state, &motion, seconds, tally);
+            if let Some((seconds, impulse_sums)) = felt_for {
+                self.feel(state, &motion, seconds, impulse_sums);
             }
             return motion.slope;
         }
         self.counts.evaluations += 1;
         let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
-        let (slope, felt) = scene.slope_aloft(state);
-        if let Some((seconds, tally)) = felt_for {
-            self.feel_motors(&felt, seconds, tally);
+        let (slope, forces) = scene.slope_aloft(state);
+        if let Some((seconds, impulse_sums)) = felt_for {
+            self.feel_motors(&forces, seconds, impulse_sums);
         }
         slope
     }
@@ -454,20 +454,26 @@ impl<const N: usize> Flow<N> {
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
         weight: Lanes,
-        tally: &mut Tally,
+        impulse_sums: &mut ImpulseSums,
     ) {
-        self.feel_motors(&motion.felt, weight, tally);
-        self.feel_ground(state, motion, weight, tally);
+        self.feel_motors(&motion.forces, weight, impulse_sums);
+        self.feel_ground(state, motion, weight, impulse_sums);
     }
 
     #[inline(always)]
-    pub(crate) fn feel_motors(&self, felt: &Felt<Lanes>, weight: Lanes, tally: &mut Tally) {
+    pub(crate) fn feel_motors(
+        &self,
+        forces: &LegForces<Lanes>,
+        weight: Lanes,
+        impulse_sums: &mut ImpulseSums,
+    ) {
         if self.model.drives.is_some() {
-            tally.hip += weight * felt.hip_torque;
-            tally.knee += weight * felt.knee_torque;
+            impulse_sums.hip += weight * forces.hip_torque;
+            impulse_sums.knee += weight * forces.knee_torque;
             // A motion ends past an event by the error of its time. Nothing pushes there.
-            let tension = felt.forces[crate::hold::CABLE];
-            tally.cable += weight * tension.clamped(Lanes::zero(), Lanes::splat(f64::INFINITY));
+            let tension = forces.forces[crate::constraints::CABLE];
+            impulse_sums.cable +=
+                weight * tension.clamped(Lanes::zero(), Lanes::splat(f64::INFINITY));
         }
     }
 
@@ -476,7 +482,7 @@ impl<const N: usize> Flow<N> {
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
         weight: Lanes,
-        tally: &mut Tally,
+        impulse_sums: &mut ImpulseSums,
     ) {
         let Some(ground) = &self.model.ground else {
             return;
@@ -514,7 +520,7 @@ impl<const N: usize> Flow<N> {
                 })
             };
             let seconds = weight.lane(contact.leg);
-            for (sum, part) in tally.ground[contact.leg]
+            for (sum, part) in impulse_sums.ground[contact.leg]
                 .iter_mut()
                 .zip(into_world(&rotation, own))
             {

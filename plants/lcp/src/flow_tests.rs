@@ -1,7 +1,7 @@
 use twinrig_robot::GRAVITY;
 
 use super::*;
-use crate::hold::{DIAGONAL, PANTOGRAPH};
+use crate::constraints::{DIAGONAL, PANTOGRAPH};
 use crate::scenes::{self, hanging};
 
 #[test]
@@ -42,7 +42,7 @@ fn two_stops_that_are_closed_at_rest_push_as_virtual_work_says() {
         let lever = -l2 * ld * libm::sin(second - first) / length;
         let weight_on_second = GRAVITY * b2 * libm::sin(second);
         let extended = own.diagonal.stiffness * own.diagonal.preload - weight_on_second / lever;
-        let forces = motion.felt.forces.map(|force| force.lane(leg));
+        let forces = motion.forces.forces.map(|force| force.lane(leg));
         assert!(closed > 0.0 && extended > 0.0, "{closed} {extended}");
         for (found, expected) in [(forces[PANTOGRAPH], closed), (forces[DIAGONAL], extended)] {
             assert!(
@@ -59,9 +59,9 @@ fn stops_that_are_closed_at_rest_stay_closed() {
     let mut flow = hanging(&robot, ([5.0, 0.0, 0.0], [0.0; 3]));
     for _ in 0..100 {
         flow.step(2e-3).unwrap();
-        let holds = &flow.mode.holds;
+        let active = &flow.mode.active;
         assert_eq!(
-            [holds.closed, holds.extended].map(Lanes::to_array),
+            [active.closed, active.extended].map(Lanes::to_array),
             [[1.0; 4]; 2]
         );
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::hold::{CABLE, DIAGONAL, PANTOGRAPH};
+use crate::constraints::{CABLE, DIAGONAL, PANTOGRAPH};
 use crate::motion::{Bench, Motion, Scene};
 use crate::real::{Lanes, Real};
 use crate::site::Site;
@@ -103,34 +103,35 @@ impl Guards {
         let ease = Lanes::splat(AT_EASE);
         guards.values = [ease; GUARDS];
         guards.rates = [Lanes::zero(); GUARDS];
-        let (chain, holds) = (&motion.articulated.chain, &scene.holds);
+        let (chain, active) = (&motion.articulated.chain, &scene.active);
         let gaps = [
-            (chain.closed(scene.legs, &state.angles), holds.closed),
-            (chain.open(scene.legs), holds.open),
-            (chain.extended(scene.legs), holds.extended),
-            (chain.bottomed(scene.legs), holds.bottomed),
-            (chain.taut(scene.legs, &motion.drive), holds.cable),
+            (chain.closed(scene.legs, &state.angles), active.closed),
+            (chain.open(scene.legs), active.open),
+            (chain.extended(scene.legs), active.extended),
+            (chain.bottomed(scene.legs), active.bottomed),
+            (chain.taut(scene.legs, &motion.drive), active.cable),
         ];
         let stops = if scene.model.drives.is_some() {
             STOPS
         } else {
             STOPS - 1
         };
-        for (place, (hold, holds)) in gaps.into_iter().enumerate().take(stops) {
-            guards.values[place] = hold.gap + holds * ease;
-            guards.rates[place] = hold.rate;
+        for (place, (constraint, active)) in gaps.into_iter().enumerate().take(stops) {
+            guards.values[place] = constraint.gap + active * ease;
+            guards.rates[place] = constraint.rate;
         }
-        let forces = &motion.felt.forces;
-        for (place, (hold, holds)) in [
-            (PANTOGRAPH, holds.closed + holds.open),
-            (DIAGONAL, holds.extended + holds.bottomed),
-            (CABLE, holds.cable),
+        let forces = &motion.forces.forces;
+        for (place, (constraint, active)) in [
+            (PANTOGRAPH, active.closed + active.open),
+            (DIAGONAL, active.extended + active.bottomed),
+            (CABLE, active.cable),
         ]
         .into_iter()
         .enumerate()
         {
-            if scene.mode.any[hold] {
-                guards.values[STOPS + place] = forces[hold] + (Lanes::splat(1.0) - holds) * ease;
+            if scene.mode.any[constraint] {
+                guards.values[STOPS + place] =
+                    forces[constraint] + (Lanes::splat(1.0) - active) * ease;
             }
         }
         guards.of_feet(scene, state, motion, bench);

@@ -7,7 +7,7 @@ use crate::real::Real;
 
 /// A stop or a foot that was reached or let go.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Happening {
+pub(crate) struct EventKind {
     pub(crate) at_s: f64,
     pub(crate) leg: usize,
     pub(crate) what: &'static str,
@@ -37,7 +37,7 @@ impl<const N: usize> Flow<N> {
                 let [was, is] = [&self.mode, next].map(|mode| stop.held(mode).lane(leg) != 0.0);
                 if was != is {
                     let (what, reached) = (stop.name(), is);
-                    self.log.push(Happening {
+                    self.log.push(EventKind {
                         at_s,
                         leg,
                         what,
@@ -53,7 +53,7 @@ impl<const N: usize> Flow<N> {
                 if stands(&self.mode) != stands(next) {
                     let what = if links == 3 { "ground" } else { "toe" };
                     let reached = stands(next);
-                    self.log.push(Happening {
+                    self.log.push(EventKind {
                         at_s,
                         leg,
                         what,

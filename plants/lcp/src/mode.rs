@@ -1,8 +1,8 @@
 //! What holds while the robot moves smoothly: stops and cables inside the legs, motors, feet on the ground.
 
+use crate::constraints::{ActiveConstraints, CABLE, CONSTRAINTS, DIAGONAL, HIP, PANTOGRAPH};
 use crate::contacts::Contacts;
 use crate::drives::Commands;
-use crate::hold::{CABLE, DIAGONAL, HIP, HOLDS, Holds, PANTOGRAPH};
 use crate::real::{Lanes, Real, Wide};
 
 /// A point of a leg on the ground.
@@ -18,10 +18,10 @@ pub(crate) struct Contact {
 /// What holds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Mode {
-    pub(crate) holds: Holds<Lanes>,
+    pub(crate) active: ActiveConstraints<Lanes>,
     pub(crate) commands: Commands<Lanes>,
     /// Kinds of constraints that hold in any leg.
-    pub(crate) any: [bool; HOLDS],
+    pub(crate) any: [bool; CONSTRAINTS],
     pub(crate) contacts: Contacts,
 }
 
@@ -30,7 +30,7 @@ impl Mode {
     pub(crate) fn free() -> Self {
         let none = Lanes::zero();
         Self {
-            holds: Holds {
+            active: ActiveConstraints {
                 hip: none,
                 closed: none,
                 open: none,
@@ -41,12 +41,12 @@ impl Mode {
             commands: Commands {
                 hip: none,
                 pulley: none,
-                hip_spent: none,
-                pulley_spent: none,
+                hip_saturated: none,
+                pulley_saturated: none,
                 hip_damping: none,
                 pulley_damping: none,
             },
-            any: [false; HOLDS],
+            any: [false; CONSTRAINTS],
             contacts: Contacts::none(),
         }
     }
@@ -54,26 +54,26 @@ impl Mode {
     /// The motors alone.
     pub(crate) fn clone_without_stops(&self) -> Self {
         let mut mode = Self::free();
-        mode.holds.hip = self.holds.hip;
+        mode.active.hip = self.active.hip;
         mode.commands = self.commands;
         mode
     }
 
     /// Finds again which kinds of constraints hold in any leg.
     pub(crate) fn recount(&mut self) {
-        let in_any = |lanes: Lanes| lanes.to_array().iter().any(|&holds| holds != 0.0);
-        let holds = &self.holds;
-        self.any[HIP] = in_any(holds.hip);
-        self.any[PANTOGRAPH] = in_any(holds.closed + holds.open);
-        self.any[DIAGONAL] = in_any(holds.extended + holds.bottomed);
-        self.any[CABLE] = in_any(holds.cable);
+        let in_any = |lanes: Lanes| lanes.to_array().iter().any(|&active| active != 0.0);
+        let active = &self.active;
+        self.any[HIP] = in_any(active.hip);
+        self.any[PANTOGRAPH] = in_any(active.closed + active.open);
+        self.any[DIAGONAL] = in_any(active.extended + active.bottomed);
+        self.any[CABLE] = in_any(active.cable);
     }
 }
 
-impl<R> Holds<R> {
+impl<R> ActiveConstraints<R> {
     /// The same in numbers of another kind.
-    pub(crate) fn map<S>(&self, of: impl Fn(&R) -> S) -> Holds<S> {
-        Holds {
+    pub(crate) fn map<S>(&self, of: impl Fn(&R) -> S) -> ActiveConstraints<S> {
+        ActiveConstraints {
             hip: of(&self.hip),
             closed: of(&self.closed),
             open: of(&self.open),
@@ -90,8 +90,8 @@ impl Commands<Lanes> {
         Commands {
             hip: R::of(self.hip),
             pulley: R::of(self.pulley),
-            hip_spent: R::of(self.hip_spent),
-            pulley_spent: R::of(self.pulley_spent),
+            hip_saturated: R::of(self.hip_saturated),
+            pulley_saturated: R::of(self.pulley_saturated),
             hip_damping: R::of(self.hip_damping),
             pulley_damping: R::of(self.pulley_damping),
         }

@@ -24,9 +24,9 @@ use twinrig_legged::Fitted;
 
 use crate::articulated::{Accelerations, Articulated, rotation};
 use crate::chain::rubbed;
+use crate::constraints::{ConstraintSet, Driven, HIP};
 use crate::events::{Entry, Feet, PLACES, Role, Stop};
 use crate::flow::{Flow, FlowError};
-use crate::hold::{Driven, HIP, Holding};
 use crate::motion::Scene;
 use crate::motors::Effort;
 use crate::real::{Lanes, Real};
@@ -201,9 +201,9 @@ impl<const N: usize> Flow<N> {
                     half * (before.pulley_rate + after.pulley_rate),
                 ],
             };
-            let spent = self.tire(&effort);
+            let saturated = self.saturate(&effort);
             let now = self.lines(effort.rates);
-            if change == CHANGES_MAX || !spent && now == lines {
+            if change == CHANGES_MAX || !saturated && now == lines {
                 self.finish(&before, &solved, memory, seconds);
                 break;
             }
@@ -218,18 +218,18 @@ impl<const N: usize> Flow<N> {
         // What hips that follow their commands impose is for one radian a second.
         drive.hip_acceleration = Lanes::splat(1.0);
         if let Some(drives) = &self.model.drives {
-            let spent = self.mode.commands.hip_spent;
-            drive.hip_inertia = spent * spent * Lanes::splat(drives.inertias()[0]);
+            let saturated = self.mode.commands.hip_saturated;
+            drive.hip_inertia = saturated * saturated * Lanes::splat(drives.inertias()[0]);
         }
         let mode = self.mode.clone_without_stops();
-        let hips = [mode.holds.hip, drive.hip_inertia];
+        let hips = [mode.active.hip, drive.hip_inertia];
         if node.known && node.angles == *angles && node.hips == hips {
             return;
         }
         let mut mode = mode;
         mode.recount();
-        let holding = Holding {
-            holds: &mode.holds,
+        let constraint_set = ConstraintSet {
+            active: &mode.active,
             drive: &drive,
             recovery: Lanes::zero(),
             ahead: 0.0,
@@ -241,7 +241,7 @@ impl<const N: usize> Flow<N> {
             &self.model,
             &self.model.side_by_side,
             [angles, &still],
-            &holding,
+            &constraint_set,
         );
         node.geometry = Geometry::of(&self.model, inertia);
         (node.angles, node.hips, node.known) = (*angles, hips, true);
@@ -396,15 +396,20 @@ impl<const N: usize> Flow<N> {
     ) {
         let mut mode = self.mode.clone_without_stops();
         mode.recount();
-        let holding = Holding {
-            holds: &mode.holds,
+        let constraint_set = ConstraintSet {
+            active: &mode.active,
             drive,
             recovery: Lanes::zero(),
             ahead: half,
             any: mode.any,
         };
         let moving = [&middle.angles, &middle.rates];
-        articulated.unload(&self.model, &self.model.side_by_side, moving, &holding);
+        articulated.unload(
+            &self.model,
+            &self.model.side_by_side,
+            moving,
+            &constraint_set,
+        );
     }
 
     /// The torques of the motors, mean over a step, and the work of the hips'.
@@ -425,8 +430,8 @@ impl<const N: usize> Flow<N> {
         let mut torque = drive.hip_torque - lost * hip.acceleration;
         solved.hip_work = h * torque * solved.mean[0];
         if let Fitted::Servos(_) = drives {
-            let spent = self.mode.commands.hip_spent;
-            let follows = Lanes::splat(1.0) - spent * spent;
+            let saturated = self.mode.commands.hip_saturated;
+            let follows = Lanes::splat(1.0) - saturated * saturated;
             let kick = h * (inertia[0] * hip.acceleration + hip.held);
             let ([behind, beyond], [first, last]) = (hip.bent, hip.rates);
             torque += follows * (behind + kick + beyond) / h;
@@ -537,9 +542,9 @@ impl<const N: usize> Flow<N> {
         let (h, half) = (Lanes::splat(seconds), Lanes::splat(0.5 * seconds));
         let after = solved.after;
         let [hip, knee] = solved.torques;
-        self.tally.hip += h * hip;
-        self.tally.knee += h * knee;
-        self.tally.cable += h * solved.tension;
+        self.impulse_sums.hip += h * hip;
+        self.impulse_sums.knee += h * knee;
+        self.impulse_sums.cable += h * solved.tension;
         let wound = half * (before.pulley_rate + after.pulley_rate);
         self.ledger.actuator += (solved.hip_work + knee * wound).sum();
         let torques = rubbed(&self.model.side_by_side, &solved.mean);
@@ -553,7 +558,7 @@ impl<const N: usize> Flow<N> {
             base.rotation = rotation(after.attitude);
         }
         let stored = end.stored(&self.model, &self.model.side_by_side, &after);
-        self.ledger.balance(stored);
+        self.ledger.close_step(stored);
         core::mem::swap(&mut memory.start, &mut memory.end);
         self.state = after;
         self.counts.steps += 1;
@@ -583,7 +588,7 @@ impl<const N: usize> Flow<N> {
             self.counts.events += u64::from(met && !entry.role.is_tangent());
         }
         let ground = self.instant.ground();
-        self.tally.push(&ground);
+        self.impulse_sums.push(&ground);
     }
 }
 

@@ -16,7 +16,7 @@ use crate::state::State;
 fn by<const N: usize>(start: &Flow<N>, method: Method) -> Flow<N> {
     let mut flow = Flow::new(start.model.clone(), start.state, method, 1e-12);
     flow.mode.commands = start.mode.commands;
-    flow.mode.holds.hip = start.mode.holds.hip;
+    flow.mode.active.hip = start.mode.active.hip;
     flow.mode.recount();
     flow
 }
@@ -81,18 +81,18 @@ fn smooth<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     driven.mode.commands.hip += Lanes::new([0.1, -0.1, 0.05, 0.0]);
     driven.mode.commands.pulley -= Lanes::splat(0.5);
     // Servos on the line of their torque over their rate, for good.
-    let mut spent = swinging(&robot, Base::Free, weak(servos));
-    spent.mode.commands.hip += Lanes::splat(50.0);
-    spent.mode.commands.hip_spent = Lanes::splat(1.0);
-    spent.mode.holds.hip = Lanes::zero();
-    spent.mode.commands.pulley -= Lanes::splat(0.5);
+    let mut saturated = swinging(&robot, Base::Free, weak(servos));
+    saturated.mode.commands.hip += Lanes::splat(50.0);
+    saturated.mode.commands.hip_saturated = Lanes::splat(1.0);
+    saturated.mode.active.hip = Lanes::zero();
+    saturated.mode.commands.pulley -= Lanes::splat(0.5);
     vec![
         ("held", swinging(&robot, Base::Fixed, Drives::None)),
         ("planar", swinging(&robot, Base::Planar, Drives::None)),
         ("thrown", thrown(&robot)),
         ("damped", thrown(&undamped::<N>(2e-3))),
         ("driven", driven),
-        ("spent", spent),
+        ("spent", saturated),
         ("motors", motorised(&robot)),
     ]
 }
@@ -211,11 +211,11 @@ fn impulses_of_the_ground_are_what_momentum_changes_by() {
     let mass = flow.model.trunk.mass;
     let mut greatest = 0.0_f64;
     for _ in 0..300 {
-        let (before, given) = (momentum(&flow), flow.tally.ground);
+        let (before, given) = (momentum(&flow), flow.impulse_sums.ground);
         flow.step(2e-3).unwrap();
         let after = momentum(&flow);
         for i in 0..3 {
-            let legs = flow.tally.ground.iter().zip(&given);
+            let legs = flow.impulse_sums.ground.iter().zip(&given);
             let impulse: f64 = legs.map(|(now, before)| now[i] - before[i]).sum();
             let weight = if i == 2 { mass * GRAVITY * 2e-3 } else { 0.0 };
             let gained = mass * (after.velocity[i] - before.velocity[i]) + weight;
@@ -240,7 +240,7 @@ fn friction_takes_energy_in_every_step_and_gives_none() {
         let mut taken = 0.0;
         for step in 0..300 {
             flow.step(2e-3).unwrap();
-            let now = flow.ledger.books().dissipated;
+            let now = flow.ledger.balance().dissipated;
             assert!(
                 now >= taken,
                 "{sideways}: {:e} J in step {step}",
@@ -262,7 +262,7 @@ fn energy_does_not_drift_in_twenty_seconds() {
             let (mut sum, mut low, mut high) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
             for _ in 0..500 * seconds {
                 flow.step(2e-3).unwrap();
-                let residual = flow.ledger.books().residual;
+                let residual = flow.ledger.balance().residual;
                 (low, high) = (low.min(residual), high.max(residual));
                 sum += residual;
             }

@@ -6,9 +6,9 @@ use crate::articulated::{
     Accelerations, Articulated, Floating, Response, Row, between, into_world,
 };
 use crate::constants::Constants;
+use crate::constraints::{ActiveConstraints, CABLE, CONSTRAINTS, ConstraintSet, Driven, Give, HIP};
 use crate::dense::solve;
 use crate::drives::{Commands, Turned, driven, greatest};
-use crate::hold::{CABLE, Driven, Give, HIP, HOLDS, Holding, Holds};
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::real::{Real, Wide};
@@ -42,8 +42,8 @@ impl<T, const N: usize> Default for Bench<T, N> {
 
 /// What is felt while things move: forces of what holds inside the legs, torques of the motors.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Felt<R> {
-    pub(crate) forces: [R; HOLDS],
+pub(crate) struct LegForces<R> {
+    pub(crate) forces: [R; CONSTRAINTS],
     pub(crate) hip_torque: R,
     pub(crate) knee_torque: R,
 }
@@ -52,7 +52,7 @@ pub(crate) struct Felt<R> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motion<R: Real, const N: usize> {
     pub(crate) slope: Slope<R, N>,
-    pub(crate) felt: Felt<R>,
+    pub(crate) forces: LegForces<R>,
     pub(crate) articulated: Articulated<R, N>,
     pub(crate) drive: Driven<R>,
 }
@@ -62,8 +62,8 @@ impl<R: Real, const N: usize> Motion<R, N> {
     pub(crate) fn blank() -> Self {
         Self {
             slope: Slope::zero(),
-            felt: Felt {
-                forces: [R::zero(); HOLDS],
+            forces: LegForces {
+                forces: [R::zero(); CONSTRAINTS],
                 hip_torque: R::zero(),
                 knee_torque: R::zero(),
             },
@@ -79,7 +79,7 @@ pub(crate) struct Scene<'a, R, const N: usize> {
     pub(crate) model: &'a Model<N>,
     pub(crate) legs: &'a Constants<R, N>,
     pub(crate) mode: &'a Mode,
-    pub(crate) holds: Holds<R>,
+    pub(crate) active: ActiveConstraints<R>,
     pub(crate) commands: Commands<R>,
     /// How fast errors of constraints are taken back \[1/s\].
     pub(crate) recovery: f64,
@@ -96,7 +96,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             model,
             legs,
             mode,
-            holds: mode.holds.map(|&lanes| R::of(lanes)),
+            active: mode.active.map(|&lanes| R::of(lanes)),
             commands: mode.commands.raised(),
             recovery,
         }
@@ -120,33 +120,33 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
     /// The right-hand side in a state where no foot stands, and no more than that: what it is made from never leaves the
     /// registers, and half of it is not needed.
     #[inline(always)]
-    pub(crate) fn slope_aloft(&self, state: &State<R, N>) -> (Slope<R, N>, Felt<R>) {
+    pub(crate) fn slope_aloft(&self, state: &State<R, N>) -> (Slope<R, N>, LegForces<R>) {
         let drive = self.drive(state);
-        let holding = Holding {
-            holds: &self.holds,
+        let constraint_set = ConstraintSet {
+            active: &self.active,
             drive: &drive,
             recovery: R::splat(self.recovery),
             ahead: 0.0,
             any: self.mode.any,
         };
         if self.model.is_free() {
-            let articulated = Articulated::new(self.model, self.legs, state, &holding);
+            let articulated = Articulated::new(self.model, self.legs, state, &constraint_set);
             let accelerations = articulated.accelerations();
-            let felt = self.feel(&articulated, &accelerations, &drive);
-            let mut slope = self.slope(state, &articulated, &accelerations, &drive, &felt);
+            let forces = self.feel(&articulated, &accelerations, &drive);
+            let mut slope = self.slope(state, &articulated, &accelerations, &drive, &forces);
             slope.dissipated = articulated.chain.friction_power();
-            return (slope, felt);
+            return (slope, forces);
         }
-        let (chain, give, torques) = Articulated::legs(self.legs, state, &holding);
+        let (chain, give, torques) = Articulated::legs(self.legs, state, &constraint_set);
         let accelerations = Accelerations {
             trunk: [<R::Sum as Real>::zero(); 6],
             links: give.accelerations(&torques),
             torques,
         };
-        let felt = self.feel_legs(&give, &accelerations, &drive);
-        let mut slope = self.slope_of(state, None, &accelerations, &drive, &felt);
+        let forces = self.feel_legs(&give, &accelerations, &drive);
+        let mut slope = self.slope_of(state, None, &accelerations, &drive, &forces);
         slope.dissipated = chain.friction_power();
-        (slope, felt)
+        (slope, forces)
     }
 
     /// The right-hand side in a state.
@@ -166,15 +166,15 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         motion: &mut Motion<R, N>,
     ) {
         let drive = self.drive(state);
-        let holding = Holding {
-            holds: &self.holds,
+        let constraint_set = ConstraintSet {
+            active: &self.active,
             drive: &drive,
             recovery: R::splat(self.recovery),
             ahead: 0.0,
             any: self.mode.any,
         };
         let articulated = &mut motion.articulated;
-        articulated.renew(self.model, self.legs, state, &holding);
+        articulated.renew(self.model, self.legs, state, &constraint_set);
         let mut accelerations = articulated.accelerations();
         let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {
@@ -186,8 +186,8 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                 &mut dissipated,
             );
         }
-        motion.felt = self.feel(articulated, &accelerations, &drive);
-        motion.slope = self.slope(state, articulated, &accelerations, &drive, &motion.felt);
+        motion.forces = self.feel(articulated, &accelerations, &drive);
+        motion.slope = self.slope(state, articulated, &accelerations, &drive, &motion.forces);
         motion.slope.dissipated = dissipated;
         motion.drive = drive;
     }
@@ -200,9 +200,15 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         articulated: &Articulated<R, N>,
         accelerations: &Accelerations<R, N>,
         drive: &Driven<R>,
-        felt: &Felt<R>,
+        forces: &LegForces<R>,
     ) -> Slope<R, N> {
-        self.slope_of(state, articulated.base.as_ref(), accelerations, drive, felt)
+        self.slope_of(
+            state,
+            articulated.base.as_ref(),
+            accelerations,
+            drive,
+            forces,
+        )
     }
 
     #[inline(always)]
@@ -212,7 +218,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         base: Option<&Floating<R, N>>,
         accelerations: &Accelerations<R, N>,
         drive: &Driven<R>,
-        felt: &Felt<R>,
+        forces: &LegForces<R>,
     ) -> Slope<R, N> {
         let mut slope = Slope::zero();
         slope.angles = state.rates;
@@ -220,9 +226,9 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         if self.model.drives.is_some() {
             slope.pulley = state.pulley_rate;
             slope.pulley_rate = drive.pulley_acceleration
-                - drive.pulley_mobility * self.legs.pulley_radius * felt.forces[CABLE];
+                - drive.pulley_mobility * self.legs.pulley_radius * forces.forces[CABLE];
             slope.actuator =
-                felt.hip_torque * state.rates[0] + felt.knee_torque * state.pulley_rate;
+                forces.hip_torque * state.rates[0] + forces.knee_torque * state.pulley_rate;
         }
         if let Some(base) = base {
             let trunk = accelerations.trunk;
@@ -241,7 +247,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         articulated: &Articulated<R, N>,
         accelerations: &Accelerations<R, N>,
         drive: &Driven<R>,
-    ) -> Felt<R> {
+    ) -> LegForces<R> {
         self.feel_legs(&articulated.give, accelerations, drive)
     }
 
@@ -251,38 +257,38 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         give: &Give<R, N>,
         accelerations: &Accelerations<R, N>,
         drive: &Driven<R>,
-    ) -> Felt<R> {
+    ) -> LegForces<R> {
         let zero = R::zero();
-        let mut felt = Felt {
-            forces: [zero; HOLDS],
+        let mut forces = LegForces {
+            forces: [zero; CONSTRAINTS],
             hip_torque: zero,
             knee_torque: zero,
         };
         if self.mode.any.contains(&true) {
-            felt.forces = give.forces(&accelerations.torques);
+            forces.forces = give.forces(&accelerations.torques);
         }
         match &self.model.drives {
             None => {}
             Some(Fitted::Motors(motors)) => {
-                felt.hip_torque = drive.hip_torque;
-                felt.knee_torque = R::splat(motors.knee.inertia()) * drive.pulley_acceleration;
+                forces.hip_torque = drive.hip_torque;
+                forces.knee_torque = R::splat(motors.knee.inertia()) * drive.pulley_acceleration;
             }
             Some(Fitted::Servos(servos)) => {
                 let one = R::splat(1.0);
                 let hip = &self.commands;
-                let follows = one - hip.hip_spent * hip.hip_spent;
-                felt.hip_torque = drive.hip_torque
+                let follows = one - hip.hip_saturated * hip.hip_saturated;
+                forces.hip_torque = drive.hip_torque
                     + follows
                         * (R::splat(servos.hip.inertia()) * accelerations.links[0]
-                            + felt.forces[HIP]);
-                let follows = one - hip.pulley_spent * hip.pulley_spent;
-                felt.knee_torque = follows
+                            + forces.forces[HIP]);
+                let follows = one - hip.pulley_saturated * hip.pulley_saturated;
+                forces.knee_torque = follows
                     * (R::splat(servos.knee.inertia()) * drive.pulley_acceleration
-                        + self.legs.pulley_radius * felt.forces[CABLE])
-                    + greatest(&servos.knee, hip.pulley_spent, drive.pulley_rate);
+                        + self.legs.pulley_radius * forces.forces[CABLE])
+                    + greatest(&servos.knee, hip.pulley_saturated, drive.pulley_rate);
             }
         }
-        felt
+        forces
     }
 
     /// The feet on the ground: their forces, and what those change.

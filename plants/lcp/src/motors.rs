@@ -19,20 +19,20 @@ pub(crate) struct Effort {
 
 impl<const N: usize> Flow<N> {
     /// Notes which servos are used up by this effort; says whether that is news.
-    pub(crate) fn tire(&mut self, effort: &Effort) -> bool {
+    pub(crate) fn saturate(&mut self, effort: &Effort) -> bool {
         let Some(Fitted::Servos(servos)) = self.model.drives else {
             return false;
         };
         let commands = &mut self.mode.commands;
-        let spent = [&mut commands.hip_spent, &mut commands.pulley_spent];
+        let saturated = [&mut commands.hip_saturated, &mut commands.pulley_saturated];
         let mut news = false;
-        for (drive, (servo, spent)) in servos.both().into_iter().zip(spent).enumerate() {
+        for (drive, (servo, saturated)) in servos.both().into_iter().zip(saturated).enumerate() {
             if servo.torque().is_infinite() {
                 continue;
             }
             for leg in 0..self.model.legs.len() {
                 let of = |lanes: &[Lanes; 2]| lanes[drive].lane(leg);
-                let now = spent.lane(leg);
+                let now = saturated.lane(leg);
                 let next = if now == 0.0 {
                     let torque = of(&effort.torques);
                     let way = torque.signum();
@@ -46,13 +46,13 @@ impl<const N: usize> Flow<N> {
                 };
                 if next != now {
                     news = true;
-                    *spent = spent.with_lane(leg, next);
+                    *saturated = saturated.with_lane(leg, next);
                 }
             }
         }
         if news {
-            let spent = commands.hip_spent * commands.hip_spent;
-            self.mode.holds.hip = Lanes::splat(1.0) - spent;
+            let saturated = commands.hip_saturated * commands.hip_saturated;
+            self.mode.active.hip = Lanes::splat(1.0) - saturated;
             self.mode.recount();
         }
         news

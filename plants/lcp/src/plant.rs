@@ -6,7 +6,7 @@ use twinrig_legged::{Drives, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{
-    EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
+    EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
 };
 
 use crate::body::{Body, SavedBody, started};
@@ -89,10 +89,10 @@ impl Lcp {
     /// Tells what has happened since it told last.
     fn tell(&mut self) {
         let fresh = self.body.log(self.events.len());
-        let told = fresh.iter().map(|(happening, leg)| PlantEvent {
-            at_s: happening.at_s,
-            part: format!("leg/{leg}/{}", happening.what),
-            kind: if happening.reached {
+        let told = fresh.iter().map(|(event, leg)| PlantEvent {
+            at_s: event.at_s,
+            part: format!("leg/{leg}/{}", event.what),
+            kind: if event.reached {
                 PlantEventKind::Reached
             } else {
                 PlantEventKind::Released
@@ -156,7 +156,7 @@ impl Plant for Lcp {
             .begin(self.now.as_secs_f64(), self.body.ground_impulses());
     }
 
-    fn energy(&self) -> EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
         self.body.energy()
     }
 
@@ -164,8 +164,8 @@ impl Plant for Lcp {
         self.body.counts()
     }
 
-    fn drift(&self) -> Option<f64> {
-        Some(self.body.drift())
+    fn constraint_violation(&self) -> Option<f64> {
+        Some(self.body.constraint_violation())
     }
 
     fn log_events(&mut self, wanted: bool) {
@@ -201,8 +201,8 @@ impl Plant for Lcp {
         Some(self.body.state(self.now))
     }
 
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        let taken = self.body.take_over(from);
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let taken = self.body.resume_from(from);
         let lines = taken.map_err(|Refused { part, why }| PlantFault {
             time: from.time,
             part,

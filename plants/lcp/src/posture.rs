@@ -4,9 +4,9 @@ use twinrig_legged::{Fitted, LegPosture, Posture, Readings};
 use twinrig_runtime::PlantState;
 
 use crate::articulated::{into_trunk, rotation};
+use crate::event_driven::ALL;
 use crate::events::Passed;
 use crate::flow::{Flow, FlowError};
-use crate::march::ALL;
 use crate::mode::Mode;
 use crate::options::Method;
 use crate::real::{Lanes, Real};
@@ -61,7 +61,7 @@ impl<const N: usize> Flow<N> {
             why,
         };
         let mut posture = self.posture();
-        let mut lines = posture.take_over(from);
+        let mut lines = posture.resume_from(from);
         posture.sound().map_err(body)?;
         lines.extend(posture.keep_to(self.model.base));
         let mut next = self.at(&posture);
@@ -126,14 +126,14 @@ impl<const N: usize> Flow<N> {
     fn mark(&mut self, mode: &mut Mode) -> Result<(), Passed> {
         let legs = self.model.legs.len();
         let mut instant = core::mem::take(&mut self.instant);
-        let marked = instant.regain(&self.scene(0.0), &self.state, &ALL[..legs], mode);
+        let marked = instant.reactivate(&self.scene(0.0), &self.state, &ALL[..legs], mode);
         self.instant = instant;
         marked
     }
 
     /// Finds the active constraints in a state of another model or method, once the commands of the drives are known: what
     /// pushes under one command lets go under another. Methods that look for them in every step have no need of it.
-    pub(crate) fn regain(&mut self) -> Result<(), FlowError> {
+    pub(crate) fn reactivate(&mut self) -> Result<(), FlowError> {
         let mut mode = self.mode;
         self.mark(&mut mode)
             .map_err(|Passed { by, .. }| FlowError::Apart { by })?;

@@ -1,7 +1,7 @@
 //! A step of the classical Runge–Kutta method of fourth order.
 
-use crate::flow::{Flow, Tally};
-use crate::march::Leap;
+use crate::event_driven::TrialStep;
+use crate::flow::{Flow, ImpulseSums};
 use crate::motion::Motion;
 use crate::real::Lanes;
 use crate::state::{Slope, State, normalised};
@@ -19,37 +19,37 @@ impl<const N: usize> Flow<N> {
         start: &Motion<Lanes, N>,
         h: Lanes,
         recovery: f64,
-        leap: &mut Leap<N>,
+        trial: &mut TrialStep<N>,
     ) {
         let free = self.model.is_free();
         let half = h * Lanes::splat(0.5);
-        let mut felt = Tally::new();
+        let mut forces = ImpulseSums::new();
         let mut mean = Slope::zero();
         mean.add(1.0 / 6.0, &start.slope, free);
         let second = state.along(half, &start.slope, free);
         let second = self.stage(&second, recovery, None);
         mean.add(1.0 / 3.0, &second, free);
         let middle = state.along(half, &second, free);
-        let third = Some((h * Lanes::splat(2.0 / 3.0), &mut felt));
+        let third = Some((h * Lanes::splat(2.0 / 3.0), &mut forces));
         let third = self.stage(&middle, recovery, third);
         mean.add(1.0 / 3.0, &third, free);
         let fourth = state.along(h, &third, free);
         let fourth = self.stage(&fourth, recovery, None);
         mean.add(1.0 / 6.0, &fourth, free);
-        leap.end = normalised(&state.along(h, &mean, free), free);
-        self.motion_into(&leap.end, recovery, &mut leap.motion);
+        trial.end = normalised(&state.along(h, &mean, free), free);
+        self.motion_into(&trial.end, recovery, &mut trial.motion);
         self.feel(
-            &leap.end,
-            &leap.motion,
+            &trial.end,
+            &trial.motion,
             h * Lanes::splat(1.0 / 3.0),
-            &mut felt,
+            &mut forces,
         );
         let mut off = Slope::zero();
         off.add(1.0 / 6.0, &fourth, free);
-        off.add(-1.0 / 6.0, &leap.motion.slope, free);
+        off.add(-1.0 / 6.0, &trial.motion.slope, free);
         let slides = self.mode.contacts.iter().any(|foot| foot.slides.is_some());
-        leap.error = self.error_of(&off, !slides) * h;
-        (leap.dissipated, leap.actuator) = (h * mean.dissipated, h * mean.actuator);
-        leap.felt = felt;
+        trial.error = self.error_of(&off, !slides) * h;
+        (trial.dissipated, trial.actuator) = (h * mean.dissipated, h * mean.actuator);
+        trial.forces = forces;
     }
 }

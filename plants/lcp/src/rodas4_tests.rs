@@ -168,15 +168,15 @@ fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     // Beyond the dead band, below the greatest speed.
     held.mode.commands.hip += Lanes::splat(0.1);
     held.mode.commands.pulley += Lanes::splat(0.1);
-    held.mode.holds.closed = Lanes::new([1.0, 0.0, 0.0, 1.0]);
-    held.mode.holds.cable = Lanes::new([1.0, 1.0, 0.0, 0.0]);
+    held.mode.active.closed = Lanes::new([1.0, 0.0, 0.0, 1.0]);
+    held.mode.active.cable = Lanes::new([1.0, 1.0, 0.0, 0.0]);
     held.mode.recount();
     let mut standing = flow::<N>(&robot, Base::Free, OPEN, servos, Some(scenes::flat()));
     scenes::tumbling(&mut standing);
     standing.state.attitude = [0.995_037_438, 0.07, -0.05, 0.05];
     standing.state = normalised(&standing.state, true);
-    standing.mode.holds.open = Lanes::new([0.0, 1.0, 0.0, 1.0]);
-    standing.mode.holds.cable = Lanes::new([1.0, 0.0, 0.0, 1.0]);
+    standing.mode.active.open = Lanes::new([0.0, 1.0, 0.0, 1.0]);
+    standing.mode.active.cable = Lanes::new([1.0, 0.0, 0.0, 1.0]);
     standing.mode.recount();
     for (leg, slides) in [(0, None), (1, Some([1.0, 0.0])), (3, None)] {
         let links = 3;
@@ -497,7 +497,7 @@ fn the_work_of_motors_and_taut_cables_is_in_the_books() {
         let residual = |count: u32| {
             let servos = scenes::driven(&robot);
             let mut flow = flow::<3>(&robot, Base::Fixed, pose, servos, None);
-            flow.mode.holds.cable = Lanes::splat(if taut { 1.0 } else { 0.0 });
+            flow.mode.active.cable = Lanes::splat(if taut { 1.0 } else { 0.0 });
             flow.mode.recount();
             flow.mode.commands.hip += Lanes::splat(0.1);
             flow.mode.commands.pulley += Lanes::splat(0.1);

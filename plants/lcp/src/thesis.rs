@@ -43,7 +43,7 @@ const SWEEPS: Method = Method::GaussSeidel {
 impl<const N: usize> Flow<N> {
     /// Moves on by `seconds` in one step.
     pub(crate) fn run_thesis(&mut self, seconds: f64) -> Result<(), FlowError> {
-        self.obey();
+        self.follow_command();
         let before = self.state;
         self.reset();
         if self.lands() {
@@ -69,25 +69,26 @@ impl<const N: usize> Flow<N> {
         let mut state = self.state;
         let chain = Chain::new(legs, &state.angles, &state.rates);
         let drive = scene.drive(&state);
-        let holds = &self.mode.holds;
+        let active = &self.mode.active;
         let mut any = false;
-        for (stop, hold, holds) in [
-            (Stop::Extended, chain.extended(legs), holds.extended),
-            (Stop::Bottomed, chain.bottomed(legs), holds.bottomed),
-            (Stop::Cable, chain.taut(legs, &drive), holds.cable),
+        for (stop, constraint, active) in [
+            (Stop::Extended, chain.extended(legs), active.extended),
+            (Stop::Bottomed, chain.bottomed(legs), active.bottomed),
+            (Stop::Cable, chain.taut(legs, &drive), active.cable),
             (
                 Stop::Closed,
                 chain.closed(legs, &state.angles),
-                holds.closed,
+                active.closed,
             ),
-            (Stop::Open, chain.open(legs), holds.open),
+            (Stop::Open, chain.open(legs), active.open),
         ] {
             if stop == Stop::Cable && self.model.drives.is_none() {
                 continue;
             }
             for leg in 0..self.model.legs.len() {
-                let reached =
-                    hold.gap.lane(leg) < 0.0 && hold.rate.lane(leg) < 0.0 && holds.lane(leg) == 0.0;
+                let reached = constraint.gap.lane(leg) < 0.0
+                    && constraint.rate.lane(leg) < 0.0
+                    && active.lane(leg) == 0.0;
                 if !reached {
                     continue;
                 }
@@ -101,7 +102,7 @@ impl<const N: usize> Flow<N> {
                 if stop == Stop::Cable {
                     // As far as the pulley lets it: no slower than the cable goes.
                     let slack = chain.cable.gradient[1].lane(leg);
-                    change = hold.rate.lane(leg) / slack;
+                    change = constraint.rate.lane(leg) / slack;
                 }
                 // Joints below keep their rates: all links from here on change by the same.
                 for rate in &mut state.rates[joint..] {

@@ -29,7 +29,7 @@ fn energy_that_a_reset_makes_is_what_the_books_miss() {
             flow.run_thesis(h).unwrap();
         });
         assert!(flow.ledger.impact >= 0.0);
-        flow.ledger.books().residual
+        flow.ledger.balance().residual
     });
     assert!(
         residuals.iter().all(|&residual| residual > 0.5),
@@ -59,7 +59,7 @@ fn a_reset_stops_the_joint_and_spares_the_others() {
     flow.state.rates = [1.0, 3.0, -5.0].map(Lanes::splat);
     flow.state.rates[2] = flow.state.rates[2].with_lane(1, 5.0);
     // That of the last pushed in the step before.
-    flow.mode.holds.closed = Lanes::new([0.0, 0.0, 0.0, 1.0]);
+    flow.mode.active.closed = Lanes::new([0.0, 0.0, 0.0, 1.0]);
     flow.reset();
     assert_eq!(flow.state.rates[0].to_array(), [1.0; 4]);
     assert_eq!(flow.state.rates[1].to_array(), [3.0; 4]);
@@ -76,14 +76,14 @@ fn a_stop_that_carries_a_leg_keeps_it_where_it_is() {
         flow.run_thesis(h).unwrap();
         let legs = &flow.model.side_by_side;
         let chain = Chain::new(legs, &flow.state.angles, &flow.state.rates);
-        let open = (chain.open(legs), flow.mode.holds.open);
+        let open = (chain.open(legs), flow.mode.active.open);
         let closed = (
             chain.closed(legs, &flow.state.angles),
-            flow.mode.holds.closed,
+            flow.mode.active.closed,
         );
-        for (hold, holds) in [open, closed] {
-            if step > 0 && holds.lane(0) != 0.0 {
-                worst = worst.min(hold.gap.lane(0));
+        for (constraint, active) in [open, closed] {
+            if step > 0 && active.lane(0) != 0.0 {
+                worst = worst.min(constraint.gap.lane(0));
             }
         }
     }

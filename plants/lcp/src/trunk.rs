@@ -1,7 +1,7 @@
 //! The trunk's own equations, with the legs taken out of them (Schur complement): six rows, whatever the number of legs.
 
 use crate::carried::{Burden, COUPLED, Carried};
-use crate::hold::Give;
+use crate::constraints::Give;
 use crate::real::Real;
 
 /// A vector of the trunk: linear, then angular, trunk axes.

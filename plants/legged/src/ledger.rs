@@ -1,7 +1,7 @@
 //! Energy: where it is, and where it went.
 
 use serde::{Deserialize, Serialize};
-use twinrig_runtime::EnergyBooks;
+use twinrig_runtime::EnergyBalance;
 
 /// Kinetic, spring and gravity energy \[J\].
 pub type Stored = [f64; 3];
@@ -68,7 +68,7 @@ impl Ledger {
     }
 
     /// Strikes a balance after a step. Every joule that moves leaves one account and enters another.
-    pub fn balance(&mut self, stored: Stored) {
+    pub fn close_step(&mut self, stored: Stored) {
         let flows = [self.actuator, self.dissipated, self.impact];
         let moved = |now: [f64; 3], before: [f64; 3]| {
             (now[0] - before[0]).abs() + (now[1] - before[1]).abs() + (now[2] - before[2]).abs()
@@ -78,7 +78,7 @@ impl Ledger {
     }
 
     /// Where the energy is, where it went, and what is missing.
-    pub fn books(&self) -> EnergyBooks {
+    pub fn balance(&self) -> EnergyBalance {
         let [kinetic, spring, gravity] = self.stored;
         let Self {
             actuator,
@@ -89,7 +89,7 @@ impl Ledger {
             ..
         } = *self;
         let residual = kinetic + spring + gravity + dissipated + impact - actuator - start;
-        EnergyBooks {
+        EnergyBalance {
             kinetic,
             spring,
             gravity,

@@ -97,7 +97,7 @@ impl Posture {
 
     /// Takes over what `state` tells of what is here; what it does not tell stays. Returns a line on everything that found no
     /// place or was not told.
-    pub fn take_over(&mut self, state: &PlantState) -> Vec<String> {
+    pub fn resume_from(&mut self, state: &PlantState) -> Vec<String> {
         let mut taken = Vec::new();
         let mut missing = Vec::new();
         let mut take = |name: String, here: &mut [f64]| match state.get(&name) {

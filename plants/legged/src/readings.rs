@@ -1,7 +1,7 @@
 //! What a plant can be asked for.
 
 use nalgebra::{Matrix3, Vector3};
-use twinrig_runtime::EnergyBooks;
+use twinrig_runtime::EnergyBalance;
 
 /// What is measured of a plant at one instant: world axes (x forward, y left, z up) and SI units unless said otherwise.
 ///
@@ -24,7 +24,7 @@ pub trait Readings {
     fn angular_velocity(&self) -> Vector3<f64>;
 
     /// Where energy is, and where it went \[J\].
-    fn energy(&self) -> EnergyBooks;
+    fn energy(&self) -> EnergyBalance;
 
     /// Hip angle q1, zero in the reference pose \[rad\].
     fn hip(&self, leg: usize) -> f64;

@@ -3,7 +3,7 @@
 use libm::{asin, atan2};
 use nalgebra::Matrix3;
 use twinrig_kernel::{Direction, Port, SimTime, Unit};
-use twinrig_runtime::{EnergyBooks, PlantFault};
+use twinrig_runtime::{EnergyBalance, PlantFault};
 
 use crate::readings::Readings;
 use crate::setup::{Drives, Setup};
@@ -209,15 +209,15 @@ impl Signals {
         now_s: f64,
         outputs: &mut [f64],
     ) {
-        let books = if self.energy {
+        let balance = if self.energy {
             readings.energy()
         } else {
-            EnergyBooks::default()
+            EnergyBalance::default()
         };
         let mut rest = outputs;
         for signal in &self.wanted {
             rest = match *signal {
-                Signal::Body(body) => body.write(readings, &books, rest),
+                Signal::Body(body) => body.write(readings, &balance, rest),
                 Signal::Leg(leg, signal) => signal.write(readings, leg, window, now_s, rest),
             };
         }
@@ -248,7 +248,7 @@ impl BodySignal {
     fn write<'a>(
         self,
         readings: &(impl Readings + ?Sized),
-        books: &EnergyBooks,
+        balance: &EnergyBalance,
         outputs: &'a mut [f64],
     ) -> &'a mut [f64] {
         match self {
@@ -257,14 +257,14 @@ impl BodySignal {
             Self::Rpy => put(&roll_pitch_yaw(&readings.rotation()), outputs),
             Self::Velocity => put(readings.velocity().as_slice(), outputs),
             Self::AngularVelocity => put(readings.angular_velocity().as_slice(), outputs),
-            Self::Kinetic => put(&[books.kinetic], outputs),
-            Self::Spring => put(&[books.spring], outputs),
-            Self::Gravity => put(&[books.gravity], outputs),
-            Self::Dissipated => put(&[books.dissipated], outputs),
-            Self::Actuator => put(&[books.actuator], outputs),
-            Self::Impact => put(&[books.impact], outputs),
-            Self::Exchanged => put(&[books.exchanged], outputs),
-            Self::Residual => put(&[books.residual], outputs),
+            Self::Kinetic => put(&[balance.kinetic], outputs),
+            Self::Spring => put(&[balance.spring], outputs),
+            Self::Gravity => put(&[balance.gravity], outputs),
+            Self::Dissipated => put(&[balance.dissipated], outputs),
+            Self::Actuator => put(&[balance.actuator], outputs),
+            Self::Impact => put(&[balance.impact], outputs),
+            Self::Exchanged => put(&[balance.exchanged], outputs),
+            Self::Residual => put(&[balance.residual], outputs),
         }
     }
 }

@@ -7,7 +7,7 @@ use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, Ledger, Readings, Setup, Signals, Start, Window};
 use twinrig_robot::Motor;
-use twinrig_runtime::EnergyBooks;
+use twinrig_runtime::EnergyBalance;
 
 const LEGS: [&str; 2] = ["LF", "RH"];
 
@@ -153,13 +153,13 @@ impl Readings for Asked {
     fn angular_velocity(&self) -> Vector3<f64> {
         self.note("angular velocity", Vector3::new(7.0, 8.0, 9.0))
     }
-    fn energy(&self) -> EnergyBooks {
-        let books = EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
+        let balance = EnergyBalance {
             kinetic: 10.0,
             residual: 17.0,
-            ..EnergyBooks::default()
+            ..EnergyBalance::default()
         };
-        self.note("energy", books)
+        self.note("energy", balance)
     }
     fn hip(&self, leg: usize) -> f64 {
         self.note("hip", 20.0 + leg as f64)
@@ -251,12 +251,12 @@ fn books_show_what_does_not_add_up_and_count_what_moves_once() {
     ledger.actuator += 0.5;
     ledger.dissipated += 0.25;
     // A joule goes from kinetic to spring energy, a quarter of the drives' work stays.
-    ledger.balance([0.0, 3.25, 3.0]);
-    let books = ledger.books();
-    assert_eq!(books.residual, 0.0);
-    assert_eq!(books.stored(), 6.25);
+    ledger.close_step([0.0, 3.25, 3.0]);
+    let balance = ledger.balance();
+    assert_eq!(balance.residual, 0.0);
+    assert_eq!(balance.stored(), 6.25);
     // (1 + 1.25 in store, 0.5 + 0.25 in flows) / 2
-    assert_eq!(books.exchanged, 1.5);
-    ledger.balance([0.0, 3.25, 3.125]);
-    assert_eq!(ledger.books().residual, 0.125);
+    assert_eq!(balance.exchanged, 1.5);
+    ledger.close_step([0.0, 3.25, 3.125]);
+    assert_eq!(ledger.balance().residual, 0.125);
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Unsolved;
 use twinrig_legged::{Base, LEGS, Ledger, NegativeDissipation, Stored};
-use twinrig_runtime::{EnergyBooks, WorkCounts};
+use twinrig_runtime::{EnergyBalance, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
 use crate::drives::Inputs;
@@ -222,8 +222,8 @@ impl Flow {
     }
 
     /// Where the energy is and where it went.
-    pub(crate) fn energy(&self) -> EnergyBooks {
-        self.ledger.books()
+    pub(crate) fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
     }
 }
 

@@ -6,7 +6,7 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Base, Fitted, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::drives::Inputs;
 use crate::flow::{Flow, FlowError, SavedFlow};
@@ -212,7 +212,7 @@ impl Plant for Massless {
         self.window.begin(self.now.as_secs_f64(), felt);
     }
 
-    fn energy(&self) -> EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
         Whole(&self.flows).energy()
     }
 
@@ -263,7 +263,7 @@ impl Plant for Massless {
         Some(self.posture().state(self.now))
     }
 
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
         self.go_on_from(from)
     }
 }

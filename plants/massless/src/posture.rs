@@ -39,7 +39,7 @@ impl Massless {
             why,
         };
         let mut posture = self.posture();
-        let mut lines = posture.take_over(from);
+        let mut lines = posture.resume_from(from);
         posture.sound().map_err(|why| refused("body", why))?;
         lines.extend(posture.keep_to(self.flows[0].model.base));
         let mut legs = posture.legs.iter();

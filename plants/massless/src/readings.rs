@@ -4,7 +4,7 @@ use libm::atan2;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_leg::{Planar, Stop};
 use twinrig_legged::Readings;
-use twinrig_runtime::EnergyBooks;
+use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
 
@@ -47,8 +47,8 @@ impl Readings for Whole<'_> {
         self.trunk().state.rate()
     }
 
-    fn energy(&self) -> EnergyBooks {
-        let mut sum = EnergyBooks::default();
+    fn energy(&self) -> EnergyBalance {
+        let mut sum = EnergyBalance::default();
         for flow in self.0 {
             let part = flow.energy();
             sum.kinetic += part.kinetic;

@@ -361,7 +361,7 @@ impl Flow {
         self.state = *after;
         std::mem::swap(&mut self.here, &mut self.there);
         self.counts.steps += 1;
-        self.ledger.balance(self.stored());
+        self.ledger.close_step(self.stored());
         Ok(())
     }
 }

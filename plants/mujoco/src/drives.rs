@@ -47,7 +47,7 @@ impl Tuned {
 pub(crate) type Limits = [[f64; 2]; LEGS];
 
 /// The limits that clutches have while nothing is used up.
-pub(crate) fn unspent(servos: &Servos) -> Limits {
+pub(crate) fn unsaturated(servos: &Servos) -> Limits {
     [servos.both().map(|servo| servo.torque().min(UNLIMITED)); LEGS]
 }
 
@@ -91,7 +91,7 @@ pub(crate) fn transmitted(engine: &Engine, flywheels: &[Address; 2]) -> [f64; 2]
 }
 
 /// Lowers the limits of clutches that transmit more than their servos have at that rate; says whether there were some.
-pub(crate) fn tire(
+pub(crate) fn saturate(
     servos: &Servos,
     torques: &[f64; 2],
     turned: &Turned,

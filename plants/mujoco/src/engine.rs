@@ -7,8 +7,8 @@ use mujoco_rs::wrappers::mj_editing::MjSpec;
 use self::refusal::{in_one_line, refused};
 use crate::stages::Stages;
 
+mod divergence;
 pub(crate) mod refusal;
-mod wild;
 
 /// All that the way ahead depends on: positions, velocities, activations, warm start, controls, applied forces.
 const STATE: u32 = MjtState::mjSTATE_INTEGRATION as u32;
@@ -30,7 +30,7 @@ pub struct Engine {
     spare: Option<Box<MjModel>>,
     before: Vec<f64>,
     stages: Stages,
-    warnings: [i32; Warned::ALL.len()],
+    warnings: [i32; EngineWarning::ALL.len()],
     steps: u64,
     forwards: u64,
     iterations: u64,
@@ -75,12 +75,12 @@ pub enum EngineFault {
     },
     /// What MuJoCo itself warns of.
     #[error("MuJoCo warns: {0}")]
-    Warned(Warned),
+    EngineWarning(EngineWarning),
 }
 
 /// What MuJoCo warns of besides numbers gone wild.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Warned {
+pub enum EngineWarning {
     /// The inertia matrix is close to singular.
     #[error("the inertia matrix is (close to) singular")]
     Inertia,
@@ -96,7 +96,7 @@ pub enum Warned {
     Constraints,
 }
 
-impl Warned {
+impl EngineWarning {
     /// In the order of MuJoCo's own numbers, of which these are the first.
     const ALL: [Self; 3] = [Self::Inertia, Self::Contacts, Self::Constraints];
 }
@@ -140,7 +140,7 @@ impl Engine {
             spare: Some(spare),
             before,
             stages,
-            warnings: [0; Warned::ALL.len()],
+            warnings: [0; EngineWarning::ALL.len()],
             steps: 0,
             forwards: 0,
             iterations: 0,
@@ -170,8 +170,8 @@ impl Engine {
     /// [`EngineFault`].
     pub fn forward(&mut self) -> Result<(), EngineFault> {
         // MuJoCo would reset it, and say so where nobody wants it said.
-        if let Some(i) = wild::first(self.data.ctrl()) {
-            let of = wild::actuator(self.model(), i);
+        if let Some(i) = divergence::first(self.data.ctrl()) {
+            let of = divergence::actuator(self.model(), i);
             let what = "control";
             return Err(EngineFault::Wild { what, of });
         }
@@ -203,9 +203,9 @@ impl Engine {
         self.iterations += u64::try_from(iterations).unwrap_or(0);
         let now = self.warned();
         let before = std::mem::replace(&mut self.warnings, now);
-        let mut news = now.iter().zip(before).zip(Warned::ALL);
+        let mut news = now.iter().zip(before).zip(EngineWarning::ALL);
         if let Some((_, warned)) = news.find(|((now, before), _)| *now > before) {
-            return Err(EngineFault::Warned(warned));
+            return Err(EngineFault::EngineWarning(warned));
         }
         self.sound(self.data.qacc(), "acceleration")
     }
@@ -349,25 +349,25 @@ impl Engine {
         [self.steps, self.forwards, self.iterations]
     }
 
-    fn warned(&self) -> [i32; Warned::ALL.len()] {
+    fn warned(&self) -> [i32; EngineWarning::ALL.len()] {
         let all = self.data.warning();
         std::array::from_fn(|i| all[i].number)
     }
 
     /// By velocities or accelerations.
     fn sound(&self, numbers: &[f64], what: &'static str) -> Result<(), EngineFault> {
-        let Some(dof) = wild::first(numbers) else {
+        let Some(dof) = divergence::first(numbers) else {
             return Ok(());
         };
-        let of = wild::dof(self.model(), dof);
+        let of = divergence::dof(self.model(), dof);
         Err(EngineFault::Wild { what, of })
     }
 
     fn sound_places(&self) -> Result<(), EngineFault> {
-        let Some(place) = wild::first(self.data.qpos()) else {
+        let Some(place) = divergence::first(self.data.qpos()) else {
             return Ok(());
         };
-        let (what, of) = ("position", wild::place(self.model(), place));
+        let (what, of) = ("position", divergence::place(self.model(), place));
         Err(EngineFault::Wild { what, of })
     }
 }

@@ -154,7 +154,7 @@ fn what_runs_away_without_a_name_is_named_by_its_body() {
         engine.data_mut().qvel_mut()[dof] = f64::NAN;
         assert!(engine.step(0.002).is_err());
         let model = engine.model();
-        assert_eq!(wild::dof(model, dof), wanted);
+        assert_eq!(divergence::dof(model, dof), wanted);
     }
     let mut engine = Engine::compile(text).unwrap();
     for (place, wanted) in [
@@ -162,7 +162,7 @@ fn what_runs_away_without_a_name_is_named_by_its_body() {
         (7, "the hinge of shank"),
         (11, "toe"),
     ] {
-        assert_eq!(wild::place(engine.model(), place), wanted);
+        assert_eq!(divergence::place(engine.model(), place), wanted);
     }
     engine.data_mut().ctrl_mut()[0] = 1e12;
     let fault = engine.step(0.002).unwrap_err().to_string();

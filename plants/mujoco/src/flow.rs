@@ -10,8 +10,8 @@ use twinrig_runtime::WorkCounts;
 use crate::addresses::Addresses;
 use crate::drives::{self, Inputs, Limits, Tuned, Turned};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
-use crate::felt::{LegForces, feel, held};
 use crate::frame::{LegFrame, TrunkFrame, place, spatial};
+use crate::leg_forces::{LegForces, feel, held};
 use crate::mjcf::written;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
@@ -114,7 +114,7 @@ impl Flow {
     }
 
     /// Goes on from another's posture.
-    pub(crate) fn take_over(&mut self, posture: &Posture) -> Result<(), String> {
+    pub(crate) fn resume_from(&mut self, posture: &Posture) -> Result<(), String> {
         let [w, x, y, z] = posture.attitude;
         let legs = posture.legs.iter().flat_map(|(_, leg)| {
             let turns = leg.angles.into_iter().chain(leg.rates);
@@ -203,7 +203,7 @@ impl Flow {
         }
         done?;
         self.close(seconds);
-        let soft = SOFT * self.ledger.books().exchanged;
+        let soft = SOFT * self.ledger.balance().exchanged;
         let weight = GRAVITY * self.model.trunk_mass;
         self.ledger.check_within(soft + SUNK * weight)?;
         Ok(())
@@ -241,20 +241,20 @@ impl Flow {
                     }
                 }
                 self.forward(seconds)?;
-                return self.tire(&servos, &turned, seconds);
+                return self.saturate(&servos, &turned, seconds);
             }
         }
         Ok(false)
     }
 
     /// Lets clutches slip that transmit more than their servos have.
-    fn tire(
+    fn saturate(
         &mut self,
         servos: &twinrig_legged::Servos,
         turned: &[Turned; LEGS],
         seconds: f64,
     ) -> Result<bool, FlowFault> {
-        let mut limits: Limits = drives::unspent(servos);
+        let mut limits: Limits = drives::unsaturated(servos);
         for round in 0..TIRED_MAX {
             let mut news = false;
             for (leg, at) in self.at.legs.iter().enumerate() {
@@ -262,7 +262,7 @@ impl Flow {
                     continue;
                 };
                 let torques = drives::transmitted(&self.engine, flywheels);
-                news |= drives::tire(servos, &torques, &turned[leg], &mut limits[leg]);
+                news |= drives::saturate(servos, &torques, &turned[leg], &mut limits[leg]);
             }
             if !news {
                 return Ok(round > 0);
@@ -280,7 +280,11 @@ impl Flow {
 
     fn unlimit(&mut self) {
         if let Some(Fitted::Servos(servos)) = &self.model.drives {
-            drives::limit(&mut self.engine, &self.at.legs, &drives::unspent(servos));
+            drives::limit(
+                &mut self.engine,
+                &self.at.legs,
+                &drives::unsaturated(servos),
+            );
         }
     }
 
@@ -369,7 +373,7 @@ impl Flow {
             self.standing[leg] = stands;
         }
         let stored = self.stored();
-        self.ledger.balance(stored);
+        self.ledger.close_step(stored);
     }
 
     /// Angle and rate of all that drives turn.
@@ -439,11 +443,11 @@ impl Flow {
     }
 
     /// The worst of what is open that should be closed \[m\].
-    pub(crate) fn drift(&self) -> f64 {
+    pub(crate) fn constraint_violation(&self) -> f64 {
         let mut worst = 0.0_f64;
         for (i, leg) in self.model.legs.iter().enumerate() {
             if let Some(frame) = &self.legs[i] {
-                worst = worst.max(frame.drift(leg, self.model.drives.is_some()));
+                worst = worst.max(frame.constraint_violation(leg, self.model.drives.is_some()));
             }
             worst = worst.max(-self.below(i).gap);
         }

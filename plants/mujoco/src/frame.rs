@@ -109,7 +109,7 @@ impl LegFrame {
     }
 
     /// What is open that should be closed: pins, stops that are passed, a cable that is too long; the worst \[m\].
-    pub(crate) fn drift(&self, leg: &LegModel, driven: bool) -> f64 {
+    pub(crate) fn constraint_violation(&self, leg: &LegModel, driven: bool) -> f64 {
         let [first, second, third] = &self.bars;
         let hip = Planar::new(leg.hip[0], leg.hip[2]);
         let pins = [

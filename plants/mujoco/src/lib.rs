@@ -21,7 +21,7 @@
 //! };
 //! let mut plant = Mujoco::new(&robot, &Options::new(setup, Coordinates::Maximal), &|_| true)?;
 //! plant.advance(SimTime::ZERO + SimDuration::from_millis(100), &[])?;
-//! assert!(plant.drift().unwrap() < 1e-3); // its pins and stops are closed
+//! assert!(plant.constraint_violation().unwrap() < 1e-3); // its pins and stops are closed
 //! # Ok(())
 //! # }
 //! ```
@@ -88,11 +88,11 @@
 mod addresses;
 mod drives;
 mod engine;
-mod felt;
 mod flow;
 mod frame;
 #[cfg(test)]
 mod free_tests;
+mod leg_forces;
 mod mjcf;
 mod model;
 pub mod model_file;
@@ -103,7 +103,7 @@ mod readings;
 mod sliding;
 mod stages;
 
-pub use engine::{Engine, EngineError, EngineFault, Warned};
+pub use engine::{Engine, EngineError, EngineFault, EngineWarning};
 pub use mjcf::mjcf;
 /// The crate that the engine is reached through.
 pub use mujoco_rs;

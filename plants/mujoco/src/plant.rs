@@ -5,7 +5,7 @@ use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotEr
 use twinrig_legged::{Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::flow::{Flow, FlowFault, SavedFlow};
 use crate::options::{MujocoError, Options};
@@ -126,20 +126,20 @@ impl Plant for Mujoco {
     }
 
     fn begin_window(&mut self) {
-        let felt = &self.flow.impulses[..self.flow.model.legs.len()];
-        self.window.begin(self.now.as_secs_f64(), felt);
+        let leg_forces = &self.flow.impulses[..self.flow.model.legs.len()];
+        self.window.begin(self.now.as_secs_f64(), leg_forces);
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.flow.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.flow.ledger.balance()
     }
 
     fn work(&self) -> WorkCounts {
         self.flow.counts()
     }
 
-    fn drift(&self) -> Option<f64> {
-        Some(self.flow.drift())
+    fn constraint_violation(&self) -> Option<f64> {
+        Some(self.flow.constraint_violation())
     }
 
     fn save(&self) -> Snapshot {
@@ -165,10 +165,10 @@ impl Plant for Mujoco {
         Some(self.flow.posture().state(self.now))
     }
 
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
         let mut posture = self.flow.posture();
-        let lines = posture.take_over(from);
-        if let Err(why) = self.flow.take_over(&posture) {
+        let lines = posture.resume_from(from);
+        if let Err(why) = self.flow.resume_from(&posture) {
             return Err(PlantFault {
                 time: self.now,
                 part: "mujoco".to_owned(),

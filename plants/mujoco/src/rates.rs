@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use twinrig_legged::{LEGS, Ledger};
 
-use crate::felt::LegForces;
 use crate::frame::{LegFrame, TrunkFrame, spatial};
+use crate::leg_forces::LegForces;
 use crate::model::{LegModel, Model};
 use crate::options::{Coordinates, Integrator};
 

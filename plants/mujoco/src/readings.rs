@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use twinrig_legged::Readings;
-use twinrig_runtime::EnergyBooks;
+use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
 
@@ -27,8 +27,8 @@ impl Readings for Flow {
         self.trunk.angular_velocity
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
     }
 
     fn hip(&self, leg: usize) -> f64 {

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use proptest::prelude::*;
 use twinrig_kernel::{Direction, SimDuration, SimTime, Unit};
 use twinrig_mujoco::model_file::{
-    Input, Leg, Mjcf, ModelFile, ModelFileError, Output, Place, SignalError, Thing, Wired, Wishes,
+    BoundModel, ElementKind, Input, Leg, Mjcf, ModelFile, ModelFileError, ModelSignals, Output,
+    Place, SignalError,
 };
 use twinrig_mujoco::mujoco_rs::prelude::{MjData, MjModel};
 use twinrig_runtime::Plant;
@@ -26,7 +27,7 @@ fn model(name: &str, text: &str) -> ModelFile {
     ModelFile::read(&path).unwrap()
 }
 
-fn output(signal: &str, thing: Thing, name: &str) -> Output {
+fn output(signal: &str, thing: ElementKind, name: &str) -> Output {
     Output {
         signal: signal.to_owned(),
         thing,
@@ -44,16 +45,16 @@ fn input(signal: &str, actuator: &str) -> Input {
     }
 }
 
-fn wired(file: ModelFile, inputs: Vec<Input>, outputs: Vec<Output>) -> Wired {
-    let wishes = Wishes {
+fn wired(file: ModelFile, inputs: Vec<Input>, outputs: Vec<Output>) -> BoundModel {
+    let signals = ModelSignals {
         keyframe: None,
         inputs,
         outputs,
     };
-    Wired::new(file, &wishes).unwrap()
+    BoundModel::new(file, &signals).unwrap()
 }
 
-fn built(wired: &Wired) -> Mjcf {
+fn built(wired: &BoundModel) -> Mjcf {
     wired.plant(None, &|_| true).unwrap()
 }
 
@@ -101,15 +102,15 @@ fn ball(height: f64) -> String {
 }
 
 fn ball_outputs() -> Vec<Output> {
-    let mut load = output("touch/load", Thing::Sensor, "touch");
+    let mut load = output("touch/load", ElementKind::Sensor, "touch");
     load.unit = Some(Unit::Newton);
     vec![
-        output("body/position", Thing::Body, "ball"),
-        output("body/velocity", Thing::Body, "ball"),
-        output("leg/B/foot/load", Thing::Geom, "skin"),
-        output("leg/B/foot/force", Thing::Body, "ball"),
+        output("body/position", ElementKind::Body, "ball"),
+        output("body/velocity", ElementKind::Body, "ball"),
+        output("leg/B/foot/load", ElementKind::Geom, "skin"),
+        output("leg/B/foot/force", ElementKind::Body, "ball"),
         load,
-        output("clock", Thing::Sensor, "clock"),
+        output("clock", ElementKind::Sensor, "clock"),
     ]
 }
 
@@ -127,15 +128,15 @@ fn what_falls_falls_as_the_integrator_says_and_its_books_balance_to_the_last_dig
     );
     let v = read(&mut plant, "body/velocity")[2];
     assert!((v + g * n * h).abs() < 1e-12, "{v}");
-    let books = plant.energy();
-    assert!((books.kinetic - 0.25 * v * v).abs() < 1e-12);
-    assert!((books.gravity - 0.5 * g * z).abs() < 1e-12);
+    let balance = plant.energy();
+    assert!((balance.kinetic - 0.25 * v * v).abs() < 1e-12);
+    assert!((balance.gravity - 0.5 * g * z).abs() < 1e-12);
     // The way that is fallen too far, g h² n / 2, is work of gravity that no book has.
     let missing = 0.5 * g * g * h * h * n / 2.0;
     assert!(
-        (books.residual + missing).abs() < 1e-10,
+        (balance.residual + missing).abs() < 1e-10,
         "{} of {missing}",
-        books.residual
+        balance.residual
     );
 }
 
@@ -162,7 +163,7 @@ fn what_rests_weighs_what_it_weighs_by_geom_by_body_and_by_sensor() {
         let load = read(&mut plant, signal)[axis];
         assert!((load / weight - 1.0).abs() < 1e-6, "{signal}: {load}");
     }
-    let depth = plant.drift().unwrap();
+    let depth = plant.constraint_violation().unwrap();
     let z = read(&mut plant, "body/position")[2];
     assert!(depth > 0.0 && (depth - (0.1 - z)).abs() < 1e-12, "{depth}");
 }
@@ -194,9 +195,9 @@ fn work_of_a_motor_is_torque_times_angle() {
   <joint name="axle" axis="0 0 1"/><geom type="cylinder" size="0.1 0.01" mass="1"/>
 </body></worldbody><actuator><motor name="motor" joint="axle"/></actuator></mujoco>"#;
     let outs = vec![
-        output("axle/position", Thing::Joint, "axle"),
-        output("axle/rate", Thing::Joint, "axle"),
-        output("axle/torque", Thing::Actuator, "motor"),
+        output("axle/position", ElementKind::Joint, "axle"),
+        output("axle/rate", ElementKind::Joint, "axle"),
+        output("axle/torque", ElementKind::Actuator, "motor"),
     ];
     let wired = wired(
         model("motor", text),
@@ -212,52 +213,54 @@ fn work_of_a_motor_is_torque_times_angle() {
     let rate = read(&mut plant, "axle/rate")[0];
     assert!((rate - 0.02 / inertia).abs() < 1e-9, "{rate}");
     assert_eq!(read(&mut plant, "axle/torque"), [0.02]);
-    let books = plant.energy();
-    assert!((books.actuator - 0.5 * inertia * rate * rate).abs() < 1e-12);
-    assert!(books.residual.abs() < 1e-14, "{}", books.residual);
+    let balance = plant.energy();
+    assert!((balance.actuator - 0.5 * inertia * rate * rate).abs() < 1e-12);
+    assert!(balance.residual.abs() < 1e-14, "{}", balance.residual);
 }
 
 /// The pup with all its joints, feet and drives.
-fn pup_wishes(keyframe: Option<&str>) -> Wishes {
-    let mut wishes = Wishes {
+fn pup_wishes(keyframe: Option<&str>) -> ModelSignals {
+    let mut signals = ModelSignals {
         keyframe: keyframe.map(str::to_owned),
-        ..Wishes::default()
+        ..ModelSignals::default()
     };
-    wishes
+    signals
         .outputs
-        .push(output("body/position", Thing::Body, "trunk"));
-    wishes
+        .push(output("body/position", ElementKind::Body, "trunk"));
+    signals
         .outputs
-        .push(output("body/rpy", Thing::Body, "trunk"));
+        .push(output("body/rpy", ElementKind::Body, "trunk"));
     for leg in ["lf", "rf", "rh", "lh"] {
         let name = leg.to_uppercase();
         for joint in ["hip", "knee"] {
             let called = format!("{leg}_{joint}");
             let signal = |what: &str| format!("leg/{name}/{joint}/{what}");
-            wishes
+            signals
                 .outputs
-                .push(output(&signal("position"), Thing::Joint, &called));
-            wishes
+                .push(output(&signal("position"), ElementKind::Joint, &called));
+            signals
                 .outputs
-                .push(output(&signal("torque"), Thing::Actuator, &called));
-            wishes.inputs.push(input(&signal("command"), &called));
+                .push(output(&signal("torque"), ElementKind::Actuator, &called));
+            signals.inputs.push(input(&signal("command"), &called));
         }
         let foot = |what: &str| format!("leg/{name}/foot/{what}");
-        wishes
-            .outputs
-            .push(output(&foot("load"), Thing::Geom, &format!("{leg}_foot")));
-        wishes.outputs.push(output(
+        signals.outputs.push(output(
+            &foot("load"),
+            ElementKind::Geom,
+            &format!("{leg}_foot"),
+        ));
+        signals.outputs.push(output(
             &foot("position"),
-            Thing::Site,
+            ElementKind::Site,
             &format!("{leg}_toe"),
         ));
     }
-    wishes
+    signals
 }
 
-fn wired_pup() -> Wired {
+fn wired_pup() -> BoundModel {
     let file = ModelFile::read(&pup()).unwrap();
-    Wired::new(file, &pup_wishes(Some("crouched"))).unwrap()
+    BoundModel::new(file, &pup_wishes(Some("crouched"))).unwrap()
 }
 
 /// What its drives are told at the `k`th command.
@@ -317,7 +320,7 @@ fn its_steps_are_those_of_mujoco_bit_for_bit() {
 #[test]
 fn with_no_keyframe_servos_hold_the_reference_pose() {
     let file = ModelFile::read(&pup()).unwrap();
-    let plant = built(&Wired::new(file, &pup_wishes(None)).unwrap());
+    let plant = built(&BoundModel::new(file, &pup_wishes(None)).unwrap());
     let mut first = [9.0; 8];
     plant.first_inputs(&mut first);
     assert_eq!(first, [0.0; 8]);
@@ -340,7 +343,7 @@ fn a_control_that_is_no_number_is_a_fault_that_names_its_actuator() {
 fn a_compiled_model_goes_the_same_way_and_other_bytes_are_none() {
     let binary = wired_pup().file().binary();
     let again = ModelFile::of_binary(&binary).unwrap();
-    let again = Wired::new(again, &pup_wishes(Some("crouched"))).unwrap();
+    let again = BoundModel::new(again, &pup_wishes(Some("crouched"))).unwrap();
     let run = |mut plant: Mjcf| {
         for k in 1..=100 {
             plant.advance(at(k * 2_000_000), &commands(k)).unwrap();
@@ -369,7 +372,7 @@ fn what_a_model_includes_is_seen_from_its_file_and_needed_no_more_when_it_is_com
 <worldbody><include file="parts/body.xml"/></worldbody></mujoco>"#;
     fs::write(folder.join("model.xml"), text).unwrap();
     let file = ModelFile::read(&folder.join("model.xml")).unwrap();
-    let outs = || vec![output("body/position", Thing::Body, "corner")];
+    let outs = || vec![output("body/position", ElementKind::Body, "corner")];
     let weight = wired(file, Vec::new(), outs()).weight();
     // A corner of a cube of 10 cm: a sixth of a litre of water.
     assert!((weight - 9.81 / 6.0).abs() < 1e-6, "{weight}");
@@ -380,10 +383,10 @@ fn what_a_model_includes_is_seen_from_its_file_and_needed_no_more_when_it_is_com
 }
 
 /// Where a wish is wrong, and how.
-fn refused(change: impl FnOnce(&mut Wishes)) -> (usize, bool, Place, SignalError) {
-    let mut wishes = pup_wishes(None);
-    change(&mut wishes);
-    match Wired::new(ModelFile::read(&pup()).unwrap(), &wishes) {
+fn refused(change: impl FnOnce(&mut ModelSignals)) -> (usize, bool, Place, SignalError) {
+    let mut signals = pup_wishes(None);
+    change(&mut signals);
+    match BoundModel::new(ModelFile::read(&pup()).unwrap(), &signals) {
         Err(ModelFileError::Signals(misfits)) => match &misfits[..] {
             [one] => (one.index, one.input, one.place, one.why.clone()),
             more => panic!("{more:?}"),
@@ -396,16 +399,16 @@ fn refused(change: impl FnOnce(&mut Wishes)) -> (usize, bool, Place, SignalError
 #[test]
 fn a_signal_that_cannot_be_is_refused_at_its_place() {
     let (index, input, place, why) =
-        refused(|wishes| wishes.inputs[2].actuator = "rf_hipp".to_owned());
-    assert_eq!((index, input, place), (2, true, Place::Thing));
+        refused(|signals| signals.inputs[2].actuator = "rf_hipp".to_owned());
+    assert_eq!((index, input, place), (2, true, Place::ElementKind));
     let SignalError::Unknown { thing, known, .. } = why else {
         panic!("{why}");
     };
-    assert_eq!((thing, known.len()), (Thing::Actuator, 8));
+    assert_eq!((thing, known.len()), (ElementKind::Actuator, 8));
 
     let rename = |signal: &str| {
         let signal = signal.to_owned();
-        refused(move |wishes| wishes.outputs[0].signal = signal)
+        refused(move |signals| signals.outputs[0].signal = signal)
     };
     assert!(matches!(
         rename("body/colour"),
@@ -420,24 +423,24 @@ fn a_signal_that_cannot_be_is_refused_at_its_place() {
         (0, false, Place::Signal, SignalError::Taken { .. })
     ));
 
-    let (.., place, why) = refused(|wishes| wishes.outputs[0].word = Some("load".to_owned()));
+    let (.., place, why) = refused(|signals| signals.outputs[0].word = Some("load".to_owned()));
     assert_eq!(place, Place::Signal);
     assert!(matches!(why, SignalError::Standard { .. }), "{why}");
 
-    let (.., place, why) = refused(|wishes| wishes.inputs[0].unit = Some(Unit::NewtonMeter));
+    let (.., place, why) = refused(|signals| signals.inputs[0].unit = Some(Unit::NewtonMeter));
     let (known, wanted) = (Unit::Radian, Unit::NewtonMeter);
     assert_eq!(
         (place, why),
         (Place::Unit, SignalError::Unit { known, wanted })
     );
 
-    let (index, .., why) = refused(|wishes| wishes.inputs[1].actuator = "lf_hip".to_owned());
+    let (index, .., why) = refused(|signals| signals.inputs[1].actuator = "lf_hip".to_owned());
     assert!(
         index == 1 && matches!(why, SignalError::Driven { .. }),
         "{why}"
     );
 
-    let missing = Wired::new(
+    let missing = BoundModel::new(
         ModelFile::read(&pup()).unwrap(),
         &pup_wishes(Some("sitting")),
     );

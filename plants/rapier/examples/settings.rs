@@ -105,14 +105,14 @@ fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
     let mut scene = Scene::new(&robot, &options);
     let (feet, hip) = (golden.rows("foot"), robot.legs[0].hip);
     let apart_s = golden.number("step_s");
-    let (mut square, mut spent) = (0.0, 0.0);
+    let (mut square, mut saturated) = (0.0, 0.0);
     for (k, foot) in (0_u64..).zip(&feet) {
         let begun = Instant::now();
         let sound = scene.reaches_us((1e6 * apart_s * k as f64).round() as u64);
         if !sound {
-            return (f64::INFINITY, spent / k as f64);
+            return (f64::INFINITY, saturated / k as f64);
         }
-        spent += begun.elapsed().as_secs_f64();
+        saturated += begun.elapsed().as_secs_f64();
         let (found, trunk) = (
             scene.read("leg/LF/foot/position"),
             scene.read("body/position"),
@@ -123,5 +123,5 @@ fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
         }
     }
     let count = feet.len() as f64;
-    ((square / count).sqrt(), spent / (count - 1.0))
+    ((square / count).sqrt(), saturated / (count - 1.0))
 }

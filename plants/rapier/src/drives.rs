@@ -27,7 +27,7 @@ pub(crate) struct Drive {
     /// What it is told: an angle, or a voltage and a bridge.
     pub(crate) told: [f64; 2],
     /// Which way a servo pushes whose torque is used up: −1, 0 or 1.
-    pub(crate) spent: f64,
+    pub(crate) saturated: f64,
     /// Torque, mean over the last step \[N·m\].
     pub(crate) torque: f64,
 }
@@ -80,7 +80,7 @@ impl Drive {
     /// What it does over a step.
     pub(crate) fn effort(&self, kind: Kind<'_>, pace: Pace) -> Effort {
         match kind {
-            Kind::Servo(servo) if self.spent == 0.0 => {
+            Kind::Servo(servo) if self.saturated == 0.0 => {
                 let last = servo.rate_after(pace.seconds, self.told[0], self.angle, self.rate);
                 Effort::Follows {
                     mean: 0.5 * (self.rate + last),
@@ -89,7 +89,7 @@ impl Drive {
                 }
             }
             Kind::Servo(servo) => {
-                let line = spent_line(servo, self.spent, self.rate);
+                let line = saturated_line(servo, self.saturated, self.rate);
                 self.drags(servo.inertia(), line, pace)
             }
             Kind::Motor(motor) => {
@@ -125,9 +125,9 @@ impl Drive {
                 self.torque = given + rotor;
                 if let Kind::Servo(servo) = kind {
                     let way = self.torque.signum();
-                    let most = spent_line(servo, way, before.rate).torque_at(before.rate);
+                    let most = saturated_line(servo, way, before.rate).torque_at(before.rate);
                     if self.torque.abs() > most.abs() {
-                        self.spent = way;
+                        self.saturated = way;
                     }
                 }
             }
@@ -138,8 +138,8 @@ impl Drive {
                     let wanted =
                         servo.rate_after(pace.seconds, self.told[0], before.angle, before.rate);
                     // It would give more than is wanted.
-                    if (self.rate - wanted) * self.spent > 0.0 {
-                        self.spent = 0.0;
+                    if (self.rate - wanted) * self.saturated > 0.0 {
+                        self.saturated = 0.0;
                     }
                 }
             }
@@ -148,7 +148,7 @@ impl Drive {
 }
 
 /// The torque–speed line of a servo that is used up, with its clamp.
-pub(crate) fn spent_line(servo: &PositionServo, way: f64, rate: f64) -> MotorLine {
+pub(crate) fn saturated_line(servo: &PositionServo, way: f64, rate: f64) -> MotorLine {
     let along = way * rate;
     if along < 0.0 || servo.torque().is_infinite() {
         return MotorLine {

@@ -22,7 +22,7 @@
 //! let options = Options::new(setup, Joints::Impulse);
 //! let mut plant = Rapier::new(&robot, &options, &|signal| signal == "leg/LF/foot/position")?;
 //! plant.advance(SimTime::ZERO + SimDuration::from_millis(300), &[])?;
-//! assert!(plant.drift().is_some_and(|open| open < 1e-4), "joints and stops hold");
+//! assert!(plant.constraint_violation().is_some_and(|open| open < 1e-4), "joints and stops hold");
 //! # Ok(())
 //! # }
 //! ```
@@ -110,7 +110,7 @@
 //!
 //! # What is refused
 //!
-//! A plant that diverges stops with a fault (`guard.rs`): what is no number, joints apart and stops passed by a quarter of a
+//! A plant that diverges stops with a fault (`divergence.rs`): what is no number, joints apart and stops passed by a quarter of a
 //! segment, a segment that turns by more than a radian in a step, and more energy from nowhere than half of all that was
 //! exchanged.
 //!
@@ -123,8 +123,8 @@
 mod assembly;
 mod border;
 mod contact;
+mod divergence;
 mod drives;
-mod guard;
 mod model;
 mod options;
 mod plant;

@@ -5,11 +5,11 @@ use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotEr
 use twinrig_legged::{Fitted, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::assembly::Handles;
 use crate::border::rotation;
-use crate::guard::Broken;
+use crate::divergence::Broken;
 use crate::options::{Options, RapierError};
 use crate::robot::{Machine, State};
 use crate::world::Sets;
@@ -157,16 +157,16 @@ impl Plant for Rapier {
             .begin(self.now.as_secs_f64(), legs.map(|leg| &leg.ground));
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.machine.state.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.machine.state.ledger.balance()
     }
 
     fn work(&self) -> WorkCounts {
         self.machine.state.counts
     }
 
-    fn drift(&self) -> Option<f64> {
-        Some(self.machine.drift())
+    fn constraint_violation(&self) -> Option<f64> {
+        Some(self.machine.constraint_violation())
     }
 
     fn save(&self) -> Snapshot {
@@ -199,9 +199,9 @@ impl Plant for Rapier {
         Some(self.machine.posture().state(self.now))
     }
 
-    fn take_over(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
         let mut posture = self.machine.posture();
-        let missing = posture.take_over(from);
+        let missing = posture.resume_from(from);
         if rotation(posture.attitude).is_none() {
             return Err(self.fault("body/orientation", "the quaternion has no length"));
         }

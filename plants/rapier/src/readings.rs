@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use rapier3d_f64::math::Vector;
 use twinrig_legged::Readings;
-use twinrig_runtime::EnergyBooks;
+use twinrig_runtime::EnergyBalance;
 
 use crate::border::{outside, wxyz};
 use crate::robot::Machine;
@@ -32,8 +32,8 @@ impl Readings for Machine {
         outside(trunk.pose.rotation.inverse() * trunk.turning)
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.state.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.state.ledger.balance()
     }
 
     fn hip(&self, leg: usize) -> f64 {

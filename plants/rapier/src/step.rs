@@ -10,8 +10,8 @@ use twinrig_contact::Terrain;
 
 use crate::assembly::FOOT;
 use crate::border::{inside, outside};
+use crate::divergence::Broken;
 use crate::drives::{Effort, Pace, kinds};
-use crate::guard::Broken;
 use crate::model::{CABLE, ROPES};
 use crate::options::Joints;
 use crate::robot::{Machine, View};
@@ -64,7 +64,7 @@ impl Machine {
             self.finish(leg, before, pace);
         }
         let stored = self.stored();
-        self.state.ledger.balance(stored);
+        self.state.ledger.close_step(stored);
         let counts = &mut self.state.counts;
         counts.steps += 1;
         counts.evaluations += 1;

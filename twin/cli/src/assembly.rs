@@ -13,12 +13,12 @@ use twinrig_scenario::{
 };
 
 use crate::body::Body;
-use crate::controller_kind::{Given, GivenLegs};
+use crate::controller_kind::{ControllerContext, LegContext};
 use crate::coupling;
 use crate::drives::with_abduction;
 use crate::error::TwinError;
 use crate::idle::Idle;
-use crate::plant_kind::{OwnModel, Physics};
+use crate::plant_kind::{PlantContext, StandaloneModel};
 use crate::recording_size;
 use crate::registry::{NO_ROBOT, Registry};
 use crate::setup::ground_below;
@@ -46,7 +46,7 @@ pub struct Assembly<'r> {
     scene: Scene,
     body: Body,
     plant_outputs: Vec<Port>,
-    gauges: Vec<Port>,
+    diagnostics: Vec<Port>,
 }
 
 impl<'r> Assembly<'r> {
@@ -120,7 +120,7 @@ impl<'r> Assembly<'r> {
             },
             body,
             plant_outputs: Vec::new(),
-            gauges: Vec::new(),
+            diagnostics: Vec::new(),
         };
         assembly.check_fault_places()?;
         let plant_outputs = outputs(&*assembly.plant(&|_| true)?);
@@ -129,7 +129,7 @@ impl<'r> Assembly<'r> {
             legs: assembly.scene.legs.clone(),
             weight: assembly.scene.weight,
             measured: assembly.measured(&plant_outputs),
-            gauges: assembly.gauges_of(&process_ports)?,
+            diagnostics: assembly.diagnostics_of(&process_ports)?,
             plant_outputs,
             process_ports,
             frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
@@ -140,7 +140,7 @@ impl<'r> Assembly<'r> {
             recording_size::warning(&assembly.scene, &facts.plant_outputs, &facts.process_ports);
         assembly.scene.scenario.warnings.extend(large);
         assembly.plant_outputs = facts.plant_outputs;
-        assembly.gauges = facts.gauges;
+        assembly.diagnostics = facts.diagnostics;
         Ok(assembly)
     }
 
@@ -176,8 +176,8 @@ impl<'r> Assembly<'r> {
     }
 
     /// What drivers and boards count.
-    pub fn gauges(&self) -> &[Port] {
-        &self.gauges
+    pub fn diagnostics(&self) -> &[Port] {
+        &self.diagnostics
     }
 
     /// Every output that the plant could give, wanted or not.
@@ -196,7 +196,7 @@ impl<'r> Assembly<'r> {
             },
             body: self.body.clone(),
             plant_outputs: self.plant_outputs.clone(),
-            gauges: self.gauges.clone(),
+            diagnostics: self.diagnostics.clone(),
         }
     }
 
@@ -286,7 +286,7 @@ impl<'r> Assembly<'r> {
     fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {
         let scenario = self.scenario();
         let spec = &scenario.plant;
-        if let Some(model) = self.body.own_model() {
+        if let Some(model) = self.body.standalone_model() {
             let built = model.build(spec, wanted);
             return built.map_err(|source| self.not_built("plant", &spec.model, source));
         }
@@ -305,7 +305,7 @@ impl<'r> Assembly<'r> {
     ) -> Result<Box<dyn Plant>, TwinError> {
         let scenario = self.scenario();
         let first_commands = self.first_commands()?;
-        let physics = Physics {
+        let context = PlantContext {
             robot,
             legs: &self.leg_names(),
             plant,
@@ -316,10 +316,10 @@ impl<'r> Assembly<'r> {
             wanted,
         };
         let name = &plant.model;
-        let built = self.registry.plant(&physics);
+        let built = self.registry.plant(&context);
         built
             .unwrap_or_else(|| Err("there is none of that name".into()))
-            .and_then(|plant| with_abduction(plant, &physics))
+            .and_then(|plant| with_abduction(plant, &context))
             .map_err(|source| self.not_built("plant", name, source))
     }
 
@@ -352,7 +352,7 @@ impl<'r> Assembly<'r> {
         };
         let (options, seed) = (&spec.options, scenario.seed);
         let built = if let Some(robot) = self.robot() {
-            let given = Given {
+            let given = ControllerContext {
                 robot,
                 legs: &self.leg_names(),
                 options,
@@ -360,10 +360,10 @@ impl<'r> Assembly<'r> {
             };
             self.registry.controller(&spec.kind, &given)
         } else {
-            let own = self.body.own_model();
-            let given = GivenLegs {
+            let own = self.body.standalone_model();
+            let given = LegContext {
                 legs: &self.scene.legs,
-                taken: &own.map_or_else(Vec::new, OwnModel::inputs),
+                taken: &own.map_or_else(Vec::new, StandaloneModel::inputs),
                 options,
                 seed,
             };
@@ -396,7 +396,7 @@ impl<'r> Assembly<'r> {
     fn rig_help(&self, error: &RigError) -> String {
         let unmatched = matches!(error, RigError::Wiring(WiringError::Unmatched { port, .. }) if port.name.starts_with("leg/"));
         let kind = self.scenario().controller.as_ref().map(|spec| &spec.kind);
-        match (kind, self.body.own_model()) {
+        match (kind, self.body.standalone_model()) {
             (Some(kind), Some(_)) if unmatched => format!(
                 "\n  = help: `{kind}` has the same signals for every leg: map them all in [plant.inputs] and [plant.outputs], or write a controller of your own"
             ),

@@ -6,7 +6,7 @@ use twinrig_robot::{LegMount, Robot, RobotFile};
 use twinrig_scenario::{LegFact, Scenario};
 
 use crate::error::TwinError;
-use crate::plant_kind::{Bringing, OwnModel};
+use crate::plant_kind::{ModelContext, StandaloneModel};
 use crate::registry::Registry;
 use crate::sources;
 
@@ -14,7 +14,7 @@ use crate::sources;
 #[derive(Clone)]
 pub(crate) struct Body {
     robot: Option<FiledRobot>,
-    own_model: Option<Arc<dyn OwnModel>>,
+    standalone_model: Option<Arc<dyn StandaloneModel>>,
 }
 
 /// A robot, and the file that it is from.
@@ -37,13 +37,16 @@ impl Body {
         let robot = file
             .map(|file| FiledRobot::of(file, scenario))
             .transpose()?;
-        let own_model = registry.own_model(&Bringing {
+        let standalone_model = registry.standalone_model(&ModelContext {
             plant: &scenario.plant,
             folder: &scenario.folder,
             kept,
         });
-        let own_model = own_model.transpose()?.map(Arc::from);
-        Ok(Self { robot, own_model })
+        let standalone_model = standalone_model.transpose()?.map(Arc::from);
+        Ok(Self {
+            robot,
+            standalone_model,
+        })
     }
 
     pub(crate) fn robot(&self) -> Option<&Robot> {
@@ -57,13 +60,13 @@ impl Body {
     }
 
     /// What the plant brings along.
-    pub(crate) fn own_model(&self) -> Option<&dyn OwnModel> {
-        self.own_model.as_deref()
+    pub(crate) fn standalone_model(&self) -> Option<&dyn StandaloneModel> {
+        self.standalone_model.as_deref()
     }
 
     /// What the plant simulates is called.
     pub(crate) fn name(&self) -> &str {
-        let own = self.own_model().map(OwnModel::name);
+        let own = self.standalone_model().map(StandaloneModel::name);
         let robot = || Some(self.robot()?.name.as_str());
         own.or_else(robot).unwrap_or_default()
     }
@@ -75,7 +78,7 @@ impl Body {
             fore: mount.hip[0] >= 0.0,
             left: mount.hip[1] >= 0.0,
         };
-        match (self.own_model(), self.robot()) {
+        match (self.standalone_model(), self.robot()) {
             (Some(model), _) => model.legs(),
             (None, Some(robot)) => robot.legs.iter().map(fact).collect(),
             (None, None) => Vec::new(),
@@ -84,7 +87,7 @@ impl Body {
 
     /// Its weight \[N\].
     pub(crate) fn weight(&self) -> f64 {
-        let own = self.own_model().map(OwnModel::weight);
+        let own = self.standalone_model().map(StandaloneModel::weight);
         own.or_else(|| self.robot().map(Robot::weight))
             .unwrap_or_default()
     }

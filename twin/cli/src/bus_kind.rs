@@ -8,8 +8,9 @@ use twinrig_wire::{Fault, FaultKind, FaultSchedule, Faulty, Line, WireError};
 
 use crate::registry::BuildError;
 
-type BuildDriver = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
-type BuildWire = Box<dyn Fn(&Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
+type BuildDriver =
+    Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
+type BuildWire = Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 
 /// Bits a second of a serial port whose bus does not say otherwise.
@@ -17,7 +18,7 @@ const BAUD: u32 = 115_200;
 
 /// What a driver and its wire are built from.
 #[derive(Clone, Copy)]
-pub struct Hookup<'a> {
+pub struct BusContext<'a> {
     /// What the scenario calls the bus.
     pub name: &'a str,
     /// The robot, with what the scenario overrides.
@@ -36,7 +37,7 @@ pub struct Hookup<'a> {
     pub seed: u64,
 }
 
-impl Hookup<'_> {
+impl BusContext<'_> {
     /// What goes wrong on the bus, for [`twinrig_wire::Faulty`] and its like, which want the place `wire/NAME` or
     /// `wire/NAME/PLACE`.
     pub fn fault_schedule(&self) -> FaultSchedule {
@@ -95,8 +96,8 @@ impl BusKind {
     pub fn new<D: Driver + 'static, W: Wire + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
-        driver: impl Fn(&Hookup<'_>) -> Result<D, BuildError> + Send + Sync + 'static,
-        wire: impl Fn(&Hookup<'_>) -> Result<W, BuildError> + Send + Sync + 'static,
+        driver: impl Fn(&BusContext<'_>) -> Result<D, BuildError> + Send + Sync + 'static,
+        wire: impl Fn(&BusContext<'_>) -> Result<W, BuildError> + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),
@@ -106,19 +107,19 @@ impl BusKind {
             places: Vec::new(),
             measured: Box::new(|_| Vec::new()),
             baud: BAUD,
-            driver: Box::new(move |hookup| Ok(Box::new(driver(hookup)?))),
-            wire: Box::new(move |hookup| Ok(Box::new(wire(hookup)?))),
+            driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
+            wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
         }
     }
 
-    /// Accepts another key in its table, which [`Hookup::options`] brings.
+    /// Accepts another key in its table, which [`BusContext::options`] brings.
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
         self
     }
 
-    /// Can have faults on the whole of it, `wire/NAME`: its wire heeds [`Hookup::fault_schedule`].
+    /// Can have faults on the whole of it, `wire/NAME`: its wire heeds [`BusContext::fault_schedule`].
     #[must_use]
     pub fn with_faults(mut self) -> Self {
         self.faults = true;
@@ -187,11 +188,11 @@ impl BusKind {
         places.collect()
     }
 
-    pub(crate) fn driver(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Driver>, BuildError> {
-        in_part(PartKind::Driver, hookup.name, || (self.driver)(hookup))
+    pub(crate) fn driver(&self, context: &BusContext<'_>) -> Result<Box<dyn Driver>, BuildError> {
+        in_part(PartKind::Driver, context.name, || (self.driver)(context))
     }
 
-    pub(crate) fn wire(&self, hookup: &Hookup<'_>) -> Result<Box<dyn Wire>, BuildError> {
-        in_part(PartKind::Wire, hookup.name, || (self.wire)(hookup))
+    pub(crate) fn wire(&self, context: &BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> {
+        in_part(PartKind::Wire, context.name, || (self.wire)(context))
     }
 }

@@ -6,7 +6,7 @@ use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, Wire, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
 use crate::assembly::Assembly;
-use crate::bus_kind::{BusKind, Hookup};
+use crate::bus_kind::{BusContext, BusKind};
 use crate::error::TwinError;
 use crate::registry::NO_ROBOT;
 use crate::timing::timing;
@@ -27,7 +27,7 @@ impl Assembly<'_> {
             let driver = self.driver(bus, process_ports)?;
             carried.extend(driver.ports());
             let kind = self.bus_kind(bus)?;
-            let wire = self.hooked_up(bus, process_ports, |hookup| kind.wire(hookup))?;
+            let wire = self.hooked_up(bus, process_ports, |context| kind.wire(context))?;
             tasks.push(Box::new(WiredTask::new(driver, wire)));
         }
         let rest: Vec<Port> = process_ports
@@ -50,7 +50,7 @@ impl Assembly<'_> {
         let buses = self.scenario().buses.iter();
         let wire = |bus: &BusSpec| {
             let kind = self.bus_kind(bus)?;
-            let wire = self.hooked_up(bus, &process_ports, |hookup| kind.wire(hookup))?;
+            let wire = self.hooked_up(bus, &process_ports, |context| kind.wire(context))?;
             Ok((bus.name.value.clone(), wire))
         };
         buses.map(wire).collect()
@@ -63,7 +63,7 @@ impl Assembly<'_> {
         process_ports: &[Port],
     ) -> Result<Box<dyn Driver>, TwinError> {
         let kind = self.bus_kind(bus)?;
-        self.hooked_up(bus, process_ports, |hookup| kind.driver(hookup))
+        self.hooked_up(bus, process_ports, |context| kind.driver(context))
     }
 
     /// The kind of a bus, which the scenario was checked for.
@@ -73,9 +73,9 @@ impl Assembly<'_> {
     }
 
     /// What drivers and boards count, of a process with these ports.
-    pub(crate) fn gauges_of(&self, process_ports: &[Port]) -> Result<Vec<Port>, TwinError> {
+    pub(crate) fn diagnostics_of(&self, process_ports: &[Port]) -> Result<Vec<Port>, TwinError> {
         let tasks = self.tasks(process_ports)?;
-        Ok(tasks.iter().flat_map(|task| task.gauges()).collect())
+        Ok(tasks.iter().flat_map(|task| task.diagnostics()).collect())
     }
 
     /// Those of the plant's outputs that boards measure.
@@ -126,7 +126,7 @@ impl Assembly<'_> {
         &self,
         bus: &BusSpec,
         process_ports: &[Port],
-        build: impl FnOnce(&Hookup<'_>) -> Result<T, crate::BuildError>,
+        build: impl FnOnce(&BusContext<'_>) -> Result<T, crate::BuildError>,
     ) -> Result<T, TwinError> {
         let scenario = self.scenario();
         let faults: Vec<(&str, &FaultSpec)> = scenario
@@ -136,7 +136,7 @@ impl Assembly<'_> {
             .collect();
         let robot = self.robot();
         let robot = robot.ok_or_else(|| self.not_built("bus", &bus.kind, NO_ROBOT.into()))?;
-        let hookup = Hookup {
+        let context = BusContext {
             name: &bus.name.value,
             robot,
             legs: &self.leg_names(),
@@ -146,7 +146,7 @@ impl Assembly<'_> {
             faults: &faults,
             seed: scenario.seed,
         };
-        build(&hookup).map_err(|source| self.not_built("bus", &bus.kind, source))
+        build(&context).map_err(|source| self.not_built("bus", &bus.kind, source))
     }
 }
 

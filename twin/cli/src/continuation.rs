@@ -8,9 +8,9 @@ use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::execute::{self, Course, Execution};
 use crate::judging;
+use crate::observers::RunObservers;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::watch::Watch;
 
 /// What became of it.
 pub(crate) struct Continuation {
@@ -40,7 +40,7 @@ pub(crate) fn go_on(
     let unjudged = other.without_changes();
     let end: SimTime = other.end();
     let recorder = execute::recorder(other, &rig, execution)?;
-    let mut watch = Watch::new(judging::judge(&unjudged, &rig), recorder);
+    let mut observers = RunObservers::new(judging::judge(&unjudged, &rig), recorder);
     let scenario = other.scenario();
     let title = format!("{}, {} from here on", scenario.name, scenario.plant.model);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
@@ -49,10 +49,10 @@ pub(crate) fn go_on(
         reason = "the report says how long it took"
     )]
     let started = Instant::now();
-    let ran = execute::run(other, &mut rig, &mut watch, &mut progress, end);
+    let ran = execute::run(other, &mut rig, &mut observers, &mut progress, end);
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
     let course = Course::of(&rig, wall_s, ran);
-    let report = execute::report(&unjudged, execution, watch, course);
+    let report = execute::report(&unjudged, execution, observers, course);
     Ok(Continuation { report, lost })
 }

@@ -8,13 +8,13 @@ use twinrig_scenario::{Kind, LegFact, OptionSpec, Options, VariableSpec};
 use crate::registry::{BuildError, NO_ROBOT};
 
 type BuildController =
-    Box<dyn Fn(&Given<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
+    Box<dyn Fn(&ControllerContext<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
 type BuildOfLegs =
-    Box<dyn Fn(&GivenLegs<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
+    Box<dyn Fn(&LegContext<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
 
 /// What a controller is built from.
 #[derive(Clone, Copy, Debug)]
-pub struct Given<'a> {
+pub struct ControllerContext<'a> {
     /// The robot, with what the scenario overrides.
     pub robot: &'a Robot,
     /// The legs of the scene, in the robot's order.
@@ -27,14 +27,14 @@ pub struct Given<'a> {
 
 /// What a controller is built from that needs no robot.
 #[derive(Clone, Copy, Debug)]
-pub struct GivenLegs<'a> {
+pub struct LegContext<'a> {
     /// The legs of the scene, in the order of the plant.
     pub legs: &'a [LegFact],
     /// The signals that the plant takes.
     pub taken: &'a [String],
-    /// As in [`Given`].
+    /// As in [`ControllerContext`].
     pub options: &'a Options,
-    /// As in [`Given`].
+    /// As in [`ControllerContext`].
     pub seed: u64,
 }
 
@@ -55,7 +55,7 @@ impl ControllerKind {
     pub fn new<P: Process + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
-        build: impl Fn(&Given<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
+        build: impl Fn(&ControllerContext<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),
@@ -70,13 +70,13 @@ impl ControllerKind {
     #[must_use]
     pub fn or_without_robot<P: Process + 'static>(
         mut self,
-        build: impl Fn(&GivenLegs<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
+        build: impl Fn(&LegContext<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
     ) -> Self {
         self.build_of_legs = Some(Box::new(move |given| Ok(Box::new(build(given)?))));
         self
     }
 
-    /// Accepts another key in its table, which [`Given::options`] brings.
+    /// Accepts another key in its table, which [`ControllerContext::options`] brings.
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
@@ -101,7 +101,7 @@ impl ControllerKind {
     pub(crate) fn variables(&self, robot: &Robot) -> Vec<VariableSpec> {
         let legs: Vec<&str> = robot.legs.iter().map(|leg| leg.name.as_str()).collect();
         let options = Options::defaults(&self.options);
-        let given = Given {
+        let given = ControllerContext {
             robot,
             legs: &legs,
             options: &options,
@@ -130,14 +130,17 @@ impl ControllerKind {
         &self.name
     }
 
-    pub(crate) fn build(&self, given: &Given<'_>) -> Result<Box<dyn Process>, BuildError> {
+    pub(crate) fn build(
+        &self,
+        given: &ControllerContext<'_>,
+    ) -> Result<Box<dyn Process>, BuildError> {
         (self.build)(given)
     }
 
     /// The same without a robot.
     pub(crate) fn build_of_legs(
         &self,
-        given: &GivenLegs<'_>,
+        given: &LegContext<'_>,
     ) -> Result<Box<dyn Process>, BuildError> {
         let build = self.build_of_legs.as_ref();
         build.map_or_else(|| Err(NO_ROBOT.into()), |build| build(given))

@@ -1,7 +1,7 @@
 //! How a plant meets those who sample and actuate, out of a scenario's words.
 
-use twinrig_runtime::{GridRule, OnGrid, Plant};
-use twinrig_scenario::{Coupling, GridInputs};
+use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
+use twinrig_scenario::Coupling;
 
 use crate::registry::BuildError;
 
@@ -9,7 +9,7 @@ use crate::registry::BuildError;
 pub(crate) fn needs(coupling: Coupling, name: &str, wanted: &dyn Fn(&str) -> bool) -> bool {
     match coupling {
         Coupling::Exact => wanted(name),
-        Coupling::Grid { .. } => OnGrid::needs(name, wanted),
+        Coupling::Grid { .. } => FixedStepCoupling::needs(name, wanted),
     }
 }
 
@@ -22,11 +22,9 @@ pub(crate) fn coupled(
     let Coupling::Grid { step, inputs } = coupling else {
         return Ok(plant);
     };
-    let rule = match inputs {
-        GridInputs::Mean => GridRule::Behind,
-        GridInputs::Held => GridRule::Ahead,
-    };
-    Ok(Box::new(OnGrid::new(plant, step, rule, wanted)?))
+    Ok(Box::new(FixedStepCoupling::new(
+        plant, step, inputs, wanted,
+    )?))
 }
 
 /// The same in words.

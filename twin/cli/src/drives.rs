@@ -3,11 +3,11 @@
 use twinrig_document::Range;
 use twinrig_drives::{Load, MotorBench, Motored, ServoBench, Shaft};
 use twinrig_kernel::Unit;
-use twinrig_runtime::{Beside, Plant};
+use twinrig_runtime::{CompositePlant, Plant};
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 
 use crate::option::option;
-use crate::plant_kind::{Physics, PlantKind};
+use crate::plant_kind::{PlantContext, PlantKind};
 use crate::registry::BuildError;
 use crate::setup::motors;
 
@@ -34,18 +34,18 @@ fn at_shaft(name: &str, about: &str, unit: Unit) -> OptionSpec {
     option(name, about, Accepts::Quantity { unit, range })
 }
 
-fn drives(physics: &Physics<'_>) -> Result<MotorBench, BuildError> {
-    if physics.actuator.kind != ActuatorKind::Motor {
+fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
+    if context.actuator.kind != ActuatorKind::Motor {
         return Err("it is a bench of motors: write [actuator] kind = \"motor\"".into());
     }
-    let motors = motors(physics.robot)?;
-    let of = |name| physics.plant.options.number(name).unwrap_or(0.0);
+    let motors = motors(context.robot)?;
+    let of = |name| context.plant.options.number(name).unwrap_or(0.0);
     let load = Load {
         inertia: of(INERTIA),
         friction: of(FRICTION),
     };
     let motored = Motored {
-        legs: physics.legs.iter().map(|&leg| leg.to_owned()).collect(),
+        legs: context.legs.iter().map(|&leg| leg.to_owned()).collect(),
         hip: Shaft {
             motor: motors.hip,
             load,
@@ -55,21 +55,21 @@ fn drives(physics: &Physics<'_>) -> Result<MotorBench, BuildError> {
             load,
         },
     };
-    Ok(MotorBench::new(&motored, physics.wanted)?)
+    Ok(MotorBench::new(&motored, context.wanted)?)
 }
 
 /// The plant with servos beside it for the abduction of its legs, which no plant of a robot moves; as it is where the
 /// controller commands none.
 pub(crate) fn with_abduction(
     plant: Box<dyn Plant>,
-    physics: &Physics<'_>,
+    context: &PlantContext<'_>,
 ) -> Result<Box<dyn Plant>, BuildError> {
     let abducted = |leg: &&&str| {
         let name = format!("leg/{leg}/abduction/command");
-        let mut commands = physics.first_commands.iter();
+        let mut commands = context.first_commands.iter();
         commands.any(|(known, _)| *known == name)
     };
-    let legs: Vec<String> = physics
+    let legs: Vec<String> = context
         .legs
         .iter()
         .filter(abducted)
@@ -78,9 +78,9 @@ pub(crate) fn with_abduction(
     if legs.is_empty() {
         return Ok(plant);
     }
-    let servo = physics.robot.actuators.abduction.as_ref();
+    let servo = context.robot.actuators.abduction.as_ref();
     let servo =
         servo.ok_or("the robot file has no [actuator.abduction]: its hips do not abduct")?;
-    let servos = ServoBench::new(&legs, servo, physics.wanted)?;
-    Ok(Box::new(Beside::new(plant, Box::new(servos))?))
+    let servos = ServoBench::new(&legs, servo, context.wanted)?;
+    Ok(Box::new(CompositePlant::new(plant, Box::new(servos))?))
 }

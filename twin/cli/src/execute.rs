@@ -9,7 +9,7 @@ use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::{
     Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg, VerdictMessage,
 };
-use twinrig_runtime::{EnergyBooks, Group, Rig, WorkCounts, caught};
+use twinrig_runtime::{EnergyBalance, Group, Rig, WorkCounts, caught};
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
@@ -18,12 +18,12 @@ use crate::executor::Executor;
 use crate::hardware;
 use crate::interrupt;
 use crate::judging::{judge, judged, reference};
-use crate::plant_kind::OwnModel;
+use crate::observers::RunObservers;
+use crate::plant_kind::StandaloneModel;
 use crate::progress::Progress;
 use crate::recording_size::LARGE_RECORDING;
 use crate::report::{Line, Report, Status, seconds};
 use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
-use crate::watch::Watch;
 
 /// How often a run looks up from its work, for the progress line and for a full disk: so often at least, and after so many of
 /// its shortest periods.
@@ -87,7 +87,7 @@ pub(crate) fn execute_saving(
     if let Some(reference) = reference {
         judge = judge.with_reference(&reference);
     }
-    let mut watch = Watch::new(judge, recorder);
+    let mut observers = RunObservers::new(judge, recorder);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(
@@ -98,16 +98,16 @@ pub(crate) fn execute_saving(
     let mut saved = None;
     let mut ran = Ok(SimTime::ZERO);
     if let Some(at) = save_at {
-        ran = run(assembly, &mut rig, &mut watch, &mut progress, at);
+        ran = run(assembly, &mut rig, &mut observers, &mut progress, at);
         // A fall may have ended the run before.
         let came = ran.as_ref().is_ok_and(|reached| *reached >= at);
         saved = came.then(|| rig.save());
     }
-    let ran = ran.and_then(|_| run(assembly, &mut rig, &mut watch, &mut progress, end));
+    let ran = ran.and_then(|_| run(assembly, &mut rig, &mut observers, &mut progress, end));
     let wall_s = started.elapsed().as_secs_f64();
     drop(progress);
     let course = Course::of(&rig, wall_s, ran);
-    let report = report(assembly, execution, watch, course);
+    let report = report(assembly, execution, observers, course);
     Ok((report, saved))
 }
 
@@ -120,7 +120,7 @@ pub(crate) struct Course {
     /// Whether a plant was simulated.
     pub simulated: bool,
     /// Energy and work of that plant, if it can still be asked.
-    pub plant: Option<(EnergyBooks, WorkCounts)>,
+    pub plant: Option<(EnergyBalance, WorkCounts)>,
 }
 
 impl Course {
@@ -165,10 +165,10 @@ pub(crate) enum Stopped {
 pub(crate) fn report<W: Write>(
     assembly: &Assembly<'_>,
     execution: &Execution,
-    mut watch: Watch<W>,
+    mut observers: RunObservers<W>,
     course: Course,
 ) -> Report {
-    let mut report = judged(assembly, &mut watch, &course);
+    let mut report = judged(assembly, &mut observers, &course);
     if execution.recording.is_none() {
         let warned = &mut report.warnings;
         warned.retain(|warned| warned.code != LARGE_RECORDING);
@@ -187,7 +187,7 @@ pub(crate) fn report<W: Write>(
         expectations: report.expectations.iter().map(Line::message).collect(),
     };
     let path = execution.recording.as_deref();
-    match (watch.close(reached, &verdict), path) {
+    match (observers.close(reached, &verdict), path) {
         (Ok(_), path) => report.recording = path.map(|path| path.display().to_string()),
         (Err(source), path) => {
             let path = path.map_or_else(PathBuf::new, Path::to_owned);
@@ -213,11 +213,11 @@ fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
-    watch: &mut Watch<W>,
+    observers: &mut RunObservers<W>,
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
-    let ran = caught(|| run_in_slices(assembly, rig, watch, progress, end));
+    let ran = caught(|| run_in_slices(assembly, rig, observers, progress, end));
     ran.unwrap_or_else(|source| {
         let file = assembly.scenario().file.clone();
         Err(Stopped::Panic(TwinError::Panic { file, source }))
@@ -235,7 +235,7 @@ fn slice(assembly: &Assembly<'_>) -> SimDuration {
 fn run_in_slices<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
-    watch: &mut Watch<W>,
+    observers: &mut RunObservers<W>,
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
@@ -247,19 +247,19 @@ fn run_in_slices<W: Write>(
         .ends_with_a_fall()
         .then_some(scenario.observe.period);
     while now < end {
-        if watch.ended_at().is_some() {
+        if observers.ended_at().is_some() {
             return Ok(now);
         }
         let next = now.checked_add(slice).map_or(end, |next| next.min(end));
         let observed = observation.and_then(|period| next_multiple(now, period));
         now = observed.map_or(next, |observed| observed.min(next));
-        let ran = rig.run_until(now, watch);
+        let ran = rig.run_until(now, observers);
         if interrupt::asked() {
             // Whatever else the run may have ended with then.
             return Err(Stopped::Interrupted(rig.now()));
         }
         ran.map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
-        if watch.is_broken() {
+        if observers.is_broken() {
             // Closing the recording tells why.
             return Ok(now);
         }
@@ -305,10 +305,10 @@ fn create(
         group(Group::ProcessInputs),
         group(Group::ProcessOutputs),
     ];
-    let gauges = group(Group::Gauges);
+    let diagnostics = group(Group::Diagnostics);
     let groups = groups.into_iter();
     let groups: Vec<_> = groups
-        .chain((!gauges.layout.is_empty()).then_some(gauges))
+        .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
         .collect();
     let cadence = Cadence {
         frames: scene
@@ -357,8 +357,8 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
     files.extend(
         assembly
             .body()
-            .own_model()
-            .map_or_else(Vec::new, OwnModel::files),
+            .standalone_model()
+            .map_or_else(Vec::new, StandaloneModel::files),
     );
     let exchanged = executor.exchanged();
     let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
@@ -374,8 +374,8 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
             .collect(),
         tasks: executor.tasks(),
         variables: executor.variables(),
-        lanes: if scenario.record.bytes {
-            executor.lanes().to_vec()
+        traces: if scenario.record.bytes {
+            executor.traces().to_vec()
         } else {
             Vec::new()
         },

@@ -9,7 +9,7 @@ pub(crate) trait Executor {
     /// How the values of a group lie.
     fn layout(&self, group: Group) -> &Layout;
     /// The names of the lanes of bytes.
-    fn lanes(&self) -> &[String];
+    fn traces(&self) -> &[String];
     /// The names of the tasks.
     fn tasks(&self) -> Vec<String>;
     /// The names of the process variables.
@@ -33,8 +33,8 @@ impl Executor for Rig {
     fn layout(&self, group: Group) -> &Layout {
         self.layout(group)
     }
-    fn lanes(&self) -> &[String] {
-        self.lanes()
+    fn traces(&self) -> &[String] {
+        self.traces()
     }
     fn tasks(&self) -> Vec<String> {
         self.task_names().map(str::to_owned).collect()
@@ -54,8 +54,8 @@ impl Executor for RealTimeRig {
     fn layout(&self, group: Group) -> &Layout {
         self.layout(group)
     }
-    fn lanes(&self) -> &[String] {
-        self.lanes()
+    fn traces(&self) -> &[String] {
+        self.traces()
     }
     fn tasks(&self) -> Vec<String> {
         self.task_names().map(str::to_owned).collect()

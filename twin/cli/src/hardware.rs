@@ -15,11 +15,11 @@ use crate::error::TwinError;
 use crate::execute::{Course, Execution, recorder, report};
 use crate::interrupt;
 use crate::judging::judge;
-use crate::muted::Muted;
+use crate::observers::RunObservers;
+use crate::output_filter::OutputFilter;
 use crate::progress::Progress;
 use crate::report::{RealTime, Report};
 use crate::table::folded;
-use crate::watch::Watch;
 
 /// Runs the controller of `assembly` and the drivers of its buses at the devices that `execution` names, in real time.
 ///
@@ -27,7 +27,7 @@ use crate::watch::Watch;
 /// [`TwinError`] if the run cannot begin: a bus without a device, a device that cannot be opened, a signal that no bus
 /// carries. A run that begins and does not end is a report, too.
 pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
-    let Bench { rig, notes } = bench(assembly, &execution.ports)?;
+    let PreparedRig { rig, notes } = bench(assembly, &execution.ports)?;
     let recorder = recorder(assembly, &rig, execution)?;
     let scenario = assembly.scenario();
     let end_s = assembly.end().as_secs_f64();
@@ -35,8 +35,8 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     for note in &notes {
         progress.note(note);
     }
-    let mut looker = Looker {
-        watch: Watch::new(judge(assembly, &rig), recorder),
+    let mut looker = TimingObserver {
+        observers: RunObservers::new(judge(assembly, &rig), recorder),
         progress,
         reached: SimTime::ZERO,
     };
@@ -51,7 +51,9 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         interrupt::flag_at_devices(),
     );
     let wall_s = started.elapsed().as_secs_f64();
-    let Looker { watch, reached, .. } = looker;
+    let TimingObserver {
+        observers, reached, ..
+    } = looker;
     let (reached, error) = match ended {
         Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
         Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(format!("interrupted at {reached}"))),
@@ -64,7 +66,7 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         simulated: false,
         plant: None,
     };
-    let mut report = report(assembly, execution, watch, course);
+    let mut report = report(assembly, execution, observers, course);
     report.real_time = Some(RealTime { times, notes });
     Ok(report)
 }
@@ -94,14 +96,14 @@ fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError
 }
 
 /// A rig that is ready to run.
-struct Bench {
+struct PreparedRig {
     rig: RealTimeRig,
     /// What keeps it from being as punctual as it could be, with the remedies.
     notes: Vec<String>,
 }
 
 /// Process and drivers, each at its device.
-fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Bench, TwinError> {
+fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, TwinError> {
     check_places(assembly.scenario(), ports)?;
     let process = assembly.process()?;
     let process_ports = process.ports();
@@ -117,7 +119,7 @@ fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Bench, 
         .iter()
         .flat_map(|(driver, _)| driver.ports())
         .collect();
-    let (process, lost) = Muted::new(process, |port| carried.contains(&port.mirrored()));
+    let (process, lost) = OutputFilter::new(process, |port| carried.contains(&port.mirrored()));
     if !lost.is_empty() {
         let legs = assembly.leg_names();
         let mut lost: Vec<String> = lost.iter().map(|name| folded(name, &legs)).collect();
@@ -133,7 +135,7 @@ fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Bench, 
             .map_err(|error| assembly.rig_error(error))?;
     }
     notes.extend(rig.options.privileges.prepare());
-    Ok(Bench { rig, notes })
+    Ok(PreparedRig { rig, notes })
 }
 
 /// Opens the device that a bus was given.
@@ -182,29 +184,29 @@ pub(crate) fn check_places(
 }
 
 /// Hands everything on, and keeps the time.
-struct Looker<W: Write> {
-    watch: Watch<W>,
+struct TimingObserver<W: Write> {
+    observers: RunObservers<W>,
     progress: Progress,
     reached: SimTime,
 }
 
-impl<W: Write> Looker<W> {
+impl<W: Write> TimingObserver<W> {
     fn at(&mut self, now: SimTime) {
         self.reached = now;
         self.progress.at(now.as_secs_f64());
     }
 }
 
-impl<W: Write> Observer for Looker<W> {
+impl<W: Write> Observer for TimingObserver<W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.at(now);
-        self.watch.samples(now, group, values);
+        self.observers.samples(now, group, values);
     }
     fn event(&mut self, now: SimTime, event: RunEvent) {
         self.at(now);
-        self.watch.event(now, event);
+        self.observers.event(now, event);
     }
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        self.watch.bytes(now, lane, bytes);
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.observers.bytes(now, trace, bytes);
     }
 }

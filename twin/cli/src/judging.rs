@@ -10,9 +10,9 @@ use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::execute::{Course, Execution, Stopped, run};
 use crate::executor::Executor;
+use crate::observers::RunObservers;
 use crate::progress::Progress;
 use crate::report::{Line, Report, Status, Warned, seconds};
-use crate::watch::Watch;
 
 /// The judge of an executor's run.
 pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
@@ -20,7 +20,7 @@ pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
         plant: executor.layout(Group::Plant),
         process_inputs: executor.layout(Group::ProcessInputs),
         process_outputs: executor.layout(Group::ProcessOutputs),
-        gauges: executor.layout(Group::Gauges),
+        diagnostics: executor.layout(Group::Diagnostics),
         tasks: &executor.tasks(),
     };
     Judge::new(assembly.scene(), layouts)
@@ -38,27 +38,27 @@ pub(crate) fn reference(
     let without = assembly.without_changes();
     let mut rig = without.rig()?;
     // The expectations are those of the run with changes: they know which footsteps they want.
-    let mut watch: Watch<Vec<u8>> = Watch::new(judge(assembly, &rig), None);
+    let mut observers: RunObservers<Vec<u8>> = RunObservers::new(judge(assembly, &rig), None);
     let title = format!("{}, without changes", assembly.scenario().name);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
     // What the reference does not reach cannot be compared with, and fails as unobserved.
-    let ran = run(&without, &mut rig, &mut watch, &mut progress, end);
+    let ran = run(&without, &mut rig, &mut observers, &mut progress, end);
     if let Err(Stopped::Panic(error)) = ran {
         return Err(error);
     }
-    let _ = watch.judge(&RunEnd {
+    let _ = observers.judge(&RunEnd {
         at: rig.now(),
         energy: None,
         work: &[],
         real_time_factor: None,
     });
-    Ok(Some(watch.reference()))
+    Ok(Some(observers.reference()))
 }
 
 /// Judges a run that is over.
 pub(crate) fn judged<W: Write>(
     assembly: &Assembly<'_>,
-    watch: &mut Watch<W>,
+    observers: &mut RunObservers<W>,
     course: &Course,
 ) -> Report {
     let scenario = assembly.scenario();
@@ -67,21 +67,21 @@ pub(crate) fn judged<W: Write>(
     let wall_s = course.wall_s;
     let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
     let counted = work.as_ref().map(counts);
-    let outcomes = watch.judge(&RunEnd {
+    let outcomes = observers.judge(&RunEnd {
         at: course.reached,
         energy: energy.map(|balance| (balance.residual, balance.exchanged)),
         work: counted.as_ref().map_or(&[], |counted| &counted[..]),
         real_time_factor,
     });
     // A fall that ends a run is a failure whatever else is expected.
-    let pass = outcomes.iter().all(Outcome::holds) && watch.ended_at().is_none();
-    let fell_at = watch.fell_at().or(watch.ended_at());
+    let pass = outcomes.iter().all(Outcome::holds) && observers.ended_at().is_none();
+    let fell_at = observers.fell_at().or(observers.ended_at());
     Report {
         scenario: scenario.name.clone(),
         verdict: if pass { Status::Pass } else { Status::Fail },
         seed: Some(scenario.seed),
         plant: course.simulated.then(|| scenario.plant.model.clone()),
-        fingerprint: Some(watch.digest().to_string()),
+        fingerprint: Some(observers.digest().to_string()),
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),
         real_time_factor,

@@ -6,7 +6,7 @@ use twinrig_lcp::{Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::option::choice;
-use crate::plant_kind::{Physics, PlantKind};
+use crate::plant_kind::{PlantContext, PlantKind};
 use crate::registry::BuildError;
 use crate::setup::setup;
 
@@ -44,17 +44,17 @@ pub(crate) fn kind() -> PlantKind {
 ///
 /// # Errors
 /// A robot or a ground that it refuses.
-pub fn lcp(physics: &Physics<'_>) -> Result<Lcp, BuildError> {
-    let given = &physics.plant.options;
+pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
+    let given = &context.plant.options;
     let name = given.text("integrator").unwrap_or_default();
     let mut methods = Method::ALL.into_iter();
     let options = Options {
-        setup: setup(physics, STEP)?,
+        setup: setup(context, STEP)?,
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
         tolerance: given.number("tolerance").unwrap_or(Options::TOLERANCE),
         toe: given.boolean("toe").unwrap_or(false),
     };
-    Ok(Lcp::new(physics.robot, &options, physics.wanted)?)
+    Ok(Lcp::new(context.robot, &options, context.wanted)?)
 }

@@ -26,6 +26,7 @@
 //! What it does not do: it holds no physics, no controller and no protocol; it knows them, and nobody knows it. Clocks of
 //! the machine appear in its reports and nowhere else.
 
+mod analog_sources;
 mod args;
 mod assembly;
 mod body;
@@ -35,7 +36,7 @@ mod commands;
 mod continuation;
 mod controller_kind;
 mod coupling;
-mod coupling_studio;
+mod coupling_builder;
 mod coupling_table;
 mod drives;
 mod error;
@@ -55,9 +56,10 @@ mod mjcf;
 mod model_file;
 #[cfg(feature = "mujoco")]
 mod mujoco;
-mod muted;
+mod observers;
 mod option;
 mod optoforce;
+mod output_filter;
 mod paint;
 mod phidget;
 mod plant_kind;
@@ -73,12 +75,10 @@ mod script;
 mod setup;
 mod sources;
 mod standard;
-mod studio;
+mod study_builder;
 mod study_table;
 mod table;
-mod tap;
 mod timing;
-mod watch;
 
 pub use twinrig_kernel as kernel;
 pub use twinrig_robot as robot;
@@ -86,14 +86,14 @@ pub use twinrig_runtime as runtime;
 pub use twinrig_scenario as scenario;
 
 pub use assembly::Assembly;
-pub use bus_kind::{BusKind, Hookup};
+pub use bus_kind::{BusContext, BusKind};
 pub use commands::{run, run_with};
-pub use controller_kind::{ControllerKind, Given, GivenLegs};
+pub use controller_kind::{ControllerContext, ControllerKind, LegContext};
 pub use error::TwinError;
 pub use execute::{Execution, execute};
 pub use lcp::lcp;
 pub use massless::massless;
 pub use method::Method;
-pub use plant_kind::{Bringing, OwnModel, Physics, PlantKind};
+pub use plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
 pub use registry::{BuildError, Registry};
 pub use report::{Energy, Line, RealTime, Report, Status, Warned};

@@ -7,7 +7,7 @@ use twinrig_massless::{Force, Massless, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::option::choice;
-use crate::plant_kind::{Physics, PlantKind};
+use crate::plant_kind::{PlantContext, PlantKind};
 use crate::registry::BuildError;
 use crate::setup::setup;
 
@@ -46,12 +46,12 @@ pub(crate) fn kind() -> PlantKind {
 ///
 /// # Errors
 /// A robot or a ground that it refuses.
-pub fn massless(physics: &Physics<'_>) -> Result<Massless, BuildError> {
+pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     let options = Options {
-        setup: setup(physics, STEP)?,
-        force: force(&physics.plant.options)?,
+        setup: setup(context, STEP)?,
+        force: force(&context.plant.options)?,
     };
-    Ok(Massless::new(physics.robot, &options, physics.wanted)?)
+    Ok(Massless::new(context.robot, &options, context.wanted)?)
 }
 
 fn force(options: &SceneOptions) -> Result<Force, BuildError> {

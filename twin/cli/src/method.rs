@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::{OptionValue, PlantSpec};
-use twinrig_study::{Knob, MethodOffer, SetBy, Variant};
+use twinrig_study::{MethodOffer, MethodSetting, SetBy, Variant};
 
 /// The option of a plant that holds the tolerance of a method which has one.
 const TOLERANCE: &str = "tolerance";
@@ -25,7 +25,7 @@ pub struct Method {
     about: String,
     set_by: SetBy,
     options: Vec<(String, OptionValue)>,
-    reference: Option<Knob>,
+    reference: Option<MethodSetting>,
 }
 
 impl Method {
@@ -68,20 +68,20 @@ impl Method {
     /// the second the check of that.
     #[must_use]
     pub fn trusted_at_step(mut self, step: SimDuration) -> Self {
-        self.reference = Some(Knob::Step(step));
+        self.reference = Some(MethodSetting::Step(step));
         self
     }
 
     /// The same at this tolerance.
     #[must_use]
     pub fn trusted_at_tolerance(mut self, tolerance: f64) -> Self {
-        self.reference = Some(Knob::Tolerance(tolerance));
+        self.reference = Some(MethodSetting::Tolerance(tolerance));
         self
     }
 
     /// Whether a variant means this one: a method may be offered to be set by its step, and once more by a tolerance.
     pub(crate) fn is_meant_by(&self, variant: &Variant) -> bool {
-        self.name == variant.method && self.set_by == variant.knob.set_by()
+        self.name == variant.method && self.set_by == variant.setting.set_by()
     }
 
     pub(crate) fn offer(&self) -> MethodOffer {
@@ -94,7 +94,7 @@ impl Method {
     }
 
     /// `plant`, integrated by this method, set so.
-    pub(crate) fn set(&self, plant: &PlantSpec, knob: Knob) -> PlantSpec {
+    pub(crate) fn set(&self, plant: &PlantSpec, setting: MethodSetting) -> PlantSpec {
         let mut plant = plant.clone();
         // A scenario's own setting is not that of a study.
         plant.step = None;
@@ -102,9 +102,9 @@ impl Method {
         for (name, value) in &self.options {
             plant.options = plant.options.with(name, value.clone());
         }
-        match knob {
-            Knob::Step(step) => plant.step = Some(step),
-            Knob::Tolerance(tolerance) => {
+        match setting {
+            MethodSetting::Step(step) => plant.step = Some(step),
+            MethodSetting::Tolerance(tolerance) => {
                 let value = OptionValue::Number(tolerance);
                 plant.options = plant.options.with(TOLERANCE, value);
             }

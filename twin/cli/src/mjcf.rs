@@ -22,7 +22,7 @@ pub(crate) const UNIT: &str = "unit";
 pub(crate) fn offer() -> Kind {
     Kind {
         options: options(),
-        stands_alone: true,
+        is_standalone: true,
         ..Kind::new(NAME, MJCF)
     }
 }

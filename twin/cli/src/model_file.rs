@@ -6,13 +6,14 @@ use std::sync::Arc;
 use twinrig_document::{self as document, DocumentError, Problem, Source, suggestion};
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_mujoco::model_file::{
-    Input, Leg, Misfit, ModelFile, ModelFileError, Output, Place, SignalError, Thing, Wired, Wishes,
+    BoundModel, ElementKind, Input, Leg, ModelFile, ModelFileError, ModelSignals, Output, Place,
+    SignalError, SignalMismatch,
 };
 use twinrig_runtime::Plant;
 use twinrig_scenario::{LegFact, OptionValue, Options, Placed, PlantSpec};
 
 use crate::mjcf::{ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options};
-use crate::plant_kind::{Bringing, OwnModel, PlantKind};
+use crate::plant_kind::{ModelContext, PlantKind, StandaloneModel};
 use crate::registry::BuildError;
 use crate::standard::MJCF;
 
@@ -21,18 +22,18 @@ const TEXT: &str = "model.xml";
 const COMPILED: &str = "model.mjb";
 
 pub(crate) fn kind() -> PlantKind {
-    let kind = PlantKind::alone(NAME, MJCF, load);
+    let kind = PlantKind::standalone(NAME, MJCF, load);
     options().into_iter().fold(kind, PlantKind::with_option)
 }
 
 /// A model that a scenario names.
-struct Own {
+struct LoadedModel {
     name: String,
     text: Vec<u8>,
-    wired: Wired,
+    wired: BoundModel,
 }
 
-impl OwnModel for Own {
+impl StandaloneModel for LoadedModel {
     fn name(&self) -> &str {
         &self.name
     }
@@ -75,8 +76,8 @@ impl OwnModel for Own {
     }
 }
 
-fn load(bringing: &Bringing<'_>) -> Result<Own, DocumentError> {
-    let plant = bringing.plant;
+fn load(context: &ModelContext<'_>) -> Result<LoadedModel, DocumentError> {
+    let plant = context.plant;
     let mut problems = Vec::new();
     let wishes = wishes(&plant.options, &mut problems);
     let Some(file) = plant.options.name(FILE) else {
@@ -88,16 +89,16 @@ fn load(bringing: &Bringing<'_>) -> Result<Own, DocumentError> {
     if !problems.is_empty() {
         return Err(DocumentError { problems });
     }
-    let (text, model) = match bringing.kept {
+    let (text, model) = match context.kept {
         Some(kept) => of_recording(kept, file)?,
-        None => of_disk(&bringing.folder.join(&file.value), file)?,
+        None => of_disk(&context.folder.join(&file.value), file)?,
     };
-    let wired = Wired::new(model, &wishes);
+    let wired = BoundModel::new(model, &wishes);
     let wired = wired.map_err(|error| DocumentError {
         problems: placed(error, &plant.options, file),
     });
     let stem = Path::new(&file.value).file_stem();
-    Ok(Own {
+    Ok(LoadedModel {
         name: stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
         text,
         wired: wired?,
@@ -147,10 +148,10 @@ fn of_recording(
 }
 
 /// What the scenario wants of the model, as far as that can be said without it.
-fn wishes(options: &Options, problems: &mut Vec<Problem>) -> Wishes {
-    let mut wishes = Wishes {
+fn wishes(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals {
+    let mut wishes = ModelSignals {
         keyframe: options.name(KEYFRAME).map(|name| name.value.clone()),
-        ..Wishes::default()
+        ..ModelSignals::default()
     };
     for (signal, wish) in of_table(options, INPUTS) {
         let unit = unit(wish, problems);
@@ -167,7 +168,7 @@ fn wishes(options: &Options, problems: &mut Vec<Problem>) -> Wishes {
     }
     for (signal, wish) in of_table(options, OUTPUTS) {
         let unit = unit(wish, problems);
-        let named = Thing::ALL.map(|thing| Some((thing, wish.name(thing.name())?)));
+        let named = ElementKind::ALL.map(|thing| Some((thing, wish.name(thing.name())?)));
         let named: Vec<_> = named.into_iter().flatten().collect();
         let [(thing, name)] = named[..] else {
             let how_many = if named.is_empty() {
@@ -176,7 +177,7 @@ fn wishes(options: &Options, problems: &mut Vec<Problem>) -> Wishes {
                 "two things"
             };
             let message = format!("`{}` is {how_many} of the model", signal.value);
-            let names = Thing::ALL.map(Thing::name).join(", ");
+            let names = ElementKind::ALL.map(ElementKind::name).join(", ");
             problems.push(Problem::at(
                 &signal.place,
                 message,
@@ -223,7 +224,7 @@ fn unit(wish: &Options, problems: &mut Vec<Problem>) -> Option<Unit> {
 fn placed(error: ModelFileError, options: &Options, file: &Placed<String>) -> Vec<Problem> {
     match error {
         ModelFileError::Signals(misfits) => {
-            let problem = |misfit: &Misfit| misfitted(misfit, options, file);
+            let problem = |misfit: &SignalMismatch| misfitted(misfit, options, file);
             misfits.iter().map(problem).collect()
         }
         ModelFileError::Keyframe {
@@ -239,32 +240,34 @@ fn placed(error: ModelFileError, options: &Options, file: &Placed<String>) -> Ve
     }
 }
 
-fn misfitted(misfit: &Misfit, options: &Options, file: &Placed<String>) -> Problem {
+fn misfitted(misfit: &SignalMismatch, options: &Options, file: &Placed<String>) -> Problem {
     let table = if misfit.input { INPUTS } else { OUTPUTS };
     let Some((signal, wish)) = of_table(options, table).nth(misfit.index) else {
         return Problem::at(&file.place, misfit.why.to_string(), "");
     };
     let thing = || {
-        let named = Thing::ALL.iter().find_map(|thing| wish.name(thing.name()));
+        let named = ElementKind::ALL
+            .iter()
+            .find_map(|thing| wish.name(thing.name()));
         named.map_or(&signal.place, |name| &name.place)
     };
     let of = |key: &str| wish.name(key).map_or(&signal.place, |name| &name.place);
     let place = match misfit.place {
         Place::Signal => &signal.place,
-        Place::Thing => thing(),
+        Place::ElementKind => thing(),
         Place::Word => of(AS),
         Place::Unit => of(UNIT),
     };
     Problem::at(place, misfit.why.to_string(), help(&misfit.why))
 }
 
-fn unknown(thing: Thing, name: &str, known: &[String], other: Option<Thing>) -> String {
+fn unknown(thing: ElementKind, name: &str, known: &[String], other: Option<ElementKind>) -> String {
     let is = other.map(|other| match other {
-        Thing::Actuator => "it is an actuator".to_owned(),
+        ElementKind::Actuator => "it is an actuator".to_owned(),
         other => format!("it is a {other}"),
     });
     let has = match (thing, known) {
-        (Thing::Actuator, []) => {
+        (ElementKind::Actuator, []) => {
             "the model has none; see From a URDF in plants/mujoco/README.md".to_owned()
         }
         (_, []) => format!("the model has no {thing} with a name"),

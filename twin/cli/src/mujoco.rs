@@ -3,11 +3,11 @@
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_mujoco::{Closing, Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver};
-use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as Given};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ControllerContext};
 
 use crate::method::Method;
 use crate::option::{choice, number, option};
-use crate::plant_kind::{Physics, PlantKind};
+use crate::plant_kind::{PlantContext, PlantKind};
 use crate::registry::{BuildError, Registry};
 use crate::setup::setup;
 
@@ -232,28 +232,28 @@ const CLOSURE_S: f64 = 1e-3;
 ///
 /// # Errors
 /// A robot, a ground or settings that it refuses.
-pub fn mujoco(physics: &Physics<'_>) -> Result<Mujoco, BuildError> {
-    let options = mujoco_options(physics)?;
-    Ok(Mujoco::new(physics.robot, &options, physics.wanted)?)
+pub fn mujoco(context: &PlantContext<'_>) -> Result<Mujoco, BuildError> {
+    let options = mujoco_options(context)?;
+    Ok(Mujoco::new(context.robot, &options, context.wanted)?)
 }
 
 /// What a scenario's words ask of the robot in MuJoCo.
 ///
 /// # Errors
 /// A ground that cannot be, or settings that do not go together.
-pub(crate) fn mujoco_options(physics: &Physics<'_>) -> Result<Options, BuildError> {
-    let given = &physics.plant.options;
+pub(crate) fn mujoco_options(context: &PlantContext<'_>) -> Result<Options, BuildError> {
+    let given = &context.plant.options;
     let mut all = Coordinates::ALL.into_iter();
     let coordinates = all.find(|one| Some(one.name()) == given.text("coordinates"));
     let coordinates = coordinates.unwrap_or(Coordinates::Maximal);
     Ok(Options {
-        setup: setup(physics, STEP)?,
+        setup: setup(context, STEP)?,
         coordinates,
         numerics: numerics(given, Numerics::of(coordinates))?,
     })
 }
 
-fn numerics(given: &Given, own: Numerics) -> Result<Numerics, BuildError> {
+fn numerics(given: &ControllerContext, own: Numerics) -> Result<Numerics, BuildError> {
     let word = |name: &str| given.text(name).unwrap_or_default();
     let closing = match (given.number("solref_steps"), given.number("solref_time")) {
         (Some(_), Some(_)) => {

@@ -6,10 +6,10 @@ use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, Speed, Take};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
-use crate::bus_kind::{BusKind, Hookup};
+use crate::analog_sources::{clock, clock_option};
+use crate::bus_kind::{BusContext, BusKind};
 use crate::option::{choice, option};
 use crate::registry::BuildError;
-use crate::tap::{clock, clock_option};
 
 /// The serial port that the sensor's USB shows.
 const BAUD: u32 = 1_000_000;
@@ -89,17 +89,17 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
-fn driver(hookup: &Hookup<'_>) -> Result<OptoForceDriver, BuildError> {
-    Ok(config(hookup)?.driver()?)
+fn driver(context: &BusContext<'_>) -> Result<OptoForceDriver, BuildError> {
+    Ok(config(context)?.driver()?)
 }
 
-fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(hookup)?.wire(&hookup.fault_schedule())?)
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
-fn config(hookup: &Hookup<'_>) -> Result<OptoForce, BuildError> {
-    let options = hookup.options;
-    let mut sensor = OptoForce::new(hookup.name, options.text("signal").unwrap_or(SIGNAL));
+fn config(context: &BusContext<'_>) -> Result<OptoForce, BuildError> {
+    let options = context.options;
+    let mut sensor = OptoForce::new(context.name, options.text("signal").unwrap_or(SIGNAL));
     sensor.speed = named(&SPEEDS, options.text("speed"));
     sensor.cutoff = named(&FILTERS, options.text("filter"));
     sensor.zero = options.boolean("zero").unwrap_or(false);

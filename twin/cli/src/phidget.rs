@@ -4,10 +4,10 @@ use twinrig_phidget::{Board, Gain, Input, Phidget, PhidgetDriver};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec};
 
-use crate::bus_kind::{BusKind, Hookup};
+use crate::analog_sources::{analog_sources, clock, clock_option, inputs, signals};
+use crate::bus_kind::{BusContext, BusKind};
 use crate::option::{choice, option};
 use crate::registry::BuildError;
-use crate::tap::{clock, clock_option, inputs, signals, taps};
 
 const BRIDGE: &str = "bridge";
 const INTERFACE_KIT: &str = "interface-kit";
@@ -44,16 +44,16 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
-fn driver(hookup: &Hookup<'_>) -> Result<PhidgetDriver, BuildError> {
-    Ok(config(hookup)?.driver()?)
+fn driver(context: &BusContext<'_>) -> Result<PhidgetDriver, BuildError> {
+    Ok(config(context)?.driver()?)
 }
 
-fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(hookup)?.wire(&hookup.fault_schedule())?)
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
-fn config(hookup: &Hookup<'_>) -> Result<Phidget, BuildError> {
-    let options = hookup.options;
+fn config(context: &BusContext<'_>) -> Result<Phidget, BuildError> {
+    let options = context.options;
     let mut board = match options.text("board") {
         Some(INTERFACE_KIT) => Board::INTERFACE_KIT,
         _ => Board::default(),
@@ -69,10 +69,13 @@ fn config(hookup: &Hookup<'_>) -> Result<Phidget, BuildError> {
             *trigger = given.map_or(Ok(*trigger), u16::try_from)?;
         }
     }
-    let mut board = Phidget::new(hookup.name, board);
-    let connected = taps(options, "inputs")?.into_iter();
+    let mut board = Phidget::new(context.name, board);
+    let connected = analog_sources(options, "inputs")?.into_iter();
     board.inputs = connected
-        .map(|(channel, tap)| Input { channel, tap })
+        .map(|(channel, analog_source)| Input {
+            channel,
+            analog_source,
+        })
         .collect();
     board.clock = clock(options)?;
     Ok(board)

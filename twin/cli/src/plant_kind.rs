@@ -12,13 +12,14 @@ use twinrig_study::PlantOffer;
 use crate::method::Method;
 use crate::registry::BuildError;
 
-type BuildPlant = Box<dyn Fn(&Physics<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
+type BuildPlant =
+    Box<dyn Fn(&PlantContext<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
 type LoadModel =
-    Box<dyn Fn(&Bringing<'_>) -> Result<Box<dyn OwnModel>, DocumentError> + Send + Sync>;
+    Box<dyn Fn(&ModelContext<'_>) -> Result<Box<dyn StandaloneModel>, DocumentError> + Send + Sync>;
 
 /// What a plant is built from.
 #[derive(Clone, Copy)]
-pub struct Physics<'a> {
+pub struct PlantContext<'a> {
     /// The robot, with what the scenario overrides.
     pub robot: &'a Robot,
     /// The legs of the scene, in the robot's order.
@@ -39,17 +40,17 @@ pub struct Physics<'a> {
 
 /// What a plant that stands alone makes its model from.
 #[derive(Clone, Copy, Debug)]
-pub struct Bringing<'a> {
+pub struct ModelContext<'a> {
     /// The scenario's `[plant]` table.
     pub plant: &'a PlantSpec,
     /// The folder that paths are seen from.
     pub folder: &'a Path,
-    /// The files of [`OwnModel::files`] that a recording kept, if this is the run of a recording: then nothing else is there.
+    /// The files of [`StandaloneModel::files`] that a recording kept, if this is the run of a recording: then nothing else is there.
     pub kept: Option<&'a [(String, Vec<u8>)]>,
 }
 
 /// The model that a plant brings along instead of standing on a robot file: what a scenario needs to know of it.
-pub trait OwnModel: Send + Sync {
+pub trait StandaloneModel: Send + Sync {
     /// What it is called, for a person.
     fn name(&self) -> &str;
 
@@ -102,20 +103,20 @@ impl PlantKind {
     pub fn new<P: Plant + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
-        build: impl Fn(&Physics<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
+        build: impl Fn(&PlantContext<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
     ) -> Self {
-        let build: BuildPlant = Box::new(move |physics| Ok(Box::new(build(physics)?)));
+        let build: BuildPlant = Box::new(move |context| Ok(Box::new(build(context)?)));
         Self::of(name.into(), about.into(), Build::OnRobot(build))
     }
 
     /// A kind that stands alone: `load` makes the model that it brings along, and says at which place of the scenario
     /// something is wrong with it. A scenario with it needs no robot.
-    pub fn alone<M: OwnModel + 'static>(
+    pub fn standalone<M: StandaloneModel + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
-        load: impl Fn(&Bringing<'_>) -> Result<M, DocumentError> + Send + Sync + 'static,
+        load: impl Fn(&ModelContext<'_>) -> Result<M, DocumentError> + Send + Sync + 'static,
     ) -> Self {
-        let load: LoadModel = Box::new(move |bringing| Ok(Box::new(load(bringing)?)));
+        let load: LoadModel = Box::new(move |context| Ok(Box::new(load(context)?)));
         Self::of(name.into(), about.into(), Build::Alone(load))
     }
 
@@ -133,7 +134,7 @@ impl PlantKind {
     }
 
     /// Whether it brings its own model instead of standing on a robot.
-    pub(crate) fn stands_alone(&self) -> bool {
+    pub(crate) fn is_standalone(&self) -> bool {
         matches!(self.build, Build::Alone(_))
     }
 
@@ -185,7 +186,7 @@ impl PlantKind {
     pub(crate) fn kind(&self) -> Kind {
         Kind {
             options: self.options.clone(),
-            stands_alone: self.stands_alone(),
+            is_standalone: self.is_standalone(),
             ..Kind::new(&self.name, &self.about)
         }
     }
@@ -209,17 +210,17 @@ impl PlantKind {
     /// Makes the model that it brings along; none if it stands on a robot.
     pub(crate) fn load(
         &self,
-        bringing: &Bringing<'_>,
-    ) -> Option<Result<Box<dyn OwnModel>, DocumentError>> {
+        context: &ModelContext<'_>,
+    ) -> Option<Result<Box<dyn StandaloneModel>, DocumentError>> {
         match &self.build {
             Build::OnRobot(_) => None,
-            Build::Alone(load) => Some(load(bringing)),
+            Build::Alone(load) => Some(load(context)),
         }
     }
 
-    pub(crate) fn build(&self, physics: &Physics<'_>) -> Result<Box<dyn Plant>, BuildError> {
+    pub(crate) fn build(&self, context: &PlantContext<'_>) -> Result<Box<dyn Plant>, BuildError> {
         match &self.build {
-            Build::OnRobot(build) => build(physics),
+            Build::OnRobot(build) => build(context),
             Build::Alone(_) => Err("it stands alone, on no robot".into()),
         }
     }

@@ -3,11 +3,11 @@
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_rapier::{Joints, Options, Rapier, Softness, Solver};
-use twinrig_scenario::{Accepts, OptionSpec, Options as Given};
+use twinrig_scenario::{Accepts, OptionSpec, Options as ControllerContext};
 
 use crate::method::Method;
 use crate::option::{choice, number, option};
-use crate::plant_kind::{Physics, PlantKind};
+use crate::plant_kind::{PlantContext, PlantKind};
 use crate::registry::{BuildError, Registry};
 use crate::setup::setup;
 use crate::standard::RAPIER;
@@ -108,19 +108,19 @@ fn softnesses() -> Vec<OptionSpec> {
 ///
 /// # Errors
 /// A robot or a ground that it refuses.
-pub fn rapier(physics: &Physics<'_>) -> Result<Rapier, BuildError> {
-    let given = &physics.plant.options;
+pub fn rapier(context: &PlantContext<'_>) -> Result<Rapier, BuildError> {
+    let given = &context.plant.options;
     let mut all = Joints::ALL.into_iter();
     let joints = all.find(|joints| Some(joints.name()) == given.text("joints"));
     let joints = joints.unwrap_or(Joints::Impulse);
     let options = Options {
         solver: solver(given, joints),
-        ..Options::new(setup(physics, STEP)?, joints)
+        ..Options::new(setup(context, STEP)?, joints)
     };
-    Ok(Rapier::new(physics.robot, &options, physics.wanted)?)
+    Ok(Rapier::new(context.robot, &options, context.wanted)?)
 }
 
-fn solver(given: &Given, joints: Joints) -> Solver {
+fn solver(given: &ControllerContext, joints: Joints) -> Solver {
     let of = if given.text("settings") == Some(SETTINGS[1]) {
         Solver::of_the_engine()
     } else {

@@ -6,10 +6,10 @@ use twinrig_rb110::{AdcRange, AnalogInput, PulseMap, Rb110, Rb110Driver, ServoLi
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
-use crate::bus_kind::{BusKind, Hookup};
+use crate::analog_sources::{analog_sources, clock, clock_option, inputs, signals};
+use crate::bus_kind::{BusContext, BusKind};
 use crate::option::{choice, option};
 use crate::registry::BuildError;
-use crate::tap::{clock, clock_option, inputs, signals, taps};
 
 /// The lines of Oncilla's servos (public user of the original library, 2013).
 const LINES: [(&str, usize); 4] = [("LF", 15), ("RF", 13), ("LH", 9), ("RH", 11)];
@@ -65,27 +65,30 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
-fn driver(hookup: &Hookup<'_>) -> Result<Rb110Driver, BuildError> {
-    Ok(config(hookup)?.driver()?)
+fn driver(context: &BusContext<'_>) -> Result<Rb110Driver, BuildError> {
+    Ok(config(context)?.driver()?)
 }
 
-fn wire(hookup: &Hookup<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(hookup)?.wire(&hookup.fault_schedule())?)
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
-fn config(hookup: &Hookup<'_>) -> Result<Rb110, BuildError> {
-    let options = hookup.options;
+fn config(context: &BusContext<'_>) -> Result<Rb110, BuildError> {
+    let options = context.options;
     let pulse = match options.text("servo") {
         Some(KONDO) => PulseMap::KONDO,
         _ => PulseMap::ONCILLA,
     };
-    let mut board = Rb110::with_servos(hookup.name, pulse, &[]);
-    for &leg in hookup.legs {
-        board.servos.push(servo(hookup, leg, pulse)?);
+    let mut board = Rb110::with_servos(context.name, pulse, &[]);
+    for &leg in context.legs {
+        board.servos.push(servo(context, leg, pulse)?);
     }
-    for (channel, tap) in taps(options, "inputs")? {
-        let tap = Some(tap);
-        board.analog.push(AnalogInput { channel, tap });
+    for (channel, analog_source) in analog_sources(options, "inputs")? {
+        let analog_source = Some(analog_source);
+        board.analog.push(AnalogInput {
+            channel,
+            analog_source,
+        });
     }
     board.period = options.duration("period").unwrap_or(board.period);
     board.reference = options.number("reference").unwrap_or(board.reference);
@@ -96,9 +99,9 @@ fn config(hookup: &Hookup<'_>) -> Result<Rb110, BuildError> {
     Ok(board)
 }
 
-fn servo(hookup: &Hookup<'_>, leg: &str, pulse: PulseMap) -> Result<ServoLine, BuildError> {
+fn servo(context: &BusContext<'_>, leg: &str, pulse: PulseMap) -> Result<ServoLine, BuildError> {
     let known = LINES.into_iter().find(|(name, _)| *name == leg);
-    let line = match hookup.options.of_member("lines", leg) {
+    let line = match context.options.of_member("lines", leg) {
         Some(OptionValue::Natural(line)) => usize::try_from(*line)?,
         _ => known
             .map(|(_, line)| line)

@@ -8,9 +8,9 @@ use twinrig_scenario::{Catalogue, Kind, PlantSpec};
 use twinrig_study::PlantOffer;
 
 use crate::bus_kind::BusKind;
-use crate::controller_kind::{ControllerKind, Given, GivenLegs};
+use crate::controller_kind::{ControllerContext, ControllerKind, LegContext};
 use crate::method::Method;
-use crate::plant_kind::{Bringing, OwnModel, Physics, PlantKind};
+use crate::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
 use crate::standard;
 
 /// Why a part could not be built; `?` makes one of any error.
@@ -112,7 +112,7 @@ impl Registry {
 
     /// The names of those of its plants that stand on a robot.
     pub(crate) fn plants_on_robots(&self) -> impl Iterator<Item = &str> {
-        let plants = self.plants.iter().filter(|kind| !kind.stands_alone());
+        let plants = self.plants.iter().filter(|kind| !kind.is_standalone());
         plants.map(PlantKind::name)
     }
 
@@ -163,7 +163,7 @@ impl Registry {
     pub(crate) fn controller(
         &self,
         name: &str,
-        given: &Given<'_>,
+        given: &ControllerContext<'_>,
     ) -> Option<Result<Box<dyn Process>, BuildError>> {
         let kind = self.controller_kind(name)?;
         Some(in_part(PartKind::Controller, name, || kind.build(given)))
@@ -173,7 +173,7 @@ impl Registry {
     pub(crate) fn controller_of_legs(
         &self,
         name: &str,
-        given: &GivenLegs<'_>,
+        given: &LegContext<'_>,
     ) -> Option<Result<Box<dyn Process>, BuildError>> {
         let kind = self.controller_kind(name)?;
         Some(in_part(PartKind::Controller, name, || {
@@ -182,23 +182,23 @@ impl Registry {
     }
 
     /// Makes the model that the plant brings along; none if it stands on a robot, or there is no such plant.
-    pub(crate) fn own_model(
+    pub(crate) fn standalone_model(
         &self,
-        bringing: &Bringing<'_>,
-    ) -> Option<Result<Box<dyn OwnModel>, DocumentError>> {
-        let name = &bringing.plant.model;
+        context: &ModelContext<'_>,
+    ) -> Option<Result<Box<dyn StandaloneModel>, DocumentError>> {
+        let name = &context.plant.model;
         let kind = self.plant_kind(name)?;
-        in_part(PartKind::Plant, name, || kind.load(bringing))
+        in_part(PartKind::Plant, name, || kind.load(context))
     }
 
-    /// Builds the plant of `physics`; none if there is no such plant.
+    /// Builds the plant of `context`; none if there is no such plant.
     pub(crate) fn plant(
         &self,
-        physics: &Physics<'_>,
+        context: &PlantContext<'_>,
     ) -> Option<Result<Box<dyn Plant>, BuildError>> {
-        let name = &physics.plant.model;
+        let name = &context.plant.model;
         let kind = self.plant_kind(name)?;
-        Some(in_part(PartKind::Plant, name, || kind.build(physics)))
+        Some(in_part(PartKind::Plant, name, || kind.build(context)))
     }
 
     /// What studies can do with the plant `name`; none if there is no such plant.

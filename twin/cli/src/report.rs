@@ -4,7 +4,7 @@ use serde::{Serialize, Serializer};
 use twinrig_document::{Place, Warning};
 use twinrig_record::ExpectationMessage;
 use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
-use twinrig_runtime::{EnergyBooks, WorkCounts};
+use twinrig_runtime::{EnergyBalance, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
 
 /// What became of a scenario.
@@ -213,14 +213,14 @@ pub struct Energy {
     pub impact_j: f64,
 }
 
-impl From<EnergyBooks> for Energy {
-    fn from(books: EnergyBooks) -> Self {
+impl From<EnergyBalance> for Energy {
+    fn from(balance: EnergyBalance) -> Self {
         Self {
-            residual_j: books.residual,
-            exchanged_j: books.exchanged,
-            actuator_j: books.actuator,
-            dissipated_j: books.dissipated,
-            impact_j: books.impact,
+            residual_j: balance.residual,
+            exchanged_j: balance.exchanged,
+            actuator_j: balance.actuator,
+            dissipated_j: balance.dissipated,
+            impact_j: balance.impact,
         }
     }
 }

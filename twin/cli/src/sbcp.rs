@@ -13,7 +13,7 @@ use twinrig_sbcp::{ControllerConfig, Passing};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_wire::{UsbPreset, UsbTiming};
 
-use crate::bus_kind::{BusKind, Hookup};
+use crate::bus_kind::{BusContext, BusKind};
 use crate::option::{choice, number, option};
 use crate::registry::BuildError;
 use crate::timing::timing;
@@ -183,16 +183,16 @@ fn usb_options() -> Vec<OptionSpec> {
     ]
 }
 
-fn driver(hookup: &Hookup<'_>) -> Result<MotorDriver, BuildError> {
-    Ok(Bus::driver(&config(hookup)?)?)
+fn driver(context: &BusContext<'_>) -> Result<MotorDriver, BuildError> {
+    Ok(Bus::driver(&config(context)?)?)
 }
 
-fn wire(hookup: &Hookup<'_>) -> Result<BusWire, BuildError> {
-    Ok(Bus::wire(&config(hookup)?)?)
+fn wire(context: &BusContext<'_>) -> Result<BusWire, BuildError> {
+    Ok(Bus::wire(&config(context)?)?)
 }
 
-fn config(hookup: &Hookup<'_>) -> Result<BusConfig, BuildError> {
-    let options = hookup.options;
+fn config(context: &BusContext<'_>) -> Result<BusConfig, BuildError> {
+    let options = context.options;
     let topology = if options.text("topology") == Some(DIRECT) {
         // Choices have their usual value where nothing was said.
         let passing = (options.text("passing") == Some(STORE)).then_some("passing");
@@ -219,13 +219,13 @@ fn config(hookup: &Hookup<'_>) -> Result<BusConfig, BuildError> {
         BusTopology::Controller(controller)
     };
     Ok(BusConfig {
-        name: hookup.name.to_owned(),
-        boards: boards(hookup)?,
+        name: context.name.to_owned(),
+        boards: boards(context)?,
         topology,
         usb: usb(options.group("usb"))?,
-        session: session(hookup),
-        faults: hookup.fault_schedule(),
-        seed: hookup.seed,
+        session: session(context),
+        faults: context.fault_schedule(),
+        seed: context.seed,
         trace: options.boolean("trace").unwrap_or(false),
         ..BusConfig::default()
     })
@@ -245,8 +245,8 @@ fn controller(options: &Options) -> ControllerConfig {
 }
 
 /// A board for each leg of the robot, of which those of the scene are used.
-fn boards(hookup: &Hookup<'_>) -> Result<Vec<BoardConfig>, BuildError> {
-    let options = hookup.options;
+fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
+    let options = context.options;
     let firmware = FirmwareConfig {
         generation: match options.text("firmware") {
             Some(FIRST) => Generation::First,
@@ -255,7 +255,7 @@ fn boards(hookup: &Hookup<'_>) -> Result<Vec<BoardConfig>, BuildError> {
         interpolation: Interpolation::Smooth,
     };
     for member in options.members() {
-        if !hookup.legs.contains(&member.value.as_str()) {
+        if !context.legs.contains(&member.value.as_str()) {
             let why = format!(
                 "there is no board `{}` in this scene: boards are called as legs are",
                 member.value
@@ -298,7 +298,7 @@ fn boards(hookup: &Hookup<'_>) -> Result<Vec<BoardConfig>, BuildError> {
         )]
         Ok(board.with_clock(rate_ppb as i64, phase)?)
     };
-    hookup.legs.iter().map(board).collect()
+    context.legs.iter().map(board).collect()
 }
 
 fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
@@ -331,8 +331,8 @@ fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
     })
 }
 
-fn session(hookup: &Hookup<'_>) -> SessionConfig {
-    let (options, default) = (hookup.options, SessionConfig::default());
+fn session(context: &BusContext<'_>) -> SessionConfig {
+    let (options, default) = (context.options, SessionConfig::default());
     let gains = options.group("gains");
     let default_gains = SessionGains::default();
     let register = |options: Option<&Options>, name: &str, default: u16| {
@@ -347,7 +347,7 @@ fn session(hookup: &Hookup<'_>) -> SessionConfig {
     )]
     let threshold = |count: f64| libm::rint(count) as i64;
     SessionConfig {
-        period: host(hookup.period),
+        period: host(context.period),
         gains: SessionGains {
             p: register(gains, "p", default_gains.p),
             i: register(gains, "i", default_gains.i),

@@ -12,15 +12,15 @@ use twinrig_scenario::{
     Profile, ServoOverride, StartPose as SceneStart,
 };
 
-use crate::plant_kind::Physics;
+use crate::plant_kind::PlantContext;
 use crate::registry::BuildError;
 
 /// What to simulate, in steps of `step` where the scenario gives none.
 ///
 /// # Errors
 /// A ground that cannot be.
-pub(crate) fn setup(physics: &Physics<'_>, step: SimDuration) -> Result<Setup, BuildError> {
-    let plant = physics.plant;
+pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, BuildError> {
+    let plant = context.plant;
     let ground = plant.ground.as_ref();
     Ok(Setup {
         base: match plant.base {
@@ -28,30 +28,30 @@ pub(crate) fn setup(physics: &Physics<'_>, step: SimDuration) -> Result<Setup, B
             SceneBase::Planar => Base::Planar,
             SceneBase::Fixed => Base::Fixed,
         },
-        legs: physics.legs.iter().map(|&leg| leg.to_owned()).collect(),
+        legs: context.legs.iter().map(|&leg| leg.to_owned()).collect(),
         ground: ground
-            .map(|ground| terrain(ground, physics.robot.friction, physics.seed))
+            .map(|ground| terrain(ground, context.robot.friction, context.seed))
             .transpose()?,
         step: plant.step.unwrap_or(step),
-        drives: drives(physics)?,
-        start: start(physics),
+        drives: drives(context)?,
+        start: start(context),
     })
 }
 
 /// In the pose that the scenario gives, or else where the controller first wants the drives.
-fn start(physics: &Physics<'_>) -> Start {
-    if let Some(SceneStart { q, rates }) = physics.plant.start {
+fn start(context: &PlantContext<'_>) -> Start {
+    if let Some(SceneStart { q, rates }) = context.plant.start {
         return StartPose { q, rates }.into();
     }
-    let legs = physics.legs.iter();
-    legs.filter_map(|leg| first_command(leg, physics)).collect()
+    let legs = context.legs.iter();
+    legs.filter_map(|leg| first_command(leg, context)).collect()
 }
 
 /// Where the drives of a leg are at the start: where the controller first wants them.
-fn first_command(leg: &str, physics: &Physics<'_>) -> Option<(String, LegCommand)> {
+fn first_command(leg: &str, context: &PlantContext<'_>) -> Option<(String, LegCommand)> {
     let first = |joint: &str| {
         let name = format!("leg/{leg}/{joint}/command");
-        let mut commands = physics.first_commands.iter();
+        let mut commands = context.first_commands.iter();
         commands
             .find(|(known, _)| *known == name)
             .map(|(_, value)| *value)
@@ -63,20 +63,20 @@ fn first_command(leg: &str, physics: &Physics<'_>) -> Option<(String, LegCommand
     Some((leg.to_owned(), command))
 }
 
-fn drives(physics: &Physics<'_>) -> Result<Drives, BuildError> {
-    let servos = &physics.robot.actuators;
-    let actuator = physics.actuator;
+fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
+    let servos = &context.robot.actuators;
+    let actuator = context.actuator;
     Ok(match actuator.kind {
         ActuatorKind::None => Drives::None,
         ActuatorKind::Ideal => Drives::Ideal {
-            period: physics.command_period.as_secs_f64(),
+            period: context.command_period.as_secs_f64(),
         },
         ActuatorKind::Servo => Drives::Servos {
             hip: overridden(servos.hip, &actuator.hip),
             knee: overridden(servos.knee, &actuator.knee),
         },
         ActuatorKind::Motor => {
-            let Motors { hip, knee } = motors(physics.robot)?;
+            let Motors { hip, knee } = motors(context.robot)?;
             Drives::Motors { hip, knee }
         }
     })
@@ -105,7 +105,7 @@ fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
 /// A ground that cannot be.
 pub(crate) fn ground_below(plant: &PlantSpec, seed: u64) -> Result<GroundBelow, BuildError> {
     // A model that a plant brings along stands on the plane through the origin, or says nothing of it.
-    if plant.stands_alone {
+    if plant.is_standalone {
         return Ok(GroundBelow::Level);
     }
     let Some(ground) = &plant.ground else {

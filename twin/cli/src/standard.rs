@@ -4,7 +4,7 @@ use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::OptionSpec;
 
-use crate::controller_kind::{ControllerKind, Given};
+use crate::controller_kind::{ControllerContext, ControllerKind};
 use crate::drives;
 use crate::lcp;
 use crate::massless;
@@ -139,7 +139,7 @@ fn abducting() -> OptionSpec {
     choice("abduction", about, &Abduction::ALL.map(Abduction::name))
 }
 
-fn abduction(given: &Given<'_>) -> Abduction {
+fn abduction(given: &ControllerContext<'_>) -> Abduction {
     let name = given.options.text("abduction");
     let mut all = Abduction::ALL.into_iter();
     all.find(|way| Some(way.name()) == name).unwrap_or_default()

@@ -129,13 +129,13 @@ fn stiffness(trend: &StiffnessTrend) -> String {
 }
 
 fn reference(note: &twinrig_study::ReferenceNote) -> String {
-    let knob = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
+    let setting = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
         (Some(step), _) => brief(step, "s"),
         (None, Some(tolerance)) => format!("at {tolerance:e}"),
         (None, None) => String::new(),
     };
     let own = match (&note.method, &note.why) {
-        (Some(method), _) => format!("{method} {}", knob(note.step_s, note.tolerance)),
+        (Some(method), _) => format!("{method} {}", setting(note.step_s, note.tolerance)),
         (None, Some(why)) => format!("none: {why}"),
         (None, None) => "none".to_owned(),
     };
@@ -144,7 +144,7 @@ fn reference(note: &twinrig_study::ReferenceNote) -> String {
             ", {} away from {} {}",
             brief(check.disagreement_rms_m, "m"),
             check.method,
-            knob(check.step_s, check.tolerance)
+            setting(check.step_s, check.tolerance)
         )
     });
     let of = note

@@ -65,14 +65,14 @@ fn numbers_far_apart_have_digits_of_their_own() {
     };
     let close = of(0.00168, 1e-6, 1e-6 - 0.00168);
     assert_eq!(close, ["1.68e-3", "1.00e-6", "-1.68e-3"]);
-    let books = of(1_337_729.4, 0.02, 0.02 - 1_337_729.4);
-    assert_eq!(books, ["1.34e6", "0.0200", "-1.34e6"]);
+    let balance = of(1_337_729.4, 0.02, 0.02 - 1_337_729.4);
+    assert_eq!(balance, ["1.34e6", "0.0200", "-1.34e6"]);
     assert_eq!(of(1.8e-5, 0.02, 0.019_982), ["1.80e-5", "0.0200", "0.0200"]);
     // What one format shows stays in one.
     assert_eq!(of(0.62, 20.0, 19.38), ["0.6", "20.0", "19.4"]);
     assert_eq!(of(0.0, 0.02, 0.02), ["0.0000", "0.0200", "0.0200"]);
-    let books = of(3.95e-7, 1e-6, 6.05e-7);
-    assert_eq!(books, ["3.95e-7", "1.00e-6", "6.05e-7"]);
+    let balance = of(3.95e-7, 1e-6, 6.05e-7);
+    assert_eq!(balance, ["3.95e-7", "1.00e-6", "6.05e-7"]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use mcap::write::NoSeek;
 use twinrig_kernel::SimTime;
 
 use crate::recorder::{RecordedGroup, group_name};
-use crate::schema::{self, GROUP_KEY, LANE_KEY, SIGNALS_KEY};
+use crate::schema::{self, GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{EPOCH, RecordError, Topic, cdr, ros};
 
 /// A channel, and how many messages it has had.
@@ -89,20 +89,20 @@ pub(crate) fn add_group<W: Write>(
 }
 
 /// Lanes that ROS 2 would call by one name are told apart by a number.
-pub(crate) fn add_lanes<W: Write>(
+pub(crate) fn add_traces<W: Write>(
     writer: &mut Writer<NoSeek<W>>,
-    lanes: &[String],
+    traces: &[String],
 ) -> Result<Vec<Channel>, RecordError> {
     const TYPE: &str = "twinrig/Bytes";
     let definition = ros::complete(TYPE);
     let mut topics: Vec<String> = Vec::new();
     let mut channels = Vec::new();
-    for lane in lanes {
-        let name = ros::topic_name(&format!("wire/{lane}"));
+    for trace in traces {
+        let name = ros::topic_name(&format!("wire/{trace}"));
         let numbered = (2..).map(|count| format!("{name}_{count}"));
         let mut names = std::iter::once(name.clone()).chain(numbered);
         let topic = names.find(|name| !topics.contains(name)).unwrap_or(name);
-        let metadata = BTreeMap::from([(LANE_KEY.to_owned(), lane.clone())]);
+        let metadata = BTreeMap::from([(TRACE_KEY.to_owned(), trace.clone())]);
         channels.push(add_channel(writer, &topic, (TYPE, &definition), metadata)?);
         topics.push(topic);
     }

@@ -9,7 +9,7 @@ use twinrig_kernel::SimTime;
 use crate::cdr::{self, CdrReader};
 use crate::framing::{RawRecord, Records};
 use crate::recording::SampledGroup;
-use crate::schema::{GROUP_KEY, LANE_KEY, SIGNALS_KEY};
+use crate::schema::{GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{EPOCH, RecordError, Signal, Topic};
 
 /// The content of a file, record by record.
@@ -126,10 +126,10 @@ impl Index {
         let role = if let Some(signals) = channel.metadata.get(SIGNALS_KEY) {
             self.groups.push(group(channel, signals)?);
             Use::Group(self.groups.len() - 1)
-        } else if let Some(lane) = channel.metadata.get(LANE_KEY) {
-            Use::Wire(self.add_wire(lane))
-        } else if let ("bytes", Some(lane)) = (encoding, channel.topic.strip_prefix("/wire/")) {
-            Use::BareWire(self.add_wire(lane))
+        } else if let Some(trace) = channel.metadata.get(TRACE_KEY) {
+            Use::Wire(self.add_wire(trace))
+        } else if let ("bytes", Some(trace)) = (encoding, channel.topic.strip_prefix("/wire/")) {
+            Use::BareWire(self.add_wire(trace))
         } else {
             match (Topic::of_channel(&channel.topic), encoding) {
                 (Some(topic), "cdr") => Use::Messages(topic, Encoding::Cdr),

@@ -39,7 +39,7 @@
 //!   channel's metadata under `signals`, the name of the group under `group`,
 //! * a channel for each [`Topic`], with messages of a standard type where there is one: [`Message`]s, and coordinate
 //!   frames, odometry and joint states of the plant,
-//! * a channel for each wire whose bytes are kept, with its name under `lane`,
+//! * a channel for each wire whose bytes are kept, with its name under `trace`,
 //! * the files the run was made from as attachments,
 //! * metadata `run` (seed, build, notes) and, if it came to its end, `result` (fingerprint, simulated
 //!   time).

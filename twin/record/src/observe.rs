@@ -30,9 +30,9 @@ impl Observer for Fingerprint {
         }
     }
 
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        let lane = u32::try_from(lane).unwrap_or(u32::MAX);
-        self.wire(now.as_nanos(), lane, bytes);
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        let trace = u32::try_from(trace).unwrap_or(u32::MAX);
+        self.wire(now.as_nanos(), trace, bytes);
     }
 }
 
@@ -77,8 +77,8 @@ impl<W: Write> Observer for Recorder<W> {
         }
     }
 
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        self.bytes(now, lane, bytes);
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.bytes(now, trace, bytes);
     }
 }
 

@@ -12,7 +12,7 @@ use twinrig_kernel::{Layout, SimDuration, SimTime};
 use twinrig_runtime::Group;
 
 use crate::cdr::{self, CdrWriter};
-use crate::channels::{Channel, Sampled, add_group, add_lanes, add_topic};
+use crate::channels::{Channel, Sampled, add_group, add_topic, add_traces};
 use crate::poses::Poses;
 use crate::{Digest, EPOCH, Message, RecordError, Skeleton, Topic};
 
@@ -32,7 +32,7 @@ pub struct RunInfo {
     /// The names of the process variables, by their numbers in [`twinrig_runtime::RunEvent`].
     pub variables: Vec<String>,
     /// The names of the lanes whose bytes are kept, by their numbers in [`twinrig_runtime::Observer::bytes`].
-    pub lanes: Vec<String>,
+    pub traces: Vec<String>,
 }
 
 /// A group of signals that are sampled together, and which of them are kept.
@@ -51,7 +51,7 @@ pub const fn group_name(group: Group) -> &'static str {
         Group::Plant => "plant",
         Group::ProcessInputs => "process-inputs",
         Group::ProcessOutputs => "process-outputs",
-        Group::Gauges => "gauges",
+        Group::Diagnostics => "gauges",
     }
 }
 
@@ -89,7 +89,7 @@ pub struct Recorder<W: Write> {
     writer: Writer<NoSeek<W>>,
     groups: [Option<Sampled>; 4],
     topics: [Option<Channel>; Topic::ALL.len()],
-    lanes: Vec<Channel>,
+    traces: Vec<Channel>,
     poses: Option<(Poses, SimDuration)>,
     poses_due: SimTime,
     flush: SimDuration,
@@ -165,10 +165,10 @@ impl<W: Write> Recorder<W> {
         for topic in Topic::OF_MESSAGES.into_iter().chain(posed) {
             topics[topic as usize] = Some(add_topic(&mut writer, topic)?);
         }
-        let lanes = add_lanes(&mut writer, &info.lanes)?;
+        let traces = add_traces(&mut writer, &info.traces)?;
         let mut recorder = Self {
             writer,
-            lanes,
+            traces,
             groups: sampled,
             topics,
             poses,
@@ -252,20 +252,20 @@ impl<W: Write> Recorder<W> {
     }
 
     /// Records bytes that passed on a lane at `now`; those of a lane that was not declared are not recorded.
-    pub fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
+    pub fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         if self.failure.is_none()
-            && lane < self.lanes.len()
-            && let Err(error) = self.try_bytes(now, lane, bytes)
+            && trace < self.traces.len()
+            && let Err(error) = self.try_bytes(now, trace, bytes)
         {
             self.failure = Some(error);
         }
     }
 
-    fn try_bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) -> Result<(), RecordError> {
+    fn try_bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) -> Result<(), RecordError> {
         self.flush_if_due(now)?;
         CdrWriter::new(&mut self.scratch).octets(bytes);
         self.unflushed_bytes += self.scratch.len();
-        let header = self.lanes[lane].header(now);
+        let header = self.traces[trace].header(now);
         self.writer.write_to_known_channel(&header, &self.scratch)?;
         Ok(())
     }

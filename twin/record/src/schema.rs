@@ -27,7 +27,7 @@ pub struct Signal {
 /// Keys of the metadata of a channel: what its signals are, the name of the group, the name of the lane.
 pub(crate) const SIGNALS_KEY: &str = "signals";
 pub(crate) const GROUP_KEY: &str = "group";
-pub(crate) const LANE_KEY: &str = "lane";
+pub(crate) const TRACE_KEY: &str = "lane";
 
 /// The signals of `layout` that `keep` wants, and where they lie in it, neighbours joined.
 pub(crate) fn select(

@@ -141,9 +141,9 @@ fn the_group_that_differs_first_counts() {
 
 #[test]
 fn bytes_on_a_wire_are_compared_where_both_have_them() {
-    let recorded = |lanes: &[&str], bytes: &[u8]| {
+    let recorded = |traces: &[&str], bytes: &[u8]| {
         let info = RunInfo {
-            lanes: lanes.iter().map(|lane| (*lane).to_owned()).collect(),
+            traces: traces.iter().map(|trace| (*trace).to_owned()).collect(),
             ..info()
         };
         let mut recorder = Recorder::new(Vec::new(), &info, &[], &skeleton(), cadence()).unwrap();

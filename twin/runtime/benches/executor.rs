@@ -6,7 +6,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBooks, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
+    DirectIo, EnergyBalance, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
 };
 
 /// Signals each way: about what a quadruped has.
@@ -53,8 +53,8 @@ impl Plant for Still {
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs.fill(1.0);
     }
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts::default()

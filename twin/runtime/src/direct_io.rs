@@ -3,7 +3,8 @@ use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
 
 use crate::wiring::Link;
 use crate::{
-    IoTask, PlantSignals, Progress, TaskError, TimeSource, Timing, TimingError, WiringError, World,
+    IoTask, PlantAccess, PlantSignals, Progress, TaskError, TimeSource, Timing, TimingError,
+    WiringError,
 };
 
 /// Signals of the plant straight to the process and back: what stands in for bus, boards and drivers in
@@ -72,16 +73,16 @@ impl DirectIo {
     }
 
     /// Commands reach the plant, measurements leave it.
-    fn exchange(&mut self, world: &mut dyn World) -> Result<(), TaskError> {
+    fn exchange(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         let (inputs, outputs) = self.plant_sizes;
         if !self.measurements.is_empty() {
-            let sampled = world.sample(0..outputs)?;
+            let sampled = plant.sample(0..outputs)?;
             for link in &self.measurements {
                 link.copy(sampled, &mut self.state.to_process);
             }
         }
         if !self.commands.is_empty() {
-            let actuated = world.actuate(0..inputs)?;
+            let actuated = plant.actuate(0..inputs)?;
             for link in &self.commands {
                 link.copy(&self.state.from_process, actuated);
             }
@@ -128,12 +129,12 @@ impl IoTask for DirectIo {
         &mut self,
         now: SimTime,
         from_process: &[f64],
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         self.state.from_process.copy_from_slice(from_process);
         let duration = self.state.transfer.draw();
         if duration.is_zero() {
-            self.exchange(world)?;
+            self.exchange(plant)?;
             return Ok(Progress::Done);
         }
         self.state.phase = Phase::Out {
@@ -142,10 +143,10 @@ impl IoTask for DirectIo {
         Ok(Progress::Again(now + duration / 2))
     }
 
-    fn wake(&mut self, _now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+    fn wake(&mut self, _now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         match self.state.phase {
             Phase::Out { end } => {
-                self.exchange(world)?;
+                self.exchange(plant)?;
                 self.state.phase = Phase::Back;
                 Ok(Progress::Again(end))
             }

@@ -50,12 +50,12 @@ pub trait Driver: Send {
     fn to_process(&self) -> &[f64];
 
     /// What can be seen of the driver beside that: its counters. Output ports, the same at every call.
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
     /// Writes the gauges, end to end, in order.
-    fn read_gauges(&self, values: &mut [f64]) {
+    fn read_diagnostics(&self, values: &mut [f64]) {
         let _ = values;
     }
 

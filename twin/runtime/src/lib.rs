@@ -10,7 +10,7 @@
 //! ```
 //! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 //! use twinrig_runtime::{
-//!     DirectIo, EnergyBooks, Group, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
+//!     DirectIo, EnergyBalance, Group, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
 //! };
 //!
 //! /// Pushes towards the origin.
@@ -42,7 +42,7 @@
 //!         Ok(())
 //!     }
 //!     fn observe(&mut self, outputs: &mut [f64]) { outputs[0] = self.position; }
-//!     fn energy(&self) -> EnergyBooks { EnergyBooks::default() }
+//!     fn energy(&self) -> EnergyBalance { EnergyBalance::default() }
 //!     fn work(&self) -> WorkCounts { WorkCounts::default() }
 //!     fn save(&self) -> Snapshot { Snapshot::of(&(self.now, self.position, self.velocity)) }
 //!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
@@ -65,20 +65,20 @@
 //! What it does not do: it knows no scenario, no file, no protocol and no physics; outside [`real_time`] it reads
 //! no clock and starts no thread; it does not record (that is an observer's affair).
 
-mod beside;
-mod between;
+mod composite_plant;
 mod device;
 mod direct_io;
 mod driver;
 mod error;
-mod far_end;
-mod given;
+mod fixed_step_coupling;
+mod input_average;
 pub mod interrupt;
 mod manager;
 mod observer;
-mod on_grid;
+mod output_interpolator;
 mod panic;
 mod plant;
+mod plant_host;
 mod plant_state;
 mod process;
 mod process_slot;
@@ -94,21 +94,21 @@ mod wiring;
 
 pub use std::ops::Bound;
 
-pub use beside::{Beside, NameClash};
+pub use composite_plant::{CompositePlant, NameClash};
 pub use device::{Device, DeviceError, READ_MAX};
 pub use direct_io::DirectIo;
 pub use driver::{Driver, DriverError, Transfer};
 pub use error::RigError;
+pub use fixed_step_coupling::{FixedStepCoupling, GridInputs, ZeroGridStep};
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
-pub use on_grid::{GridRule, NoGrid, OnGrid};
 pub use panic::{PanicReport, PartKind, caught, in_part};
-pub use plant::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+pub use plant::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use plant_state::PlantState;
 pub use process::Process;
 pub use rig::Rig;
 pub use schedule::{Change, Schedule};
-pub use task::{IoTask, Phase, PlantSignals, Progress, TaskError, World};
+pub use task::{IoTask, Phase, PlantAccess, PlantSignals, Progress, TaskError};
 pub use timing::{TimeSource, Timing, TimingError};
 pub use variable::{ProcessVariable, VariableError};
 pub use wire::{TransmitBuffer, Wire};

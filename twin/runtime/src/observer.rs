@@ -10,9 +10,9 @@ pub trait Observer {
     /// Something happened.
     fn event(&mut self, now: SimTime, event: RunEvent);
 
-    /// Bytes passed on a lane of a task, one of [`crate::Rig::lanes`].
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        let _ = (now, lane, bytes);
+    /// Bytes passed on a lane of a task, one of [`crate::Rig::traces`].
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        let _ = (now, trace, bytes);
     }
 }
 
@@ -26,7 +26,7 @@ pub enum Group {
     /// What the process wrote, at the end of each iteration.
     ProcessOutputs,
     /// Counters of drivers and boards, on the observation grid, after the plant.
-    Gauges,
+    Diagnostics,
 }
 
 /// What happens in a run. Tasks and variables are numbers in the order of [`crate::Rig::task_names`] and
@@ -83,8 +83,8 @@ impl<O: Observer + ?Sized> Observer for &mut O {
     fn event(&mut self, now: SimTime, event: RunEvent) {
         (**self).event(now, event);
     }
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        (**self).bytes(now, lane, bytes);
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        (**self).bytes(now, trace, bytes);
     }
 }
 
@@ -98,8 +98,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.0.event(now, event);
         self.1.event(now, event);
     }
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        self.0.bytes(now, lane, bytes);
-        self.1.bytes(now, lane, bytes);
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.0.bytes(now, trace, bytes);
+        self.1.bytes(now, trace, bytes);
     }
 }

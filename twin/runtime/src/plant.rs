@@ -38,14 +38,14 @@ pub trait Plant: Send {
     fn begin_window(&mut self) {}
 
     /// Where the energy is and where it went, now.
-    fn energy(&self) -> EnergyBooks;
+    fn energy(&self) -> EnergyBalance;
 
     /// What the run has cost so far.
     fn work(&self) -> WorkCounts;
 
     /// How far what must be closed is open, now: loops, stops that were passed, contacts that overlap, in metres of the
     /// worst of them; none if the plant has nothing of the kind to tell \[m\].
-    fn drift(&self) -> Option<f64> {
+    fn constraint_violation(&self) -> Option<f64> {
         None
     }
 
@@ -79,7 +79,7 @@ pub trait Plant: Send {
     /// # Errors
     /// [`PlantFault`] if it cannot be where the other is; it stays where it was. A plant that has no names for its state can
     /// be nowhere but in its own.
-    fn take_over(&mut self, _from: &PlantState) -> Result<Vec<String>, PlantFault> {
+    fn resume_from(&mut self, _from: &PlantState) -> Result<Vec<String>, PlantFault> {
         Err(PlantFault {
             time: SimTime::ZERO,
             part: self.name().to_owned(),
@@ -138,7 +138,7 @@ pub enum PlantEventKind {
 /// Energy of a plant \[J\]. In an exact world `stored − stored at the start = actuator − dissipated −
 /// impact`; what is missing is the residual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct EnergyBooks {
+pub struct EnergyBalance {
     /// In motion, now.
     pub kinetic: f64,
     /// In springs, now.
@@ -157,7 +157,7 @@ pub struct EnergyBooks {
     pub residual: f64,
 }
 
-impl EnergyBooks {
+impl EnergyBalance {
     /// Energy in the plant, now \[J\].
     pub fn stored(&self) -> f64 {
         self.kinetic + self.spring + self.gravity

@@ -3,8 +3,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Agenda, Layout, PartId, Port, SimDuration, SimTime, Snapshot, Wake};
 
-use crate::far_end::FarEnd;
 use crate::interrupt;
+use crate::plant_host::PlantHost;
 use crate::process_slot::{ProcessSlot, ProcessSlotState};
 use crate::wiring::TaskLinks;
 use crate::{
@@ -50,11 +50,11 @@ mod rank {
 pub struct Rig {
     process: ProcessSlot,
     tasks: Vec<TaskSlot>,
-    far_end: FarEnd,
+    plant_host: PlantHost,
     state: RigState,
     /// The gauges of all tasks, end to end.
-    gauges: Layout,
-    lanes: Vec<String>,
+    diagnostics: Layout,
+    traces: Vec<String>,
     period: SimDuration,
     observe: SimDuration,
     parts: Parts,
@@ -68,7 +68,7 @@ struct RigState {
     manager: Manager,
     agenda: Agenda,
     compute: TimeSource,
-    gauges: Vec<f64>,
+    diagnostics: Vec<f64>,
 }
 
 struct TaskSlot {
@@ -78,7 +78,7 @@ struct TaskSlot {
     /// Its inputs, laid out for it at the beginning of a transfer.
     from_process: Vec<f64>,
     /// Where its gauges stand among all.
-    gauges: Range<usize>,
+    diagnostics: Range<usize>,
     /// The number of its first lane.
     first_lane: usize,
     part: PartId,
@@ -164,7 +164,7 @@ impl Rig {
     }
 
     fn handle<O: Observer>(&mut self, wake: Wake, observer: &mut O) -> Result<(), RigError> {
-        self.far_end.state.now = wake.time;
+        self.plant_host.state.now = wake.time;
         if wake.part == self.parts.observation {
             self.observe(observer)
         } else if wake.part == self.parts.control_step {
@@ -173,7 +173,7 @@ impl Rig {
             self.process_end(observer)
         } else {
             let task = wake.part.index();
-            let progress = self.tasks[task].call(|task| task.wake(wake.time, &mut self.far_end));
+            let progress = self.tasks[task].call(|task| task.wake(wake.time, &mut self.plant_host));
             self.follow(task, progress, observer)
         }
     }
@@ -184,7 +184,7 @@ impl Rig {
         self.state
             .agenda
             .arm(self.parts.control_step, now + self.period);
-        if self.far_end.is_held() && !self.opened(observer)? {
+        if self.plant_host.is_held() && !self.opened(observer)? {
             return Ok(());
         }
         let elapsed = match self.state.manager.control_step(now) {
@@ -221,13 +221,13 @@ impl Rig {
         if now == SimTime::ZERO {
             for n in 0..self.tasks.len() {
                 self.state.manager.task_begun(n);
-                let progress = self.tasks[n].call(|task| task.open(now, &mut self.far_end));
+                let progress = self.tasks[n].call(|task| task.open(now, &mut self.plant_host));
                 self.follow(n, progress, observer)?;
             }
         }
         let open = (0..self.tasks.len()).all(|n| !self.state.manager.is_busy(n));
         if open {
-            self.far_end.release();
+            self.plant_host.release();
             if now > SimTime::ZERO {
                 observer.event(now, RunEvent::Opened);
             }
@@ -252,7 +252,8 @@ impl Rig {
                 link.copy(&self.process.state.outputs, &mut slot.from_process);
             }
             let progress = in_part(PartKind::Task, &slot.name, || {
-                slot.task.begin(now, &slot.from_process, &mut self.far_end)
+                slot.task
+                    .begin(now, &slot.from_process, &mut self.plant_host)
             });
             self.follow(n, progress, observer)?;
         }
@@ -270,13 +271,13 @@ impl Rig {
         let slot = &mut self.tasks[task];
         let first_lane = slot.first_lane;
         slot.task
-            .drain_traffic(&mut |lane, bytes| observer.bytes(now, first_lane + lane, bytes));
+            .drain_traffic(&mut |trace, bytes| observer.bytes(now, first_lane + trace, bytes));
         let wanted = match progress {
             Ok(Progress::Again(at)) => Some(at),
             Ok(Progress::Done) => {
                 if self.state.manager.is_busy(task) {
                     self.state.manager.task_ended(task);
-                    if !self.far_end.is_held() {
+                    if !self.plant_host.is_held() {
                         observer.event(now, RunEvent::TaskEnd { task });
                     }
                 }
@@ -310,43 +311,47 @@ impl Rig {
         self.state
             .agenda
             .arm(self.parts.observation, now + self.observe);
-        observer.samples(now, Group::Plant, self.far_end.look()?);
-        self.far_end.begin_window();
-        if !self.state.gauges.is_empty() {
-            for slot in self.tasks.iter().filter(|slot| !slot.gauges.is_empty()) {
-                let values = &mut self.state.gauges[slot.gauges.clone()];
+        observer.samples(now, Group::Plant, self.plant_host.look()?);
+        self.plant_host.begin_window();
+        if !self.state.diagnostics.is_empty() {
+            for slot in self
+                .tasks
+                .iter()
+                .filter(|slot| !slot.diagnostics.is_empty())
+            {
+                let values = &mut self.state.diagnostics[slot.diagnostics.clone()];
                 in_part(PartKind::Task, &slot.name, || {
-                    slot.task.read_gauges(now, values);
+                    slot.task.read_diagnostics(now, values);
                 });
             }
-            observer.samples(now, Group::Gauges, &self.state.gauges);
+            observer.samples(now, Group::Diagnostics, &self.state.diagnostics);
         }
         Ok(())
     }
 
     /// Whether all devices are open, so that control steps have begun.
     pub fn is_open(&self) -> bool {
-        !self.far_end.is_held()
+        !self.plant_host.is_held()
     }
 
     /// Time of the last event handled.
     pub fn now(&self) -> SimTime {
-        self.far_end.state.now
+        self.plant_host.state.now
     }
 
     /// How the values of a group lie in what the observer sees.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
-            Group::Plant => &self.far_end.signals.outputs,
+            Group::Plant => &self.plant_host.signals.outputs,
             Group::ProcessInputs => &self.process.inputs,
             Group::ProcessOutputs => &self.process.outputs,
-            Group::Gauges => &self.gauges,
+            Group::Diagnostics => &self.diagnostics,
         }
     }
 
     /// The names of the lanes on which tasks exchange bytes with their devices.
-    pub fn lanes(&self) -> &[String] {
-        &self.lanes
+    pub fn traces(&self) -> &[String] {
+        &self.traces
     }
 
     /// The names of the tasks, in order of registration.
@@ -373,12 +378,12 @@ impl Rig {
     /// The plant: its energy, its work. It is where it was last acted on or looked at, at or before
     /// [`Rig::now`].
     pub fn plant(&self) -> &dyn Plant {
-        &*self.far_end.plant
+        &*self.plant_host.plant
     }
 
     /// The plant, to be disturbed from outside between two events. What that does to the run is the
     /// caller's affair; a replay does not know of it.
     pub fn plant_mut(&mut self) -> &mut dyn Plant {
-        &mut *self.far_end.plant
+        &mut *self.plant_host.plant
     }
 }

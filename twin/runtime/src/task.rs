@@ -21,7 +21,7 @@ pub trait IoTask: Send {
     /// from the process (commands). The same at every call.
     fn ports(&self) -> Vec<Port>;
 
-    /// Tells the task what the far end looks like: where in the flat vectors of [`World`] its signals
+    /// Tells the task what the far end looks like: where in the flat vectors of [`PlantAccess`] its signals
     /// lie. A task that talks to hardware has no need of it.
     ///
     /// # Errors
@@ -35,8 +35,8 @@ pub trait IoTask: Send {
     ///
     /// # Errors
     /// [`TaskError`] if the device cannot be used; the run ends.
-    fn open(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
-        let _ = (now, world);
+    fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
+        let _ = (now, plant);
         Ok(Progress::Done)
     }
 
@@ -49,7 +49,7 @@ pub trait IoTask: Send {
         &mut self,
         now: SimTime,
         from_process: &[f64],
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError>;
 
     /// Goes on with the transfer, or with opening, at the instant the task asked for; between transfers, with
@@ -57,7 +57,7 @@ pub trait IoTask: Send {
     ///
     /// # Errors
     /// [`TaskError`] if the device or the plant fails; the run ends.
-    fn wake(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError>;
+    fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError>;
 
     /// When the task wants to be woken although it is at no transfer; asked whenever it is done.
     fn idle_wake(&self) -> Option<SimTime> {
@@ -66,17 +66,17 @@ pub trait IoTask: Send {
 
     /// What can be seen of the task beside what it brings to the process: counters of its driver and of the
     /// boards at its far end. Output ports, the same at every call.
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
     /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 
     /// Names of the lanes on which bytes pass, each in one direction: `sbcp/out`, `sbcp/in`.
-    fn lanes(&self) -> Vec<String> {
+    fn traces(&self) -> Vec<String> {
         Vec::new()
     }
 
@@ -112,7 +112,7 @@ pub enum Progress {
 ///
 /// What is sampled is the state at this instant; what is actuated is held from this instant on. So the
 /// order in which tasks sample and actuate at one instant makes no difference.
-pub trait World {
+pub trait PlantAccess {
     /// The plant's outputs at now, as laid out in [`PlantSignals::outputs`]: those in `signals`.
     ///
     /// # Errors

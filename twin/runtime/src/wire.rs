@@ -1,6 +1,6 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 
-use crate::{PlantSignals, TaskError, WiringError, World};
+use crate::{PlantAccess, PlantSignals, TaskError, WiringError};
 
 /// The transmit buffer of a serial port or converter, and the transmitter that empties it at the baud rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,23 +57,23 @@ pub trait Wire: Send {
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails, or the port is gone.
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError>;
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
     /// Appends the bytes that the host can read now and has not read yet.
     fn receive(&mut self, bytes: &mut Vec<u8>);
 
     /// What can be seen of transport and boards: counters. Output ports, the same at every call.
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
     /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 
     /// Names of the lanes of the transport on which bytes are traced: `rs485`.
-    fn lanes(&self) -> Vec<String> {
+    fn traces(&self) -> Vec<String> {
         Vec::new()
     }
 

@@ -2,8 +2,8 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, SnapshotError};
 
 use crate::{
-    Driver, DriverError, IoTask, PartKind, PlantSignals, Progress, TaskError, Transfer, Wire,
-    WiringError, World, in_part,
+    Driver, DriverError, IoTask, PartKind, PlantAccess, PlantSignals, Progress, TaskError,
+    Transfer, Wire, WiringError, in_part,
 };
 
 /// A driver and the modelled wire that it talks over, boards included: a task of the lockstep executor.
@@ -16,7 +16,7 @@ pub struct WiredTask {
     wire: Box<dyn Wire>,
     busy: bool,
     /// How many of the gauges are the driver's.
-    driver_gauges: usize,
+    driver_diagnostics: usize,
     /// What is just being written or read.
     bytes: Vec<u8>,
     /// What has passed and was not handed over yet.
@@ -50,7 +50,7 @@ impl WiredTask {
     pub fn new(driver: Box<dyn Driver>, wire: Box<dyn Wire>) -> Self {
         Self {
             name: driver.name().to_owned(),
-            driver_gauges: Layout::of(&driver.gauges(), Direction::Output).len(),
+            driver_diagnostics: Layout::of(&driver.diagnostics(), Direction::Output).len(),
             driver,
             wire,
             busy: false,
@@ -61,9 +61,9 @@ impl WiredTask {
     }
 
     /// Lets driver and wire exchange bytes until neither has any for now.
-    fn go_on(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+    fn go_on(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         loop {
-            let read = self.read(now, world)?;
+            let read = self.read(now, plant)?;
             let due = self.hear(now, read);
             if read {
                 self.note(IN);
@@ -95,11 +95,11 @@ impl WiredTask {
     }
 
     /// Takes the bytes that the wire has for the host now; whether there are any.
-    fn read(&mut self, now: SimTime, world: &mut dyn World) -> Result<bool, TaskError> {
+    fn read(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<bool, TaskError> {
         let (wire, bytes) = (&mut self.wire, &mut self.bytes);
         bytes.clear();
         in_part(PartKind::Wire, &self.name, || {
-            wire.advance(now, world)?;
+            wire.advance(now, plant)?;
             wire.receive(bytes);
             Ok(!bytes.is_empty())
         })
@@ -128,12 +128,12 @@ impl WiredTask {
     }
 
     /// Keeps what has just passed for the observer, in buffers that are used again.
-    fn note(&mut self, lane: usize) {
+    fn note(&mut self, trace: usize) {
         if self.passed == self.traffic.len() {
-            self.traffic.push((lane, Vec::new()));
+            self.traffic.push((trace, Vec::new()));
         }
         let (of, bytes) = &mut self.traffic[self.passed];
-        *of = lane;
+        *of = trace;
         bytes.clear();
         bytes.extend_from_slice(&self.bytes);
         self.passed += 1;
@@ -153,29 +153,29 @@ impl IoTask for WiredTask {
         self.wire.connect(self.driver.name(), plant)
     }
 
-    fn open(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+    fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         self.busy = true;
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.name, || driver.open(host(now)));
-        self.go_on(now, world)
+        self.go_on(now, plant)
     }
 
     fn begin(
         &mut self,
         now: SimTime,
         from_process: &[f64],
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         self.busy = true;
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.name, || {
             driver.begin(host(now), from_process);
         });
-        self.go_on(now, world)
+        self.go_on(now, plant)
     }
 
-    fn wake(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
-        self.go_on(now, world)
+    fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
+        self.go_on(now, plant)
     }
 
     fn idle_wake(&self) -> Option<SimTime> {
@@ -187,36 +187,36 @@ impl IoTask for WiredTask {
         }
     }
 
-    fn gauges(&self) -> Vec<Port> {
-        let mut gauges = self.driver.gauges();
-        gauges.extend(self.wire.gauges());
-        gauges
+    fn diagnostics(&self) -> Vec<Port> {
+        let mut diagnostics = self.driver.diagnostics();
+        diagnostics.extend(self.wire.diagnostics());
+        diagnostics
     }
 
-    fn read_gauges(&self, now: SimTime, values: &mut [f64]) {
-        let (driver, wire) = values.split_at_mut(self.driver_gauges);
-        self.driver.read_gauges(driver);
-        self.wire.read_gauges(now, wire);
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        let (driver, wire) = values.split_at_mut(self.driver_diagnostics);
+        self.driver.read_diagnostics(driver);
+        self.wire.read_diagnostics(now, wire);
     }
 
-    fn lanes(&self) -> Vec<String> {
+    fn traces(&self) -> Vec<String> {
         let name = self.driver.name();
-        let of_wire = self.wire.lanes();
+        let of_wire = self.wire.traces();
         let of_wire = of_wire.iter().map(String::as_str);
         ["out", "in"]
             .into_iter()
             .chain(of_wire)
-            .map(|lane| format!("{name}/{lane}"))
+            .map(|trace| format!("{name}/{trace}"))
             .collect()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (lane, bytes) in &self.traffic[..self.passed] {
-            passed(*lane, bytes);
+        for (trace, bytes) in &self.traffic[..self.passed] {
+            passed(*trace, bytes);
         }
         self.passed = 0;
         self.wire
-            .drain_traffic(&mut |lane, bytes| passed(OWN_LANES + lane, bytes));
+            .drain_traffic(&mut |trace, bytes| passed(OWN_LANES + trace, bytes));
     }
 
     fn to_process(&self) -> &[f64] {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use proptest::prelude::*;
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBooks, Group, Observer, Plant, PlantFault, Process, Rig, RunEvent, Schedule,
+    DirectIo, EnergyBalance, Group, Observer, Plant, PlantFault, Process, Rig, RunEvent, Schedule,
     Timing, WorkCounts,
 };
 
@@ -45,8 +45,8 @@ impl Plant for Clock {
     fn begin_window(&mut self) {
         self.windows += 1.0;
     }
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts::default()
@@ -97,7 +97,7 @@ impl Observer for Seen {
         match group {
             Group::Plant => self.observed.push((now, values[0], values[1])),
             Group::ProcessInputs => self.read.push(values[0]),
-            Group::ProcessOutputs | Group::Gauges => {}
+            Group::ProcessOutputs | Group::Diagnostics => {}
         }
     }
     fn event(&mut self, now: SimTime, event: RunEvent) {

@@ -5,7 +5,8 @@ mod toys;
 use toys::{Log, ToyPlant, ToyProcess, ToyTask};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    Change, DirectIo, IoTask, Process, Progress, Rig, RigError, Schedule, TaskError, Timing, World,
+    Change, DirectIo, IoTask, PlantAccess, Process, Progress, Rig, RigError, Schedule, TaskError,
+    Timing,
 };
 
 fn millis(n: u64) -> SimTime {
@@ -80,10 +81,15 @@ impl IoTask for Wayward {
             Port::input("toy0/command", Unit::Volt, 1),
         ]
     }
-    fn begin(&mut self, now: SimTime, _: &[f64], _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn begin(
+        &mut self,
+        now: SimTime,
+        _: &[f64],
+        _: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
         (self.0)(now)
     }
-    fn wake(&mut self, now: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn wake(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         (self.0)(now)
     }
     fn to_process(&self) -> &[f64] {

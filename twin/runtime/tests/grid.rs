@@ -9,17 +9,17 @@ use oscillator::{Board, Oscillator, Shape, driven};
 use proptest::prelude::*;
 use toys::ToyPlant;
 use twinrig_kernel::{SimDuration, SimTime, SnapshotError};
-use twinrig_runtime::{GridRule, OnGrid, Plant};
+use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
 
 const STEP: SimDuration = SimDuration::from_micros(500);
-const RULES: [GridRule; 2] = [GridRule::Behind, GridRule::Ahead];
+const RULES: [GridInputs; 2] = [GridInputs::Mean, GridInputs::Held];
 
 fn at(micros: u64) -> SimTime {
     SimTime::ZERO + SimDuration::from_micros(micros)
 }
 
-fn on_grid(plant: impl Plant + 'static, step: SimDuration, rule: GridRule) -> OnGrid {
-    OnGrid::new(Box::new(plant), step, rule, &|_| true).unwrap()
+fn on_grid(plant: impl Plant + 'static, step: SimDuration, rule: GridInputs) -> FixedStepCoupling {
+    FixedStepCoupling::new(Box::new(plant), step, rule, &|_| true).unwrap()
 }
 
 fn toy() -> ToyPlant {
@@ -138,17 +138,20 @@ proptest! {
 #[test]
 fn a_grid_of_nothing_is_refused_and_so_is_a_snapshot_of_another() {
     assert!(
-        OnGrid::new(Box::new(toy()), SimDuration::ZERO, GridRule::Ahead, &|_| {
-            true
-        })
+        FixedStepCoupling::new(
+            Box::new(toy()),
+            SimDuration::ZERO,
+            GridInputs::Held,
+            &|_| { true }
+        )
         .is_err()
     );
-    let mut coupled = on_grid(toy(), STEP, GridRule::Behind);
+    let mut coupled = on_grid(toy(), STEP, GridInputs::Mean);
     let before = coupled.save();
     for other in [
-        on_grid(toy(), STEP * 2, GridRule::Behind),
-        on_grid(toy(), STEP, GridRule::Ahead),
-        on_grid(ToyPlant::new(&["a".to_owned()]), STEP, GridRule::Behind),
+        on_grid(toy(), STEP * 2, GridInputs::Mean),
+        on_grid(toy(), STEP, GridInputs::Held),
+        on_grid(ToyPlant::new(&["a".to_owned()]), STEP, GridInputs::Mean),
     ] {
         let refused = coupled.restore(&other.save());
         assert!(matches!(refused, Err(SnapshotError::Mismatch { .. })));
@@ -159,8 +162,8 @@ fn a_grid_of_nothing_is_refused_and_so_is_a_snapshot_of_another() {
 #[test]
 fn a_fault_says_when_the_plant_was_last_sound() {
     for (rule, sound, fails) in [
-        (GridRule::Behind, 1_200, 1_600),
-        (GridRule::Ahead, 700, 1_200),
+        (GridInputs::Mean, 1_200, 1_600),
+        (GridInputs::Held, 700, 1_200),
     ] {
         let mut plant = toy();
         plant.fails_at = Some(at(1_500));
@@ -194,7 +197,7 @@ fn steps_allocate_nothing() {
 #[test]
 fn events_are_told_once_their_time_has_come() {
     let shape = Shape::default();
-    let mut coupled = on_grid(Oscillator::new(shape), STEP, GridRule::Ahead);
+    let mut coupled = on_grid(Oscillator::new(shape), STEP, GridInputs::Held);
     coupled.log_events(true);
     let mut told = Vec::new();
     for n in 1..20_000 {
@@ -215,10 +218,13 @@ fn events_are_told_once_their_time_has_come() {
 fn what_nobody_wants_is_not_told_and_changes_nothing() {
     let all = |_: &str| true;
     let some = |name: &str| name != "mass/velocity";
-    assert!(OnGrid::needs("mass/velocity", &some) && !OnGrid::needs("mass/velocity", &|_| false));
+    assert!(
+        FixedStepCoupling::needs("mass/velocity", &some)
+            && !FixedStepCoupling::needs("mass/velocity", &|_| false)
+    );
     let make = |shown: &dyn Fn(&str) -> bool| {
         let plant = Oscillator::new(Shape::default());
-        OnGrid::new(Box::new(plant), STEP, GridRule::Behind, shown).unwrap()
+        FixedStepCoupling::new(Box::new(plant), STEP, GridInputs::Mean, shown).unwrap()
     };
     let (mut one, mut other) = (make(&all), make(&some));
     let names: Vec<String> = other.ports().into_iter().map(|port| port.name).collect();
@@ -238,10 +244,10 @@ fn what_nobody_wants_is_not_told_and_changes_nothing() {
 #[test]
 fn cubics_are_of_fourth_order_and_lines_of_second() {
     for (rule, tells_velocity, power, over) in [
-        (GridRule::Ahead, true, 4, 384.0),
-        (GridRule::Ahead, false, 4, 24.0),
-        (GridRule::Behind, true, 2, 2.0),
-        (GridRule::Behind, false, 2, 1.0),
+        (GridInputs::Held, true, 4, 384.0),
+        (GridInputs::Held, false, 4, 24.0),
+        (GridInputs::Mean, true, 2, 2.0),
+        (GridInputs::Mean, false, 2, 1.0),
     ] {
         let shape = Shape {
             tells_velocity,
@@ -295,14 +301,14 @@ fn away(from: &[f64], to: &[f64]) -> f64 {
 #[test]
 fn behind_is_of_second_order_and_ahead_of_first() {
     let exact = driven(&mut Oscillator::new(Shape::default()), &BOARDS);
-    let errors = |rule: GridRule| {
+    let errors = |rule: GridInputs| {
         [2_000, 1_000, 500, 250, 125].map(|micros| {
             let step = SimDuration::from_micros(micros);
             let mut plant = on_grid(Oscillator::new(Shape::default()), step, rule);
             away(&driven(&mut plant, &BOARDS), &exact)
         })
     };
-    let (behind, ahead) = (errors(GridRule::Behind), errors(GridRule::Ahead));
+    let (behind, ahead) = (errors(GridInputs::Mean), errors(GridInputs::Held));
     let order = |errors: &[f64; 5]| libm::log2(errors[0] / errors[4]) / 4.0;
     // Where ticks fall within steps is another for each of them, so a pair of errors tells less than all do.
     assert!((order(&behind) - 2.0).abs() < 0.2, "{behind:?}");
@@ -320,7 +326,7 @@ fn ahead_is_half_a_step_late() {
     let mut plant = on_grid(
         Oscillator::new(Shape::default()),
         SimDuration::from_micros(step),
-        GridRule::Ahead,
+        GridInputs::Held,
     );
     let ahead = driven(&mut plant, &BOARDS);
     let delay = Shape {
@@ -345,8 +351,8 @@ fn angles_and_orientations_go_the_short_way_round() {
     // After the end of a step an angle is counted on beyond a half turn, by what it turns in a step at most.
     let beyond = Oscillator::turned(at(4_000));
     for (rule, most, off_most) in [
-        (GridRule::Ahead, PI + 1e-12, 1e-8),
-        (GridRule::Behind, PI + beyond, 1e-6),
+        (GridInputs::Held, PI + 1e-12, 1e-8),
+        (GridInputs::Mean, PI + beyond, 1e-6),
     ] {
         let mut plant = on_grid(Oscillator::new(shape), STEP, rule);
         // The first steps have nothing to go by.

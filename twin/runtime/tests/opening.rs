@@ -6,7 +6,7 @@ mod toys;
 use toys::{Entry, Log, ToyPlant, ToyProcess};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    Group, IoTask, Observer, Progress, Rig, RunEvent, Schedule, TaskError, World,
+    Group, IoTask, Observer, PlantAccess, Progress, Rig, RunEvent, Schedule, TaskError,
 };
 
 fn millis(n: u64) -> SimTime {
@@ -30,17 +30,22 @@ impl IoTask for Slow {
             Port::output("toy0/sample", Unit::One, 2),
         ]
     }
-    fn open(&mut self, now: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn open(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(if self.opens.is_zero() {
             Progress::Done
         } else {
             Progress::Again(now + self.opens)
         })
     }
-    fn begin(&mut self, _: SimTime, _: &[f64], _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn begin(
+        &mut self,
+        _: SimTime,
+        _: &[f64],
+        _: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
-    fn wake(&mut self, now: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn wake(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         while self.next_tick <= now {
             self.next_tick += SimDuration::from_millis(1);
             self.ticks += 1;
@@ -50,13 +55,13 @@ impl IoTask for Slow {
     fn idle_wake(&self) -> Option<SimTime> {
         Some(self.next_tick)
     }
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         vec![Port::output("slow/ticks", Unit::One, 1)]
     }
-    fn read_gauges(&self, _: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
         values[0] = f64::from(self.ticks);
     }
-    fn lanes(&self) -> Vec<String> {
+    fn traces(&self) -> Vec<String> {
         vec!["slow/ticks".into()]
     }
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
@@ -157,7 +162,7 @@ fn the_plant_is_held_until_then_and_its_time_begins_there() {
 fn an_idle_device_is_woken_when_it_wants_to_be_and_its_gauges_show_it() {
     let (log, _) = log_of(5_300, millis(9));
     let ticks: Vec<f64> = log
-        .samples_of(Group::Gauges)
+        .samples_of(Group::Diagnostics)
         .map(|(_, values)| values[0])
         .collect();
     // Observed every 2 ms, after whatever else happens then. While it opens it is busy until 5.3 ms.
@@ -170,8 +175,8 @@ struct Bytes(Vec<(SimTime, usize, Vec<u8>)>);
 impl Observer for Bytes {
     fn samples(&mut self, _: SimTime, _: Group, _: &[f64]) {}
     fn event(&mut self, _: SimTime, _: RunEvent) {}
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        self.0.push((now, lane, bytes.to_vec()));
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.0.push((now, trace, bytes.to_vec()));
     }
 }
 
@@ -181,7 +186,7 @@ fn what_passes_is_told_when_it_passes() {
         SimDuration::from_micros(300),
         ToyPlant::new(&["toy0".into()]),
     );
-    assert_eq!(rig.lanes(), ["slow/ticks"]);
+    assert_eq!(rig.traces(), ["slow/ticks"]);
     let mut bytes = Bytes::default();
     rig.run_until(millis(1), &mut bytes).unwrap();
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);

@@ -2,8 +2,8 @@
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBooks, IoTask, Plant, PlantFault, Process, Progress, Rig, RigError, Schedule,
-    TaskError, Timing, WorkCounts, World,
+    DirectIo, EnergyBalance, IoTask, Plant, PlantAccess, PlantFault, Process, Progress, Rig,
+    RigError, Schedule, TaskError, Timing, WorkCounts,
 };
 
 /// Nothing but ports, under a name.
@@ -32,10 +32,15 @@ impl IoTask for Stub {
     fn ports(&self) -> Vec<Port> {
         self.1.clone()
     }
-    fn begin(&mut self, _: SimTime, _: &[f64], _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn begin(
+        &mut self,
+        _: SimTime,
+        _: &[f64],
+        _: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
-    fn wake(&mut self, _: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn wake(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
     fn to_process(&self) -> &[f64] {
@@ -60,8 +65,8 @@ impl Plant for Stub {
         Ok(())
     }
     fn observe(&mut self, _: &mut [f64]) {}
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts::default()

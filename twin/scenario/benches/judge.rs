@@ -77,7 +77,7 @@ fn five_hundred_observations(bencher: divan::Bencher) {
         plant: &layout,
         process_inputs: &none,
         process_outputs: &none,
-        gauges: &none,
+        diagnostics: &none,
         tasks: &[],
     };
     let samples: Vec<Vec<f64>> = (0..500).map(|index| sample(&layout, index)).collect();

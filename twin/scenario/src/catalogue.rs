@@ -31,7 +31,7 @@ pub struct Kind {
     pub build_needs: Option<String>,
     /// It brings a model of its own: a scenario needs no robot for it, and has no say in its base, legs, ground, start and
     /// actuators. Plants only.
-    pub stands_alone: bool,
+    pub is_standalone: bool,
     /// Keys of its table beside those that every part of its sort has.
     pub options: Vec<OptionSpec>,
     /// Process variables, which are keys of its table too, and may be changed while it runs. Controllers only.
@@ -46,7 +46,7 @@ impl Kind {
             about: about.into(),
             missing_feature: None,
             build_needs: None,
-            stands_alone: false,
+            is_standalone: false,
             options: Vec::new(),
             variables: Vec::new(),
         }

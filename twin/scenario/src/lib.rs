@@ -80,15 +80,15 @@ pub use expect::{
 pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{
-    Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, Reference, RunEnd, Verdict,
+    Channel, CycleEvent, CycleSource, Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict,
 };
 pub use limits::{Comparison, Limits};
 pub use options::{OptionValue, Options};
 pub use scenario::{
     ActuatorKind, ActuatorSpec, Base, BusSpec, Change, ChangeAmount, ControllerSpec, Coupling,
-    FallSpec, FaultKind, FaultSpec, FootstepSpec, GridInputs, Ground, Heights, IoSpec,
-    LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario, ServoOverride,
-    Setting, StartPose, TimeModel,
+    FallSpec, FaultKind, FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold,
+    ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting,
+    StartPose, TimeModel,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

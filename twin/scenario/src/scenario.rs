@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_document::{Document, DocumentError, Overrides, Place, Problem, Warning};
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::GridInputs;
 
 use crate::catalogue::Catalogue;
 use crate::expect::{BodyClaim, Claim, Expectation};
@@ -95,7 +96,7 @@ pub struct PlantSpec {
     /// One of [`Catalogue::plants`].
     pub model: String,
     /// Whether it brings a model of its own; nothing between here and `step` is said then.
-    pub stands_alone: bool,
+    pub is_standalone: bool,
     /// How the trunk may move.
     pub base: Base,
     /// The legs to simulate; none: all that the robot has.
@@ -125,17 +126,6 @@ pub enum Coupling {
         /// What becomes of a command that is given between two instants of the grid.
         inputs: GridInputs,
     },
-}
-
-/// What becomes of a command that is given between two instants of a grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GridInputs {
-    /// The plant takes a step when it is over, under the mean of what was given in it; samples in it are extrapolated.
-    #[default]
-    Mean,
-    /// The plant takes a step when somebody wants to know of it; samples are interpolated, and a command acts from the next
-    /// instant on.
-    Held,
 }
 
 /// How the trunk may move.

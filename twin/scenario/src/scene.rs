@@ -36,7 +36,7 @@ pub struct Facts {
     /// Inputs and outputs of the controller; empty without one.
     pub process_ports: Vec<Port>,
     /// What drivers and boards count; empty without a bus.
-    pub gauges: Vec<Port>,
+    pub diagnostics: Vec<Port>,
     /// The plant outputs that boards measure.
     pub measured: Vec<String>,
     /// Patterns of the plant outputs that a recording of poses needs.
@@ -251,7 +251,7 @@ impl Scenario {
     /// What of a robot the plant leaves out, and why; nothing of a model that is none of our robots.
     fn left_out_of_the_robot(&self) -> Vec<(&'static str, &'static str)> {
         let mut left_out = Vec::new();
-        if self.plant.stands_alone {
+        if self.plant.is_standalone {
             return left_out;
         }
         if self.plant.ground.is_none() {
@@ -297,7 +297,7 @@ pub(crate) fn foot_position(leg: &str) -> String {
 
 fn signals(facts: &Facts) -> impl Iterator<Item = &Port> {
     let inside = facts.plant_outputs.iter().chain(&facts.process_ports);
-    inside.chain(&facts.gauges)
+    inside.chain(&facts.diagnostics)
 }
 
 /// Names, those that differ only by the leg as one: `leg/*/cable/tension`.

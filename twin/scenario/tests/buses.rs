@@ -3,7 +3,7 @@
 mod common;
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_scenario::{FaultKind, Happening, OptionValue, TimeModel, Verdict};
+use twinrig_scenario::{CycleEvent, FaultKind, OptionValue, TimeModel, Verdict};
 
 fn bus(more: &str) -> String {
     common::text(&format!("[bus]\nkind = \"sbcp\"\n{more}"))
@@ -74,7 +74,7 @@ fn a_fault_lasts_as_long_as_it_says_or_to_the_end() {
 #[test]
 fn a_free_running_cycle_has_a_rate_a_longest_cycle_and_a_half_range() {
     let begins = [0, 4_000, 8_100, 12_000, 16_500];
-    let events: Vec<_> = begins.map(|at| (at, Happening::CycleBegin)).into();
+    let events: Vec<_> = begins.map(|at| (at, CycleEvent::CycleBegin)).into();
     let outcome = |expect: &str| {
         common::run::cycles(
             &format!("timing = {{ of = \"control\", {expect} }}"),

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use common::run::{Run, at, cycles, outcome};
 use proptest::prelude::*;
 use twinrig_kernel::Unit;
-use twinrig_scenario::{Happening, Verdict};
+use twinrig_scenario::{CycleEvent, Verdict};
 
 fn close(a: Option<f64>, b: f64) -> bool {
     a.is_some_and(|a| (a - b).abs() < 1e-9)
@@ -275,7 +275,7 @@ fn what_cannot_be_observed_holds_only_where_it_is_optional() {
 
 #[test]
 fn cycles_are_timed() {
-    use Happening::{CycleBegin, CycleEnd, CycleMissed};
+    use CycleEvent::{CycleBegin, CycleEnd, CycleMissed};
     let steady: Vec<_> = (0..100_u64)
         .flat_map(|cycle| [(2000 * cycle, CycleBegin), (2000 * cycle + 300, CycleEnd)])
         .collect();
@@ -321,7 +321,7 @@ fn cycles_are_timed() {
 
 #[test]
 fn a_controller_that_hangs_misses_every_cycle_from_then_on() {
-    use Happening::{CycleBegin, CycleEnd, CycleMissed};
+    use CycleEvent::{CycleBegin, CycleEnd, CycleMissed};
     let mut hung = vec![(0, CycleBegin), (300, CycleEnd), (2000, CycleBegin)];
     hung.extend((2..100).map(|cycle| (2000 * cycle, CycleMissed)));
     let timing = |what: &str| cycles(&format!("timing = {{ of = 'control', {what} }}"), &hung);

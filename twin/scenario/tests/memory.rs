@@ -6,7 +6,7 @@ mod common;
 use common::run::trot_load;
 use common::{facts, legs, scene, text};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
-use twinrig_scenario::{Channel, Cycle, Happening, Judge, Layouts, LegFact, RunEnd, Scene};
+use twinrig_scenario::{Channel, CycleEvent, CycleSource, Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One of each kind.
 const EXPECTATIONS: [&str; 22] = [
@@ -73,7 +73,7 @@ impl Feed {
             plant: &self.layout,
             process_inputs: &none,
             process_outputs: &none,
-            gauges: &none,
+            diagnostics: &none,
             tasks: &[],
         };
         Judge::new(scene, layouts)
@@ -93,8 +93,8 @@ impl Feed {
             }
             judge.samples(now, Channel::Plant, &self.values);
             self.footsteps += judge.closed().len();
-            judge.event(now, Cycle::Control, Happening::CycleBegin);
-            judge.event(now, Cycle::Control, Happening::CycleEnd);
+            judge.event(now, CycleSource::Control, CycleEvent::CycleBegin);
+            judge.event(now, CycleSource::Control, CycleEvent::CycleEnd);
             self.ms += PERIOD_MS;
         }
     }

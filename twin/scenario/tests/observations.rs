@@ -3,8 +3,8 @@
 mod common;
 
 use common::run::{Run, at, cycles, cycles_until, outcome};
-use twinrig_scenario::Happening::{CycleBegin, CycleEnd, CycleMissed};
-use twinrig_scenario::{Happening, Outcome, Verdict};
+use twinrig_scenario::CycleEvent::{CycleBegin, CycleEnd, CycleMissed};
+use twinrig_scenario::{CycleEvent, Outcome, Verdict};
 
 /// Expectations that hold of the made-up trot, whatever the window.
 const HOLD: [&str; 14] = [
@@ -137,7 +137,7 @@ const TIMINGS: [&str; 6] = [
     "half_range = { max = '1 us' }",
 ];
 
-fn steady(cycles: u64) -> Vec<(u64, Happening)> {
+fn steady(cycles: u64) -> Vec<(u64, CycleEvent)> {
     (0..cycles)
         .flat_map(|cycle| [(2000 * cycle, CycleBegin), (2000 * cycle + 300, CycleEnd)])
         .collect()

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 /// What a plant is commanded over a scene: values that hold from one instant to the next.
 ///
@@ -184,7 +184,7 @@ impl Plant for Tapped {
         self.plant.begin_window();
     }
 
-    fn energy(&self) -> EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
         self.plant.energy()
     }
 

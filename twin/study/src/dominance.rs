@@ -13,12 +13,12 @@ pub struct Dominance {
     /// The others.
     pub over: Vec<String>,
     /// Every setting of theirs that came to the end.
-    pub settings: Vec<Duel>,
+    pub settings: Vec<Comparison>,
 }
 
 /// A setting of another plant, and what does better.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Duel {
+pub struct Comparison {
     /// The other plant.
     pub plant: String,
     /// Its method.
@@ -34,14 +34,14 @@ pub struct Duel {
     /// Its run time over simulated time.
     pub run_s_per_simulated_s: f64,
     /// The fastest setting whose error is no greater; none if there is none.
-    pub no_greater_error: Option<Rival>,
+    pub no_greater_error: Option<Competitor>,
     /// The setting with the smallest error that takes no more time; none if there is none.
-    pub no_more_time: Option<Rival>,
+    pub no_more_time: Option<Competitor>,
 }
 
 /// A setting that is compared with that of another plant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Rival {
+pub struct Competitor {
     /// Its method.
     pub method: String,
     /// Its step \[s\].
@@ -70,24 +70,27 @@ struct Known<'a> {
 
 impl Dominance {
     /// The settings at which it is not ahead: nothing of it is as fast at no greater error.
-    pub fn behind(&self) -> impl Iterator<Item = &Duel> {
-        self.settings.iter().filter(|duel| !duel.is_won())
+    pub fn behind(&self) -> impl Iterator<Item = &Comparison> {
+        self.settings
+            .iter()
+            .filter(|comparison| !comparison.is_won())
     }
 
     /// The least and the greatest factor of run time at no greater error over the settings of `plant` by `method`, all its
     /// methods if that is none.
     pub fn range(&self, plant: &str, method: Option<&str>) -> Option<(f64, f64)> {
-        let ours = self.settings.iter().filter(|duel| {
-            duel.plant == plant && method.is_none_or(|method| duel.method == method)
+        let ours = self.settings.iter().filter(|comparison| {
+            comparison.plant == plant && method.is_none_or(|method| comparison.method == method)
         });
-        let ratios = ours.filter_map(|duel| Some(duel.no_greater_error.as_ref()?.times_less_time));
+        let ratios = ours
+            .filter_map(|comparison| Some(comparison.no_greater_error.as_ref()?.times_less_time));
         let ratios: Vec<f64> = ratios.collect();
         let least = ratios.iter().copied().min_by(f64::total_cmp)?;
         Some((least, ratios.iter().copied().fold(least, f64::max)))
     }
 }
 
-impl Duel {
+impl Comparison {
     /// Something is no slower and no further from the reference.
     pub fn is_won(&self) -> bool {
         let rival = self.no_greater_error.as_ref();
@@ -98,7 +101,7 @@ impl Duel {
         let ours = || ours.iter();
         let closer = ours().filter(|own| own.error <= other.error);
         let faster = ours().filter(|own| own.cost <= other.cost);
-        let rival = |own: &Known<'_>| Rival {
+        let rival = |own: &Known<'_>| Competitor {
             method: own.row.method.clone(),
             step_s: own.row.step_s,
             tolerance: own.row.tolerance,
@@ -144,7 +147,7 @@ impl Study {
         let compared = others.filter(|plant| self.is_measured_against(plant, model));
         let over: Vec<String> = compared.collect();
         let theirs = over.iter().flat_map(|plant| self.known(plant));
-        let settings: Vec<Duel> = theirs.map(|other| Duel::of(other, &ours)).collect();
+        let settings: Vec<Comparison> = theirs.map(|other| Comparison::of(other, &ours)).collect();
         (!ours.is_empty() && !settings.is_empty()).then(|| Dominance {
             of: model.to_owned(),
             over,

@@ -2,19 +2,19 @@
 
 use twinrig_kernel::SimDuration;
 
-use crate::dominance::{Dominance, Duel};
+use crate::dominance::{Comparison, Dominance};
+use crate::factory::{MethodSetting, Scales, Variant};
 use crate::machine::Machine;
 use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
-use crate::workshop::{Knob, Scales, Variant};
 
 /// A run of `plant` with steps of so many microseconds, its error \[m\] and its run time over simulated time.
 pub(crate) fn row(plant: &str, micros: u64, error: f64, cost: f64) -> Row {
     let variant = Variant {
         plant: plant.to_owned(),
         method: "euler".to_owned(),
-        knob: Knob::Step(SimDuration::from_micros(micros)),
+        setting: MethodSetting::Step(SimDuration::from_micros(micros)),
         scales: Scales::AS_IS,
     };
     let mut row = Row::new(RowKind::Integration, &variant);
@@ -100,8 +100,8 @@ fn the_fastest_that_is_no_further_off_and_the_closest_that_is_no_slower_are_foun
     let [coarse, fine] = &found.settings[..] else {
         panic!("{found:?}");
     };
-    let steps = |duel: &Duel| {
-        let rivals = [&duel.no_greater_error, &duel.no_more_time];
+    let steps = |comparison: &Comparison| {
+        let rivals = [&comparison.no_greater_error, &comparison.no_more_time];
         rivals.map(|rival| rival.as_ref().and_then(|rival| rival.step_s))
     };
     // An equal error is no greater one.
@@ -131,7 +131,7 @@ fn where_the_plant_is_not_ahead_the_page_shows_it_with_what_was_counted() {
         row("engine", 1000, 2e-5, 40.0),
     ]);
     let found = only(&study);
-    let behind: Vec<Option<f64>> = found.behind().map(|duel| duel.step_s).collect();
+    let behind: Vec<Option<f64>> = found.behind().map(|comparison| comparison.step_s).collect();
     // One that is faster at no greater error, and one that is closer than anything.
     assert_eq!(behind, [Some(5e-3), Some(2e-3)]);
     let headline = study.headline();

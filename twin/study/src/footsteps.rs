@@ -5,7 +5,7 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
-use crate::outing::{Ending, Go, Outing};
+use crate::plant_run::{Ending, Go, PlantRun};
 
 /// So much of a walk is compared.
 pub const WALK: SimDuration = SimDuration::from_secs(3);
@@ -58,7 +58,7 @@ struct Foot {
 
 impl Steps {
     /// Leads `plant` through a scene and sees where its feet touch down; none if it did not come to the end.
-    pub(crate) fn record(plant: &mut dyn Plant, outing: &Outing<'_>) -> Option<Self> {
+    pub(crate) fn record(plant: &mut dyn Plant, plant_run: &PlantRun<'_>) -> Option<Self> {
         let ports = plant.ports();
         let layout = Layout::of(&ports, Direction::Output);
         let mut outputs = vec![0.0; layout.len()];
@@ -79,7 +79,7 @@ impl Steps {
                 steps.0.push((leg.to_owned(), Vec::new()));
             }
         }
-        let ending = outing.lead(plant, |now, plant| {
+        let ending = plant_run.lead(plant, |now, plant| {
             plant.observe(&mut outputs);
             plant.begin_window();
             for (foot, (_, touched)) in feet.iter_mut().zip(&mut steps.0) {

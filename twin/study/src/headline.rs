@@ -1,10 +1,10 @@
 //! A study in a sentence.
 
 use crate::dominance::Dominance;
-use crate::number::{grouped_factor, knob, si};
+use crate::factory::Scales;
+use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
-use crate::workshop::Scales;
 
 /// The step that plants are used at, and what is aimed for there.
 pub(crate) const USUAL_STEP_S: f64 = 2e-3;
@@ -144,7 +144,7 @@ impl Study {
         let (error, aim, step) = (si(error_m, "m"), si(AIM_M, "m"), si(USUAL_STEP_S, "s"));
         match choice {
             Choice::Fastest | Choice::FastestAdaptive => {
-                let setting = knob(row.step_s, row.tolerance);
+                let setting = method_setting(row.step_s, row.tolerance);
                 format!("{name} at {setting}: {error} at {speed} real time.")
             }
             Choice::Nearest => {

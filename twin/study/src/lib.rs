@@ -1,13 +1,13 @@
 //! Studies of plants: how precise each of their methods is for the time it takes ([`precision`]), and how long its steps may
 //! be before it is unstable or wrong ([`stability`]). A study knows plants only by [`twinrig_runtime::Plant`] and gets them
-//! from a [`Workshop`]; what cannot be built, gives up, panics or takes too long is a row of it like any other. A third lets whole rigs
+//! from a [`PlantFactory`]; what cannot be built, gives up, panics or takes too long is a row of it like any other. A third lets whole rigs
 //! run, boards included, and asks what it does to them if plant and boards meet on a grid only ([`coupling()`]). Two studies of
 //! one build find the same but for run times, unless a budget cuts something.
 //!
 //! ```
-//! use twinrig_study::{PrecisionPlan, Study, StudyError, Workshop, precision};
+//! use twinrig_study::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
 //!
-//! fn coarse(workshop: &dyn Workshop) -> Result<Study, StudyError> {
+//! fn coarse(workshop: &dyn PlantFactory) -> Result<Study, StudyError> {
 //!     let plan = PrecisionPlan { budget_s: 10.0, ..PrecisionPlan::default() };
 //!     let study = precision(workshop, &plan, &mut ())?;
 //!     for order in study.orders() {
@@ -30,6 +30,7 @@ mod dominance;
 mod dominance_tests;
 mod error;
 mod events;
+mod factory;
 mod fit;
 mod floors;
 mod footsteps;
@@ -38,12 +39,13 @@ mod html;
 mod machine;
 mod models;
 mod number;
-mod outing;
 mod outliers;
 #[cfg(test)]
 mod page_tests;
 mod panics;
+mod plant_run;
 mod precision;
+mod progress;
 mod reference;
 mod row;
 mod search;
@@ -57,23 +59,25 @@ mod thesis;
 mod trace;
 mod transport;
 mod trial;
-mod watcher;
-mod workshop;
 
 pub use commands::{Commands, Tape, Tapped};
 pub use coupling::{
-    CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow, CouplingStudy, RigMake,
-    RigScene, RigWorkshop, Way, coupling,
+    CouplingChoice, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
+    CouplingStudy, RigFactory, RigScene, RigVariant, coupling,
 };
 pub use csv::csv;
-pub use dominance::{Dominance, Duel, Rival};
+pub use dominance::{Comparison, Competitor, Dominance};
 pub use error::StudyError;
+pub use factory::{
+    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, Scene, SetBy, Variant,
+};
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use html::html;
 pub use machine::Machine;
 pub use number::si as brief;
 pub use precision::{PrecisionPlan, precision};
+pub use progress::ProgressObserver;
 pub use reference::{CheckNote, ReferenceNote};
 pub use row::{CLOCKED, Line, Row, RowKind, Status};
 pub use stability::{StabilityPlan, stability};
@@ -82,5 +86,3 @@ pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;
 pub use thesis::{FIGURES, Like, ThesisFigure};
 pub use transport::{Cost, STROLL, Transport};
-pub use watcher::Watcher;
-pub use workshop::{Knob, MethodOffer, PlantOffer, Scales, Scene, SetBy, Variant, Workshop};

@@ -6,20 +6,20 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
 use crate::error::StudyError;
+use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, Variant};
 use crate::footsteps::{self, Footstep, Steps, WALK};
 use crate::number::si;
-use crate::outing::Outing;
+use crate::plant_run::PlantRun;
 use crate::precision::{Job, trust};
 use crate::reference::{self, Reference};
 use crate::row::{Row, RowKind, Status};
 use crate::shared::model_of;
-use crate::workshop::{Knob, PlantOffer, Scales, Variant, Workshop};
 
 /// The plant that has segments with mass, or the one whose model it solves, and the one that is its limit.
-pub(crate) fn limit_pair(workshop: &dyn Workshop) -> Option<(&PlantOffer, &PlantOffer)> {
-    let plants = workshop.plants();
+pub(crate) fn limit_pair(factory: &dyn PlantFactory) -> Option<(&PlantOffer, &PlantOffer)> {
+    let plants = factory.plants();
     let full = plants.iter().find(|plant| plant.segment_masses)?;
-    let full = model_of(workshop, full).map_or(full, |(model, _)| model);
+    let full = model_of(factory, full).map_or(full, |(model, _)| model);
     let limit = plants.iter().find(|plant| !plant.segment_masses)?;
     Some((full, limit))
 }
@@ -46,16 +46,16 @@ impl Job<'_> {
         plants: &[PlantOffer],
         references: &[Option<Rc<Reference>>],
     ) -> Result<Vec<Footstep>, StudyError> {
-        let end = WALK.min(self.stage.workshop.scene().duration);
+        let end = WALK.min(self.stage.factory.scene().duration);
         let mut walks = Vec::new();
         for (plant, reference) in plants.iter().zip(references) {
             let share = self.begin(&format!("{}, footsteps", plant.name))?;
             let own = reference.as_ref();
             let own = own.filter(|own| own.variant.plant == plant.name);
             let walk = own.and_then(|reference| {
-                let knob = reference.variant.knob.relaxed();
-                let fine = self.walk(&reference.variant, knob, end, share)?;
-                let coarse = self.walk(&reference.variant, knob.coarser(), end, share)?;
+                let setting = reference.variant.setting.relaxed();
+                let fine = self.walk(&reference.variant, setting, end, share)?;
+                let coarse = self.walk(&reference.variant, setting.coarser(), end, share)?;
                 Some((plant, [fine, coarse]))
             });
             walks.extend(walk);
@@ -75,25 +75,31 @@ impl Job<'_> {
     }
 
     /// The footsteps of a variant that is set so.
-    fn walk(&self, variant: &Variant, knob: Knob, end: SimDuration, share: Share) -> Option<Steps> {
+    fn walk(
+        &self,
+        variant: &Variant,
+        setting: MethodSetting,
+        end: SimDuration,
+        share: Share,
+    ) -> Option<Steps> {
         let variant = Variant {
-            knob,
+            setting,
             ..variant.clone()
         };
-        let outing = Outing {
+        let plant_run = PlantRun {
             end: SimTime::ZERO + end,
             grid: footsteps::LOOK,
-            ..self.stage.outing(share)
+            ..self.stage.plant_run(share)
         };
         let steps = self
             .stage
-            .with_plant(&variant, |plant| Steps::record(plant, &outing));
+            .with_plant(&variant, |plant| Steps::record(plant, &plant_run));
         steps.ok()?
     }
 
     /// How the difference of two models vanishes with the masses that one of them leaves out.
     pub(crate) fn limit(&mut self) -> Result<(), StudyError> {
-        let Some((full, limit)) = limit_pair(self.stage.workshop) else {
+        let Some((full, limit)) = limit_pair(self.stage.factory) else {
             return Ok(());
         };
         for &mass in &self.plan.masses {
@@ -120,7 +126,7 @@ impl Job<'_> {
                     let variant = Variant {
                         plant: full.name.clone(),
                         method: String::new(),
-                        knob: Knob::Step(self.stage.grid),
+                        setting: MethodSetting::Step(self.stage.grid),
                         scales,
                     };
                     let mut row = Row::new(RowKind::Limit, &variant).ended(Status::Failed, why);

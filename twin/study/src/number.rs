@@ -51,7 +51,7 @@ pub(crate) fn plain(value: f64) -> String {
 }
 
 /// `2 ms`, or `tolerance 10⁻⁸`.
-pub(crate) fn knob(step_s: Option<f64>, tolerance: Option<f64>) -> String {
+pub(crate) fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
     match (step_s, tolerance) {
         (Some(step), _) => si(step, "s"),
         (None, Some(tolerance)) => format!("tolerance {}", power(tolerance, 2)),

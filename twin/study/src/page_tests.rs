@@ -1,9 +1,9 @@
 //! Pages of studies whose rows are made up.
 
 use crate::dominance_tests::{page, row, study};
-use crate::number::{knob, si};
+use crate::factory::MethodSetting;
+use crate::number::{method_setting, si};
 use crate::row::{Row, Status};
-use crate::workshop::Knob;
 
 /// Errors of a method of second order at five steps.
 fn falling() -> Vec<Row> {
@@ -84,11 +84,15 @@ fn the_row_of_the_headline_has_a_card_and_is_in_the_table() {
     // Closer and faster, by a model that leaves out what the headline is about.
     rows.push(row("other", 2000, 1e-9, 0.01));
     let mut adaptive = row("full", 1, 2e-9, 0.02);
-    (adaptive.step_s, adaptive.tolerance) = (None, Knob::Tolerance(1e-8).tolerance());
+    (adaptive.step_s, adaptive.tolerance) = (None, MethodSetting::Tolerance(1e-8).tolerance());
     let foremost = |rows: &[Row]| {
         let study = study(rows.to_vec());
         let row = study.foremost().unwrap().row.clone();
-        let name = format!("{}, {}", row.line().name(), knob(row.step_s, row.tolerance));
+        let name = format!(
+            "{}, {}",
+            row.line().name(),
+            method_setting(row.step_s, row.tolerance)
+        );
         let (page, error) = (page(&study), si(row.error_rms_m.unwrap(), "m"));
         let headline = study.headline();
         assert!(

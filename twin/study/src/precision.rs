@@ -5,18 +5,20 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
+use crate::factory::{
+    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SetBy, Variant,
+};
 use crate::models::limit_pair;
 use crate::number::{instant, si};
-use crate::outing::Ending;
 use crate::panics::Panics;
+use crate::plant_run::Ending;
+use crate::progress::ProgressObserver;
 use crate::reference::{Reference, Stage, Trust, ended};
 use crate::row::{Row, RowKind, Status};
 use crate::shared::{References, Standard};
 use crate::study::{Study, StudyKind};
 use crate::trace::Trace;
 use crate::transport;
-use crate::watcher::Watcher;
-use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
 
 /// How precision is studied.
 #[derive(Clone, Debug)]
@@ -61,26 +63,26 @@ pub(crate) const RUNAWAY: f64 = 100.0;
 /// Studies how precise the methods of the plants are, and what they take for it.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or `watcher` ended it.
+/// [`StudyError`] if there is nothing to study, or `progress` ended it.
 pub fn precision(
-    workshop: &dyn Workshop,
+    factory: &dyn PlantFactory,
     plan: &PrecisionPlan,
-    watcher: &mut dyn Watcher,
+    progress: &mut dyn ProgressObserver,
 ) -> Result<Study, StudyError> {
-    let plants = workshop.plants();
+    let plants = factory.plants();
     if plants.is_empty() {
         return Err(StudyError::NoPlant);
     }
     let panics = Panics::default();
-    let stage = stage(workshop, plan, &panics)?;
+    let stage = stage(factory, plan, &panics)?;
     let rows: usize = plants
         .iter()
-        .map(|plant| knobs(plant, plan, &stage).count())
+        .map(|plant| settings(plant, plan, &stage).count())
         .sum();
     let compared = plants.len() - 1;
     // What walks is compared by its footsteps: what vanishes there with the mass is drowned by what chance makes of it.
-    let walks = stage.workshop.scene().ground && stage.workshop.scene().commands.change();
-    let limits = match limit_pair(workshop) {
+    let walks = stage.factory.scene().ground && stage.factory.scene().commands.change();
+    let limits = match limit_pair(factory) {
         Some(_) if walks => plants.len(),
         Some(_) => plan.masses.len(),
         None => 0,
@@ -94,7 +96,7 @@ pub fn precision(
             rows + plants.len() + compared.min(1) * limits + walked,
             plants.len() + walked,
         ),
-        watcher,
+        progress,
         rows: Vec::new(),
     };
     let mut known = References::new(stage, Scales::AS_IS, trust(&stage));
@@ -123,7 +125,7 @@ pub fn precision(
     }
     job.budget.finished()?;
     let rows = std::mem::take(&mut job.rows);
-    let mut study = Study::new(StudyKind::Precision, workshop, stage.end, stage.grid);
+    let mut study = Study::new(StudyKind::Precision, factory, stage.end, stage.grid);
     study.references = notes;
     study.rows = rows;
     study.footsteps = footsteps;
@@ -136,11 +138,11 @@ pub fn precision(
 
 /// What is compared, and where.
 fn stage<'a>(
-    workshop: &'a dyn Workshop,
+    factory: &'a dyn PlantFactory,
     plan: &PrecisionPlan,
     panics: &'a Panics,
 ) -> Result<Stage<'a>, StudyError> {
-    let scene = workshop.scene();
+    let scene = factory.scene();
     let duration = plan.duration.unwrap_or(WINDOW).min(scene.duration);
     let longest = plan.steps.iter().max().copied();
     let longest = longest.unwrap_or(SimDuration::from_millis(10));
@@ -156,7 +158,7 @@ fn stage<'a>(
         });
     }
     Ok(Stage {
-        workshop,
+        factory,
         // The last instant of the grid.
         end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
         grid,
@@ -167,7 +169,7 @@ fn stage<'a>(
 /// How closely references and their checks have to agree.
 pub(crate) fn trust(stage: &Stage<'_>) -> Trust {
     Trust {
-        apart_m: if stage.workshop.scene().ground {
+        apart_m: if stage.factory.scene().ground {
             NEAR_ON_GROUND_M
         } else {
             NEAR_M
@@ -177,27 +179,27 @@ pub(crate) fn trust(stage: &Stage<'_>) -> Trust {
 }
 
 /// The settings of a plant's methods, the coarsest first; no step that the grid would cut.
-fn knobs<'a>(
+fn settings<'a>(
     plant: &'a PlantOffer,
     plan: &'a PrecisionPlan,
     stage: &Stage<'_>,
-) -> impl Iterator<Item = (&'a MethodOffer, Knob)> {
+) -> impl Iterator<Item = (&'a MethodOffer, MethodSetting)> {
     let grid = stage.grid;
     plant.methods.iter().flat_map(move |method| {
-        let knobs: Vec<Knob> = match method.set_by {
+        let settings: Vec<MethodSetting> = match method.set_by {
             SetBy::Step => {
                 let steps = plan.steps.iter().copied();
                 let whole = steps.filter(|&step| grid.is_multiple_of(step));
-                whole.map(Knob::Step).collect()
+                whole.map(MethodSetting::Step).collect()
             }
             SetBy::Tolerance => plan
                 .tolerances
                 .iter()
                 .copied()
-                .map(Knob::Tolerance)
+                .map(MethodSetting::Tolerance)
                 .collect(),
         };
-        knobs.into_iter().map(move |knob| (method, knob))
+        settings.into_iter().map(move |setting| (method, setting))
     })
 }
 
@@ -206,7 +208,7 @@ pub(crate) struct Job<'a> {
     pub(crate) stage: Stage<'a>,
     pub(crate) plan: &'a PrecisionPlan,
     pub(crate) budget: Budget,
-    pub(crate) watcher: &'a mut dyn Watcher,
+    pub(crate) progress: &'a mut dyn ProgressObserver,
     pub(crate) rows: Vec<Row>,
 }
 
@@ -223,7 +225,7 @@ impl Job<'_> {
     fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
         let share = self.budget.next(heavy);
         let (part, of) = self.budget.progress();
-        if self.watcher.at(part, of, doing) {
+        if self.progress.at(part, of, doing) {
             Ok(share)
         } else {
             Err(StudyError::Interrupted { done: part, of })
@@ -239,16 +241,16 @@ impl Job<'_> {
         let plan = self.plan;
         let stage = self.stage;
         let mut last: Option<(&str, f64, f64)> = None;
-        for (method, knob) in knobs(plant, plan, &stage) {
+        for (method, setting) in settings(plant, plan, &stage) {
             let share = self.begin(&format!("{}, {}", plant.name, method.name))?;
             let variant = Variant {
                 plant: plant.name.clone(),
                 method: method.name.clone(),
-                knob,
+                setting,
                 scales: Scales::AS_IS,
             };
             // A method takes in proportion to its steps, so what would take too long need not be tried.
-            let expected = match (last, knob.step_s()) {
+            let expected = match (last, setting.step_s()) {
                 (Some((name, step, took)), Some(next)) if name == method.name => took * step / next,
                 _ => 0.0,
             };
@@ -268,7 +270,7 @@ impl Job<'_> {
                 let row = Row::new(RowKind::Integration, &variant);
                 (row.ended(Status::Failed, why), 0.0)
             });
-            if let (Some(step), Status::Ok) = (knob.step_s(), row.status) {
+            if let (Some(step), Status::Ok) = (setting.step_s(), row.status) {
                 last = Some((&method.name, step, took_s));
             }
             self.rows.push(row);
@@ -340,8 +342,10 @@ impl Job<'_> {
             if spent_s + trace.took_s > share.seconds {
                 break;
             }
-            let outing = self.stage.outing(share);
-            let timed = self.stage.with_plant(variant, |plant| outing.timed(plant));
+            let plant_run = self.stage.plant_run(share);
+            let timed = self
+                .stage
+                .with_plant(variant, |plant| plant_run.timed(plant));
             let Ok((_, took_s)) = timed else {
                 break;
             };

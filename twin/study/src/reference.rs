@@ -5,12 +5,12 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{PartKind, Plant, in_part};
 
 use crate::budget::Share;
-use crate::number::{instant, knob, si};
-use crate::outing::{Ending, Outing};
+use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, SetBy, Variant};
+use crate::number::{instant, method_setting, si};
 use crate::panics::Panics;
+use crate::plant_run::{Ending, PlantRun};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
-use crate::workshop::{Knob, PlantOffer, Scales, SetBy, Variant, Workshop};
 
 /// Where a method says nothing, its finest setting is this.
 const FINEST_STEP: SimDuration = SimDuration::from_micros(5);
@@ -72,7 +72,7 @@ pub struct CheckNote {
 /// A scene without its plant.
 #[derive(Clone, Copy)]
 pub(crate) struct Stage<'a> {
-    pub(crate) workshop: &'a dyn Workshop,
+    pub(crate) factory: &'a dyn PlantFactory,
     pub(crate) end: SimTime,
     pub(crate) grid: SimDuration,
     pub(crate) panics: &'a Panics,
@@ -89,8 +89,8 @@ impl Stage<'_> {
         share: Share,
         enough: impl FnMut(f64) -> bool,
     ) -> Result<(Trace, Ending), String> {
-        let outing = self.outing(share);
-        self.with_plant(variant, |plant| Trace::record(plant, &outing, enough))
+        let plant_run = self.plant_run(share);
+        self.with_plant(variant, |plant| Trace::record(plant, &plant_run, enough))
     }
 
     /// Builds a variant and does `what` with it.
@@ -102,7 +102,7 @@ impl Stage<'_> {
         variant: &Variant,
         what: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
-        self.with_built(variant, |workshop| workshop.build(variant), what)
+        self.with_built(variant, |factory| factory.build(variant), what)
     }
 
     /// The same with a plant that tells of its drives.
@@ -111,30 +111,26 @@ impl Stage<'_> {
         variant: &Variant,
         what: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
-        self.with_built(
-            variant,
-            |workshop| workshop.build_with_drives(variant),
-            what,
-        )
+        self.with_built(variant, |factory| factory.build_with_drives(variant), what)
     }
 
     fn with_built<R>(
         &self,
         variant: &Variant,
-        build: impl FnOnce(&dyn Workshop) -> Result<Box<dyn Plant>, String>,
+        build: impl FnOnce(&dyn PlantFactory) -> Result<Box<dyn Plant>, String>,
         what: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
         self.panics.guarded(|| {
             in_part(PartKind::Plant, &variant.plant, || {
-                let mut plant = build(self.workshop)?;
+                let mut plant = build(self.factory)?;
                 Ok(what(&mut *plant))
             })
         })
     }
 
-    pub(crate) fn outing(&self, share: Share) -> Outing<'_> {
-        Outing {
-            commands: &self.workshop.scene().commands,
+    pub(crate) fn plant_run(&self, share: Share) -> PlantRun<'_> {
+        PlantRun {
+            commands: &self.factory.scene().commands,
             end: self.end,
             grid: self.grid,
             deadline: share.deadline,
@@ -173,26 +169,26 @@ pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
 
 /// The settings at which methods of `offer` are trusted, the best first.
 fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
-    let variant = |method: &str, knob| Variant {
+    let variant = |method: &str, setting| Variant {
         plant: offer.name.clone(),
         method: method.to_owned(),
-        knob,
+        setting,
         scales,
     };
     let named = offer.methods.iter().filter_map(|method| {
-        let knob = method.reference?;
-        Some(variant(&method.name, knob))
+        let setting = method.reference?;
+        Some(variant(&method.name, setting))
     });
     let others = offer
         .methods
         .iter()
         .filter(|method| method.reference.is_none());
     let others = others.map(|method| {
-        let knob = match method.set_by {
-            SetBy::Step => Knob::Step(FINEST_STEP),
-            SetBy::Tolerance => Knob::Tolerance(FINEST_TOLERANCE),
+        let setting = match method.set_by {
+            SetBy::Step => MethodSetting::Step(FINEST_STEP),
+            SetBy::Tolerance => MethodSetting::Tolerance(FINEST_TOLERANCE),
         };
-        variant(&method.name, knob)
+        variant(&method.name, setting)
     });
     let named: Vec<Variant> = named.collect();
     if named.is_empty() {
@@ -255,13 +251,13 @@ pub(crate) fn checked(
     let mut variants = trusted(offer, scales);
     if trust.rough {
         for variant in &mut variants {
-            variant.knob = variant.knob.relaxed();
+            variant.setting = variant.setting.relaxed();
         }
     }
     let (mut reference, others) = first_whole(stage, &variants, share)?;
     let own = reference.variant.clone();
     let coarser = Variant {
-        knob: own.knob.coarser(),
+        setting: own.setting.coarser(),
         ..own.clone()
     };
     for variant in others.iter().cloned().chain([coarser]) {
@@ -294,9 +290,9 @@ fn contradiction(own: &Variant, other: &Variant, apart: &Errors, until_s: f64) -
     format!(
         "{} {} and {} {} contradict each other: they are {} apart, RMS, and agree up to {} only",
         own.method,
-        knob(own.knob.step_s(), own.knob.tolerance()),
+        method_setting(own.setting.step_s(), own.setting.tolerance()),
         other.method,
-        knob(other.knob.step_s(), other.knob.tolerance()),
+        method_setting(other.setting.step_s(), other.setting.tolerance()),
         si(apart.foot_rms, "m"),
         si(until_s, "s"),
     )
@@ -313,8 +309,8 @@ impl Reference {
     pub(crate) fn note(&self) -> ReferenceNote {
         let check = self.check.as_ref().map(|(variant, errors)| CheckNote {
             method: variant.method.clone(),
-            step_s: variant.knob.step_s(),
-            tolerance: variant.knob.tolerance(),
+            step_s: variant.setting.step_s(),
+            tolerance: variant.setting.tolerance(),
             independent: variant.method != self.variant.method,
             disagreement_rms_m: errors.foot_rms,
             disagreement_max_m: errors.foot_max,
@@ -337,8 +333,8 @@ impl Reference {
             plant: self.variant.plant.clone(),
             of_plant: None,
             method: Some(self.variant.method.clone()),
-            step_s: self.variant.knob.step_s(),
-            tolerance: self.variant.knob.tolerance(),
+            step_s: self.variant.setting.step_s(),
+            tolerance: self.variant.setting.tolerance(),
             check,
             holds_until_s: self.until_s,
             why: (!why.is_empty()).then(|| why.join("; ")),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::workshop::{Knob, Scales, SetBy, Variant};
+use crate::factory::{MethodSetting, Scales, SetBy, Variant};
 
 /// What a row is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -171,8 +171,8 @@ impl Row {
         Self {
             plant: variant.plant.clone(),
             method: variant.method.clone(),
-            step_s: variant.knob.step_s(),
-            tolerance: variant.knob.tolerance(),
+            step_s: variant.setting.step_s(),
+            tolerance: variant.setting.tolerance(),
             scales: variant.scales,
             status: Status::Ok,
             error_rms_m: None,
@@ -250,12 +250,12 @@ impl Row {
     }
 
     /// How its method is set.
-    pub fn knob(&self) -> Option<Knob> {
+    pub fn setting(&self) -> Option<MethodSetting> {
         let step = self
             .step_s
             .and_then(twinrig_kernel::SimDuration::try_from_secs_f64)
-            .map(Knob::Step);
-        step.or(self.tolerance.map(Knob::Tolerance))
+            .map(MethodSetting::Step);
+        step.or(self.tolerance.map(MethodSetting::Tolerance))
     }
 
     /// The line it is on.

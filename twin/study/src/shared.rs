@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use crate::budget::Share;
+use crate::factory::{PlantFactory, PlantOffer, Scales};
 use crate::reference::{self, Reference, ReferenceNote, Stage, Trust};
-use crate::workshop::{PlantOffer, Scales, Workshop};
 
 /// The references of a scene, each built once.
 pub(crate) struct References<'a> {
@@ -22,13 +22,13 @@ pub(crate) struct Standard {
 
 /// The plant whose model `offer` solves, if it can be built, and whether it is in the study.
 pub(crate) fn model_of<'a>(
-    workshop: &'a dyn Workshop,
+    factory: &'a dyn PlantFactory,
     offer: &PlantOffer,
 ) -> Option<(&'a PlantOffer, bool)> {
     let name = offer.model_of.as_ref()?;
     let named = |plants: &'a [PlantOffer]| plants.iter().find(|plant| plant.name == *name);
-    let studied = named(workshop.plants()).map(|plant| (plant, true));
-    studied.or_else(|| named(workshop.bystanders()).map(|plant| (plant, false)))
+    let studied = named(factory.plants()).map(|plant| (plant, true));
+    studied.or_else(|| named(factory.bystanders()).map(|plant| (plant, false)))
 }
 
 impl<'a> References<'a> {
@@ -46,7 +46,7 @@ impl<'a> References<'a> {
         let Some(name) = &offer.model_of else {
             return self.own(offer, share);
         };
-        let Some((model, studied)) = model_of(self.stage.workshop, offer) else {
+        let Some((model, studied)) = model_of(self.stage.factory, offer) else {
             let why = format!("there is no plant {name}, whose model it solves");
             return self.own(offer, share).in_want(&why);
         };

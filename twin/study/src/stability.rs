@@ -5,8 +5,12 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::{Budget, Share};
 use crate::criteria;
 use crate::error::StudyError;
+use crate::factory::{
+    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SetBy, Variant,
+};
 use crate::number::duration;
 use crate::panics::Panics;
+use crate::progress::ProgressObserver;
 use crate::reference::{Reference, Stage, Trust};
 use crate::row::{Row, RowKind, Status};
 use crate::search::{Found, Probe, Range, search};
@@ -14,8 +18,6 @@ use crate::shared::{References, Standard};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
 use crate::trial::{LOOK, STEPS_MOST};
-use crate::watcher::Watcher;
-use crate::workshop::{Knob, MethodOffer, PlantOffer, Scales, SetBy, Variant, Workshop};
 
 /// How stability is studied.
 #[derive(Clone, Debug)]
@@ -63,14 +65,14 @@ const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
 /// Studies how long the steps of the plants' methods may be, and what limits them.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or `watcher` ended it.
+/// [`StudyError`] if there is nothing to study, or `progress` ended it.
 pub fn stability(
-    workshop: &dyn Workshop,
+    factory: &dyn PlantFactory,
     plan: &StabilityPlan,
-    watcher: &mut dyn Watcher,
+    progress: &mut dyn ProgressObserver,
 ) -> Result<Study, StudyError> {
-    let scene = workshop.scene();
-    let plants = workshop.plants();
+    let scene = factory.scene();
+    let plants = factory.plants();
     if plants.is_empty() {
         return Err(StudyError::NoPlant);
     }
@@ -80,25 +82,25 @@ pub fn stability(
             least: LOOK * 8,
         });
     }
-    let (scales, left_out) = sweeps(workshop, plan);
+    let (scales, left_out) = sweeps(factory, plan);
     let methods: usize = plants.iter().map(|plant| plant.methods.len()).sum();
     let parts = scales.len() * (methods + plants.len());
     let end = SimTime::ZERO + plan.duration;
-    let mut study = Study::new(StudyKind::Stability, workshop, end, REFERENCE_GRID);
+    let mut study = Study::new(StudyKind::Stability, factory, end, REFERENCE_GRID);
     study.budget_s = plan.budget_s;
     study.left_out.extend(left_out);
     study.criteria = criteria::of(plan, scene.commands.period());
     let panics = Panics::default();
     let mut job = Job {
         stage: Stage {
-            workshop,
+            factory,
             end,
             grid: REFERENCE_GRID,
             panics: &panics,
         },
         plan,
         budget: Budget::new(plan.budget_s, parts, 0),
-        watcher,
+        progress,
     };
     let trust = Trust {
         apart_m: plan.wrong_m * TOLD_APART,
@@ -128,11 +130,11 @@ pub fn stability(
 }
 
 /// All scenes of all factors, each once, and the factors that say nothing.
-fn sweeps(workshop: &dyn Workshop, plan: &StabilityPlan) -> (Vec<Scales>, Vec<String>) {
+fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec<String>) {
     let mut scales = vec![Scales::AS_IS];
     let mut left_out = Vec::new();
     for factor in &plan.factors {
-        if let Some(why) = factor.idle_in(workshop.scene()) {
+        if let Some(why) = factor.idle_in(factory.scene()) {
             left_out.push(format!("{}: {why}", factor.name()));
             continue;
         }
@@ -151,14 +153,14 @@ pub(crate) struct Job<'a> {
     pub(crate) stage: Stage<'a>,
     pub(crate) plan: &'a StabilityPlan,
     budget: Budget,
-    watcher: &'a mut dyn Watcher,
+    progress: &'a mut dyn ProgressObserver,
 }
 
 impl Job<'_> {
     fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
         let share = self.budget.next(false);
         let (part, of) = self.budget.progress();
-        if self.watcher.at(part, of, doing) {
+        if self.progress.at(part, of, doing) {
             Ok(share)
         } else {
             Err(StudyError::Interrupted { done: part, of })
@@ -173,20 +175,20 @@ impl Job<'_> {
         reference: Option<&Reference>,
         share: Share,
     ) -> Row {
-        let variant = |knob| Variant {
+        let variant = |setting| Variant {
             plant: plant.name.clone(),
             method: method.name.clone(),
-            knob,
+            setting,
             scales,
         };
         match method.set_by {
             SetBy::Tolerance => self.adaptive(
-                &variant(Knob::Tolerance(self.plan.tolerance)),
+                &variant(MethodSetting::Tolerance(self.plan.tolerance)),
                 reference,
                 share,
             ),
             SetBy::Step => {
-                let commands = self.stage.workshop.scene().commands.period();
+                let commands = self.stage.factory.scene().commands.period();
                 let most = self.plan.most;
                 let range = Range {
                     least: self.plan.least,
@@ -194,7 +196,7 @@ impl Job<'_> {
                     ratio: self.plan.ratio,
                 };
                 let found = search(range, |step| {
-                    self.probe(&variant(Knob::Step(step)), step, reference, share)
+                    self.probe(&variant(MethodSetting::Step(step)), step, reference, share)
                 });
                 self.searched(&found, variant, reference, share)
             }
@@ -206,9 +208,9 @@ impl Job<'_> {
         let variant = Variant {
             plant: plant.name.clone(),
             method: method.name.clone(),
-            knob: match method.set_by {
-                SetBy::Tolerance => Knob::Tolerance(self.plan.tolerance),
-                SetBy::Step => Knob::Step(self.plan.least),
+            setting: match method.set_by {
+                SetBy::Tolerance => MethodSetting::Tolerance(self.plan.tolerance),
+                SetBy::Step => MethodSetting::Step(self.plan.least),
             },
             scales,
         };
@@ -219,12 +221,12 @@ impl Job<'_> {
     fn searched(
         &self,
         found: &Found,
-        variant: impl Fn(Knob) -> Variant,
+        variant: impl Fn(MethodSetting) -> Variant,
         reference: Option<&Reference>,
         share: Share,
     ) -> Row {
         let shown = found.stable.unwrap_or(self.plan.least);
-        let variant = variant(Knob::Step(shown));
+        let variant = variant(MethodSetting::Step(shown));
         let mut row = Row::new(RowKind::Stability, &variant);
         row.probes = Some(found.probes);
         row.least_unstable_step_s = found.unstable.map(|step| step.as_nanos() as f64 / 1e9);
@@ -282,7 +284,7 @@ impl Job<'_> {
         };
         let found = search(range, |step| {
             let variant = Variant {
-                knob: Knob::Step(step),
+                setting: MethodSetting::Step(step),
                 ..variant.clone()
             };
             match self.against(&variant, step, reference, share) {

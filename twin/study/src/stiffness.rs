@@ -132,7 +132,7 @@ mod tests {
     use twinrig_kernel::SimDuration;
 
     use super::*;
-    use crate::workshop::{Knob, Variant};
+    use crate::factory::{MethodSetting, Variant};
 
     /// The trend of limits \[ms\] at stiffnesses.
     fn of(limits: &[(f64, f64)]) -> StiffnessTrend {
@@ -142,7 +142,7 @@ mod tests {
                 let variant = Variant {
                     plant: String::new(),
                     method: String::new(),
-                    knob: Knob::Step(SimDuration::from_millis(1)),
+                    setting: MethodSetting::Step(SimDuration::from_millis(1)),
                     scales: Factor::Stiffness.scales(stiffness),
                 };
                 let mut row = Row::new(RowKind::Stability, &variant);

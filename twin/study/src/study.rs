@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::factory::{PlantFactory, SetBy};
 use crate::fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
@@ -11,7 +12,6 @@ use crate::panics;
 use crate::reference::ReferenceNote;
 use crate::row::{Line, Row, RowKind, Status};
 use crate::transport::Transport;
-use crate::workshop::{SetBy, Workshop};
 
 /// Which study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -97,12 +97,12 @@ const SATURATED_M: f64 = 1e-2;
 impl Study {
     pub(crate) fn new(
         kind: StudyKind,
-        workshop: &dyn Workshop,
+        factory: &dyn PlantFactory,
         end: SimTime,
         grid: SimDuration,
     ) -> Self {
-        let scene = workshop.scene();
-        let plants = workshop.plants().iter();
+        let scene = factory.scene();
+        let plants = factory.plants().iter();
         let massive = plants.clone().filter(|plant| plant.segment_masses);
         let solves = plants.filter_map(|plant| Some((plant.name.clone(), plant.model_of.clone()?)));
         Self {
@@ -117,13 +117,13 @@ impl Study {
             budget_s: 0.0,
             massive: massive.map(|plant| plant.name.clone()).collect(),
             solves: solves.collect(),
-            abouts: abouts(workshop),
+            abouts: abouts(factory),
             references: Vec::new(),
             rows: Vec::new(),
             footsteps: Vec::new(),
             transports: Vec::new(),
             criteria: Vec::new(),
-            left_out: workshop.left_out().to_vec(),
+            left_out: factory.left_out().to_vec(),
             panics: Vec::new(),
         }
     }
@@ -255,8 +255,8 @@ impl Study {
 }
 
 /// The methods that are offered, and a line on each.
-fn abouts(workshop: &dyn Workshop) -> Vec<(String, String, SetBy, String)> {
-    let plants = workshop.plants().iter();
+fn abouts(factory: &dyn PlantFactory) -> Vec<(String, String, SetBy, String)> {
+    let plants = factory.plants().iter();
     let methods = plants.flat_map(|plant| plant.methods.iter().map(move |method| (plant, method)));
     methods
         .map(|(plant, method)| {

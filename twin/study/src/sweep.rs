@@ -1,6 +1,6 @@
 //! What is varied to see what limits a step.
 
-use crate::workshop::{Scales, Scene};
+use crate::factory::{Scales, Scene};
 
 /// A property of robot or scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use twinrig_kernel::{Direction, Layout, SimTime};
 use twinrig_runtime::{Plant, PlantEvent, WorkCounts};
 
-use crate::outing::{Ending, Go, Outing};
+use crate::plant_run::{Ending, Go, PlantRun};
 
 pub(crate) const TRUNK: &str = "body/position";
 const FOOT: (&str, &str) = ("leg/", "/foot/position");
@@ -113,7 +113,7 @@ impl Trace {
     /// ends the run if it says so.
     pub(crate) fn record(
         plant: &mut dyn Plant,
-        outing: &Outing<'_>,
+        plant_run: &PlantRun<'_>,
         mut enough: impl FnMut(f64) -> bool,
     ) -> (Self, Ending) {
         let mut places = Places::of(plant);
@@ -123,7 +123,7 @@ impl Trace {
         };
         plant.log_events(true);
         let watch = crate::stopwatch::Stopwatch::start();
-        let ending = outing.lead(plant, |now, plant| {
+        let ending = plant_run.lead(plant, |now, plant| {
             trace.look(now, plant, &mut places, &mut enough)
         });
         trace.took_s = watch.elapsed_s();
@@ -158,7 +158,7 @@ impl Trace {
         self.kinetic.push(kinetic);
         self.stored_most = self.stored_most.max(energy.stored());
         self.resting_least = self.resting_least.min(energy.stored() - kinetic);
-        self.drift = match (self.drift, plant.drift()) {
+        self.drift = match (self.drift, plant.constraint_violation()) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),
         };

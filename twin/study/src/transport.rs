@@ -2,16 +2,16 @@
 
 use serde::Serialize;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
-use twinrig_runtime::{EnergyBooks, Plant};
+use twinrig_runtime::{EnergyBalance, Plant};
 
 use crate::budget::Share;
 use crate::error::StudyError;
+use crate::factory::{MethodSetting, PlantOffer, Scales, SetBy, Variant};
 use crate::number::instant;
-use crate::outing::{Go, Outing};
+use crate::plant_run::{Go, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::Status;
-use crate::workshop::{Knob, PlantOffer, Scales, SetBy, Variant};
 
 /// So much of a walk is led through.
 pub const STROLL: SimDuration = SimDuration::from_secs(10);
@@ -93,7 +93,7 @@ impl Job<'_> {
         &mut self,
         plants: &[PlantOffer],
     ) -> Result<Vec<Transport>, StudyError> {
-        let step = self.stage.workshop.scene().step;
+        let step = self.stage.factory.scene().step;
         let mut transports = Vec::new();
         for plant in plants {
             for method in &plant.methods {
@@ -101,9 +101,9 @@ impl Job<'_> {
                 let variant = Variant {
                     plant: plant.name.clone(),
                     method: method.name.clone(),
-                    knob: match method.set_by {
-                        SetBy::Step => Knob::Step(step),
-                        SetBy::Tolerance => Knob::Tolerance(TOLERANCE),
+                    setting: match method.set_by {
+                        SetBy::Step => MethodSetting::Step(step),
+                        SetBy::Tolerance => MethodSetting::Tolerance(TOLERANCE),
                     },
                     scales: Scales::AS_IS,
                 };
@@ -114,12 +114,12 @@ impl Job<'_> {
     }
 
     fn transport(&self, variant: &Variant, share: Share) -> Transport {
-        let scene = self.stage.workshop.scene();
+        let scene = self.stage.factory.scene();
         let mut transport = Transport {
             plant: variant.plant.clone(),
             method: variant.method.clone(),
-            step_s: variant.knob.step_s(),
-            tolerance: variant.knob.tolerance(),
+            step_s: variant.setting.step_s(),
+            tolerance: variant.setting.tolerance(),
             status: Status::Failed,
             why: None,
             fell_at_s: None,
@@ -128,14 +128,14 @@ impl Job<'_> {
         // Drives are looked at after every step of theirs, so that torque by turning is all of their work.
         let grid = scene.step.max(SimDuration::from_nanos(1));
         let end = STROLL.min(scene.duration);
-        let outing = Outing {
+        let plant_run = PlantRun {
             grid,
             end: SimTime::ZERO + grid * (end.as_nanos() / grid.as_nanos()),
-            ..self.stage.outing(share)
+            ..self.stage.plant_run(share)
         };
         let walked = self.stage.with_drives(variant, |plant| {
             let mut walk = Walk::of(plant).ok_or("it does not tell where its trunk is")?;
-            let ending = outing.lead(plant, |now, plant| walk.look(now, plant));
+            let ending = plant_run.lead(plant, |now, plant| walk.look(now, plant));
             Ok::<_, String>((walk, ending))
         });
         let (walk, ending) = match walked.and_then(|walked| walked) {
@@ -152,7 +152,7 @@ impl Job<'_> {
         }
         transport.status = Status::Ok;
         transport.why = walk.fell_at.map(|at| format!("it fell at {}", instant(at)));
-        transport.cost = walk.cost(outing.end.as_secs_f64(), scene.weight);
+        transport.cost = walk.cost(plant_run.end.as_secs_f64(), scene.weight);
         transport
     }
 }
@@ -169,7 +169,7 @@ struct Drive {
 struct Moment {
     at_s: f64,
     trunk: [f64; 3],
-    books: EnergyBooks,
+    balance: EnergyBalance,
     /// Work of the drives up to then by torques and angles, and of that what they gave \[J\].
     drives: [f64; 2],
 }
@@ -210,8 +210,8 @@ impl Walk {
 
     fn look(&mut self, now: SimTime, plant: &mut dyn Plant) -> Go {
         plant.observe(&mut self.outputs);
-        let books = plant.energy();
-        if !books.stored().is_finite() || self.outputs.iter().any(|output| !output.is_finite()) {
+        let balance = plant.energy();
+        if !balance.stored().is_finite() || self.outputs.iter().any(|output| !output.is_finite()) {
             return Go::NotFinite;
         }
         let last = self.moments.last();
@@ -229,7 +229,7 @@ impl Walk {
         self.moments.push(Moment {
             at_s: now.as_secs_f64(),
             trunk,
-            books,
+            balance,
             drives,
         });
         let first = self.moments[0].trunk[2];
@@ -252,18 +252,18 @@ impl Walk {
         let seconds = to.at_s - from.at_s;
         let along = [0, 1].map(|n| to.trunk[n] - from.trunk[n]);
         let distance = (along[0] * along[0] + along[1] * along[1]).sqrt();
-        let flow = |of: fn(&EnergyBooks) -> f64| of(&to.books) - of(&from.books);
-        let work = flow(|books| books.actuator);
+        let flow = |of: fn(&EnergyBalance) -> f64| of(&to.balance) - of(&from.balance);
+        let work = flow(|balance| balance.actuator);
         let drives =
             [0, 1].map(|n| (!self.drives.is_empty()).then_some(to.drives[n] - from.drives[n]));
         let tenths = (0..10).filter_map(|n| {
             let tenth = |n: i32| at(from.at_s + seconds * f64::from(n) / 10.0);
-            Some(tenth(n + 1)?.books.residual - tenth(n)?.books.residual)
+            Some(tenth(n + 1)?.balance.residual - tenth(n)?.balance.residual)
         });
         let tenths: Vec<f64> = tenths.collect();
         let per_way =
             |work: f64| (distance > 0.0 && weight > 0.0).then(|| work / (weight * distance));
-        let residual = flow(|books| books.residual);
+        let residual = flow(|balance| balance.residual);
         Some(Cost {
             from_s: from.at_s,
             to_s: to.at_s,
@@ -276,9 +276,9 @@ impl Walk {
             work_j: work,
             drive_work_j: drives[0],
             positive_work_j: drives[1],
-            dissipated_j: flow(|books| books.dissipated),
-            impact_j: flow(|books| books.impact),
-            stored_j: flow(EnergyBooks::stored),
+            dissipated_j: flow(|balance| balance.dissipated),
+            impact_j: flow(|balance| balance.impact),
+            stored_j: flow(EnergyBalance::stored),
             residual_j: residual,
             appears_most_j: tenths.iter().copied().fold(0.0, f64::max),
             vanishes_most_j: tenths

@@ -3,15 +3,15 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
+use crate::factory::Variant;
 use crate::number::instant;
-use crate::outing::{Ending, Outing};
+use crate::plant_run::{Ending, PlantRun};
 use crate::precision::RUNAWAY;
 use crate::reference::{Reference, Stage, ended};
 use crate::row::Row;
 use crate::search::Probe;
 use crate::stability::Job;
 use crate::trace::{Errors, Trace};
-use crate::workshop::Variant;
 
 /// Kinetic energy grows if its peak in the last quarter of a run exceeds so many times that in the first, and in the last
 /// quarter of the reference. It stays, which is no better where it should go, if it exceeds that of the reference by so much
@@ -37,7 +37,7 @@ impl Job<'_> {
         reference: Option<&Reference>,
         share: Share,
     ) -> Option<(Trace, Option<Errors>)> {
-        let scene = self.stage.workshop.scene().duration;
+        let scene = self.stage.factory.scene().duration;
         let compared = self.plan.compared.unwrap_or(scene).min(self.plan.duration);
         let stage = Stage {
             grid: looks(step),
@@ -150,16 +150,18 @@ impl Job<'_> {
         for _ in 0..REPETITIONS {
             let grid = looks(step);
             let whole = self.end(step).as_nanos() / grid.as_nanos();
-            let outing = Outing {
+            let plant_run = PlantRun {
                 grid,
                 end: SimTime::ZERO + grid * whole,
-                ..self.stage.outing(share)
+                ..self.stage.plant_run(share)
             };
-            let timed = self.stage.with_plant(variant, |plant| outing.timed(plant));
+            let timed = self
+                .stage
+                .with_plant(variant, |plant| plant_run.timed(plant));
             let Ok((Ending::Whole, took_s)) = timed else {
                 break;
             };
-            simulated_s = outing.end.as_secs_f64();
+            simulated_s = plant_run.end.as_secs_f64();
             times.push(took_s);
         }
         times.sort_by(f64::total_cmp);

@@ -10,7 +10,9 @@ use std::ops::Range;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_motordriver::{Bus, BusConfig};
-use twinrig_runtime::{IoTask, PlantFault, PlantSignals, Progress, TaskError, WiredTask, World};
+use twinrig_runtime::{
+    IoTask, PlantAccess, PlantFault, PlantSignals, Progress, TaskError, WiredTask,
+};
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 /// Radians of a count.
@@ -105,7 +107,7 @@ impl Motors {
     }
 }
 
-impl World for Motors {
+impl PlantAccess for Motors {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
         self.catch_up();
         Ok(&self.outputs[signals])
@@ -121,7 +123,7 @@ impl World for Motors {
 #[derive(PartialEq)]
 pub struct Saved {
     task: Snapshot,
-    world: Motors,
+    plant: Motors,
     wake: Option<SimTime>,
     busy: bool,
 }
@@ -129,7 +131,7 @@ pub struct Saved {
 /// A bus at work.
 pub struct Bench {
     pub task: WiredTask,
-    pub world: Motors,
+    pub plant: Motors,
     wake: Option<SimTime>,
     pub busy: bool,
     /// How often it was woken.
@@ -146,7 +148,7 @@ impl Bench {
         task.connect(&Motors::signals()).unwrap();
         Self {
             task,
-            world: Motors::new(),
+            plant: Motors::new(),
             wake: None,
             busy: false,
             woken: 0,
@@ -155,7 +157,7 @@ impl Bench {
     }
 
     pub fn now(&self) -> SimTime {
-        self.world.now
+        self.plant.now
     }
 
     fn follow(&mut self, progress: Result<Progress, TaskError>) -> Result<(), String> {
@@ -169,10 +171,10 @@ impl Bench {
                 self.wake = self.task.idle_wake();
             }
         }
-        let (now, passed) = (self.world.now, &mut self.passed);
-        self.task.drain_traffic(&mut |lane, bytes| {
+        let (now, passed) = (self.plant.now, &mut self.passed);
+        self.task.drain_traffic(&mut |trace, bytes| {
             if let Some(passed) = passed {
-                passed.push((now, lane, bytes.to_vec()));
+                passed.push((now, trace, bytes.to_vec()));
             }
         });
         Ok(())
@@ -181,13 +183,13 @@ impl Bench {
     /// The next thing that happens, if that is at `limit` or before.
     pub fn step(&mut self, limit: SimTime) -> Result<bool, String> {
         let Some(at) = self.wake.filter(|at| *at <= limit) else {
-            self.world.now = self.world.now.max(limit);
+            self.plant.now = self.plant.now.max(limit);
             return Ok(false);
         };
-        assert!(at >= self.world.now, "time runs back");
-        self.world.now = at;
+        assert!(at >= self.plant.now, "time runs back");
+        self.plant.now = at;
         self.woken += 1;
-        let progress = self.task.wake(at, &mut self.world);
+        let progress = self.task.wake(at, &mut self.plant);
         self.follow(progress)?;
         Ok(true)
     }
@@ -217,7 +219,7 @@ impl Bench {
 
     /// Begins to open.
     pub fn open_until(&mut self, limit: SimTime) -> Result<(), String> {
-        let progress = self.task.open(self.world.now, &mut self.world);
+        let progress = self.task.open(self.plant.now, &mut self.plant);
         self.follow(progress)?;
         self.run_until(limit)
     }
@@ -225,7 +227,7 @@ impl Bench {
     /// Begins a transfer now.
     pub fn begin(&mut self, commands: &[f64]) -> Result<(), String> {
         let now = self.now();
-        let progress = self.task.begin(now, commands, &mut self.world);
+        let progress = self.task.begin(now, commands, &mut self.plant);
         self.follow(progress)
     }
 
@@ -256,16 +258,16 @@ impl Bench {
     /// When the host wrote the request of a cycle to the first board, from the bytes that were kept.
     pub fn cycle_begins(&self) -> Vec<SimTime> {
         let passed = self.passed.iter().flatten();
-        let first = |(_, lane, bytes): &&(SimTime, usize, Vec<u8>)| {
-            *lane == 0 && matches!(bytes[..], [0xFF, _, 1, _, 0x10, ..])
+        let first = |(_, trace, bytes): &&(SimTime, usize, Vec<u8>)| {
+            *trace == 0 && matches!(bytes[..], [0xFF, _, 1, _, 0x10, ..])
         };
         passed.filter(first).map(|(at, ..)| *at).collect()
     }
 
-    pub fn gauges(&self) -> Vec<(String, f64)> {
-        let ports = self.task.gauges();
+    pub fn diagnostics(&self) -> Vec<(String, f64)> {
+        let ports = self.task.diagnostics();
         let mut values = vec![0.0; ports.len()];
-        self.task.read_gauges(self.now(), &mut values);
+        self.task.read_diagnostics(self.now(), &mut values);
         ports
             .into_iter()
             .map(|port| port.name)
@@ -273,9 +275,9 @@ impl Bench {
             .collect()
     }
 
-    pub fn gauge(&self, name: &str) -> f64 {
-        let gauges = self.gauges();
-        let found = gauges.iter().find(|(known, _)| known == name);
+    pub fn diagnostic(&self, name: &str) -> f64 {
+        let diagnostics = self.diagnostics();
+        let found = diagnostics.iter().find(|(known, _)| known == name);
         found.unwrap_or_else(|| panic!("no gauge {name}")).1
     }
 
@@ -283,7 +285,7 @@ impl Bench {
     pub fn save(&self) -> Saved {
         Saved {
             task: self.task.save(),
-            world: self.world.clone(),
+            plant: self.plant.clone(),
             wake: self.wake,
             busy: self.busy,
         }
@@ -295,7 +297,7 @@ impl Bench {
 
     pub fn restore(&mut self, saved: &Saved) {
         self.try_restore(saved).unwrap();
-        self.world = saved.world.clone();
+        self.plant = saved.plant.clone();
         self.wake = saved.wake;
         self.busy = saved.busy;
     }

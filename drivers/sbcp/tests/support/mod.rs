@@ -143,7 +143,7 @@ impl Rig {
                 break;
             }
             let (talker, byte) = self.bus.remove(&key).unwrap();
-            self.hear(talker, key.0, byte);
+            self.receive(talker, key.0, byte);
         }
         if let Some(controller) = &mut self.controller {
             if controller.poll_timeout().is_some_and(|at| at <= self.now) {
@@ -196,7 +196,7 @@ impl Rig {
             .insert((at + self.latency, self.sequence), byte);
     }
 
-    fn hear(&mut self, talker: Talker, at: SimTime, byte: u8) {
+    fn receive(&mut self, talker: Talker, at: SimTime, byte: u8) {
         let bytes = [byte];
         let piece = Piece {
             first: at,
@@ -209,7 +209,7 @@ impl Rig {
             if talker == Talker::Board(index) {
                 continue;
             }
-            slave.hear(piece);
+            slave.receive(piece);
             while slave.poll_event().is_some() {}
             let mut bytes = Vec::new();
             if let Some(start) = slave.poll_transmit(&mut bytes) {

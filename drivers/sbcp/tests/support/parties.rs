@@ -70,7 +70,7 @@ impl Parties {
         let slaves = &mut self.slaves;
         self.controller.poll_bus(start, &mut |piece| {
             for slave in slaves.iter_mut() {
-                slave.hear(piece);
+                slave.receive(piece);
             }
         });
         for talker in 0..self.slaves.len() {
@@ -88,7 +88,7 @@ impl Parties {
             };
             for (other, slave) in self.slaves.iter_mut().enumerate() {
                 if other != talker {
-                    slave.hear(piece);
+                    slave.receive(piece);
                 }
             }
             self.controller.handle_bus(piece.last(), piece);

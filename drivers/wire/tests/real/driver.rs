@@ -99,14 +99,14 @@ impl Driver for Asker {
     fn to_process(&self) -> &[f64] {
         &self.half
     }
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         vec![Port::output(
             format!("{}/transfers", self.name),
             Unit::One,
             1,
         )]
     }
-    fn read_gauges(&self, values: &mut [f64]) {
+    fn read_diagnostics(&self, values: &mut [f64]) {
         values[0] = self.transfers;
     }
     fn save(&self) -> Snapshot {

@@ -3,7 +3,8 @@ use std::ops::Range;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    EnergyBooks, Plant, PlantFault, PlantSignals, TaskError, Wire, WiringError, WorkCounts, World,
+    EnergyBalance, Plant, PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError,
+    WorkCounts,
 };
 
 /// Answers 100 µs later, and puts each answer's first byte on the plant.
@@ -37,10 +38,10 @@ impl Wire for EchoWire {
     fn next_wake(&self) -> Option<SimTime> {
         self.answers.front().map(|(at, _)| *at)
     }
-    fn advance(&mut self, now: SimTime, world: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while self.next_wake().is_some_and(|at| at <= now) {
             let (_, bytes) = self.answers.pop_front().unwrap_or_default();
-            world.actuate(self.drive.clone())?[0] = 1.0;
+            plant.actuate(self.drive.clone())?[0] = 1.0;
             self.ready.extend(bytes);
             self.answered += 1.0;
         }
@@ -49,10 +50,10 @@ impl Wire for EchoWire {
     fn receive(&mut self, bytes: &mut Vec<u8>) {
         bytes.append(&mut self.ready);
     }
-    fn gauges(&self) -> Vec<Port> {
+    fn diagnostics(&self) -> Vec<Port> {
         vec![Port::output("echo/answered", Unit::One, 1)]
     }
-    fn read_gauges(&self, _: SimTime, values: &mut [f64]) {
+    fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
         values[0] = self.answered;
     }
     fn save(&self) -> Snapshot {
@@ -102,8 +103,8 @@ impl Plant for Lag {
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs[0] = self.seconds;
     }
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts::default()
@@ -127,7 +128,7 @@ impl Wire for Quiet {
     fn next_wake(&self) -> Option<SimTime> {
         None
     }
-    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         Ok(())
     }
     fn receive(&mut self, _: &mut Vec<u8>) {}

@@ -38,9 +38,9 @@ impl Log {
     }
 
     /// Everything that passed on a lane.
-    pub fn lane(&self, lane: usize) -> Vec<u8> {
+    pub fn trace(&self, trace: usize) -> Vec<u8> {
         let bytes = self.seen.iter().filter_map(|(_, entry)| match entry {
-            Entry::Bytes(of, bytes) if *of == lane => Some(bytes.as_slice()),
+            Entry::Bytes(of, bytes) if *of == trace => Some(bytes.as_slice()),
             _ => None,
         });
         bytes.collect::<Vec<_>>().concat()
@@ -65,7 +65,7 @@ impl Observer for Log {
     fn event(&mut self, now: SimTime, event: RunEvent) {
         self.note(now, Entry::Event(event));
     }
-    fn bytes(&mut self, now: SimTime, lane: usize, bytes: &[u8]) {
-        self.note(now, Entry::Bytes(lane, bytes.to_vec()));
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.note(now, Entry::Bytes(trace, bytes.to_vec()));
     }
 }

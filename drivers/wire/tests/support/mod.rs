@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantFault, PlantSignals, TaskError, Wire, WiringError, World};
+use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
 use twinrig_wire::{Arrivals, Line, Node, Piece};
 
 pub const BYTE: SimDuration = SimDuration::from_micros(3);
@@ -21,7 +21,7 @@ pub fn at(micros: u64) -> SimTime {
 /// There is no plant.
 pub struct Nowhere;
 
-impl World for Nowhere {
+impl PlantAccess for Nowhere {
     fn sample(&mut self, _: Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -76,7 +76,7 @@ impl Node for Board {
         Ok(())
     }
 
-    fn hear(&mut self, piece: Piece<'_>) {
+    fn receive(&mut self, piece: Piece<'_>) {
         let state = &mut self.state;
         for (n, byte) in piece.bytes.iter().enumerate() {
             let now = piece.at(n);
@@ -111,7 +111,7 @@ impl Node for Board {
         None
     }
 
-    fn advance(&mut self, _: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         Ok(())
     }
 
@@ -260,7 +260,7 @@ impl Line for Scripted {
         })
     }
 
-    fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         self.arrived = self.arrives.partition_point(|(at, _)| *at <= now);
         Ok(())

@@ -1,6 +1,6 @@
 //! The numbers of a robot in motion, one after the other, as they are saved.
 
-use crate::flow::{Flow, Tally};
+use crate::flow::{Flow, ImpulseSums};
 use crate::moreau::Pushed;
 use crate::real::Lanes;
 use crate::state::State;
@@ -16,51 +16,52 @@ impl<const N: usize> Flow<N> {
     pub(super) fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| *x = by());
-        (self.state, self.tally, self.tally_before) = (copy.state, copy.tally, copy.tally_before);
+        (self.state, self.impulse_sums, self.impulse_sums_before) =
+            (copy.state, copy.impulse_sums, copy.impulse_sums_before);
         [
-            self.mode.holds.hip,
-            self.mode.holds.closed,
-            self.mode.holds.open,
-            self.mode.holds.extended,
-            self.mode.holds.bottomed,
-            self.mode.holds.cable,
+            self.mode.active.hip,
+            self.mode.active.closed,
+            self.mode.active.open,
+            self.mode.active.extended,
+            self.mode.active.bottomed,
+            self.mode.active.cable,
             self.mode.commands.hip,
             self.mode.commands.pulley,
-            self.mode.commands.hip_spent,
-            self.mode.commands.pulley_spent,
+            self.mode.commands.hip_saturated,
+            self.mode.commands.pulley_saturated,
             self.mode.commands.hip_damping,
             self.mode.commands.pulley_damping,
             self.stride,
         ] = copy.lanes;
         (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
-        [self.rattles, self.patience, self.calm] = copy.rattles.map(counted);
+        [self.rattles, self.backoff, self.calm] = copy.rattles.map(counted);
         (self.gained, self.fresh) = (copy.gained, copy.fresh != 0.0);
         copy.recalled
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
-        let (holds, commands) = (&self.mode.holds, &self.mode.commands);
+        let (active, commands) = (&self.mode.active, &self.mode.commands);
         Numbers {
             state: self.state,
-            tally: self.tally,
-            tally_before: self.tally_before,
+            impulse_sums: self.impulse_sums,
+            impulse_sums_before: self.impulse_sums_before,
             lanes: [
-                holds.hip,
-                holds.closed,
-                holds.open,
-                holds.extended,
-                holds.bottomed,
-                holds.cable,
+                active.hip,
+                active.closed,
+                active.open,
+                active.extended,
+                active.bottomed,
+                active.cable,
                 commands.hip,
                 commands.pulley,
-                commands.hip_spent,
-                commands.pulley_spent,
+                commands.hip_saturated,
+                commands.pulley_saturated,
                 commands.hip_damping,
                 commands.pulley_damping,
                 self.stride,
             ],
             tallied: self.tallied,
-            rattles: [self.rattles, self.patience, self.calm].map(f64::from),
+            rattles: [self.rattles, self.backoff, self.calm].map(f64::from),
             gained: self.gained,
             fresh: f64::from(u8::from(self.fresh)),
             recalled: self.recalled(),
@@ -72,8 +73,8 @@ impl<const N: usize> Flow<N> {
 /// All numbers of a flow, to be gone through in one order.
 struct Numbers<const N: usize> {
     state: State<Lanes, N>,
-    tally: Tally,
-    tally_before: Tally,
+    impulse_sums: ImpulseSums,
+    impulse_sums_before: ImpulseSums,
     lanes: [Lanes; 13],
     tallied: f64,
     rattles: [f64; 3],
@@ -89,13 +90,17 @@ impl<const N: usize> Numbers<N> {
         let trunk = state.position.iter_mut().chain(&mut state.attitude);
         let trunk = trunk.chain(&mut state.velocity).chain(&mut state.turning);
         trunk.for_each(&mut *to);
-        let tallies = [&mut self.tally, &mut self.tally_before];
+        let tallies = [&mut self.impulse_sums, &mut self.impulse_sums_before];
         let mut lanes: Vec<&mut Lanes> = state.angles.iter_mut().chain(&mut state.rates).collect();
         lanes.extend([&mut state.pulley, &mut state.pulley_rate]);
         lanes.extend(&mut self.lanes);
-        for tally in tallies {
-            tally.ground.iter_mut().flatten().for_each(&mut *to);
-            lanes.extend([&mut tally.hip, &mut tally.knee, &mut tally.cable]);
+        for impulse_sums in tallies {
+            impulse_sums.ground.iter_mut().flatten().for_each(&mut *to);
+            lanes.extend([
+                &mut impulse_sums.hip,
+                &mut impulse_sums.knee,
+                &mut impulse_sums.cable,
+            ]);
         }
         for lane in lanes {
             let mut numbers = lane.to_array();

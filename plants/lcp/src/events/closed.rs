@@ -2,7 +2,7 @@
 
 use super::Instant;
 use crate::articulated::{Articulated, Row};
-use crate::hold::{Driven, Hold};
+use crate::constraints::{Constraint, Driven};
 use crate::mode::{Contact, Mode};
 use crate::motion::Scene;
 use crate::real::{Lanes, Real};
@@ -42,25 +42,25 @@ impl Stop {
 
     /// Where it holds, as a mode has it.
     pub(crate) fn held(self, mode: &Mode) -> Lanes {
-        let holds = &mode.holds;
+        let active = &mode.active;
         match self {
-            Self::Closed => holds.closed,
-            Self::Open => holds.open,
-            Self::Extended => holds.extended,
-            Self::Bottomed => holds.bottomed,
-            Self::Cable => holds.cable,
+            Self::Closed => active.closed,
+            Self::Open => active.open,
+            Self::Extended => active.extended,
+            Self::Bottomed => active.bottomed,
+            Self::Cable => active.cable,
         }
     }
 
     /// Where a mode notes that it holds.
     pub(crate) fn of(self, mode: &mut Mode) -> &mut Lanes {
-        let holds = &mut mode.holds;
+        let active = &mut mode.active;
         match self {
-            Self::Closed => &mut holds.closed,
-            Self::Open => &mut holds.open,
-            Self::Extended => &mut holds.extended,
-            Self::Bottomed => &mut holds.bottomed,
-            Self::Cable => &mut holds.cable,
+            Self::Closed => &mut active.closed,
+            Self::Open => &mut active.open,
+            Self::Extended => &mut active.extended,
+            Self::Bottomed => &mut active.bottomed,
+            Self::Cable => &mut active.cable,
         }
     }
 }
@@ -169,11 +169,11 @@ impl<const N: usize> Instant<N> {
         ];
         let radius = scene.legs.pulley_radius;
         for &leg in legs {
-            for (stop, hold) in Stop::ALL.into_iter().zip(&stops) {
+            for (stop, constraint) in Stop::ALL.into_iter().zip(&stops) {
                 if stop == Stop::Cable && scene.model.drives.is_none() {
                     continue;
                 }
-                let (gap, rate) = (hold.gap.lane(leg), hold.rate.lane(leg));
+                let (gap, rate) = (constraint.gap.lane(leg), constraint.rate.lane(leg));
                 let held = stop.held(scene.mode).lane(leg) != 0.0;
                 if !held && !closed(gap, rate) {
                     continue;
@@ -184,7 +184,7 @@ impl<const N: usize> Instant<N> {
                     compliance = r * r * drive.pulley_mobility.lane(leg);
                     winding = -r * drive.pulley_acceleration.lane(leg);
                 }
-                let row = stop_row(hold, leg);
+                let row = stop_row(constraint, leg);
                 self.entries.push(Entry {
                     role: Role::Stop(stop),
                     row,
@@ -193,7 +193,7 @@ impl<const N: usize> Instant<N> {
                     held,
                     parts: false,
                     rate,
-                    bias: hold.curvature.lane(leg),
+                    bias: constraint.curvature.lane(leg),
                     winding,
                     compliance,
                     direction: [0.0; 3],
@@ -296,10 +296,10 @@ fn direction(footing: &Footing<f64>, least: f64) -> Option<[f64; 2]> {
     (speed > least).then(|| [a / speed, b / speed])
 }
 
-fn stop_row<const N: usize>(hold: &Hold<Lanes, N>, leg: usize) -> Row<f64, N> {
+fn stop_row<const N: usize>(constraint: &Constraint<Lanes, N>, leg: usize) -> Row<f64, N> {
     Row {
         leg,
         trunk: [0.0; 6],
-        links: hold.gradient.map(|g| g.lane(leg)),
+        links: constraint.gradient.map(|g| g.lane(leg)),
     }
 }

@@ -16,9 +16,9 @@ use super::Instant;
 use super::closed::{Entry, Feet, HOLDING, Role, Stop, touching};
 use super::impact::RESTING;
 use super::losses::Losses;
-use super::settle::motors_only;
+use super::resolve_modes::motors_only;
 use crate::articulated::Articulated;
-use crate::hold::{CABLE, Driven};
+use crate::constraints::{CABLE, Driven};
 use crate::mode::Mode;
 use crate::motion::{Motion, Scene};
 use crate::real::{Lanes, Real};
@@ -144,17 +144,17 @@ impl<const N: usize> Instant<N> {
         if !self.entries.is_empty() {
             accelerations = articulated.with_trunk(trunk, &torques);
         }
-        let mut felt = scene.feel(&articulated, &accelerations, &drive);
-        felt.forces[CABLE] = cable;
+        let mut forces = scene.feel(&articulated, &accelerations, &drive);
+        forces.forces[CABLE] = cable;
         let radius = scene.legs.pulley_radius;
-        let spent = scene.commands.pulley_spent;
-        felt.knee_torque += (Lanes::splat(1.0) - spent * spent) * radius * cable;
-        let slope = scene.slope(state, &articulated, &accelerations, &drive, &felt);
+        let saturated = scene.commands.pulley_saturated;
+        forces.knee_torque += (Lanes::splat(1.0) - saturated * saturated) * radius * cable;
+        let slope = scene.slope(state, &articulated, &accelerations, &drive, &forces);
         let slid = self.slid(state);
         Constrained {
             motion: Motion {
                 slope,
-                felt,
+                forces,
                 articulated,
                 drive,
             },

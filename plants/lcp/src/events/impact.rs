@@ -9,7 +9,7 @@ use super::Instant;
 use super::closed::{Entry, Feet, HOLDING, PLACES, Role, Stop, touching};
 use super::losses::Losses;
 use crate::articulated::Articulated;
-use crate::hold::Driven;
+use crate::constraints::Driven;
 use crate::motion::Scene;
 use crate::real::{Lanes, Real};
 use crate::state::State;
@@ -85,7 +85,7 @@ impl<const N: usize> Instant<N> {
         Ok(self.strike(scene, state, &articulated, &drive))
     }
 
-    /// The impact without collision of feet that jam ([`Instant::settle`]); none where no impulse helps.
+    /// The impact without collision of feet that jam ([`Instant::resolve_modes`]); none where no impulse helps.
     pub(crate) fn unjam(
         &mut self,
         scene: &Scene<'_, Lanes, N>,
@@ -223,9 +223,9 @@ fn slack<const N: usize>(
         let [at_hip, at_pulley] = drives.inertias();
         drive.pulley = state.pulley;
         drive.pulley_rate = state.pulley_rate;
-        mode.holds.hip = Lanes::splat(1.0);
+        mode.active.hip = Lanes::splat(1.0);
         if limited[0] {
-            mode.holds.hip = Lanes::zero();
+            mode.active.hip = Lanes::zero();
             drive.hip_inertia = Lanes::splat(at_hip);
         }
         if limited[1] {

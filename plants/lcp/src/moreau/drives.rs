@@ -2,9 +2,9 @@
 
 use twinrig_legged::Fitted;
 
+use crate::constraints::Driven;
 use crate::drives::line;
 use crate::flow::Flow;
-use crate::hold::Driven;
 use crate::motion::Scene;
 use crate::real::{Lanes, Real};
 use crate::state::State;
@@ -28,8 +28,8 @@ impl<const N: usize> Flow<N> {
         match &self.model.drives {
             None => [[Lanes::zero(); 2]; 2],
             Some(Fitted::Servos(servos)) => [
-                line(&servos.hip, commands.hip_spent, rates[0]),
-                line(&servos.knee, commands.pulley_spent, rates[1]),
+                line(&servos.hip, commands.hip_saturated, rates[0]),
+                line(&servos.knee, commands.pulley_saturated, rates[1]),
             ],
             Some(Fitted::Motors(_)) => [
                 [commands.hip, commands.hip_damping],
@@ -73,10 +73,11 @@ impl<const N: usize> Flow<N> {
             let half = Lanes::splat(0.5 * seconds);
             drive.hip_torque = hip - hip_damping * middle.rates[0];
             drive.hip_inertia += half * hip_damping;
-            let spent = self.mode.commands.pulley_spent * self.mode.commands.pulley_spent;
+            let saturated =
+                self.mode.commands.pulley_saturated * self.mode.commands.pulley_saturated;
             let inertia = Lanes::splat(drives.inertias()[1]);
-            drive.pulley_mobility = spent / (inertia + half * knee_damping);
-            drive.pulley_acceleration = (Lanes::splat(1.0) - spent) * wanted[1]
+            drive.pulley_mobility = saturated / (inertia + half * knee_damping);
+            drive.pulley_acceleration = (Lanes::splat(1.0) - saturated) * wanted[1]
                 + (knee - knee_damping * middle.pulley_rate) * drive.pulley_mobility;
         }
         Demand { drive, hip_damping }

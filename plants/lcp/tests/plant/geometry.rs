@@ -30,10 +30,10 @@ fn a_leg_that_is_all_but_straight_hangs_and_swings() {
                 let straight = changed(|leg| leg.q2_ref = q2_ref);
                 let mut scene = Scene::new(&straight, &hanging(start.clone()), *way);
                 scene.soundly(0.2).unwrap();
-                let books = scene.energy();
+                let balance = scene.energy();
                 assert!(
-                    books.residual.abs() < 1e-2 * books.exchanged,
-                    "{way:?}: {books:?}"
+                    balance.residual.abs() < 1e-2 * balance.exchanged,
+                    "{way:?}: {balance:?}"
                 );
                 scene.read("leg/LF/foot/position")
             });

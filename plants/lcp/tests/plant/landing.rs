@@ -52,12 +52,12 @@ fn a_robot_that_falls_from_a_metre_bottoms_out_and_survives() {
                 drives == Drives::None || shortest < least + 2e-3,
                 "{way:?}: {shortest} of {least}"
             );
-            let books = scene.energy();
+            let balance = scene.energy();
             assert!(
-                books.residual.abs() < 2e-2 * books.exchanged,
-                "{way:?}: {books:?}"
+                balance.residual.abs() < 2e-2 * balance.exchanged,
+                "{way:?}: {balance:?}"
             );
-            assert!(books.impact > 0.5, "{way:?}: {books:?}");
+            assert!(balance.impact > 0.5, "{way:?}: {balance:?}");
         }
     }
 }

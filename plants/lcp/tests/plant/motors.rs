@@ -192,10 +192,10 @@ fn books_close_under_motors_on_every_base() {
             let mut scene = Scene::new(&robot, &setup, way);
             let control = Loop::new(&mut scene, &setup);
             control.run(&mut scene, 0, 500);
-            let books = scene.energy();
-            let missing = books.residual.abs() / books.exchanged;
-            assert!(missing < share, "{base:?} {way:?}: {missing} {books:?}");
-            assert!(books.exchanged > 0.5, "{base:?} {way:?}: {books:?}");
+            let balance = scene.energy();
+            let missing = balance.residual.abs() / balance.exchanged;
+            assert!(missing < share, "{base:?} {way:?}: {missing} {balance:?}");
+            assert!(balance.exchanged > 0.5, "{base:?} {way:?}: {balance:?}");
         }
     }
 }

@@ -7,7 +7,7 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Lcp, LcpError, Method, Options};
 use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_robot::{Robot, RobotFile, Servo};
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
 
 /// The robot of `robots/cheetah-cub.toml`.
 pub fn robot() -> Robot {
@@ -282,7 +282,7 @@ impl Scene {
         values[0]
     }
 
-    pub fn energy(&self) -> EnergyBooks {
+    pub fn energy(&self) -> EnergyBalance {
         self.plant.energy()
     }
 

@@ -55,10 +55,10 @@ fn springs_of_any_stiffness_move_legs_or_say_why_not() {
             let mut scene = Scene::new(&robot, &setup, *way);
             let through = scene.soundly(0.2).is_ok();
             assert!(through || times > 1.0, "× {times} by {way:?}");
-            let books = scene.energy();
+            let balance = scene.energy();
             assert!(
-                !through || books.residual < 0.1 * books.exchanged + 1e-2,
-                "× {times} by {way:?}: {books:?}"
+                !through || balance.residual < 0.1 * balance.exchanged + 1e-2,
+                "× {times} by {way:?}: {balance:?}"
             );
         }
         for way in WAYS {
@@ -122,9 +122,12 @@ fn without_friction_energy_stays_for_twenty_seconds() {
             scene.to_ms(ms);
             greatest = greatest.max(scene.energy().kinetic);
         }
-        let books = scene.energy();
-        assert_eq!([books.dissipated, books.impact, books.actuator], [0.0; 3]);
-        let drift = (books.stored() - start) / greatest;
+        let balance = scene.energy();
+        assert_eq!(
+            [balance.dissipated, balance.impact, balance.actuator],
+            [0.0; 3]
+        );
+        let drift = (balance.stored() - start) / greatest;
         assert!(drift.abs() < most, "{way:?}: {drift:e}");
     }
 }

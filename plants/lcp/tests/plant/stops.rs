@@ -42,7 +42,7 @@ fn a_cable_that_is_wound_beyond_all_reach_stalls_its_motor_and_loads_the_stop_no
                 "{way:?}: {tension} of {taut}"
             );
         }
-        let drift = scene.plant.drift().unwrap();
+        let drift = scene.plant.constraint_violation().unwrap();
         assert!(drift < 2e-3, "{way:?}: {drift}");
     }
 }

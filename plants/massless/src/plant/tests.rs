@@ -123,10 +123,10 @@ fn a_robot_that_slides_with_straight_legs_stops_after_v_squared_over_two_mu_g() 
     assert!(plant.flows[0].state.velocity().norm() < 1e-9, "it stays");
     // What moved is heat now.
     let kinetic = 0.5 * 1.1 * speed * speed;
-    let books = plant.energy();
+    let balance = plant.energy();
     assert!(
-        (books.dissipated - kinetic).abs() < 1e-2 * kinetic,
-        "{books:?}"
+        (balance.dissipated - kinetic).abs() < 1e-2 * kinetic,
+        "{balance:?}"
     );
 }
 
@@ -387,8 +387,11 @@ fn springs_and_weight_lose_nothing_while_a_foot_swings() {
                 now = run(&mut plant, now, 1, step);
                 most = most.max((plant.energy().stored() - begun.stored()).abs());
             }
-            let books = plant.energy();
-            assert!(books.impact == 0.0 && books.exchanged > 0.03, "{books:?}");
+            let balance = plant.energy();
+            assert!(
+                balance.impact == 0.0 && balance.exchanged > 0.03,
+                "{balance:?}"
+            );
             assert!(most < bound, "{base:?} {ms} ms: {most:e} J");
         }
     }

@@ -93,9 +93,15 @@ fn four_feet_that_land_at_one_instant_share_the_landing() {
             assert_eq!(height, 1.0);
             continue;
         }
-        let books = scene.energy();
-        assert!(books.residual.abs() < 1e-5 * books.exchanged, "{books:?}");
-        assert!(books.kinetic < 0.5 * 1.1 * 2.0 * 9.81 * height, "{books:?}");
+        let balance = scene.energy();
+        assert!(
+            balance.residual.abs() < 1e-5 * balance.exchanged,
+            "{balance:?}"
+        );
+        assert!(
+            balance.kinetic < 0.5 * 1.1 * 2.0 * 9.81 * height,
+            "{balance:?}"
+        );
     }
 }
 
@@ -123,10 +129,10 @@ fn ice_and_glue_are_grounds_too() {
                 }
             }
         }
-        let books = scene.energy();
+        let balance = scene.energy();
         assert!(
-            books.residual.abs() < 1e-5 * books.exchanged,
-            "{friction}: {books:?}"
+            balance.residual.abs() < 1e-5 * balance.exchanged,
+            "{friction}: {balance:?}"
         );
         if friction == 0.0 {
             // Nothing outside pulls sideways: trunk and feet together stay where they are.
@@ -244,8 +250,11 @@ fn a_step_of_ten_milliseconds_is_coarse_but_sound() {
         scene.trot(&robot, &setup, Trot::START, ms);
         assert!(scene.observe().iter().all(|x| x.is_finite()));
     }
-    let books = scene.energy();
-    assert!(books.residual.abs() < 1e-3 * books.exchanged, "{books:?}");
+    let balance = scene.energy();
+    assert!(
+        balance.residual.abs() < 1e-3 * balance.exchanged,
+        "{balance:?}"
+    );
     let height = scene.read("body/position")[2];
     assert!((0.0..0.2).contains(&height), "{height}");
 }
@@ -400,10 +409,10 @@ fn weak_and_stiff_springs_and_light_feet_run_or_say_why_not() {
         // Springs a hundred times too weak let the legs fold flat under the trunk, as far as their ankles go; ten thousand
         // times too stiff, they swing four times in a step of the plant and the energy balance still closes.
         assert!(through, "stiffness × {stiffness}");
-        let books = scene.energy();
+        let balance = scene.energy();
         assert!(
-            books.residual.abs() < 1e-3 * books.exchanged + 1e-6,
-            "stiffness × {stiffness}, foot × {foot}: {books:?}"
+            balance.residual.abs() < 1e-3 * balance.exchanged + 1e-6,
+            "stiffness × {stiffness}, foot × {foot}: {balance:?}"
         );
     }
 }

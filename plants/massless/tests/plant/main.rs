@@ -1,7 +1,7 @@
 //! The plant against closed forms, an independent integrator, and what must hold of any motion.
 
 mod allocation;
-mod books;
+mod energy;
 mod extremes;
 mod force;
 mod friction;

@@ -167,14 +167,14 @@ fn books_close_under_motors_on_every_base() {
         let mut scene = Scene::new(&robot, &setup);
         let control = Loop::new(&mut scene, &setup);
         control.run(&mut scene, 0, 1500);
-        let books = scene.energy();
+        let balance = scene.energy();
         assert!(
-            books.residual.abs() < 1e-6 * books.exchanged,
-            "{base:?}: {books:?}"
+            balance.residual.abs() < 1e-6 * balance.exchanged,
+            "{base:?}: {balance:?}"
         );
         assert!(
-            books.exchanged > 1.0 && books.dissipated > 0.0,
-            "{base:?}: {books:?}"
+            balance.exchanged > 1.0 && balance.dissipated > 0.0,
+            "{base:?}: {balance:?}"
         );
     }
 }

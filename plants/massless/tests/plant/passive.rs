@@ -66,12 +66,15 @@ fn the_books_of_a_passive_leg_close_and_friction_brings_it_to_rest() {
         let angles = scene.read("leg/LF/angles");
         assert!(angles.iter().all(|angle| angle.abs() < 2.0), "{angles:?}");
     }
-    let books = scene.energy();
-    assert_eq!(books.actuator, 0.0);
-    assert!(books.residual.abs() < 1e-9 * books.exchanged, "{books:?}");
+    let balance = scene.energy();
+    assert_eq!(balance.actuator, 0.0);
     assert!(
-        books.dissipated > 0.0 && books.kinetic < 1e-3 * books.dissipated,
-        "{books:?}"
+        balance.residual.abs() < 1e-9 * balance.exchanged,
+        "{balance:?}"
+    );
+    assert!(
+        balance.dissipated > 0.0 && balance.kinetic < 1e-3 * balance.dissipated,
+        "{balance:?}"
     );
     assert!(scene.value("leg/LF/hip/position").abs() < 0.05);
 }

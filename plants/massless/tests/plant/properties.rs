@@ -175,9 +175,9 @@ proptest! {
             check_limits(&mut scene, &motion, &leg)?;
             scene.plant.begin_window();
         }
-        let books = scene.energy();
-        prop_assert!(books.dissipated >= 0.0);
-        prop_assert!(books.residual.abs() < 1e-4 * books.exchanged + 1e-9, "{:?}", books);
+        let balance = scene.energy();
+        prop_assert!(balance.dissipated >= 0.0);
+        prop_assert!(balance.residual.abs() < 1e-4 * balance.exchanged + 1e-9, "{:?}", balance);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_legged::{Base, Drives, Setup, Start};
 use twinrig_massless::{Force, Massless, Options};
 use twinrig_robot::{Robot, RobotFile, Servo};
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
 
 /// The robot of `robots/cheetah-cub.toml`.
 pub fn robot() -> Robot {
@@ -160,7 +160,7 @@ impl Scene {
         values[0]
     }
 
-    pub fn energy(&self) -> EnergyBooks {
+    pub fn energy(&self) -> EnergyBalance {
         self.plant.energy()
     }
 }

@@ -5,7 +5,7 @@ use twinrig_kernel::Unit;
 
 use crate::engine::EngineError;
 use crate::engine::refusal::line;
-use crate::model_file::wishes::Thing;
+use crate::model_file::signals::ElementKind;
 
 /// Why there is no plant.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -41,7 +41,7 @@ pub enum ModelFileError {
     },
     /// Signals cannot be what they are wanted to be.
     #[error("{}", .0.iter().map(|one| one.why.to_string()).collect::<Vec<_>>().join("; "))]
-    Signals(Vec<Misfit>),
+    Signals(Vec<SignalMismatch>),
 }
 
 impl ModelFileError {
@@ -56,7 +56,7 @@ impl ModelFileError {
 
 /// A signal that cannot be what it is wanted to be.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Misfit {
+pub struct SignalMismatch {
     /// Its number among the inputs, or else among the outputs.
     pub index: usize,
     /// Whether it is an input.
@@ -73,7 +73,7 @@ pub enum Place {
     /// The name of the signal.
     Signal,
     /// The name of the thing.
-    Thing,
+    ElementKind,
     /// What of the thing.
     Word,
     /// The unit.
@@ -87,13 +87,13 @@ pub enum SignalError {
     #[error("the model has no {thing} `{name}`")]
     Unknown {
         /// What kind of thing.
-        thing: Thing,
+        thing: ElementKind,
         /// Its name.
         name: String,
         /// The names there are.
         known: Vec<String>,
         /// What else has the name.
-        other: Option<Thing>,
+        other: Option<ElementKind>,
     },
     /// A thing of that kind has no such measurement.
     #[error("a {what} has no `{word}`")]

@@ -3,8 +3,8 @@
 use mujoco_rs::prelude::{MjModel, MjtObjBase, MjtTrn};
 
 use crate::engine::Engine;
-use crate::model_file::meaning::position;
-use crate::model_file::wishes::{Thing, Wishes};
+use crate::model_file::signals::{ElementKind, ModelSignals};
+use crate::model_file::source::position;
 
 /// A leg, as the names of its signals have it: `leg/LF/…`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,11 +17,14 @@ pub struct Leg {
     pub left: bool,
 }
 
-/// The legs of the signals of `wishes`, in the order in which these name them, and the bodies that they are at. `Err` is one
+/// The legs of the signals of `signals`, in the order in which these name them, and the bodies that they are at. `Err` is one
 /// of which nothing has a place.
-pub(crate) fn legs(engine: &Engine, wishes: &Wishes) -> Result<(Vec<Leg>, Vec<usize>), String> {
+pub(crate) fn legs(
+    engine: &Engine,
+    signals: &ModelSignals,
+) -> Result<(Vec<Leg>, Vec<usize>), String> {
     let (mut legs, mut bodies): (Vec<Leg>, Vec<usize>) = (Vec::new(), Vec::new());
-    let things: Vec<(&str, Thing, &str)> = things(wishes).collect();
+    let things: Vec<(&str, ElementKind, &str)> = things(signals).collect();
     for &(signal, ..) in &things {
         let Some(name) = leg_of(signal) else {
             continue;
@@ -63,15 +66,15 @@ pub(crate) fn weight(model: &MjModel, bodies: &[usize]) -> f64 {
     gravity * masses.sum::<f64>()
 }
 
-fn things(wishes: &Wishes) -> impl Iterator<Item = (&str, Thing, &str)> {
-    let outputs = wishes.outputs.iter();
+fn things(signals: &ModelSignals) -> impl Iterator<Item = (&str, ElementKind, &str)> {
+    let outputs = signals.outputs.iter();
     let outputs =
         outputs.map(|output| (output.signal.as_str(), output.thing, output.name.as_str()));
-    let inputs = wishes.inputs.iter();
+    let inputs = signals.inputs.iter();
     let inputs = inputs.map(|input| {
         (
             input.signal.as_str(),
-            Thing::Actuator,
+            ElementKind::Actuator,
             input.actuator.as_str(),
         )
     });
@@ -88,32 +91,32 @@ fn root(model: &MjModel, body: usize) -> usize {
 }
 
 /// The body of a thing, and where the thing is now; none for what is nowhere.
-fn placed(engine: &Engine, thing: Thing, id: usize) -> Option<(usize, [f64; 3])> {
+fn placed(engine: &Engine, thing: ElementKind, id: usize) -> Option<(usize, [f64; 3])> {
     let (model, data) = (engine.model(), engine.data());
     let body = |bodies: &[i32]| usize::try_from(*bodies.get(id)?).ok();
     match thing {
-        Thing::Joint => Some((body(model.jnt_bodyid())?, data.xanchor()[id])),
-        Thing::Body => Some((id, position(data, thing, id))),
-        Thing::Site => Some((body(model.site_bodyid())?, position(data, thing, id))),
-        Thing::Geom => Some((body(model.geom_bodyid())?, position(data, thing, id))),
-        Thing::Actuator => {
+        ElementKind::Joint => Some((body(model.jnt_bodyid())?, data.xanchor()[id])),
+        ElementKind::Body => Some((id, position(data, thing, id))),
+        ElementKind::Site => Some((body(model.site_bodyid())?, position(data, thing, id))),
+        ElementKind::Geom => Some((body(model.geom_bodyid())?, position(data, thing, id))),
+        ElementKind::Actuator => {
             let on = usize::try_from(model.actuator_trnid()[id][0]).ok()?;
             let thing = match model.actuator_trntype()[id] {
-                MjtTrn::mjTRN_JOINT | MjtTrn::mjTRN_JOINTINPARENT => Thing::Joint,
-                MjtTrn::mjTRN_SITE => Thing::Site,
-                MjtTrn::mjTRN_BODY => Thing::Body,
+                MjtTrn::mjTRN_JOINT | MjtTrn::mjTRN_JOINTINPARENT => ElementKind::Joint,
+                MjtTrn::mjTRN_SITE => ElementKind::Site,
+                MjtTrn::mjTRN_BODY => ElementKind::Body,
                 _ => return None,
             };
             placed(engine, thing, on)
         }
-        Thing::Sensor => {
+        ElementKind::Sensor => {
             let on = usize::try_from(model.sensor_objid()[id]).ok()?;
             let thing = match model.sensor_objtype()[id] {
-                MjtObjBase::mjOBJ_JOINT => Thing::Joint,
-                MjtObjBase::mjOBJ_SITE => Thing::Site,
-                MjtObjBase::mjOBJ_GEOM => Thing::Geom,
-                MjtObjBase::mjOBJ_BODY | MjtObjBase::mjOBJ_XBODY => Thing::Body,
-                MjtObjBase::mjOBJ_ACTUATOR => Thing::Actuator,
+                MjtObjBase::mjOBJ_JOINT => ElementKind::Joint,
+                MjtObjBase::mjOBJ_SITE => ElementKind::Site,
+                MjtObjBase::mjOBJ_GEOM => ElementKind::Geom,
+                MjtObjBase::mjOBJ_BODY | MjtObjBase::mjOBJ_XBODY => ElementKind::Body,
+                MjtObjBase::mjOBJ_ACTUATOR => ElementKind::Actuator,
                 _ => return None,
             };
             placed(engine, thing, on)

@@ -1,21 +1,21 @@
 //! Any MJCF model as a plant: its actuators, joints, bodies and sensors under the names of signals.
 //!
-//! [`ModelFile`] is the model, compiled; [`Wishes`] say which signal is what of it; [`Wired`] is both, checked against each
+//! [`ModelFile`] is the model, compiled; [`ModelSignals`] say which signal is what of it; [`BoundModel`] is both, checked against each
 //! other; [`Mjcf`] is the plant.
 
+mod bound;
 mod contact;
 mod error;
 mod file;
 mod legs;
-mod meaning;
 mod plant;
+mod signals;
+mod source;
 mod unit;
-mod wired;
-mod wishes;
 
-pub use error::{Misfit, ModelFileError, Place, SignalError};
+pub use bound::BoundModel;
+pub use error::{ModelFileError, Place, SignalError, SignalMismatch};
 pub use file::ModelFile;
 pub use legs::Leg;
 pub use plant::Mjcf;
-pub use wired::Wired;
-pub use wishes::{Input, Output, Thing, Wishes};
+pub use signals::{ElementKind, Input, ModelSignals, Output};

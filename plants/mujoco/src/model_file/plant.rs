@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_legged::{Ledger, Stored};
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 use mujoco_rs::prelude::MjtDisableBit;
 
 use crate::engine::{Engine, EngineFault};
+use crate::model_file::bound::Written;
 use crate::model_file::contact::Mean;
-use crate::model_file::meaning::Source;
-use crate::model_file::wired::Written;
+use crate::model_file::source::Source;
 
 /// What dampers may be said to give, beyond which the step is too long, as a share of what was exchanged, or of a joule where
 /// that is less.
@@ -122,7 +122,7 @@ impl Mjcf {
         self.engine.forward()?;
         self.found_for = Some(seconds);
         let stored = self.stored();
-        self.ledger.balance(stored);
+        self.ledger.close_step(stored);
         Ok(())
     }
 
@@ -232,12 +232,12 @@ impl Plant for Mjcf {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         let elapsed = (self.now - self.begun).as_secs_f64();
-        let books = self.ledger.books();
+        let balance = self.ledger.balance();
         let (mut rest, mut sums) = (outputs, self.sums.as_slice());
         for (written, size) in &self.outputs {
             let (front, back) = rest.split_at_mut(*size);
             match written {
-                Written::Energy(i) => front[0] = energies(&books)[*i],
+                Written::Energy(i) => front[0] = energies(&balance)[*i],
                 Written::Of(Source::Mean(_)) => {
                     let (sum, others) = sums.split_at(*size);
                     for (out, sum) in front.iter_mut().zip(sum) {
@@ -256,8 +256,8 @@ impl Plant for Mjcf {
         self.begun = self.now;
     }
 
-    fn energy(&self) -> EnergyBooks {
-        self.ledger.books()
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
     }
 
     fn work(&self) -> WorkCounts {
@@ -271,7 +271,7 @@ impl Plant for Mjcf {
     }
 
     /// How deep the worst of the contacts is.
-    fn drift(&self) -> Option<f64> {
+    fn constraint_violation(&self) -> Option<f64> {
         let contacts = self.engine.data().contact().iter();
         Some(contacts.map(|contact| -contact.dist).fold(0.0, f64::max))
     }
@@ -310,15 +310,15 @@ impl Plant for Mjcf {
     }
 }
 
-const fn energies(books: &EnergyBooks) -> [f64; 8] {
+const fn energies(balance: &EnergyBalance) -> [f64; 8] {
     [
-        books.kinetic,
-        books.spring,
-        books.gravity,
-        books.dissipated,
-        books.actuator,
-        books.impact,
-        books.exchanged,
-        books.residual,
+        balance.kinetic,
+        balance.spring,
+        balance.gravity,
+        balance.dissipated,
+        balance.actuator,
+        balance.impact,
+        balance.exchanged,
+        balance.residual,
     ]
 }

@@ -4,9 +4,9 @@
 
 use twinrig_mujoco::{Coordinates, Integrator, Numerics, Options};
 
-use crate::golden::{Far, far};
+use crate::golden::{Deviation, far};
 
-fn run(name: &str, coordinates: Coordinates, integrator: Integrator, step_us: u64) -> Far {
+fn run(name: &str, coordinates: Coordinates, integrator: Integrator, step_us: u64) -> Deviation {
     let with = |setup| {
         let mut options = Options::new(setup, coordinates);
         options.numerics.integrator = integrator;

@@ -108,7 +108,7 @@ fn a_robot_slides_to_a_stop_as_friction_has_it() {
         let mut state = scene.plant.state().unwrap();
         // Sideways: the legs do not give in that direction.
         state = state.with("body/velocity", &[0.0, speed, 0.0]);
-        scene.plant.take_over(&state).unwrap();
+        scene.plant.resume_from(&state).unwrap();
         let start = scene.read("body/position")[1];
         for _ in 0..300 {
             scene.go(2000);
@@ -139,7 +139,7 @@ fn lifted(coordinates: Coordinates, sliding_rounds: Option<u32>) -> (f64, u32) {
     }
     let state = scene.plant.state().unwrap();
     let state = state.with("body/velocity", &[0.0, 0.5, 0.0]);
-    scene.plant.take_over(&state).unwrap();
+    scene.plant.resume_from(&state).unwrap();
     let (mut highest, mut free) = (0.0_f64, 0);
     for _ in 0..50 {
         scene.plant.begin_window();

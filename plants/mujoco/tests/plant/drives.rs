@@ -80,7 +80,7 @@ fn a_servo_gives_no_more_torque_than_it_has_at_its_rate() {
         });
         let mut scene = Scene::of(setup, coordinates);
         scene.inputs[0] += 1.0;
-        let mut spent = 0;
+        let mut saturated = 0;
         let mut rate = 0.0;
         for _ in 0..200 {
             let most = weak.torque * (1.0 - f64::clamp(rate / weak.speed, 0.0, 1.0));
@@ -92,12 +92,12 @@ fn a_servo_gives_no_more_torque_than_it_has_at_its_rate() {
                 torque <= most + 1e-6 && torque >= -weak.torque - 1e-6,
                 "{torque} {most}"
             );
-            spent += u32::from((torque - most).abs() < 1e-6);
+            saturated += u32::from((torque - most).abs() < 1e-6);
             let state = twinrig_runtime::Plant::state(&scene.plant).unwrap();
             rate = state.get("leg/LF/rates").unwrap()[0];
             assert!(angles.is_finite());
         }
-        assert!(spent > 3, "{coordinates:?}: spent in {spent} steps");
+        assert!(saturated > 3, "{coordinates:?}: spent in {saturated} steps");
     }
 }
 

@@ -65,7 +65,7 @@ impl Golden {
 
 /// How far a leg is from its reference.
 #[derive(Debug)]
-pub struct Far {
+pub struct Deviation {
     /// Of the foot, root of the mean square \[m\].
     pub rms: f64,
     /// Lost in impacts, and by the reference \[J\].
@@ -76,12 +76,12 @@ pub struct Far {
     pub residual: f64,
 }
 
-pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Far {
+pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Deviation {
     try_far(name, with, step_us).unwrap()
 }
 
 /// The same; none where the plant gives up.
-pub fn try_far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Option<Far> {
+pub fn try_far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Option<Deviation> {
     let golden = Golden::read(name);
     let robot = golden.robot();
     let mut scene = Scene::new(&robot, &with(golden.setup(step_us)));
@@ -101,15 +101,15 @@ pub fn try_far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Opt
         let square = x * x + z * z;
         assert!(square.is_finite());
         sum += square;
-        drift = drift.max(scene.plant.drift().unwrap());
+        drift = drift.max(scene.plant.constraint_violation().unwrap());
         count += 1;
     }
     let lost = golden.rows("impact").concat();
-    let books = scene.plant.energy();
-    Some(Far {
+    let balance = scene.plant.energy();
+    Some(Deviation {
         rms: (sum / f64::from(count)).sqrt(),
-        lost: [books.impact, lost[lost.len() - 1]],
+        lost: [balance.impact, lost[lost.len() - 1]],
         drift,
-        residual: books.residual.abs() / books.exchanged.max(1e-12),
+        residual: balance.residual.abs() / balance.exchanged.max(1e-12),
     })
 }

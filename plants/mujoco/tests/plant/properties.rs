@@ -58,13 +58,13 @@ proptest! {
             for ms in 1..=100 {
                 let to = twinrig_kernel::SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(ms);
                 plant.advance(to, &[]).unwrap();
-                let drift = plant.drift().unwrap();
+                let drift = plant.constraint_violation().unwrap();
                 // A stop that is hit at 6 m/s is overrun by that many steps' worth.
                 prop_assert!(drift < 1.5e-3, "{coordinates:?}: {drift} m after {ms} ms");
             }
-            let books = plant.energy();
-            let lacking = books.residual.abs() / books.exchanged;
-            prop_assert!(lacking < 0.1, "{coordinates:?}: {books:?}");
+            let balance = plant.energy();
+            let lacking = balance.residual.abs() / balance.exchanged;
+            prop_assert!(lacking < 0.1, "{coordinates:?}: {balance:?}");
         }
     }
 }

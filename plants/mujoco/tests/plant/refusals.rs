@@ -76,7 +76,7 @@ fn a_foot_that_leaves_the_height_field_is_a_fault() {
     let mut scene = Scene::of(setup, Coordinates::Minimal);
     let state = scene.plant.state().unwrap();
     let state = state.with("body/velocity", &[2.0, 0.0, 0.3]);
-    scene.plant.take_over(&state).unwrap();
+    scene.plant.resume_from(&state).unwrap();
     let inputs = scene.inputs.clone();
     let mut fault = None;
     for ms in 1..300 {

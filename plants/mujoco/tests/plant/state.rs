@@ -74,7 +74,7 @@ fn a_posture_goes_over_from_one_kind_of_coordinates_to_the_other() {
         }
         let state = from.plant.state().unwrap();
         let mut to = Scene::of(setup(), Coordinates::Maximal);
-        let lines = to.plant.take_over(&state).unwrap();
+        let lines = to.plant.resume_from(&state).unwrap();
         assert_eq!(lines, Vec::<String>::new());
         let (expected, found) = (state, to.plant.state().unwrap());
         assert_eq!(expected.time, found.time);
@@ -105,12 +105,12 @@ fn what_cannot_be_taken_over_is_refused_and_moves_nothing() {
         PlantState::at(SimTime::ZERO).with("body/position", &[1.0, 0.0, 0.0]),
         PlantState::at(SimTime::ZERO).with("body/orientation", &[2.0, 0.0, 0.0, 0.0]),
     ] {
-        assert!(scene.plant.take_over(&state).is_err());
+        assert!(scene.plant.resume_from(&state).is_err());
     }
     assert_eq!(scene.plant.save(), before);
     let lines = scene
         .plant
-        .take_over(&PlantState::at(SimTime::ZERO).with("mood", &[1.0]));
+        .resume_from(&PlantState::at(SimTime::ZERO).with("mood", &[1.0]));
     let lines = lines.unwrap();
     assert!(lines.iter().any(|line| line.contains("mood")), "{lines:?}");
 }

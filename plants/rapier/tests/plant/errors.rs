@@ -104,7 +104,7 @@ fn a_command_that_is_no_number_is_a_fault_that_names_it() {
 fn no_state_without_an_attitude_is_taken_over() {
     let mut scene = Scene::of(&robot(), standing(2000), Joints::Impulse);
     let flat = PlantState::at(SimTime::ZERO).with("body/orientation", &[0.0; 4]);
-    assert!(scene.plant.take_over(&flat).is_err());
+    assert!(scene.plant.resume_from(&flat).is_err());
     let odd = PlantState::at(SimTime::ZERO).with("body/velocity", &[f64::NAN; 3]);
-    assert!(scene.plant.take_over(&odd).is_err());
+    assert!(scene.plant.resume_from(&odd).is_err());
 }

@@ -49,11 +49,11 @@ fn whatever_the_step_a_plant_stops_or_is_what_it_can_be() {
                 assert!(step_us > 2_000, "{joints:?}: {fault:?}");
                 continue;
             }
-            let books = scene.plant.energy();
+            let balance = scene.plant.energy();
             // 1.1 kg from a height of 0.2 m: 2.2 J, and springs of the same order.
             assert!(
-                books.stored().abs() < 10.0 && books.residual < 10.0,
-                "{step_us}, {joints:?}: {books:?}"
+                balance.stored().abs() < 10.0 && balance.residual < 10.0,
+                "{step_us}, {joints:?}: {balance:?}"
             );
             let [body, foot] =
                 ["body/position", "leg/LF/foot/position"].map(|name| scene.read(name));

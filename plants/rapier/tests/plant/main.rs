@@ -1,8 +1,8 @@
 //! The plant as a whole.
 
-mod books;
 mod cuts;
 mod drives;
+mod energy;
 mod errors;
 mod faults;
 mod ground;

@@ -84,7 +84,7 @@ fn a_state_that_is_taken_over_is_where_it_was() {
         march(&mut scene, &first, 0, 240);
         let state = scene.plant.state().unwrap();
         let mut other = Scene::of(&robot(), standing(2000), joints);
-        let missing = other.plant.take_over(&state).unwrap();
+        let missing = other.plant.resume_from(&state).unwrap();
         assert!(missing.is_empty(), "{missing:?}");
         let again = other.plant.state().unwrap();
         assert_eq!(again.time, SimTime::ZERO + SimDuration::from_millis(240));

@@ -27,7 +27,7 @@ proptest! {
         let energy = scene.plant.energy().stored();
         for k in 1..=100 {
             scene.run_to_us(2000 * k);
-            let drift = scene.plant.drift().unwrap();
+            let drift = scene.plant.constraint_violation().unwrap();
             // A link at 30 rad/s leaves its circle by ½ (ωh)² l = 0.03 mm in a step of 1 ms, and a stop is met with as much.
             prop_assert!(drift < 1e-3, "{:?}: {} m open after {} ms", joints, drift, 2 * k);
         }

@@ -32,7 +32,7 @@ struct Plan {
     /// Inputs of the plant that nobody writes: they stay as they are at the start.
     free: Vec<Free>,
     signals: Vec<Signal>,
-    gauges: Vec<Gauge>,
+    diagnostics: Vec<Diagnostic>,
     changes: usize,
     expectations: Vec<String>,
     left_out: Vec<LeftOut>,
@@ -78,7 +78,7 @@ struct Signal {
 
 /// What a driver or a board counts.
 #[derive(Serialize)]
-struct Gauge {
+struct Diagnostic {
     name: String,
     unit: &'static str,
     recorded: bool,
@@ -114,7 +114,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         computed: scene.wanted.contains(&port.name),
         recorded: scene.recorded.contains(&port.name),
     });
-    let gauges = assembly.gauges().iter().map(|port| Gauge {
+    let diagnostics = assembly.diagnostics().iter().map(|port| Diagnostic {
         name: port.name.clone(),
         unit: port.unit.symbol(),
         recorded: scene.recorded.contains(&port.name),
@@ -134,7 +134,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
             frames_hz: scenario.record.frames,
             plant_step_s: registry
                 .plant_step(&scenario.plant)
-                .or_else(|| assembly.body().own_model()?.step())
+                .or_else(|| assembly.body().standalone_model()?.step())
                 .map(|step| seconds(step.as_nanos())),
             coupling_grid_s: match scenario.plant.coupling {
                 Coupling::Exact => None,
@@ -145,7 +145,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         wires: wires(&rig),
         free: free(&rig, scenario),
         signals: signals.collect(),
-        gauges: gauges.collect(),
+        diagnostics: diagnostics.collect(),
         changes: scenario.changes.len(),
         expectations: scenario
             .expectations
@@ -249,7 +249,7 @@ fn text(plan: &Plan, paint: Paint) -> String {
         &mut lines,
         paint,
         "counted by drivers and boards",
-        &gauges(plan),
+        &diagnostics(plan),
     );
     let mut expected = Grid::new(&[Side::Left]);
     for name in &plan.expectations {
@@ -352,11 +352,11 @@ fn signals(plan: &Plan) -> Grid {
     grid
 }
 
-fn gauges(plan: &Plan) -> Grid {
+fn diagnostics(plan: &Plan) -> Grid {
     let mut grid = Grid::new(&[Side::Left, Side::Left]);
     let mut rows = Vec::new();
-    for gauge in &plan.gauges {
-        let row = (folded(&gauge.name, &plan.legs), gauge.unit);
+    for diagnostic in &plan.diagnostics {
+        let row = (folded(&diagnostic.name, &plan.legs), diagnostic.unit);
         if !rows.contains(&row) {
             rows.push(row);
         }

@@ -65,7 +65,7 @@ fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repla
     let path = &args.recording;
     let recorded = open(path)?;
     let assembly = assembly(registry, path, &recorded)?;
-    let beside = Beside::new(path);
+    let beside = CompositePlant::new(path);
     let execution = Execution {
         recording: Some(beside.0.clone()),
         progress,
@@ -100,9 +100,9 @@ fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repla
 }
 
 /// A new recording next to the old one, gone when it has been compared.
-struct Beside(std::path::PathBuf);
+struct CompositePlant(std::path::PathBuf);
 
-impl Beside {
+impl CompositePlant {
     fn new(path: &Path) -> Self {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".replay");
@@ -110,7 +110,7 @@ impl Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for CompositePlant {
     fn drop(&mut self) {
         // It may not have come into being.
         let _ = std::fs::remove_file(&self.0);

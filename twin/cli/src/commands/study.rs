@@ -4,21 +4,21 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 use twinrig_study::{
-    CouplingPlan, CouplingStudy, Machine, PrecisionPlan, StabilityPlan, Study, Watcher, coupling,
-    csv, html, precision, stability,
+    CouplingPlan, CouplingStudy, Machine, PrecisionPlan, ProgressObserver, StabilityPlan, Study,
+    coupling, csv, html, precision, stability,
 };
 
 use super::{FINE, Terminal, WRONG, outputs};
 use crate::args::{StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
-use crate::coupling_studio::RigStudio;
+use crate::coupling_builder::RigStudyBuilder;
 use crate::coupling_table;
 use crate::error::TwinError;
 use crate::interrupt;
 use crate::paint::Paint;
 use crate::progress::Progress;
 use crate::registry::Registry;
-use crate::studio::Studio;
+use crate::study_builder::StudyBuilder;
 use crate::study_table;
 
 /// What is run, for a report.
@@ -127,10 +127,10 @@ fn done(
     outputs::check_folder(&options.out)?;
     let machine = Machine::here(BUILD);
     let wanted = terminal.watched && !options.json;
-    let looker = &mut Looker(Progress::of_parts(name, wanted));
-    let studio = |names| {
+    let looker = &mut ProgressLine(Progress::of_parts(name, wanted));
+    let builder = |names| {
         let path = &options.scenario;
-        Studio::new(registry, path, &settings, names, options.duration)
+        StudyBuilder::new(registry, path, &settings, names, options.duration)
     };
     let found = match which {
         StudyCommand::Precision(_) => {
@@ -139,8 +139,8 @@ fn done(
                 budget_s: options.budget,
                 ..PrecisionPlan::default()
             };
-            let studio = studio(&options.plant)?;
-            precision(&studio, &plan, looker).map(|study| Found::Plants(studio.told(study)))
+            let builder = builder(&options.plant)?;
+            precision(&builder, &plan, looker).map(|study| Found::Plants(builder.told(study)))
         }
         StudyCommand::Stability(_) => {
             let mut plan = StabilityPlan {
@@ -148,8 +148,8 @@ fn done(
                 ..StabilityPlan::default()
             };
             plan.duration = options.duration.unwrap_or(plan.duration);
-            let studio = studio(&options.plant)?;
-            stability(&studio, &plan, looker).map(|study| Found::Plants(studio.told(study)))
+            let builder = builder(&options.plant)?;
+            stability(&builder, &plan, looker).map(|study| Found::Plants(builder.told(study)))
         }
         StudyCommand::Coupling(_) => {
             let plan = CouplingPlan {
@@ -157,7 +157,8 @@ fn done(
                 budget_s: options.budget,
                 ..CouplingPlan::default()
             };
-            let rigs = RigStudio::new(registry, &options.scenario, &settings, &options.plant)?;
+            let rigs =
+                RigStudyBuilder::new(registry, &options.scenario, &settings, &options.plant)?;
             coupling(&rigs, &plan, looker).map(Found::Coupling)
         }
     };
@@ -170,9 +171,9 @@ fn done(
 }
 
 /// Shows progress, and ends a study when somebody presses Ctrl-C.
-struct Looker(Progress);
+struct ProgressLine(Progress);
 
-impl Watcher for Looker {
+impl ProgressObserver for ProgressLine {
     fn at(&mut self, part: usize, of: usize, doing: &str) -> bool {
         self.0.part(part, of, doing);
         !interrupt::asked()

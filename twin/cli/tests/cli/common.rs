@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{EnergyBooks, Plant, PlantFault, Process, WorkCounts};
+use twinrig::runtime::{EnergyBalance, Plant, PlantFault, Process, WorkCounts};
 use twinrig::{ControllerKind, PlantKind, Registry, run_with};
 
 /// A trunk that bobs around 12 cm and drives forward at 0.5 m/s; from `fails_at` on it does no more, at `panics_at` it panics.
@@ -52,11 +52,11 @@ impl Plant for Toy {
         outputs.copy_from_slice(&[self.forward, 0.0, self.height, 0.0, 0.01, 0.0]);
     }
 
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance {
             exchanged: 2.0,
             residual: 1e-9,
-            ..EnergyBooks::default()
+            ..EnergyBalance::default()
         }
     }
 
@@ -78,7 +78,7 @@ impl Plant for Toy {
 /// `clumsy` at its third step.
 pub fn panicking() -> Registry {
     let half = SimTime::from_nanos(500_000_000);
-    let toy = move |_: &twinrig::Physics<'_>| {
+    let toy = move |_: &twinrig::PlantContext<'_>| {
         Ok(Toy {
             now: SimTime::ZERO,
             height: 0.13,
@@ -88,7 +88,7 @@ pub fn panicking() -> Registry {
             panics_at: Some(half),
         })
     };
-    let unbuildable = |_: &twinrig::Physics<'_>| -> Result<Toy, twinrig::BuildError> {
+    let unbuildable = |_: &twinrig::PlantContext<'_>| -> Result<Toy, twinrig::BuildError> {
         panic!("no blueprint");
     };
     registry()
@@ -132,7 +132,7 @@ impl Process for Clumsy {
 /// The standard registry with `toy`, and with `snapping`, which fails at 0.5 s.
 pub fn registry() -> Registry {
     let toy = |fails_at, panics_at| {
-        move |_: &twinrig::Physics<'_>| {
+        move |_: &twinrig::PlantContext<'_>| {
             Ok(Toy {
                 now: SimTime::ZERO,
                 height: 0.13,

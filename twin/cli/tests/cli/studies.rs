@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::{Done, Folder, json, registry, twin, twin_of};
 use twinrig::Method;
 use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig::{PlantKind, Registry};
 
 /// A foot on a spring that follows the first hip's command, by explicit or semi-implicit Euler.
@@ -52,10 +52,10 @@ impl Plant for Spring {
         outputs.copy_from_slice(&[self.state[0], 0.0, 0.0]);
     }
 
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance {
             kinetic: 0.5 * self.state[1] * self.state[1],
-            ..EnergyBooks::default()
+            ..EnergyBalance::default()
         }
     }
 
@@ -84,15 +84,15 @@ fn springs() -> Registry {
 /// The kind of spring called `name`. Explicit Euler cracks at short steps if that is `cracking`; no `unbuildable` one can be
 /// built.
 pub fn spring(name: &'static str) -> PlantKind {
-    let spring = PlantKind::new(name, "a foot on a spring", move |physics| {
+    let spring = PlantKind::new(name, "a foot on a spring", move |context| {
         assert_ne!(name, "unbuildable", "no blueprint");
-        let leg = &physics.robot.legs[0].leg;
-        let commands = physics
+        let leg = &context.robot.legs[0].leg;
+        let commands = context
             .legs
             .iter()
             .flat_map(|leg| ["hip", "knee"].map(|joint| format!("leg/{leg}/{joint}/command")));
-        let implicit = physics.plant.options.text("how") == Some("semi-implicit");
-        let step = physics.plant.step.unwrap_or(SimDuration::from_millis(1));
+        let implicit = context.plant.options.text("how") == Some("semi-implicit");
+        let step = context.plant.step.unwrap_or(SimDuration::from_millis(1));
         let short = step <= SimDuration::from_micros(1_500);
         Ok(Spring {
             cracks: name == "cracking" && !implicit && short,

@@ -128,7 +128,7 @@ fn a_plant_goes_on_from_where_another_is() {
             .concat(),
         )
     };
-    let alone = run(&["--plant", "lcp"]);
+    let standalone = run(&["--plant", "lcp"]);
     let done = run(&[
         "--plant", "lcp", "--plant", "massless", "--plant", "lcp", "--from", "500 ms",
     ]);
@@ -140,7 +140,7 @@ fn a_plant_goes_on_from_where_another_is() {
     );
     assert_eq!(
         all[0]["fingerprint"],
-        json(&alone.out)[0]["fingerprint"],
+        json(&standalone.out)[0]["fingerprint"],
         "saving changes nothing"
     );
     for (comparison, plant) in all[1..].iter().zip(["massless", "lcp"]) {

@@ -38,7 +38,7 @@ pub fn info() -> RunInfo {
         build: "0.1.0 (abc)".to_owned(),
         notes: [("plant".to_owned(), "massless".to_owned())].into(),
         tasks: vec!["direct".to_owned()],
-        lanes: vec!["sbcp/out".to_owned(), "left bus/2".to_owned()],
+        traces: vec!["sbcp/out".to_owned(), "left bus/2".to_owned()],
         variables: vec!["frequency".to_owned(), "step_length".to_owned()],
     }
 }

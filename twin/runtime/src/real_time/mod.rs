@@ -3,20 +3,20 @@
 //! threads.
 
 mod clock;
-mod conductor;
-mod crew;
-mod exchange;
+mod driver_session;
 mod histogram;
-mod journal;
 mod limits;
+mod observer_queue;
 mod privileges;
 mod report;
 mod rig;
 mod ring;
+mod scheduler;
 mod serve;
 mod serve_options;
 mod served;
 mod worker;
+mod worker_pool;
 
 pub use clock::{Clock, MonotonicClock};
 pub use histogram::Histogram;

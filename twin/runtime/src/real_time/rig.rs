@@ -6,13 +6,13 @@ use std::time::Duration;
 use twinrig_kernel::{HostTime, Layout, SimDuration, SimTime};
 
 use super::clock::{Clock, MonotonicClock, later};
-use super::conductor::{Conductor, TaskFace};
-use super::crew::Crew;
-use super::exchange::duration;
-use super::journal::{JournalReader, JournalWriter, journal};
+use super::driver_session::duration;
 use super::limits::Limits;
+use super::observer_queue::{ObserverQueueReader, ObserverQueueWriter, observer_queue};
 use super::privileges::{Privileges, raise};
 use super::report::RealTimeReport;
+use super::scheduler::{RealTimeScheduler, TaskFace};
+use super::worker_pool::WorkerPool;
 use crate::{
     Change, Device, Driver, Group, Observer, PanicReport, Process, RigError, Schedule, caught,
 };
@@ -29,7 +29,7 @@ use crate::{
 /// before; the process is told the times of the grid, and changes are made by them. So a run without overruns
 /// computes the same as one in lockstep, and puts the same bytes on the wire.
 pub struct RealTimeRig {
-    conductor: Conductor,
+    scheduler: RealTimeScheduler,
     drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
     plant: Layout,
     /// What the run may take of time and of the system.
@@ -90,11 +90,11 @@ impl RealTimeRig {
             .map(|(driver, _)| TaskFace {
                 name: driver.name().into(),
                 ports: driver.ports(),
-                gauges: driver.gauges(),
+                diagnostics: driver.diagnostics(),
             })
             .collect();
         Ok(Self {
-            conductor: Conductor::new(schedule, process, faces)?,
+            scheduler: RealTimeScheduler::new(schedule, process, faces)?,
             drivers,
             plant: Layout::default(),
             options: RealTimeOptions::default(),
@@ -112,7 +112,7 @@ impl RealTimeRig {
         variable: &str,
         change: Change,
     ) -> Result<(), RigError> {
-        let slot = &mut self.conductor.slot;
+        let slot = &mut self.scheduler.slot;
         slot.schedule(SimTime::ZERO, at, variable, change)
     }
 
@@ -120,30 +120,30 @@ impl RealTimeRig {
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
             Group::Plant => &self.plant,
-            Group::ProcessInputs => &self.conductor.slot.inputs,
-            Group::ProcessOutputs => &self.conductor.slot.outputs,
-            Group::Gauges => &self.conductor.gauges,
+            Group::ProcessInputs => &self.scheduler.slot.inputs,
+            Group::ProcessOutputs => &self.scheduler.slot.outputs,
+            Group::Diagnostics => &self.scheduler.diagnostics,
         }
     }
 
     /// The names of the lanes on which drivers exchange bytes with their devices.
-    pub fn lanes(&self) -> &[String] {
-        &self.conductor.lanes
+    pub fn traces(&self) -> &[String] {
+        &self.scheduler.traces
     }
 
     /// The names of the drivers, in order.
     pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.conductor.tasks.iter().map(|task| task.name.as_str())
+        self.scheduler.tasks.iter().map(|task| task.name.as_str())
     }
 
     /// The control period.
     pub fn period(&self) -> SimDuration {
-        self.conductor.period
+        self.scheduler.period
     }
 
     /// The process.
     pub fn process(&self) -> &dyn Process {
-        &*self.conductor.slot.process
+        &*self.scheduler.slot.process
     }
 
     /// Opens, runs every control step up to and at `duration` (without end, if there is none) or until `stop`
@@ -157,12 +157,12 @@ impl RealTimeRig {
         observer: &mut O,
         stop: &AtomicBool,
     ) -> (Result<Ended, RigError>, RealTimeReport) {
-        let (writer, mut reader) = journal(self.options.queue_bytes / size_of::<u64>());
+        let (writer, mut reader) = observer_queue(self.options.queue_bytes / size_of::<u64>());
         let asked = Arc::new(AtomicBool::new(false));
         let control = Control {
-            conductor: self.conductor,
+            scheduler: self.scheduler,
             clock: Arc::new(MonotonicClock::start()),
-            journal: writer,
+            observer_queue: writer,
             stop: asked.clone(),
             duration,
             options: self.options,
@@ -213,7 +213,7 @@ pub(super) fn joined<R: Default>(
 
 /// Tells the observer everything until nothing more will come.
 pub(super) fn look_on<O: Observer>(
-    reader: &mut JournalReader,
+    reader: &mut ObserverQueueReader,
     observer: &mut O,
     mut glance: impl FnMut(),
 ) {
@@ -232,9 +232,9 @@ pub(super) fn look_on<O: Observer>(
 
 /// What runs on the control thread.
 struct Control {
-    conductor: Conductor,
+    scheduler: RealTimeScheduler,
     clock: Arc<dyn Clock>,
-    journal: JournalWriter,
+    observer_queue: ObserverQueueWriter,
     stop: Arc<AtomicBool>,
     duration: Option<SimDuration>,
     options: RealTimeOptions,
@@ -247,20 +247,20 @@ impl Control {
     ) -> (Result<Ended, RigError>, RealTimeReport) {
         raise(self.options.privileges.control_priority);
         let priority = self.options.privileges.task_priority;
-        let crew = Crew::start(drivers, &self.clock, self.options.limits, priority);
-        let mut crew = match crew {
-            Ok(crew) => crew,
-            Err(error) => return (Err(error), self.conductor.report),
+        let pool = WorkerPool::start(drivers, &self.clock, self.options.limits, priority);
+        let mut pool = match pool {
+            Ok(pool) => pool,
+            Err(error) => return (Err(error), self.scheduler.report),
         };
         let ran = caught(|| {
-            let ended = self.open(&mut crew)?;
-            ended.map_or_else(|| self.cycle(&mut crew), Ok)
+            let ended = self.open(&mut pool)?;
+            ended.map_or_else(|| self.cycle(&mut pool), Ok)
         });
-        let closed = self.close(&mut crew);
-        self.conductor.report.lost += crew.lost();
+        let closed = self.close(&mut pool);
+        self.scheduler.report.lost += pool.lost();
         let ended = ran.unwrap_or_else(|panic| Err(panic.into()));
         let ended = ended.and_then(|ended| closed.map(|()| ended));
-        (ended, self.conductor.report)
+        (ended, self.scheduler.report)
     }
 
     fn is_stopped(&self) -> bool {
@@ -273,19 +273,19 @@ impl Control {
     }
 
     /// Waits until all drivers are open; says how the run ended if it did before.
-    fn open(&mut self, crew: &mut Crew) -> Result<Option<Ended>, RigError> {
+    fn open(&mut self, pool: &mut WorkerPool) -> Result<Option<Ended>, RigError> {
         let began = self.clock.now();
-        self.conductor.opening();
+        self.scheduler.opening();
         loop {
             let now = self.clock.now();
-            self.conductor.hear(now, crew, &mut self.journal)?;
-            if self.conductor.all_idle() {
+            self.scheduler.hear(now, pool, &mut self.observer_queue)?;
+            if self.scheduler.all_idle() {
                 let took = now.since(began).as_nanos();
-                self.conductor.report.opening =
+                self.scheduler.report.opening =
                     SimDuration::from_nanos(u64::try_from(took).unwrap_or(u64::MAX));
                 // The first control step is slept up to, as all the others.
-                self.conductor
-                    .begin_at(later(now, duration(self.conductor.period)));
+                self.scheduler
+                    .begin_at(later(now, duration(self.scheduler.period)));
                 return Ok(None);
             }
             if self.is_stopped() {
@@ -296,11 +296,11 @@ impl Control {
     }
 
     /// The control steps.
-    fn cycle(&mut self, crew: &mut Crew) -> Result<Ended, RigError> {
+    fn cycle(&mut self, pool: &mut WorkerPool) -> Result<Ended, RigError> {
         let last = self.duration.map(|duration| SimTime::ZERO + duration);
         let mut step = 0;
         loop {
-            let (scheduled, at) = self.conductor.due(step);
+            let (scheduled, at) = self.scheduler.due(step);
             if last.is_some_and(|last| scheduled > last) {
                 break;
             }
@@ -315,26 +315,26 @@ impl Control {
                     break;
                 }
             }
-            let (conductor, journal) = (&mut self.conductor, &mut self.journal);
-            step = conductor.control_step(step, &*self.clock, crew, journal)?;
+            let (scheduler, observer_queue) = (&mut self.scheduler, &mut self.observer_queue);
+            step = scheduler.control_step(step, &*self.clock, pool, observer_queue)?;
         }
         // What was begun is finished; every transfer has its limit, and the crew sees to it.
-        while !self.conductor.all_idle() && !self.is_stopped() {
+        while !self.scheduler.all_idle() && !self.is_stopped() {
             let now = self.pause();
-            self.conductor.hear(now, crew, &mut self.journal)?;
+            self.scheduler.hear(now, pool, &mut self.observer_queue)?;
         }
         Ok(Ended::Duration)
     }
 
     /// Closes all drivers, and hears what they have to say for the last time.
-    fn close(&mut self, crew: &mut Crew) -> Result<(), RigError> {
+    fn close(&mut self, pool: &mut WorkerPool) -> Result<(), RigError> {
         let began = self.clock.now();
-        crew.close(began);
+        pool.close(began);
         let mut result = Ok(());
         loop {
-            let gone = crew.all_gone();
+            let gone = pool.all_gone();
             let now = self.clock.now();
-            let heard = self.conductor.hear(now, crew, &mut self.journal);
+            let heard = self.scheduler.hear(now, pool, &mut self.observer_queue);
             let failed = heard.is_err();
             result = result.and(heard);
             if gone && !failed {

@@ -5,13 +5,13 @@ use std::thread;
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
 
 use super::clock::{Clock, MonotonicClock, later};
-use super::exchange::duration;
-use super::journal::{JournalWriter, journal};
+use super::driver_session::duration;
+use super::observer_queue::{ObserverQueueWriter, observer_queue};
 use super::privileges::raise;
 use super::rig::{Ended, joined, look_on};
 use super::serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 use super::served::{Served, listen};
-use crate::far_end::FarEnd;
+use crate::plant_host::PlantHost;
 use crate::wiring::check_names;
 use crate::{
     DeviceError, Group, Observer, PartKind, Plant, RigError, RunEvent, TaskError, Wire, caught,
@@ -30,11 +30,11 @@ use crate::{
 /// Bytes that a host writes one by one follow each other on the wire without a pause if each is written before the transmitter has
 /// been idle for 200 µs; for so long the twin stays behind the clock after a write.
 pub struct Serve {
-    far_end: FarEnd,
+    plant_host: PlantHost,
     ports: Vec<Served>,
-    gauges: Layout,
+    diagnostics: Layout,
     process: Layout,
-    lanes: Vec<String>,
+    traces: Vec<String>,
     values: Vec<f64>,
     options: ServeOptions,
     next_look: SimTime,
@@ -76,9 +76,9 @@ impl Serve {
             });
         }
         check_names(plant.name(), &plant.ports())?;
-        let far_end = FarEnd::new(plant);
-        let mut gauges: Vec<Port> = Vec::new();
-        let mut lanes = Vec::new();
+        let plant_host = PlantHost::new(plant);
+        let mut diagnostics: Vec<Port> = Vec::new();
+        let mut traces = Vec::new();
         let mut ports = Vec::new();
         for ServedWire {
             name,
@@ -86,26 +86,29 @@ impl Serve {
             device,
         } in wires
         {
-            wire.connect(&name, &far_end.signals)?;
-            let before = Layout::of(&gauges, Direction::Output).len();
-            gauges.extend(wire.gauges());
-            let after = Layout::of(&gauges, Direction::Output).len();
+            wire.connect(&name, &plant_host.signals)?;
+            let before = Layout::of(&diagnostics, Direction::Output).len();
+            diagnostics.extend(wire.diagnostics());
+            let after = Layout::of(&diagnostics, Direction::Output).len();
             let own = ["out".to_string(), "in".to_string()].into_iter();
-            let first_lane = lanes.len();
-            lanes.extend(own.chain(wire.lanes()).map(|lane| format!("{name}/{lane}")));
+            let first_lane = traces.len();
+            traces.extend(
+                own.chain(wire.traces())
+                    .map(|trace| format!("{name}/{trace}")),
+            );
             let mut port = Served::new(name, wire, device);
-            (port.gauges, port.first_lane) = (before..after, first_lane);
+            (port.diagnostics, port.first_lane) = (before..after, first_lane);
             ports.push(port);
         }
-        check_names("the list of gauges of drivers and devices", &gauges)?;
-        let gauges = Layout::of(&gauges, Direction::Output);
+        check_names("the list of gauges of drivers and devices", &diagnostics)?;
+        let diagnostics = Layout::of(&diagnostics, Direction::Output);
         let mut serve = Self {
-            far_end,
+            plant_host,
             ports,
-            values: vec![0.0; gauges.len()],
-            gauges,
+            values: vec![0.0; diagnostics.len()],
+            diagnostics,
             process: Layout::default(),
-            lanes,
+            traces,
             options,
             next_look: SimTime::ZERO,
             let_go_at: None,
@@ -113,7 +116,7 @@ impl Serve {
             report: ServeReport::default(),
         };
         if serve.options.hold == Hold::Never {
-            serve.far_end.release();
+            serve.plant_host.release();
         }
         Ok(serve)
     }
@@ -121,15 +124,15 @@ impl Serve {
     /// How the values of a group lie in what the observer sees. There is no process.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
-            Group::Plant => &self.far_end.signals.outputs,
-            Group::Gauges => &self.gauges,
+            Group::Plant => &self.plant_host.signals.outputs,
+            Group::Diagnostics => &self.diagnostics,
             Group::ProcessInputs | Group::ProcessOutputs => &self.process,
         }
     }
 
     /// The names of the lanes: `NAME/out` is what the host writes, `NAME/in` what it reads.
-    pub fn lanes(&self) -> &[String] {
-        &self.lanes
+    pub fn traces(&self) -> &[String] {
+        &self.traces
     }
 
     /// Serves until its time is over, `stop` is set, or the host hangs up. `observer` stays on the calling
@@ -141,7 +144,7 @@ impl Serve {
         observer: &mut O,
         stop: &AtomicBool,
     ) -> (Result<Ended, RigError>, ServeReport) {
-        let (writer, mut reader) = journal(self.options.queue_bytes / size_of::<u64>());
+        let (writer, mut reader) = observer_queue(self.options.queue_bytes / size_of::<u64>());
         let asked = Arc::new(AtomicBool::new(false));
         let heard = asked.clone();
         let thread = thread::Builder::new().name("serve".into());
@@ -177,12 +180,12 @@ impl Serve {
     fn serve(
         mut self,
         clock: &dyn Clock,
-        journal: &mut JournalWriter,
+        observer_queue: &mut ObserverQueueWriter,
         stop: &AtomicBool,
     ) -> (Result<Ended, RigError>, ServeReport) {
         let start = clock.now();
         let ended = loop {
-            match self.turn(clock, start, journal) {
+            match self.turn(clock, start, observer_queue) {
                 Ok(None) if stop.load(Ordering::Relaxed) => break Ok(Ended::Stopped),
                 Ok(None) => {}
                 Ok(Some(ended)) => break Ok(ended),
@@ -195,7 +198,7 @@ impl Serve {
     }
 
     fn now(&self) -> SimTime {
-        self.far_end.state.now
+        self.plant_host.state.now
     }
 
     /// Catches up with the clock, puts onto the wires what the host has written, and listens until something
@@ -290,7 +293,7 @@ impl Serve {
         let mut wakes = 0;
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
             wakes = if at > self.now() { 0 } else { wakes + 1 };
-            self.far_end.state.now = at;
+            self.plant_host.state.now = at;
             if self.let_go_at.is_some_and(|due| due <= at) {
                 self.let_go_at = None;
                 self.let_go(observer);
@@ -312,13 +315,13 @@ impl Serve {
                 self.look(observer)?;
             }
         }
-        self.far_end.state.now = now;
+        self.plant_host.state.now = now;
         Ok(())
     }
 
     fn let_go<O: Observer>(&mut self, observer: &mut O) {
-        if self.far_end.is_held() {
-            self.far_end.release();
+        if self.plant_host.is_held() {
+            self.plant_host.release();
             observer.event(self.now(), RunEvent::Opened);
         }
     }
@@ -359,15 +362,15 @@ impl Serve {
     ) -> Result<(), RigError> {
         let now = self.now();
         match self.options.hold {
-            Hold::AfterFirstByte(after) if self.far_end.is_held() => {
+            Hold::AfterFirstByte(after) if self.plant_host.is_held() => {
                 self.let_go_at = self.let_go_at.or(Some(now + after));
             }
             _ => self.let_go(observer),
         }
         let port = &mut self.ports[n];
-        let far_end = &mut self.far_end;
+        let plant_host = &mut self.plant_host;
         let sent = in_part(PartKind::Wire, &port.name, || {
-            port.wire.advance(now, far_end)?;
+            port.wire.advance(now, plant_host)?;
             send(&mut *port.wire, &port.heard);
             Ok(())
         });
@@ -381,16 +384,16 @@ impl Serve {
     fn go_on<O: Observer>(&mut self, n: usize, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         let port = &mut self.ports[n];
-        let (far_end, bytes) = (&mut self.far_end, &mut self.bytes);
+        let (plant_host, bytes) = (&mut self.plant_host, &mut self.bytes);
         bytes.clear();
         let received = in_part(PartKind::Wire, &port.name, || {
-            port.wire.advance(now, far_end)?;
+            port.wire.advance(now, plant_host)?;
             port.wire.receive(bytes);
             Ok(())
         });
         received.map_err(failed(&port.name, now))?;
         let first_lane = port.first_lane;
-        let wire_lane = first_lane + OWN_LANES;
+        let wire_trace = first_lane + OWN_LANES;
         let written = if self.bytes.is_empty() {
             Ok(())
         } else {
@@ -400,20 +403,20 @@ impl Serve {
             written
         };
         port.wire
-            .drain_traffic(&mut |lane, bytes| observer.bytes(now, wire_lane + lane, bytes));
+            .drain_traffic(&mut |trace, bytes| observer.bytes(now, wire_trace + trace, bytes));
         written.map_err(|error| self.gone(error))
     }
 
     fn look<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
-        observer.samples(now, Group::Plant, self.far_end.look()?);
-        self.far_end.begin_window();
+        observer.samples(now, Group::Plant, self.plant_host.look()?);
+        self.plant_host.begin_window();
         if !self.values.is_empty() {
             for port in &self.ports {
-                let values = &mut self.values[port.gauges.clone()];
-                port.wire.read_gauges(now, values);
+                let values = &mut self.values[port.diagnostics.clone()];
+                port.wire.read_diagnostics(now, values);
             }
-            observer.samples(now, Group::Gauges, &self.values);
+            observer.samples(now, Group::Diagnostics, &self.values);
         }
         Ok(())
     }

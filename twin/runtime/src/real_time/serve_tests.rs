@@ -10,7 +10,7 @@ use twinrig_kernel::{Snapshot, SnapshotError};
 
 use super::*;
 use crate::real_time::tests::Nothing;
-use crate::{Device, PlantSignals, TransmitBuffer, WiringError, World};
+use crate::{Device, PlantAccess, PlantSignals, TransmitBuffer, WiringError};
 
 const BYTE_TIME: SimDuration = SimDuration::from_micros(3);
 const CAPACITY: usize = 4096;
@@ -116,7 +116,7 @@ impl Wire for Paced {
         let answers = self.idle_from + micros(10);
         (self.idle_from > SimTime::ZERO && answers > self.now).then_some(answers)
     }
-    fn advance(&mut self, now: SimTime, _: &mut dyn World) -> Result<(), TaskError> {
+    fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         Ok(())
     }

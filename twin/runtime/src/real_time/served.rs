@@ -24,7 +24,7 @@ pub(super) struct Served {
     gathers_until: SimTime,
     pub(super) burst_until: SimTime,
     /// How many of the gauges are this wire's.
-    pub(super) gauges: std::ops::Range<usize>,
+    pub(super) diagnostics: std::ops::Range<usize>,
     /// The number of its first lane.
     pub(super) first_lane: usize,
     /// Bytes for a host that did not read them.
@@ -52,7 +52,7 @@ impl Served {
             was_open: false,
             gathers_until: SimTime::ZERO,
             burst_until: SimTime::ZERO,
-            gauges: 0..0,
+            diagnostics: 0..0,
             first_lane: 0,
             unread: 0,
         }

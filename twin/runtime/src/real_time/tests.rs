@@ -8,11 +8,11 @@ use proptest::prelude::*;
 use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 
 use super::clock::Clock;
-use super::conductor::{Conductor, Report, TaskFace, Tasks, What};
+use super::scheduler::{RealTimeScheduler, Report, TaskFace, Tasks, What};
 use crate::{
-    Change, EnergyBooks, Group, IoTask, Observer, Plant, PlantFault, Process, ProcessVariable,
-    Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing, VariableError, WorkCounts,
-    World,
+    Change, EnergyBalance, Group, IoTask, Observer, Plant, PlantAccess, PlantFault, Process,
+    ProcessVariable, Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing,
+    VariableError, WorkCounts,
 };
 
 /// Shows what it is set to, and sleeps by setting it.
@@ -129,11 +129,11 @@ impl IoTask for Fixed {
         &mut self,
         now: SimTime,
         from_process: &[f64],
-        _: &mut dyn World,
+        _: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         Ok(Progress::Again(self.start(now, from_process[0])))
     }
-    fn wake(&mut self, _: SimTime, _: &mut dyn World) -> Result<Progress, TaskError> {
+    fn wake(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
     fn to_process(&self) -> &[f64] {
@@ -190,8 +190,8 @@ impl Plant for Nothing {
         Ok(())
     }
     fn observe(&mut self, _: &mut [f64]) {}
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts::default()
@@ -261,7 +261,7 @@ fn in_lockstep(case: &Case) -> Log {
     log
 }
 
-fn by_clock(case: &Case, clock: &Wound) -> (Conductor, Log) {
+fn by_clock(case: &Case, clock: &Wound) -> (RealTimeScheduler, Log) {
     let compute = case.schedule.compute.clone();
     let compute = compute
         .source(case.schedule.seed, "process/compute")
@@ -270,29 +270,29 @@ fn by_clock(case: &Case, clock: &Wound) -> (Conductor, Log) {
     let faces = (0..case.lengths.len()).map(|n| TaskFace {
         name: n.to_string(),
         ports: ports(n).into(),
-        gauges: Vec::new(),
+        diagnostics: Vec::new(),
     });
-    let mut conductor = Conductor::new(&case.schedule, process, faces.collect()).unwrap();
+    let mut scheduler = RealTimeScheduler::new(&case.schedule, process, faces.collect()).unwrap();
     for (at, change) in &case.changes {
-        let slot = &mut conductor.slot;
+        let slot = &mut scheduler.slot;
         slot.schedule(SimTime::ZERO, *at, "offset", *change)
             .unwrap();
     }
     let fixed = case.lengths.iter().enumerate();
     let mut troupe = Troupe(fixed.map(|(n, lengths)| Fixed::new(n, lengths)).collect());
     let mut log = Log::default();
-    conductor.begin_at(HostTime::default());
+    scheduler.begin_at(HostTime::default());
     let mut step = 0;
-    while conductor.due(step).0 <= case.end {
-        clock.sleep_until(conductor.due(step).1);
-        step = conductor
+    while scheduler.due(step).0 <= case.end {
+        clock.sleep_until(scheduler.due(step).1);
+        step = scheduler
             .control_step(step, clock, &mut troupe, &mut log)
             .unwrap();
     }
     let end = HostTime::from_nanos(case.end.as_nanos());
-    conductor.hear(end, &mut troupe, &mut log).unwrap();
+    scheduler.hear(end, &mut troupe, &mut log).unwrap();
     log.0.retain(|(at, _)| *at <= case.end);
-    (conductor, log)
+    (scheduler, log)
 }
 
 fn micros(range: std::ops::RangeInclusive<u64>) -> impl Strategy<Value = SimDuration> {
@@ -328,7 +328,7 @@ fn any_case() -> impl Strategy<Value = Case> {
 proptest! {
     #[test]
     fn a_conductor_does_what_the_lockstep_rig_does(case in any_case()) {
-        let (conductor, mut real) = by_clock(&case, &Wound::default());
+        let (scheduler, mut real) = by_clock(&case, &Wound::default());
         let mut model = in_lockstep(&case);
         real.sort_ties();
         model.sort_ties();
@@ -336,7 +336,7 @@ proptest! {
             prop_assert_eq!(real, model, "number {}", n);
         }
         prop_assert_eq!(real.0.len(), model.0.len());
-        prop_assert_eq!(conductor.report.overslept, 0);
+        prop_assert_eq!(scheduler.report.overslept, 0);
     }
 }
 
@@ -354,13 +354,13 @@ fn a_control_thread_that_oversleeps_misses_steps_and_tells_the_process_of_them()
     let case = regular();
     let clock = Wound::default();
     let process = Slow::new(0, None);
-    let mut conductor = Conductor::new(&case.schedule, process, Vec::new()).unwrap();
-    conductor.begin_at(HostTime::default());
+    let mut scheduler = RealTimeScheduler::new(&case.schedule, process, Vec::new()).unwrap();
+    scheduler.begin_at(HostTime::default());
     let (mut troupe, mut log) = (Troupe(Vec::new()), Log::default());
     let mut step = 0;
     for woken_ns in [0, 100_000, 450_000, 500_000] {
         clock.sleep_until(HostTime::from_nanos(woken_ns));
-        step = conductor
+        step = scheduler
             .control_step(step, &clock, &mut troupe, &mut log)
             .unwrap();
     }
@@ -383,7 +383,7 @@ fn a_control_thread_that_oversleeps_misses_steps_and_tells_the_process_of_them()
         (500, 100),
     ];
     assert_eq!(events, expected);
-    let report = &conductor.report;
+    let report = &scheduler.report;
     assert_eq!(
         (report.iterations, report.overslept, report.overruns),
         (4, 2, 0)
@@ -414,14 +414,14 @@ fn a_failed_transfer_names_task_and_time_and_ends_the_run() {
     let face = TaskFace {
         name: "0".into(),
         ports: ports(0).into(),
-        gauges: Vec::new(),
+        diagnostics: Vec::new(),
     };
-    let mut conductor =
-        Conductor::new(&regular().schedule, Slow::new(1, None), vec![face]).unwrap();
-    conductor.begin_at(HostTime::from_nanos(7));
+    let mut scheduler =
+        RealTimeScheduler::new(&regular().schedule, Slow::new(1, None), vec![face]).unwrap();
+    scheduler.begin_at(HostTime::from_nanos(7));
     let clock = Wound::default();
     clock.sleep_until(HostTime::from_nanos(7));
-    let error = conductor
+    let error = scheduler
         .control_step(0, &clock, &mut Failing, &mut ())
         .unwrap_err();
     assert_eq!(error.to_string(), "0 failed at 0 ns: no answer");

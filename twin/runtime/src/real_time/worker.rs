@@ -7,7 +7,7 @@ use triple_buffer::{Input, Output};
 use twinrig_kernel::HostTime;
 
 use super::clock::Clock;
-use super::exchange::{Ending, Exchange, Side, Way};
+use super::driver_session::{DriverSession, Heading, SessionEnd, SessionObserver};
 use super::limits::Limits;
 use super::privileges::raise;
 use super::ring::RingWriter;
@@ -38,7 +38,7 @@ pub(super) struct Shared {
 
 /// One task on its own thread: opens, then runs a transfer whenever it is told to, then closes.
 pub(super) struct Worker {
-    pub(super) exchange: Exchange,
+    pub(super) exchange: DriverSession,
     pub(super) clock: Arc<dyn Clock>,
     pub(super) limits: Limits,
     pub(super) priority: Option<u8>,
@@ -52,16 +52,16 @@ pub(super) struct Worker {
 }
 
 /// What a worker's exchange reports to.
-struct Desk<'a> {
+struct ReportQueue<'a> {
     shared: &'a Shared,
     reports: &'a mut RingWriter,
 }
 
-impl Side for Desk<'_> {
-    fn passed(&mut self, at: HostTime, way: Way, bytes: &[u8]) {
+impl SessionObserver for ReportQueue<'_> {
+    fn passed(&mut self, at: HostTime, way: Heading, bytes: &[u8]) {
         let kind = match way {
-            Way::Out => report::OUT,
-            Way::In => report::IN,
+            Heading::Out => report::OUT,
+            Heading::In => report::IN,
         };
         self.reports.bytes(kind, 0, at, bytes);
     }
@@ -91,12 +91,12 @@ impl Worker {
         let failed = lived.is_err();
         self.note(lived);
         let limit = self.limits.close;
-        let mut desk = Desk {
+        let mut queue = ReportQueue {
             shared: &self.shared,
             reports: &mut self.reports,
         };
         let exchange = &mut self.exchange;
-        let closed = guarded(&name, || exchange.close(limit, &mut desk).map(|_| ()));
+        let closed = guarded(&name, || exchange.close(limit, &mut queue).map(|_| ()));
         if failed {
             // The first failure is the one to be told.
             return self.reports.lost();
@@ -114,15 +114,15 @@ impl Worker {
 
     fn open_and_serve(&mut self) -> Result<(), TaskError> {
         let limit = self.limits.open;
-        let mut desk = Desk {
+        let mut queue = ReportQueue {
             shared: &self.shared,
             reports: &mut self.reports,
         };
-        let mut ending = self.exchange.open(limit, &mut desk)?;
+        let mut ending = self.exchange.open(limit, &mut queue)?;
         loop {
             match ending {
-                Ending::Done(at) => self.publish(at),
-                Ending::CalledOff => return Ok(()),
+                SessionEnd::Done(at) => self.publish(at),
+                SessionEnd::CalledOff => return Ok(()),
             }
             let Some(next) = self.wait()? else {
                 return Ok(());
@@ -132,9 +132,9 @@ impl Worker {
     }
 
     /// Waits for an order; runs a transfer if it is one to begin.
-    fn wait(&mut self) -> Result<Option<Ending>, TaskError> {
+    fn wait(&mut self) -> Result<Option<SessionEnd>, TaskError> {
         let limit = self.limits.transfer;
-        let mut desk = Desk {
+        let mut queue = ReportQueue {
             shared: &self.shared,
             reports: &mut self.reports,
         };
@@ -148,13 +148,13 @@ impl Worker {
             match begin {
                 Ok(_) => {
                     let from_process = self.from_process.read();
-                    let ending = self.exchange.transfer(from_process, limit, &mut desk)?;
+                    let ending = self.exchange.transfer(from_process, limit, &mut queue)?;
                     return Ok(Some(ending));
                 }
                 Err(order::CLOSE) => return Ok(None),
                 Err(_) => {}
             }
-            match self.exchange.attend(limit, &mut desk)? {
+            match self.exchange.attend(limit, &mut queue)? {
                 None => thread::park(),
                 Some(at) => {
                     let patience = at.since(self.clock.now());
@@ -167,9 +167,9 @@ impl Worker {
     /// Puts what the transfer has brought where the control thread finds it, and says so.
     fn publish(&mut self, at: HostTime) {
         let brought = self.brought.input_buffer_mut();
-        let (to_process, gauges) = brought.split_at_mut(self.to_process);
+        let (to_process, diagnostics) = brought.split_at_mut(self.to_process);
         to_process.copy_from_slice(self.exchange.driver.to_process());
-        self.exchange.driver.read_gauges(gauges);
+        self.exchange.driver.read_diagnostics(diagnostics);
         self.brought.publish();
         self.reports.mark(report::ENDED, 0, at);
     }

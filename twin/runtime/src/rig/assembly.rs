@@ -1,7 +1,7 @@
 use twinrig_kernel::{Agenda, Direction, Layout, Port, SimTime};
 
 use super::{Parts, Rig, RigState, TaskSlot, rank};
-use crate::far_end::FarEnd;
+use crate::plant_host::PlantHost;
 use crate::process_slot::ProcessSlot;
 use crate::wiring::{check_names, wire};
 use crate::{IoTask, Manager, Plant, Process, RigError, Schedule};
@@ -31,11 +31,17 @@ impl Rig {
         let process_ports = process.ports();
         check_names(plant.name(), &plant.ports())?;
         let mut agenda = Agenda::new(schedule.events_max);
-        let far_end = FarEnd::new(plant);
-        let gauges: Vec<Port> = tasks.iter().flat_map(|task| task.gauges()).collect();
-        check_names("the list of gauges of drivers and devices", &gauges)?;
-        let lanes = tasks.iter().flat_map(|task| task.lanes()).collect();
-        let tasks = connect(process.name(), &process_ports, tasks, &far_end, &mut agenda)?;
+        let plant_host = PlantHost::new(plant);
+        let diagnostics: Vec<Port> = tasks.iter().flat_map(|task| task.diagnostics()).collect();
+        check_names("the list of gauges of drivers and devices", &diagnostics)?;
+        let traces = tasks.iter().flat_map(|task| task.traces()).collect();
+        let tasks = connect(
+            process.name(),
+            &process_ports,
+            tasks,
+            &plant_host,
+            &mut agenda,
+        )?;
         let parts = Parts {
             process_end: agenda.register("process end", rank::PROCESS_END),
             control_step: agenda.register("control step", rank::CONTROL_STEP),
@@ -43,21 +49,21 @@ impl Rig {
         };
         agenda.arm(parts.control_step, SimTime::ZERO);
         agenda.arm(parts.observation, SimTime::ZERO);
-        let gauges = Layout::of(&gauges, Direction::Output);
+        let diagnostics = Layout::of(&diagnostics, Direction::Output);
         let state = RigState {
             manager: Manager::new(tasks.len()),
             agenda,
             compute: compute.map_err(RigError::Compute)?,
-            gauges: vec![0.0; gauges.len()],
+            diagnostics: vec![0.0; diagnostics.len()],
         };
         let observe = schedule.observe;
         Ok(Self {
             process: ProcessSlot::new(process, &process_ports),
             tasks,
-            far_end,
+            plant_host,
             state,
-            gauges,
-            lanes,
+            diagnostics,
+            traces,
             period,
             observe,
             parts,
@@ -71,7 +77,7 @@ fn connect(
     process_name: &str,
     process_ports: &[Port],
     tasks: Vec<Box<dyn IoTask>>,
-    far_end: &FarEnd,
+    plant_host: &PlantHost,
     agenda: &mut Agenda,
 ) -> Result<Vec<TaskSlot>, RigError> {
     let named: Vec<_> = tasks
@@ -80,24 +86,24 @@ fn connect(
         .collect();
     let links = wire((process_name, process_ports), &named)?;
     let mut slots: Vec<TaskSlot> = Vec::new();
-    let (mut gauges_end, mut first_lane) = (0, 0);
+    let (mut diagnostics_end, mut first_lane) = (0, 0);
     for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
-        task.connect(&far_end.signals)?;
+        task.connect(&plant_host.signals)?;
         let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
         let part = agenda.register(name.clone(), rank::TASK);
-        let gauges_start = gauges_end;
-        gauges_end += Layout::of(&task.gauges(), Direction::Output).len();
-        let lanes = task.lanes().len();
+        let diagnostics_start = diagnostics_end;
+        diagnostics_end += Layout::of(&task.diagnostics(), Direction::Output).len();
+        let traces = task.traces().len();
         slots.push(TaskSlot {
             task,
             name,
             links,
             from_process,
-            gauges: gauges_start..gauges_end,
+            diagnostics: diagnostics_start..diagnostics_end,
             first_lane,
             part,
         });
-        first_lane += lanes;
+        first_lane += traces;
     }
     Ok(slots)
 }

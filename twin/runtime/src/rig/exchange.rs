@@ -9,7 +9,7 @@ impl Rig {
     /// Puts another plant where the present one is, which goes on from there: process, tasks, boards, and the commands that
     /// the plant is held to stay as they are. So two rigs that were restored from one snapshot, one of them with another
     /// plant, differ by their plants alone and not by what came before. Returns a line on everything that the new plant could
-    /// not take over ([`Plant::take_over`]).
+    /// not take over ([`Plant::resume_from`]).
     ///
     /// What the new plant shows as a mean over a window of observation begins its window now.
     ///
@@ -21,8 +21,8 @@ impl Rig {
         if let Some(error) = &self.failed {
             return Err(error.clone());
         }
-        let far_end = &mut self.far_end;
-        let (here, there) = (far_end.plant.ports(), plant.ports());
+        let plant_host = &mut self.plant_host;
+        let (here, there) = (plant_host.plant.ports(), plant.ports());
         if here != there {
             let differs = (0..here.len().max(there.len())).find(|&i| here.get(i) != there.get(i));
             let named = |ports: &[twinrig_kernel::Port]| {
@@ -30,29 +30,29 @@ impl Rig {
                 port.map_or_else(|| "nothing".to_owned(), ToString::to_string)
             };
             return Err(RigError::OtherPorts {
-                present: far_end.plant.name().to_owned(),
+                present: plant_host.plant.name().to_owned(),
                 other: plant.name().to_owned(),
                 has: named(&here),
                 instead: named(&there),
             });
         }
-        let state = in_part(PartKind::Plant, far_end.plant.name(), || {
-            far_end.plant.state()
+        let state = in_part(PartKind::Plant, plant_host.plant.name(), || {
+            plant_host.plant.state()
         });
         let state = state.ok_or_else(|| RigError::NamelessState {
-            plant: far_end.plant.name().to_owned(),
+            plant: plant_host.plant.name().to_owned(),
         })?;
         let name = plant.name().to_owned();
-        let lines = in_part(PartKind::Plant, &name, || plant.take_over(&state))
-            .map_err(|fault| far_end.late(fault))?;
-        far_end.replace(plant);
-        far_end.state.exchanged = Some(far_end.state.now);
-        far_end.forget_look();
+        let lines = in_part(PartKind::Plant, &name, || plant.resume_from(&state))
+            .map_err(|fault| plant_host.late(fault))?;
+        plant_host.replace(plant);
+        plant_host.state.exchanged = Some(plant_host.state.now);
+        plant_host.forget_look();
         Ok(lines)
     }
 
     /// When its plant was last exchanged for another, if it was: what came before is then not in the present one.
     pub fn exchanged(&self) -> Option<SimTime> {
-        self.far_end.state.exchanged
+        self.plant_host.state.exchanged
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Snapshot, SnapshotError};
 
 use super::{ProcessSlotState, Rig, RigState, TaskSlot};
-use crate::far_end::FarEndState;
+use crate::plant_host::PlantHostState;
 use crate::{Group, RigError};
 
 /// A whole rig between two events.
@@ -13,7 +13,7 @@ struct SavedRig {
     make: String,
     state: RigState,
     slot: ProcessSlotState,
-    far_end: FarEndState,
+    plant_host: PlantHostState,
     process: Snapshot,
     tasks: Vec<Snapshot>,
     plant: Snapshot,
@@ -27,10 +27,10 @@ impl Rig {
             make: self.make(),
             state: self.state.clone(),
             slot: self.process.state.clone(),
-            far_end: self.far_end.state.clone(),
+            plant_host: self.plant_host.state.clone(),
             process: self.process.save(),
             tasks: self.tasks.iter().map(TaskSlot::save).collect(),
-            plant: self.far_end.save(),
+            plant: self.plant_host.save(),
         })
     }
 
@@ -52,7 +52,7 @@ impl Rig {
         let restored = self.restore_parts(&saved).map_err(RigError::from);
         self.state = saved.state;
         self.process.state = saved.slot;
-        self.far_end.state = saved.far_end;
+        self.plant_host.state = saved.plant_host;
         self.failed = restored.clone().err();
         restored
     }
@@ -62,7 +62,7 @@ impl Rig {
         for (slot, snapshot) in self.tasks.iter_mut().zip(&saved.tasks) {
             slot.task.restore(snapshot)?;
         }
-        self.far_end.plant.restore(&saved.plant)
+        self.plant_host.plant.restore(&saved.plant)
     }
 
     /// What the rig is made of: rigs of one make restore each other's snapshots.
@@ -74,8 +74,8 @@ impl Rig {
             self.process.process.name(),
             len(Group::ProcessInputs),
             len(Group::ProcessOutputs),
-            self.far_end.plant.name(),
-            self.far_end.state.inputs.len(),
+            self.plant_host.plant.name(),
+            self.plant_host.state.inputs.len(),
             len(Group::Plant),
             self.task_names().collect::<Vec<_>>(),
             self.period,

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
@@ -137,8 +137,8 @@ impl Plant for Oscillator {
         let count = outputs.len();
         outputs.copy_from_slice(&all[..count]);
     }
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts {

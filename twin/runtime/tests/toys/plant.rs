@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 /// One first-order lag a channel, in explicit Euler steps as long as it is asked for: moving it to the
 /// wrong instants, or holding the wrong command, gives other bits. Signals `NAME/command`, `NAME/value`,
@@ -95,8 +95,8 @@ impl Plant for ToyPlant {
         }
     }
 
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
 
     fn work(&self) -> WorkCounts {

@@ -2,7 +2,7 @@ use std::sync::{Arc, Mutex};
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, stream};
-use twinrig_runtime::{IoTask, PlantSignals, Progress, TaskError, WiringError, World};
+use twinrig_runtime::{IoTask, PlantAccess, PlantSignals, Progress, TaskError, WiringError};
 
 /// What one transfer of a [`ToyTask`] put on its wire: chunks of bytes and how long after its beginning.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -88,7 +88,7 @@ impl ToyTask {
     }
 
     /// Sends every chunk that is due.
-    fn go_on(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
+    fn go_on(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         let after = now - self.state.begun;
         let Some((at, bytes)) = self.state.plan.pop() else {
             return Ok(Progress::Done);
@@ -104,8 +104,8 @@ impl ToyTask {
             return Ok(Progress::Again(self.state.begun + *next));
         }
         exchange.ended = Some(after);
-        world.actuate(self.signals.0.clone())?[0] = self.state.command;
-        let value = world.sample(self.signals.1.clone())?[0];
+        plant.actuate(self.signals.0.clone())?[0] = self.state.command;
+        let value = plant.sample(self.signals.1.clone())?[0];
         self.state.number += 1;
         #[expect(clippy::cast_precision_loss, reason = "a few transfers")]
         let number = self.state.number as f64;
@@ -140,7 +140,7 @@ impl IoTask for ToyTask {
         &mut self,
         now: SimTime,
         from_process: &[f64],
-        world: &mut dyn World,
+        plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         // No check that the last transfer is over: a manager that begins too early shows on the wire.
         self.state.begun = now;
@@ -153,11 +153,11 @@ impl IoTask for ToyTask {
         );
         self.state.plan.reverse();
         self.wire.lock().unwrap().push(Exchange::default());
-        self.go_on(now, world)
+        self.go_on(now, plant)
     }
 
-    fn wake(&mut self, now: SimTime, world: &mut dyn World) -> Result<Progress, TaskError> {
-        self.go_on(now, world)
+    fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
+        self.go_on(now, plant)
     }
 
     fn to_process(&self) -> &[f64] {

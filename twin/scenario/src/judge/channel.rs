@@ -12,7 +12,7 @@ pub enum Channel {
     /// What the controller says.
     ProcessOutputs,
     /// What drivers and boards count.
-    Gauges,
+    Diagnostics,
 }
 
 /// How the samples of each channel are laid out.
@@ -24,9 +24,9 @@ pub struct Layouts<'l> {
     pub process_inputs: &'l Layout,
     /// Of [`Channel::ProcessOutputs`].
     pub process_outputs: &'l Layout,
-    /// Of [`Channel::Gauges`].
-    pub gauges: &'l Layout,
-    /// The names of the tasks, which [`Cycle::Task`] numbers: those of buses.
+    /// Of [`Channel::Diagnostics`].
+    pub diagnostics: &'l Layout,
+    /// The names of the tasks, which [`CycleSource::Task`] numbers: those of buses.
     pub tasks: &'l [String],
 }
 
@@ -37,14 +37,14 @@ impl Layouts<'_> {
             (Channel::Plant, self.plant),
             (Channel::ProcessInputs, self.process_inputs),
             (Channel::ProcessOutputs, self.process_outputs),
-            (Channel::Gauges, self.gauges),
+            (Channel::Diagnostics, self.diagnostics),
         ]
     }
 }
 
 /// Whose cycle something happens to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cycle {
+pub enum CycleSource {
     /// The controller's.
     Control,
     /// That of the task of this number.
@@ -53,7 +53,7 @@ pub enum Cycle {
 
 /// What happens to a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Happening {
+pub enum CycleEvent {
     /// A cycle begins.
     CycleBegin,
     /// It ends.

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{CycleJitter, SimDuration, SimTime};
 
-use super::Happening;
+use super::CycleEvent;
 use super::outcome::{Finding, Verdict};
 use super::tracker::{Extremes, seconds};
 use crate::expect::TimingMeasure;
@@ -49,9 +49,9 @@ impl CycleMeter {
         }
     }
 
-    pub fn event(&mut self, now: SimTime, happening: Happening) {
+    pub fn event(&mut self, now: SimTime, happening: CycleEvent) {
         match happening {
-            Happening::CycleBegin => {
+            CycleEvent::CycleBegin => {
                 let jitter = self.jitter.begin(now);
                 if let (Some(last), Some(jitter)) = (self.last_begin, jitter) {
                     self.begun_again(now, now - last, jitter);
@@ -61,14 +61,14 @@ impl CycleMeter {
                 self.running = true;
                 self.begins += 1;
             }
-            Happening::CycleEnd => {
+            CycleEvent::CycleEnd => {
                 self.running = false;
                 if let (TimingMeasure::Latency, Some(begin)) = (self.measure, self.last_begin) {
                     let latency = seconds(now - begin);
                     self.seen.add_within(now, latency, &self.limits);
                 }
             }
-            Happening::CycleMissed => {
+            CycleEvent::CycleMissed => {
                 self.missed += 1;
                 let missed = self.missed as f64;
                 if self.first_miss.is_none() && !self.limits.hold(missed) {

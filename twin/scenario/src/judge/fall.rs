@@ -10,7 +10,7 @@ use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
 /// Watches the trunk until it falls. Where neither its height nor its angles are observed, as at
 /// hardware, there is no fall.
 #[derive(Clone, Debug)]
-pub(super) struct FallWatch {
+pub(super) struct FallDetector {
     spec: FallSpec,
     ground: GroundBelow,
     /// Channel and element of x; y and z follow.
@@ -22,13 +22,13 @@ pub(super) struct FallWatch {
     fell_at: Option<SimTime>,
 }
 
-impl FallWatch {
+impl FallDetector {
     pub fn new(scene: &Scene, layouts: &Layouts<'_>) -> Self {
         let three = |name| {
             let (channel, range) = resolve::find(layouts, name)?;
             (range.len() == 3).then_some((channel, range.start))
         };
-        FallWatch {
+        FallDetector {
             spec: scene.scenario.fall,
             ground: scene.ground.clone(),
             position: three(BODY_POSITION),

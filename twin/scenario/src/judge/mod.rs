@@ -19,7 +19,7 @@ use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
 use at_end::{cost, energy};
 use cycle::CycleMeter;
-use fall::FallWatch;
+use fall::FallDetector;
 use footstep::{Detector, Thresholds};
 use meter::Meter;
 use outcome::{Finding, outcome};
@@ -27,7 +27,7 @@ use steps::{Counterpart, Known, StepMeter};
 use touch_downs::{TouchDown, TouchDowns};
 use tracker::Window;
 
-pub use channel::{Channel, Cycle, Happening, Layouts};
+pub use channel::{Channel, CycleEvent, CycleSource, Layouts};
 pub use footstep::Footstep;
 pub use outcome::{Outcome, Verdict};
 
@@ -57,14 +57,14 @@ pub struct Judge {
     expectations: Vec<Expectation>,
     end: SimTime,
     legs: Vec<LegFact>,
-    watches: Vec<Watch>,
+    watches: Vec<Monitor>,
     /// The watches of footsteps, by index.
     of_steps: Vec<usize>,
     feet: Vec<Foot>,
     touch_downs: TouchDowns,
     /// The footsteps that the last samples closed.
     closed: Vec<Footstep>,
-    fall: FallWatch,
+    fall: FallDetector,
     /// When a fall ended the run, if it did.
     ended_at: Option<SimTime>,
     has_reference: bool,
@@ -77,10 +77,10 @@ const LEAST_SAMPLES: u64 = 10;
 
 /// What watches for one expectation.
 #[derive(Clone, Debug)]
-struct Watch {
+struct Monitor {
     window: Window,
     channel: Channel,
-    meter: Watcher,
+    meter: MonitorKind,
     /// How many samples of the channel were looked at.
     samples: u64,
     /// Whether the robot fell within the window of a claim that says nothing about a robot that
@@ -89,9 +89,9 @@ struct Watch {
 }
 
 #[derive(Clone, Debug)]
-enum Watcher {
+enum MonitorKind {
     Signal(Meter),
-    Cycle(Cycle, CycleMeter),
+    Cycle(CycleSource, CycleMeter),
     Footsteps(StepMeter),
     /// Judged from what is known at the end.
     AtEnd,
@@ -115,8 +115,8 @@ impl Judge {
         let feet = feet(scene, &layouts);
         let seen_in = feet.first().map_or(Channel::Plant, |foot| foot.channel);
         let watch = |expectation| resolve::watch(expectation, scene, &layouts, seen_in);
-        let watches: Vec<Watch> = scenario.expectations.iter().map(watch).collect();
-        let of_steps = |watch: &Watch| matches!(watch.meter, Watcher::Footsteps(_));
+        let watches: Vec<Monitor> = scenario.expectations.iter().map(watch).collect();
+        let of_steps = |watch: &Monitor| matches!(watch.meter, MonitorKind::Footsteps(_));
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
@@ -128,7 +128,7 @@ impl Judge {
             closed: Vec::with_capacity(feet.len()),
             feet,
             touch_downs: TouchDowns::new(),
-            fall: FallWatch::new(scene, &layouts),
+            fall: FallDetector::new(scene, &layouts),
             ended_at: None,
             has_reference: false,
             lengths: layouts.channels().map(|(_, layout)| layout.len()),
@@ -140,7 +140,7 @@ impl Judge {
     #[must_use]
     pub fn with_reference(mut self, reference: &Reference) -> Self {
         for (watch, counterparts) in self.watches.iter_mut().zip(&reference.0) {
-            if let Watcher::Footsteps(meter) = &mut watch.meter {
+            if let MonitorKind::Footsteps(meter) = &mut watch.meter {
                 meter.compare_with(counterparts);
             }
         }
@@ -151,8 +151,8 @@ impl Judge {
     /// What a run with changes is compared with, if the run that was watched is the one without;
     /// known when it is over.
     pub fn reference(&self) -> Reference {
-        let counterparts = |watch: &Watch| match &watch.meter {
-            Watcher::Footsteps(meter) => meter.counterparts(),
+        let counterparts = |watch: &Monitor| match &watch.meter {
+            MonitorKind::Footsteps(meter) => meter.counterparts(),
             _ => Vec::new(),
         };
         Reference(self.watches.iter().map(counterparts).collect())
@@ -179,17 +179,17 @@ impl Judge {
                 continue;
             }
             match &mut watch.meter {
-                Watcher::Signal(meter) if watch.window.contains(now) => {
+                MonitorKind::Signal(meter) if watch.window.contains(now) => {
                     watch.samples += u64::from(meter.sample(now, values));
                     if meter.ends_the_run() {
                         self.ended_at.get_or_insert(now);
                     }
                 }
-                Watcher::Signal(meter) => meter.outside(values),
-                Watcher::Footsteps(_) => {
+                MonitorKind::Signal(meter) => meter.outside(values),
+                MonitorKind::Footsteps(_) => {
                     watch.samples += u64::from(watch.window.contains(now));
                 }
-                Watcher::Cycle(..) | Watcher::AtEnd | Watcher::Absent(_) => {}
+                MonitorKind::Cycle(..) | MonitorKind::AtEnd | MonitorKind::Absent(_) => {}
             }
         }
     }
@@ -215,7 +215,7 @@ impl Judge {
         for step in &self.closed {
             for index in &self.of_steps {
                 let watch = &mut self.watches[*index];
-                if let (Watcher::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+                if let (MonitorKind::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
                     meter.step(step);
                 }
             }
@@ -235,7 +235,7 @@ impl Judge {
         while let Some(touch_down) = self.touch_downs.next_before(horizon) {
             for index in &self.of_steps {
                 let watch = &mut self.watches[*index];
-                if let (Watcher::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+                if let (MonitorKind::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
                     meter.touch_down(touch_down);
                 }
             }
@@ -251,7 +251,7 @@ impl Judge {
             if !expectation.claim.is_of_an_upright_robot() || watch.window.before < now {
                 continue;
             }
-            if let Watcher::Footsteps(meter) = &mut watch.meter {
+            if let MonitorKind::Footsteps(meter) = &mut watch.meter {
                 for touch_down in self.touch_downs.waiting() {
                     meter.touch_down(*touch_down);
                 }
@@ -267,9 +267,9 @@ impl Judge {
 
     /// Takes an event of a cycle.
     #[inline]
-    pub fn event(&mut self, now: SimTime, of: Cycle, happening: Happening) {
+    pub fn event(&mut self, now: SimTime, of: CycleSource, happening: CycleEvent) {
         for watch in &mut self.watches {
-            if let Watcher::Cycle(whose, meter) = &mut watch.meter
+            if let MonitorKind::Cycle(whose, meter) = &mut watch.meter
                 && *whose == of
                 && watch.window.contains(now)
             {
@@ -322,7 +322,7 @@ impl Judge {
         self.hand_on(SimTime::MAX);
         for step in &self.closed {
             for watch in &mut self.watches {
-                if let (Watcher::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+                if let (MonitorKind::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
                     meter.step(step);
                 }
             }
@@ -331,7 +331,7 @@ impl Judge {
 
     /// Nothing passes of which a part was not seen: after a fall, or after the end of a run that
     /// ended early.
-    fn of_the_time_that_was(&self, finding: Finding, watch: &Watch, run: &RunEnd<'_>) -> Finding {
+    fn of_the_time_that_was(&self, finding: Finding, watch: &Monitor, run: &RunEnd<'_>) -> Finding {
         if watch.fell && finding.verdict != Verdict::Fail {
             return fell(self.fall.fell_at());
         }
@@ -345,19 +345,21 @@ impl Judge {
         }
     }
 
-    fn finding(&self, expectation: &Expectation, watch: &Watch, run: &RunEnd<'_>) -> Finding {
+    fn finding(&self, expectation: &Expectation, watch: &Monitor, run: &RunEnd<'_>) -> Finding {
         match (&watch.meter, &expectation.claim) {
-            (Watcher::Absent(why), _) => Finding::unobserved(why.clone()),
-            (Watcher::Signal(meter), _) => of_samples(meter.finding(), watch),
-            (Watcher::Cycle(_, meter), _) => meter.finding(watch.window.before.min(run.at)),
-            (Watcher::Footsteps(meter), _) => of_samples(self.of_footsteps(meter, watch), watch),
-            (Watcher::AtEnd, Claim::EnergyResidual(limits)) => energy(run.energy, limits),
-            (Watcher::AtEnd, Claim::Cost(measure, limits)) => cost(*measure, limits, run),
-            (Watcher::AtEnd, _) => Finding::unobserved("nothing watched it"),
+            (MonitorKind::Absent(why), _) => Finding::unobserved(why.clone()),
+            (MonitorKind::Signal(meter), _) => of_samples(meter.finding(), watch),
+            (MonitorKind::Cycle(_, meter), _) => meter.finding(watch.window.before.min(run.at)),
+            (MonitorKind::Footsteps(meter), _) => {
+                of_samples(self.of_footsteps(meter, watch), watch)
+            }
+            (MonitorKind::AtEnd, Claim::EnergyResidual(limits)) => energy(run.energy, limits),
+            (MonitorKind::AtEnd, Claim::Cost(measure, limits)) => cost(*measure, limits, run),
+            (MonitorKind::AtEnd, _) => Finding::unobserved("nothing watched it"),
         }
     }
 
-    fn of_footsteps(&self, meter: &StepMeter, watch: &Watch) -> Finding {
+    fn of_footsteps(&self, meter: &StepMeter, watch: &Monitor) -> Finding {
         let mut feet = self.feet.iter().map(|foot| &foot.detector);
         if let Some(at) = feet.clone().find_map(|detector| detector.broken_at) {
             return Finding::not_a_number(Some(at));
@@ -382,7 +384,7 @@ impl Judge {
 }
 
 /// The finding of a watch of samples.
-fn of_samples(finding: Finding, watch: &Watch) -> Finding {
+fn of_samples(finding: Finding, watch: &Monitor) -> Finding {
     finding.of_few(watch.samples, LEAST_SAMPLES, "samples")
 }
 

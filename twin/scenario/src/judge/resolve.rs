@@ -9,7 +9,7 @@ use super::meter::{Meter, Nearest};
 use super::steps::StepMeter;
 use super::tracker::{Extremes, Settling, Window};
 use super::trunk::{Speed, Upright, Yaw};
-use super::{Channel, Cycle, Layouts, Watch, Watcher};
+use super::{Channel, CycleSource, Layouts, Monitor, MonitorKind};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
@@ -31,7 +31,7 @@ pub(super) fn watch(
     scene: &Scene,
     layouts: &Layouts<'_>,
     feet: Channel,
-) -> Watch {
+) -> Monitor {
     let mut window = Window {
         after: expectation.after,
         before: expectation.before.unwrap_or(SimTime::MAX),
@@ -48,12 +48,12 @@ pub(super) fn watch(
         Claim::Timing(claim) => cycle(claim, scene, layouts),
         Claim::Footstep(claim) => {
             let meter = StepMeter::new(claim, window, &scene.legs);
-            Ok((feet, Watcher::Footsteps(meter)))
+            Ok((feet, MonitorKind::Footsteps(meter)))
         }
-        Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Channel::Plant, Watcher::AtEnd)),
+        Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Channel::Plant, MonitorKind::AtEnd)),
     };
-    let (channel, meter) = watched.unwrap_or_else(|why| (Channel::Plant, Watcher::Absent(why)));
-    Watch {
+    let (channel, meter) = watched.unwrap_or_else(|why| (Channel::Plant, MonitorKind::Absent(why)));
+    Monitor {
         window,
         channel,
         meter,
@@ -67,18 +67,18 @@ fn cycle(
     claim: &TimingClaim,
     scene: &Scene,
     layouts: &Layouts<'_>,
-) -> Result<(Channel, Watcher), String> {
+) -> Result<(Channel, MonitorKind), String> {
     let control = scene.scenario.controller.as_ref();
     let control = control.ok_or("there is no controller")?;
     let of = match &claim.of {
-        None => Cycle::Control,
+        None => CycleSource::Control,
         Some(name) => {
             let task = layouts.tasks.iter().position(|task| *task == name.value);
-            Cycle::Task(task.ok_or_else(|| format!("there is no bus {}", name.value))?)
+            CycleSource::Task(task.ok_or_else(|| format!("there is no bus {}", name.value))?)
         }
     };
     let meter = CycleMeter::new(claim.measure, claim.limits, control.period);
-    Ok((Channel::Plant, Watcher::Cycle(of, meter)))
+    Ok((Channel::Plant, MonitorKind::Cycle(of, meter)))
 }
 
 /// The unit of what a claim measures.
@@ -135,7 +135,7 @@ impl Trunk<'_> {
     }
 }
 
-fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), String> {
+fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, MonitorKind), String> {
     let trunk = Trunk(layouts);
     let always = |(channel, start): (Channel, usize), element, absolute, limits: &Limits| {
         let meter = Meter::Always {
@@ -186,10 +186,10 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), 
             (channel, meter)
         }
     };
-    Ok((channel, Watcher::Signal(meter)))
+    Ok((channel, MonitorKind::Signal(meter)))
 }
 
-fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watcher), String> {
+fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Channel, MonitorKind), String> {
     let (channel, elements) = elements(&claim.name.value, claim.component, layouts)
         .ok_or_else(|| format!("there is no signal {}", claim.name.value))?;
     let meter = match &claim.mode {
@@ -225,7 +225,7 @@ fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Channel, Watche
             }
         }
     };
-    Ok((channel, Watcher::Signal(meter)))
+    Ok((channel, MonitorKind::Signal(meter)))
 }
 
 /// The elements that `name` (a name or a pattern) and `component` mean, in the first channel that has any.

@@ -3,7 +3,9 @@
 use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
 
-use crate::scenario::{Coupling, GridInputs};
+use twinrig_runtime::GridInputs;
+
+use crate::scenario::Coupling;
 
 const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
 

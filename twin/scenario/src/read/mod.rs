@@ -53,7 +53,7 @@ pub(crate) fn scenario(
 
 /// The robot, which only a plant that stands alone can do without.
 fn robot(table: &Table<'_>, catalogue: &Catalogue) -> Result<Option<Placed<String>>, Reported> {
-    if has(table, "robot") || !stands_alone(table, catalogue) {
+    if has(table, "robot") || !is_standalone(table, catalogue) {
         return table.required("robot", placed_text).map(Some);
     }
     table.expect(["robot"]);
@@ -69,14 +69,14 @@ fn has(table: &Table<'_>, key: &str) -> bool {
 }
 
 /// Whether the plant is of a kind that stands alone, in this build or in another.
-fn stands_alone(table: &Table<'_>, catalogue: &Catalogue) -> bool {
+fn is_standalone(table: &Table<'_>, catalogue: &Catalogue) -> bool {
     let plant = table.get("plant");
     let model = plant.and_then(|plant| plant.peek("model"));
     let Some(Ok(word)) = model.as_ref().map(Item::text) else {
         return false;
     };
     let mut kinds = catalogue.plants.iter();
-    kinds.any(|kind| kind.name == word && kind.stands_alone)
+    kinds.any(|kind| kind.name == word && kind.is_standalone)
 }
 
 struct Source<'s> {
@@ -102,7 +102,7 @@ fn read(
     let observed = observed.unwrap_or(OBSERVE_PERIOD);
     let plant = table.required("plant", |item| plant::plant(item, catalogue, observed));
     let actuator = match &plant {
-        Ok(plant) if plant.stands_alone && table.get("actuator").is_some() => {
+        Ok(plant) if plant.is_standalone && table.get("actuator").is_some() => {
             let message = format!("the plant `{}` brings its own actuators", plant.model);
             Err(table.report("actuator", message, "leave the table out"))
         }

@@ -23,9 +23,9 @@ pub(super) fn plant(
     let coupling = table.optional("coupling", |item| coupling(item, observe));
     let model = table.required("model", |item| kind(item, "plant", &catalogue.plants));
     if let Ok(model) = model
-        && model.stands_alone
+        && model.is_standalone
     {
-        return alone(&table, model, coupling?.unwrap_or_default());
+        return standalone(&table, model, coupling?.unwrap_or_default());
     }
     let base = table.optional("base", |item| {
         item.choice(&[
@@ -43,7 +43,7 @@ pub(super) fn plant(
     Ok(PlantSpec {
         place: item.place(),
         model: model.name.clone(),
-        stands_alone: false,
+        is_standalone: false,
         base: base?.unwrap_or(Base::Free),
         legs: legs?,
         ground: ground?,
@@ -55,13 +55,13 @@ pub(super) fn plant(
 }
 
 /// That of a plant that brings its own model, which has base, legs, ground and start of its own.
-fn alone(table: &Table<'_>, model: &Kind, coupling: Coupling) -> Result<PlantSpec, Reported> {
+fn standalone(table: &Table<'_>, model: &Kind, coupling: Coupling) -> Result<PlantSpec, Reported> {
     let step = table.optional("step", step);
     let options = Options::read(table, &model.options);
     Ok(PlantSpec {
         place: table.place(),
         model: model.name.clone(),
-        stands_alone: true,
+        is_standalone: true,
         base: Base::Free,
         legs: None,
         ground: None,

@@ -110,7 +110,7 @@ fn case(
     if !is_open(kind) {
         let shared = common.properties.as_object();
         let shared = shared.into_iter().flat_map(Map::keys).map(String::as_str);
-        let shared = shared.filter(|key| !(kind.stands_alone && common.not_alone.contains(key)));
+        let shared = shared.filter(|key| !(kind.is_standalone && common.not_alone.contains(key)));
         let own = keys.iter().map(|(word, _)| word.as_str());
         if let Value::Object(only) = only_keys([common.key].into_iter().chain(shared).chain(own)) {
             case.extend(only);

@@ -71,9 +71,9 @@ pub fn schema(catalogue: &Catalogue) -> Value {
 
 /// What one table has to do with another.
 fn between_tables(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<String, Value>) {
-    let alone = catalogue.plants.iter().filter(|kind| kind.stands_alone);
-    let alone: Vec<&str> = alone.map(|kind| kind.name.as_str()).collect();
-    let model = json!({ "properties": { "model": { "enum": alone } }, "required": ["model"] });
+    let standalone = catalogue.plants.iter().filter(|kind| kind.is_standalone);
+    let standalone: Vec<&str> = standalone.map(|kind| kind.name.as_str()).collect();
+    let model = json!({ "properties": { "model": { "enum": standalone } }, "required": ["model"] });
     schema["if"] = json!({ "properties": { "plant": model }, "required": ["plant"] });
     schema["then"] = json!({ "properties": { "actuator": false } });
     schema["else"] = json!({ "required": ["robot"] });

@@ -86,18 +86,18 @@ pub fn catalogue() -> Catalogue {
     let mut rb110 = Kind::new("rb110", "pulses");
     rb110.options = vec![option("clock", Accepts::Duration, None)];
     Catalogue {
-        plants: vec![massless, mujoco, alone(option)],
+        plants: vec![massless, mujoco, standalone(option)],
         controllers: vec![cpg, script],
         buses: vec![sbcp, rb110],
     }
 }
 
 /// A plant that brings its own model.
-fn alone(option: impl Fn(&str, Accepts, Option<OptionValue>) -> OptionSpec) -> Kind {
+fn standalone(option: impl Fn(&str, Accepts, Option<OptionValue>) -> OptionSpec) -> Kind {
     let joint = vec![option("joint", Accepts::Name, None)];
     let joints = Accepts::Table(Box::new(Accepts::Group(joint)));
     Kind {
-        stands_alone: true,
+        is_standalone: true,
         options: vec![
             option("file", Accepts::Name, None),
             option("outputs", joints, None),

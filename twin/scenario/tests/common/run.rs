@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
 use twinrig_scenario::{
-    Channel, Cycle, Footstep, Happening, Judge, Layouts, Outcome, Reference, RunEnd, Scene,
+    Channel, CycleEvent, CycleSource, Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Scene,
 };
 
 /// Time between two observations.
@@ -86,7 +86,7 @@ pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> W
             plant: &layout,
             process_inputs: &none,
             process_outputs: &none,
-            gauges: &none,
+            diagnostics: &none,
             tasks: &[],
         },
     );
@@ -140,7 +140,7 @@ pub fn outcome(expect: &str, run: &Run<'_>) -> Outcome {
 }
 
 /// The events of a controller's cycle, judged; the run ends with the last of them.
-pub fn cycles(expect: &str, events: &[(u64, Happening)]) -> Outcome {
+pub fn cycles(expect: &str, events: &[(u64, CycleEvent)]) -> Outcome {
     cycles_until(
         expect,
         events,
@@ -149,7 +149,7 @@ pub fn cycles(expect: &str, events: &[(u64, Happening)]) -> Outcome {
 }
 
 /// The same of a run that ends at `end_us`.
-pub fn cycles_until(expect: &str, events: &[(u64, Happening)], end_us: u64) -> Outcome {
+pub fn cycles_until(expect: &str, events: &[(u64, CycleEvent)], end_us: u64) -> Outcome {
     let text = super::text(&format!("[[expect]]\n{expect}"));
     let text = text.replace("\"10 s\"", &format!("\"{end_us} us\""));
     let scene = super::scene(&text).unwrap_or_else(|error| panic!("{error}"));
@@ -160,13 +160,13 @@ pub fn cycles_until(expect: &str, events: &[(u64, Happening)], end_us: u64) -> O
             plant: &none,
             process_inputs: &none,
             process_outputs: &none,
-            gauges: &none,
+            diagnostics: &none,
             tasks: &[],
         },
     );
     for (micros, happening) in events {
         let now = SimTime::ZERO + SimDuration::from_micros(*micros);
-        judge.event(now, Cycle::Control, *happening);
+        judge.event(now, CycleSource::Control, *happening);
     }
     let end = RunEnd {
         at: scene.scenario.end(),

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use twinrig_kernel::SimDuration;
 
 use super::CouplingPlan;
+use super::factory::{CouplingMethod, RigScene};
 use super::row::{CouplingKind, CouplingRow};
-use super::workshop::{CouplingMethod, RigScene};
 use crate::fit;
 use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, si};

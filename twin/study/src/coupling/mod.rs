@@ -1,13 +1,13 @@
 //! Exact against grid coupling of plant and boards: error against run time.
 
+mod factory;
 mod found;
 mod row;
 mod run;
-mod workshop;
 
+pub use factory::{CouplingChoice, CouplingMethod, RigFactory, RigScene, RigVariant};
 pub use found::{CouplingOrder, CouplingStudy};
 pub use row::{CouplingKind, CouplingRow};
-pub use workshop::{CouplingMethod, RigMake, RigScene, RigWorkshop, Way};
 
 use twinrig_kernel::SimDuration;
 
@@ -15,9 +15,9 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::number::si;
 use crate::panics::Panics;
+use crate::progress::ProgressObserver;
 use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::Status;
-use crate::watcher::Watcher;
 use run::Run;
 
 /// How coupling is studied.
@@ -57,17 +57,17 @@ const NEAR_M: f64 = 1e-3;
 /// Studies what coupling on a grid costs and what it saves.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or `watcher` ended it.
+/// [`StudyError`] if there is nothing to study, or `progress` ended it.
 pub fn coupling(
-    workshop: &dyn RigWorkshop,
+    factory: &dyn RigFactory,
     plan: &CouplingPlan,
-    watcher: &mut dyn Watcher,
+    progress: &mut dyn ProgressObserver,
 ) -> Result<CouplingStudy, StudyError> {
-    let plants = workshop.plants();
+    let plants = factory.plants();
     let (Some(observe), false) = (plan.steps.first().copied(), plants.is_empty()) else {
         return Err(StudyError::NoPlant);
     };
-    let scene = workshop.scene();
+    let scene = factory.scene();
     let duration = plan.duration.unwrap_or(WINDOW).min(scene.duration);
     if duration < observe || observe.is_zero() {
         return Err(StudyError::TooShort {
@@ -79,7 +79,7 @@ pub fn coupling(
     let trials = trials(plan);
     let panics = Panics::default();
     let mut job = Job {
-        workshop,
+        factory,
         panics: &panics,
         plan,
         observe,
@@ -89,7 +89,7 @@ pub fn coupling(
             plants.len() * (2 + trials.len()),
             plants.len() * 2,
         ),
-        watcher,
+        progress,
     };
     let mut study = CouplingStudy::new(scene, plan, duration, observe);
     for plant in plants {
@@ -102,7 +102,7 @@ pub fn coupling(
         }
     }
     job.budget.finished()?;
-    study.left_out.extend_from_slice(workshop.left_out());
+    study.left_out.extend_from_slice(factory.left_out());
     study.panics = panics.into_all();
     study.mark_contradictions();
     Ok(study)
@@ -140,28 +140,28 @@ fn trials(plan: &CouplingPlan) -> Vec<Trial> {
 
 /// A study on its way.
 struct Job<'a> {
-    workshop: &'a dyn RigWorkshop,
+    factory: &'a dyn RigFactory,
     panics: &'a Panics,
     plan: &'a CouplingPlan,
     observe: SimDuration,
     duration: SimDuration,
     budget: Budget,
-    watcher: &'a mut dyn Watcher,
+    progress: &'a mut dyn ProgressObserver,
 }
 
 impl Job<'_> {
     fn begin(&mut self, doing: &str, reference: bool) -> Result<Share, StudyError> {
         let share = self.budget.next(reference);
         let (part, of) = self.budget.progress();
-        if self.watcher.at(part, of, doing) {
+        if self.progress.at(part, of, doing) {
             Ok(share)
         } else {
             Err(StudyError::Interrupted { done: part, of })
         }
     }
 
-    fn make<'p>(&self, plant: &'p str, way: Way, step: SimDuration) -> RigMake<'p> {
-        RigMake {
+    fn make<'p>(&self, plant: &'p str, way: CouplingChoice, step: SimDuration) -> RigVariant<'p> {
+        RigVariant {
             plant,
             way,
             step,
@@ -178,8 +178,8 @@ impl Job<'_> {
         doing: &str,
     ) -> Result<Result<Run, String>, StudyError> {
         let share = self.begin(&format!("{plant}, {doing}"), true)?;
-        let make = self.make(plant, Way::Exact, step);
-        let run = self.panics.guarded(|| Run::of(self.workshop, &make, share));
+        let make = self.make(plant, CouplingChoice::Exact, step);
+        let run = self.panics.guarded(|| Run::of(self.factory, &make, share));
         Ok(run.and_then(|run| match &run.ended {
             Some((_, why)) => Err(why.clone()),
             None => Ok(run),
@@ -246,7 +246,7 @@ impl Job<'_> {
             trial.step.as_secs_f64(),
             trial.plant_step.as_secs_f64(),
         );
-        let run = self.panics.guarded(|| Run::of(self.workshop, &make, share));
+        let run = self.panics.guarded(|| Run::of(self.factory, &make, share));
         let run = match run {
             Ok(run) => run,
             Err(why) => return Ok(row.ended(Status::Failed, why)),
@@ -267,13 +267,13 @@ impl Job<'_> {
     }
 
     /// Times a rig that is known to come to its end: the median of several runs without looking, of fewer where they take long.
-    fn time(&self, row: &mut CouplingRow, make: &RigMake<'_>, run: &Run, share: Share) {
+    fn time(&self, row: &mut CouplingRow, make: &RigVariant<'_>, run: &Run, share: Share) {
         let (mut times, mut spent_s) = (Vec::new(), run.took_s);
         for _ in 0..self.plan.repetitions.max(1) {
             if spent_s + run.took_s > share.seconds {
                 break;
             }
-            let timed = self.panics.guarded(|| Ok(Run::time(self.workshop, make)));
+            let timed = self.panics.guarded(|| Ok(Run::time(self.factory, make)));
             let Ok(Some(took_s)) = timed else {
                 break;
             };

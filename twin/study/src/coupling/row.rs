@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_runtime::WorkCounts;
 
-use super::workshop::CouplingMethod;
+use super::factory::CouplingMethod;
 use crate::row::{Status, ended_word};
 use crate::trace::Errors;
 

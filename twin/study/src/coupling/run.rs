@@ -3,7 +3,7 @@
 use twinrig_kernel::{Field, SimTime, Unit};
 use twinrig_runtime::{Group, Observer, Rig, RunEvent, WorkCounts};
 
-use super::workshop::{RigMake, RigWorkshop};
+use super::factory::{RigFactory, RigVariant};
 use crate::budget::Share;
 use crate::number::instant;
 use crate::row::Status;
@@ -28,7 +28,7 @@ pub(crate) struct Run {
 }
 
 /// Looks at feet, trunk and counters.
-struct Looker {
+struct TimingObserver {
     feet: Vec<Field>,
     trunk: Option<Field>,
     counters: Vec<Field>,
@@ -40,14 +40,15 @@ struct Looker {
     opened_s: f64,
 }
 
-impl Looker {
+impl TimingObserver {
     fn of(rig: &Rig) -> Self {
         let vectors = || {
             let fields = rig.layout(Group::Plant).fields();
             fields.filter(|field| field.port.size == 3).cloned()
         };
-        let gauges = rig.layout(Group::Gauges).fields();
-        let counters = gauges.filter(|field| field.port.unit == Unit::One && field.port.size == 1);
+        let diagnostics = rig.layout(Group::Diagnostics).fields();
+        let counters =
+            diagnostics.filter(|field| field.port.unit == Unit::One && field.port.size == 1);
         let counters: Vec<Field> = counters.cloned().collect();
         Self {
             feet: vectors()
@@ -79,7 +80,7 @@ impl Looker {
     }
 }
 
-impl Observer for Looker {
+impl Observer for TimingObserver {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         let place = |field: &Field| {
             let at = &values[field.range()];
@@ -92,7 +93,7 @@ impl Observer for Looker {
                 self.feet_at.extend(self.feet.iter().map(place));
                 self.trunk_at.extend(self.trunk.as_ref().map(place));
             }
-            Group::Gauges => {
+            Group::Diagnostics => {
                 for (field, counted) in self.counters.iter().zip(&mut self.counted) {
                     *counted = values[field.offset];
                 }
@@ -118,12 +119,12 @@ impl Run {
     /// # Errors
     /// Why it could not be built.
     pub(crate) fn of(
-        workshop: &dyn RigWorkshop,
-        make: &RigMake<'_>,
+        factory: &dyn RigFactory,
+        make: &RigVariant<'_>,
         share: Share,
     ) -> Result<Self, String> {
-        let mut rig = workshop.rig(make)?;
-        let mut looker = Looker::of(&rig);
+        let mut rig = factory.rig(make)?;
+        let mut looker = TimingObserver::of(&rig);
         let watch = Stopwatch::start();
         let end = SimTime::ZERO + make.duration;
         let (mut result, mut cut) = (Ok(()), false);
@@ -151,8 +152,8 @@ impl Run {
     }
 
     /// How long the same takes without looking \[s\].
-    pub(crate) fn time(workshop: &dyn RigWorkshop, make: &RigMake<'_>) -> Option<f64> {
-        let mut rig = workshop.rig(make).ok()?;
+    pub(crate) fn time(factory: &dyn RigFactory, make: &RigVariant<'_>) -> Option<f64> {
+        let mut rig = factory.rig(make).ok()?;
         let watch = Stopwatch::start();
         rig.run_until(SimTime::ZERO + make.duration, &mut ()).ok()?;
         Some(watch.elapsed_s())

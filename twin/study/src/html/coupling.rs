@@ -2,7 +2,7 @@
 
 use crate::coupling::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy};
 use crate::machine::Machine;
-use crate::number::{grouped, grouped_factor, knob, si};
+use crate::number::{grouped, grouped_factor, method_setting, si};
 use crate::row::Status;
 
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
@@ -274,8 +274,8 @@ fn all(study: &CouplingStudy) -> String {
             vec![
                 escaped(&row.plant),
                 escaped(row.method.word()),
-                knob(Some(row.step_s), None),
-                knob(Some(row.plant_step_s), None),
+                method_setting(Some(row.step_s), None),
+                method_setting(Some(row.plant_step_s), None),
                 rows::tag(row.status, row.cut, row.word()),
                 rows::length(row.error_rms_m),
                 rows::length(row.error_max_m),

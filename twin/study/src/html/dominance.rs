@@ -1,8 +1,8 @@
 //! The part of a page that sets a plant against those that solve its model by other means.
 
-use crate::dominance::{Dominance, Duel, Rival};
+use crate::dominance::{Comparison, Competitor, Dominance};
 use crate::headline::dominance_sentence;
-use crate::number::{grouped_factor, knob, si};
+use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
@@ -124,21 +124,21 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
     );
     let floors = study.floors();
     let mut before: Option<(&str, &str)> = None;
-    for duel in &dominance.settings {
-        let method = (&*duel.plant, &*duel.method);
+    for comparison in &dominance.settings {
+        let method = (&*comparison.plant, &*comparison.method);
         if before == Some(method) {
             continue;
         }
-        let first = before.is_some_and(|(plant, _)| plant != duel.plant);
+        let first = before.is_some_and(|(plant, _)| plant != comparison.plant);
         before = Some(method);
         let ours = || {
             let settings = dominance.settings.iter();
-            settings.filter(|duel| (&*duel.plant, &*duel.method) == method)
+            settings.filter(|comparison| (&*comparison.plant, &*comparison.method) == method)
         };
-        let won = ours().filter(|duel| duel.is_won()).count();
+        let won = ours().filter(|comparison| comparison.is_won()).count();
         let range = dominance.range(method.0, Some(method.1));
         let best = ours().min_by(|a, b| a.error_rms_m.total_cmp(&b.error_rms_m));
-        let best = best.unwrap_or(duel);
+        let best = best.unwrap_or(comparison);
         let levels = floors
             .iter()
             .find(|floor| (&*floor.plant, &*floor.method) == method);
@@ -192,10 +192,10 @@ fn spread(least: f64, most: f64) -> String {
 }
 
 fn setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
-    knob(step_s, tolerance)
+    method_setting(step_s, tolerance)
 }
 
-fn name(rival: &Rival) -> String {
+fn name(rival: &Competitor) -> String {
     let setting = setting(rival.step_s, rival.tolerance);
     format!("{}, {setting}", escaped(&rival.method))
 }
@@ -217,26 +217,26 @@ fn behind(study: &Study, dominance: &Dominance) -> String {
         ],
         2,
     );
-    for duel in dominance.behind() {
-        let rival = duel.no_greater_error.as_ref();
+    for comparison in dominance.behind() {
+        let rival = comparison.no_greater_error.as_ref();
         table.row(
             "",
             vec![
-                element("b", "", &escaped(&duel.plant)),
+                element("b", "", &escaped(&comparison.plant)),
                 format!(
                     "{}, {}",
-                    escaped(&duel.method),
-                    setting(duel.step_s, duel.tolerance)
+                    escaped(&comparison.method),
+                    setting(comparison.step_s, comparison.tolerance)
                 ),
-                si(duel.error_rms_m, "m"),
-                si(duel.run_s_per_simulated_s, "s/s"),
+                si(comparison.error_rms_m, "m"),
+                si(comparison.run_s_per_simulated_s, "s/s"),
                 rival.map_or("none".to_owned(), name),
                 rival.map_or(String::new(), |rival| si(rival.error_rms_m, "m")),
                 rival.map_or(String::new(), |rival| {
                     si(rival.run_s_per_simulated_s, "s/s")
                 }),
                 rival.map_or(String::new(), |rival| grouped_factor(rival.times_less_time)),
-                element("span", "why", &escaped(&counts(study, of, duel))),
+                element("span", "why", &escaped(&counts(study, of, comparison))),
             ],
         );
     }
@@ -247,7 +247,7 @@ fn behind(study: &Study, dominance: &Dominance) -> String {
 }
 
 /// What was counted of both sides of a duel: why one is slower shows there or nowhere.
-fn counts(study: &Study, of: &str, duel: &Duel) -> String {
+fn counts(study: &Study, of: &str, comparison: &Comparison) -> String {
     let find = |plant: &str, method: &str, step: Option<f64>, tolerance: Option<f64>| {
         let mut rows = study.rows.iter();
         rows.find(|row| {
@@ -256,10 +256,15 @@ fn counts(study: &Study, of: &str, duel: &Duel) -> String {
                 && (row.step_s, row.tolerance) == (step, tolerance)
         })
     };
-    let own = find(&duel.plant, &duel.method, duel.step_s, duel.tolerance);
+    let own = find(
+        &comparison.plant,
+        &comparison.method,
+        comparison.step_s,
+        comparison.tolerance,
+    );
     let mut parts: Vec<String> = Vec::new();
-    parts.extend(own.map(|row| format!("{}: {}", duel.plant, counted(row))));
-    match &duel.no_greater_error {
+    parts.extend(own.map(|row| format!("{}: {}", comparison.plant, counted(row))));
+    match &comparison.no_greater_error {
         None => parts.push(format!("no setting of {of} comes as close")),
         Some(rival) => {
             let row = find(of, &rival.method, rival.step_s, rival.tolerance);

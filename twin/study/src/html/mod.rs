@@ -171,16 +171,16 @@ fn references(notes: &[ReferenceNote]) -> String {
         3,
     );
     for note in notes {
-        let knob = number::knob(note.step_s, note.tolerance);
+        let setting = number::method_setting(note.step_s, note.tolerance);
         let of = note.of_plant.as_ref();
         let of = of.map_or(String::new(), |plant| format!("{} ", escaped(plant)));
         let own = note.method.as_ref().map_or("none".to_owned(), |method| {
-            format!("{of}{} {knob}", escaped(method))
+            format!("{of}{} {setting}", escaped(method))
         });
         let check = note.check.as_ref();
         let by = check.map(|check| {
-            let knob = number::knob(check.step_s, check.tolerance);
-            format!("{} {knob}", escaped(&check.method))
+            let setting = number::method_setting(check.step_s, check.tolerance);
+            format!("{} {setting}", escaped(&check.method))
         });
         table.row(
             "",

@@ -3,11 +3,11 @@
 use crate::row::{Row, Status};
 
 use super::text::{element, escaped};
-use crate::number::{grouped, grouped_factor, knob, si};
+use crate::number::{grouped, grouped_factor, method_setting, si};
 
 /// How the method of a row is set.
 pub(crate) fn setting(row: &Row) -> String {
-    knob(row.step_s, row.tolerance)
+    method_setting(row.step_s, row.tolerance)
 }
 
 /// A length, or nothing.
@@ -111,8 +111,8 @@ mod tests {
     fn counts_are_grouped_and_settings_named() {
         assert_eq!(grouped("1234567"), "1\u{202f}234\u{202f}567");
         assert_eq!(grouped("12"), "12");
-        assert_eq!(knob(Some(5e-4), None), "500 µs");
-        assert_eq!(knob(None, Some(1e-8)), "tolerance 10⁻⁸");
+        assert_eq!(method_setting(Some(5e-4), None), "500 µs");
+        assert_eq!(method_setting(None, Some(1e-8)), "tolerance 10⁻⁸");
         assert_eq!(factor(Some(1234.4)), "1\u{202f}230 ×");
     }
 }

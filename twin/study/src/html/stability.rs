@@ -1,10 +1,10 @@
 //! The page of a study of stability.
 
+use crate::factory::Scales;
 use crate::row::{Line, Row, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
-use crate::workshop::Scales;
 
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;

@@ -1,10 +1,10 @@
 //! The part of a page that sets figures beside those of the thesis.
 
+use crate::factory::Scales;
 use crate::number::si;
 use crate::row::{Line, Status};
 use crate::study::Study;
 use crate::thesis::{FIGURES, Like, ThesisFigure};
-use crate::workshop::Scales;
 
 use super::stability::{QUARTER, limit_cell};
 use super::table::Table;

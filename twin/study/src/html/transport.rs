@@ -1,6 +1,6 @@
 //! The part of a page that tells what a walk costs, and where energy appears or vanishes.
 
-use crate::number::{knob, si};
+use crate::number::{method_setting, si};
 use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
@@ -51,7 +51,7 @@ fn table(study: &Study) -> String {
         let first = !before.is_empty() && before != one.plant;
         before = &one.plant;
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
-        let setting = knob(one.step_s, one.tolerance);
+        let setting = method_setting(one.step_s, one.tolerance);
         let about = match &one.why {
             Some(why) => format!("{setting}; {why}"),
             None => setting,
@@ -196,6 +196,6 @@ fn name(one: &Transport) -> String {
         "{} {}, {}",
         one.plant,
         one.method,
-        knob(one.step_s, one.tolerance)
+        method_setting(one.step_s, one.tolerance)
     )
 }

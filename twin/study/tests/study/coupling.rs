@@ -4,11 +4,12 @@ use std::cell::RefCell;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBooks, OnGrid, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
+    DirectIo, EnergyBalance, FixedStepCoupling, Plant, PlantFault, Process, Rig, Schedule, Timing,
+    WorkCounts,
 };
 use twinrig_study::{
-    CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigMake, RigScene, RigWorkshop,
-    Status, StudyError, Way, coupling,
+    CouplingChoice, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigFactory,
+    RigScene, RigVariant, Status, StudyError, coupling,
 };
 
 use crate::pages::{elements, machine};
@@ -61,8 +62,8 @@ impl Plant for Foot {
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs.copy_from_slice(&[self.at[0], 0.0, 0.0]);
     }
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks::default()
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance::default()
     }
     fn work(&self) -> WorkCounts {
         WorkCounts {
@@ -126,14 +127,14 @@ fn rigs(plants: &[&str], buses: &[&str]) -> Rigs {
     }
 }
 
-impl RigWorkshop for Rigs {
+impl RigFactory for Rigs {
     fn scene(&self) -> &RigScene {
         &self.scene
     }
     fn plants(&self) -> &[String] {
         &self.plants
     }
-    fn rig(&self, make: &RigMake<'_>) -> Result<Rig, String> {
+    fn rig(&self, make: &RigVariant<'_>) -> Result<Rig, String> {
         self.steps.borrow_mut().push(make.step);
         if make.plant == "none" {
             return Err("there is no such foot".to_owned());
@@ -145,9 +146,9 @@ impl RigWorkshop for Rigs {
             breaks: make.plant == "brittle",
         };
         let plant: Box<dyn Plant> = match make.way {
-            Way::Exact => Box::new(foot),
-            Way::Grid(step, rule) => {
-                Box::new(OnGrid::new(Box::new(foot), step, rule, &|_| true).unwrap())
+            CouplingChoice::Exact => Box::new(foot),
+            CouplingChoice::Grid(step, rule) => {
+                Box::new(FixedStepCoupling::new(Box::new(foot), step, rule, &|_| true).unwrap())
             }
         };
         let process = Damper([0.1, 0.0]);

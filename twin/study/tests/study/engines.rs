@@ -6,13 +6,13 @@ use twinrig_study::{Factor, PrecisionPlan, RowKind, StiffnessTrend, Study, preci
 use crate::oscillator::{Oscillators, SOFT};
 use crate::stability;
 
-fn study(workshop: &Oscillators) -> Study {
+fn study(factory: &Oscillators) -> Study {
     let plan = PrecisionPlan {
         repetitions: 1,
         budget_s: 1e9,
         ..PrecisionPlan::default()
     };
-    precision(workshop, &plan, &mut ()).unwrap()
+    precision(factory, &plan, &mut ()).unwrap()
 }
 
 /// The errors of `plant`, the longest step first \[m\].
@@ -115,12 +115,12 @@ fn a_duel_is_what_its_rows_say() {
     };
     let sound = rows().filter(|row| row.plant == "engine" && row.error_rms_m.is_some());
     assert_eq!(dominance.settings.len(), sound.count());
-    for duel in &dominance.settings {
+    for comparison in &dominance.settings {
         let full = rows().filter(|row| row.plant == "full");
         let known = full.filter_map(|row| Some((row.error_rms_m?, row.run_s_per_simulated_s?)));
-        let closer = known.filter(|(error, _)| error.max(floor) <= duel.error_rms_m);
+        let closer = known.filter(|(error, _)| error.max(floor) <= comparison.error_rms_m);
         let least = closer.map(|(_, cost)| cost).fold(f64::INFINITY, f64::min);
-        let told = duel.no_greater_error.as_ref();
+        let told = comparison.no_greater_error.as_ref();
         assert_eq!(
             told.map_or(f64::INFINITY, |rival| rival.run_s_per_simulated_s),
             least
@@ -131,8 +131,8 @@ fn a_duel_is_what_its_rows_say() {
 #[test]
 fn springs_are_told_from_what_is_not_theirs_by_how_limits_go_with_stiffness() {
     let methods = ["rk4", "explicit-euler", "capped"];
-    let workshop = Oscillators::new(&methods, 200).with_engine(&["capped"]);
-    let found = stability::study(&workshop, &[Factor::Stiffness]);
+    let factory = Oscillators::new(&methods, 200).with_engine(&["capped"]);
+    let found = stability::study(&factory, &[Factor::Stiffness]);
     let all = found.stiffnesses();
     let of = |plant: &str, method: &str| -> StiffnessTrend {
         let mut all = all.iter();
@@ -162,8 +162,8 @@ fn springs_are_told_from_what_is_not_theirs_by_how_limits_go_with_stiffness() {
 #[test]
 fn a_limit_that_no_spring_moves_does_not_depend_on_stiffness() {
     // Stiff springs are left out: those whose own limit is below the cap.
-    let workshop = Oscillators::new(&["rk4", "capped"], 200).with_engine(&["capped"]);
-    let mut found = stability::study(&workshop, &[Factor::Stiffness]);
+    let factory = Oscillators::new(&["rk4", "capped"], 200).with_engine(&["capped"]);
+    let mut found = stability::study(&factory, &[Factor::Stiffness]);
     found.rows.retain(|row| row.scales.stiffness <= 1.0);
     let all = found.stiffnesses();
     let capped: Vec<_> = all
@@ -179,8 +179,8 @@ fn a_limit_that_no_spring_moves_does_not_depend_on_stiffness() {
 
 #[test]
 fn an_engine_keeps_its_reference_when_the_robot_changes() {
-    let workshop = Oscillators::new(&["rk4"], 200).with_engine(&["rk4"]);
-    let found = stability::study(&workshop, &[Factor::Stiffness]);
+    let factory = Oscillators::new(&["rk4"], 200).with_engine(&["rk4"]);
+    let found = stability::study(&factory, &[Factor::Stiffness]);
     let errors = |plant: &'static str| {
         let rows = found.rows.iter().filter(move |row| row.plant == plant);
         rows.filter(|row| row.largest_stable_step_s.is_some())

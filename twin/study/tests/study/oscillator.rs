@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBooks, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 use twinrig_study::{
-    Commands, Knob, MethodOffer, PlantOffer, Scales, Scene, SetBy, Variant, Workshop,
+    Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, Scene, SetBy, Variant,
 };
 
 pub const OMEGA: f64 = 100.0;
@@ -144,10 +144,10 @@ impl Plant for Oscillator {
         outputs.copy_from_slice(&[0.0, 0.0, 0.0, self.state[0], 0.0, 0.0]);
     }
 
-    fn energy(&self) -> EnergyBooks {
-        EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
+        EnergyBalance {
             kinetic: 0.5 * self.mass * self.state[1] * self.state[1],
-            ..EnergyBooks::default()
+            ..EnergyBalance::default()
         }
     }
 
@@ -181,7 +181,7 @@ pub struct Oscillators {
     zeta: f64,
 }
 
-fn method(name: &str, set_by: SetBy, reference: Option<Knob>) -> MethodOffer {
+fn method(name: &str, set_by: SetBy, reference: Option<MethodSetting>) -> MethodOffer {
     MethodOffer {
         name: name.to_owned(),
         about: format!("the method {name}"),
@@ -193,8 +193,8 @@ fn method(name: &str, set_by: SetBy, reference: Option<Knob>) -> MethodOffer {
 impl Oscillators {
     /// With these methods of the full model, for `millis`.
     pub fn new(methods: &[&str], millis: u64) -> Self {
-        let fine = Some(Knob::Step(SimDuration::from_micros(20)));
-        let loose = Some(Knob::Tolerance(1e-9));
+        let fine = Some(MethodSetting::Step(SimDuration::from_micros(20)));
+        let loose = Some(MethodSetting::Tolerance(1e-9));
         let offered = |&name: &&str| match name {
             "tolerant" => method(name, SetBy::Tolerance, None),
             "rk4" | "lying" | "late" => method(name, SetBy::Step, fine),
@@ -268,7 +268,7 @@ impl Oscillators {
     }
 }
 
-impl Workshop for Oscillators {
+impl PlantFactory for Oscillators {
     fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -301,9 +301,9 @@ impl Workshop for Oscillators {
         } else {
             1.0
         };
-        let (step, tolerance) = match variant.knob {
-            Knob::Step(step) => (Some(step), 0.0),
-            Knob::Tolerance(tolerance) => (None, tolerance),
+        let (step, tolerance) = match variant.setting {
+            MethodSetting::Step(step) => (Some(step), 0.0),
+            MethodSetting::Tolerance(tolerance) => (None, tolerance),
         };
         Ok(Box::new(Oscillator {
             method: variant.method.clone(),

@@ -2,8 +2,8 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_study::{
-    CLOCKED, Machine, PrecisionPlan, Row, RowKind, Status, Study, StudyError, Watcher, csv,
-    precision,
+    CLOCKED, Machine, PrecisionPlan, ProgressObserver, Row, RowKind, Status, Study, StudyError,
+    csv, precision,
 };
 
 use crate::oscillator::Oscillators;
@@ -279,15 +279,15 @@ fn the_table_has_a_line_for_each_row_and_a_cell_for_each_key() {
 #[test]
 fn whoever_looks_on_can_end_it_and_nothing_to_study_is_an_error() {
     struct Impatient;
-    impl Watcher for Impatient {
+    impl ProgressObserver for Impatient {
         fn at(&mut self, part: usize, of: usize, _: &str) -> bool {
             assert!(part <= of);
             part < 3
         }
     }
     let plan = PrecisionPlan::default();
-    let workshop = Oscillators::new(&["rk4"], 100);
-    let ended = precision(&workshop, &plan, &mut Impatient);
+    let factory = Oscillators::new(&["rk4"], 100);
+    let ended = precision(&factory, &plan, &mut Impatient);
     assert_eq!(ended, Err(StudyError::Interrupted { done: 3, of: 11 }));
     let short = precision(&Oscillators::new(&["rk4"], 5), &plan, &mut ());
     assert!(
@@ -305,8 +305,8 @@ fn what_a_study_finds_does_not_change_unnoticed() {
         budget_s: 1e9,
         ..PrecisionPlan::default()
     };
-    let workshop = Oscillators::new(&["rk4", "explicit-euler", "brittle"], 100).with_bare();
-    let study = precision(&workshop, &plan, &mut ()).unwrap();
+    let factory = Oscillators::new(&["rk4", "explicit-euler", "brittle"], 100).with_bare();
+    let study = precision(&factory, &plan, &mut ()).unwrap();
     let json = without_clock(&study);
     let shown = |row: &serde_json::Value| {
         let cell = |key: &str| match &row[key] {

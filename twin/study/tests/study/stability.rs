@@ -6,7 +6,7 @@ use twinrig_study::{Factor, RowKind, StabilityPlan, Status, Study, stability};
 use crate::oscillator::{OMEGA, Oscillators, ZETA};
 use crate::precision::without_clock;
 
-pub fn study(workshop: &Oscillators, factors: &[Factor]) -> Study {
+pub fn study(factory: &Oscillators, factors: &[Factor]) -> Study {
     let plan = StabilityPlan {
         duration: SimDuration::from_secs(4),
         compared: Some(SimDuration::from_millis(100)),
@@ -16,7 +16,7 @@ pub fn study(workshop: &Oscillators, factors: &[Factor]) -> Study {
         budget_s: 1e9,
         ..StabilityPlan::default()
     };
-    stability(workshop, &plan, &mut ()).unwrap()
+    stability(factory, &plan, &mut ()).unwrap()
 }
 
 fn limit(study: &Study, method: &str, stiffness: f64) -> f64 {
@@ -143,7 +143,7 @@ fn factors_that_say_nothing_about_the_scene_are_left_out_with_the_reason() {
 
 #[test]
 fn two_studies_find_the_same_but_for_run_times() {
-    let workshop = Oscillators::new(&["rk4", "semi-implicit", "tolerant"], 200);
-    let found = || without_clock(&study(&workshop, &[Factor::Damping]));
+    let factory = Oscillators::new(&["rk4", "semi-implicit", "tolerant"], 200);
+    let found = || without_clock(&study(&factory, &[Factor::Damping]));
     assert_eq!(found(), found());
 }

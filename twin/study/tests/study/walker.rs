@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBooks, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig_study::{
-    Commands, Cost, MethodOffer, PlantOffer, PrecisionPlan, Scene, SetBy, Status, Transport,
-    Variant, Workshop, precision,
+    Commands, Cost, MethodOffer, PlantFactory, PlantOffer, PrecisionPlan, Scene, SetBy, Status,
+    Transport, Variant, precision,
 };
 
 const SPEED: f64 = 0.5;
@@ -88,19 +88,19 @@ impl Plant for Walker {
         outputs.copy_from_slice(&all);
     }
 
-    fn energy(&self) -> EnergyBooks {
+    fn energy(&self) -> EnergyBalance {
         let t = self.now_s();
         let actuator = HIP.0 * HIP.1 * t + KNEE.0 * self.knee();
         let impact = 0.2 * t;
         let gravity = KNEE.0 * self.knee();
         let dissipated = actuator + self.leak() * t - impact - gravity;
-        EnergyBooks {
+        EnergyBalance {
             gravity,
             actuator,
             impact,
             dissipated,
             residual: self.leak() * t,
-            ..EnergyBooks::default()
+            ..EnergyBalance::default()
         }
     }
 
@@ -158,7 +158,7 @@ impl Walkers {
     }
 }
 
-impl Workshop for Walkers {
+impl PlantFactory for Walkers {
     fn scene(&self) -> &Scene {
         &self.scene
     }

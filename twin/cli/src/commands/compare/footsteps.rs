@@ -115,7 +115,7 @@ pub(super) fn differing(leg: &LegFootsteps, bounds: Bounds) -> impl Iterator<Ite
 
 /// The footsteps of a leg that have no partner.
 pub(super) fn missing(leg: &LegFootsteps) -> impl Iterator<Item = First> {
-    let alone = |what, number: usize, step: &RecordedFootstep| {
+    let standalone = |what, number: usize, step: &RecordedFootstep| {
         First {
             leg: leg.leg.clone(),
             what,
@@ -132,8 +132,8 @@ pub(super) fn missing(leg: &LegFootsteps) -> impl Iterator<Item = First> {
     };
     let only_in_a = leg.pairing.only_in_a.iter();
     let only_in_b = leg.pairing.only_in_b.iter();
-    let only_in_a = only_in_a.map(move |&i| alone("only in a", i + 1, &leg.a[i]));
-    only_in_a.chain(only_in_b.map(move |&j| alone("only in b", j + 1, &leg.b[j])))
+    let only_in_a = only_in_a.map(move |&i| standalone("only in a", i + 1, &leg.a[i]));
+    only_in_a.chain(only_in_b.map(move |&j| standalone("only in b", j + 1, &leg.b[j])))
 }
 
 impl First {

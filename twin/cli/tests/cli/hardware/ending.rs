@@ -2,7 +2,7 @@
 
 use twinrig_record::Recording;
 
-use super::lane::{COAST, MODES, requests, story, written};
+use super::trace::{COAST, MODES, requests, story, written};
 use super::{BENCH, Ended, Pair, Running, endless, patiently};
 use crate::common::{Folder, twin};
 

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::lane::{CALIBRATE, Happened, MODES, is_cyclic, read, requests, story, written};
+use super::trace::{CALIBRATE, Happened, MODES, is_cyclic, read, requests, story, written};
 use super::{BENCH, run_at_a_twin};
 use crate::common::{Folder, twin};
 

@@ -6,7 +6,7 @@ mod ending;
 mod exchange;
 mod flood;
 mod judging;
-mod lane;
+mod trace;
 mod unplugging;
 
 use std::fs::File;
@@ -244,12 +244,12 @@ pub fn patiently<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
     static ALONE: Mutex<()> = Mutex::new(());
     for attempts in 1..=20 {
         // One that failed leaves nothing behind that matters.
-        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        let standalone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         match attempt() {
             Ok(done) => return done,
             Err(ended) => println!("too late: {ended:?}"),
         }
-        drop(alone);
+        drop(standalone);
         sleep(Duration::from_millis(100) * attempts);
     }
     panic!("this machine is too busy to get boards ready");

@@ -1,0 +1,78 @@
+//! How long a step may be.
+
+use super::TrialStep;
+use crate::flow::Flow;
+use crate::real::{Lanes, Real};
+
+impl<const N: usize> Flow<N> {
+    /// Makes the steps of islands shorter whose error is too large; says whether there are any.
+    pub(super) fn shorten(&self, trial: &TrialStep<N>, h: &mut Lanes) -> bool {
+        let zero = Lanes::zero();
+        if (trial.error.simd_le(Lanes::splat(self.tolerance)) | h.simd_eq(zero)).all() {
+            return false;
+        }
+        let mut shorter = false;
+        for island in self.islands() {
+            let leg = island.start;
+            let (error, length) = (trial.error.lane(leg), h.lane(leg));
+            if length == 0.0 || error <= self.tolerance {
+                continue;
+            }
+            shorter = true;
+            let factor = if error.is_finite() {
+                (0.9 * fourth_root(self.tolerance / error)).max(0.1)
+            } else {
+                0.1
+            };
+            for leg in self.lanes_of(island) {
+                *h = h.with_lane(leg, length * factor);
+            }
+        }
+        shorter
+    }
+
+    /// Notes for each island how long its next step may be.
+    pub(super) fn lengthen(&mut self, trial: &TrialStep<N>, h: Lanes, remaining: &Lanes) {
+        // Where all go to the end of their time and are far from the tolerance, which is as a rule, none is limited.
+        let easy = trial.error.simd_lt(Lanes::splat(0.6 * self.tolerance))
+            & h.simd_ge(*remaining)
+            & h.simd_gt(Lanes::zero());
+        let lanes = self.present(1.0).simd_gt(Lanes::zero());
+        if easy.to_bitmask() == lanes.to_bitmask() {
+            let errors = trial.error.to_array();
+            let legs = errors.iter().take(self.model.legs.len());
+            self.estimate = legs.fold(self.estimate, |most, error| most.max(*error));
+            self.stride = Lanes::splat(f64::INFINITY);
+            return;
+        }
+        for island in self.islands() {
+            let leg = island.start;
+            let (error, length) = (trial.error.lane(leg), h.lane(leg));
+            if length == 0.0 {
+                continue;
+            }
+            self.estimate = self.estimate.max(error);
+            let factor = (0.9 * fourth_root(self.tolerance / error)).clamp(0.2, 4.0);
+            // A step that was cut by the end of its time says nothing against longer ones.
+            let whole = length >= remaining.lane(leg);
+            let next = length * factor;
+            let next = if whole {
+                next.max(self.stride.lane(leg))
+            } else {
+                next
+            };
+            let next = if whole && factor >= 1.0 {
+                f64::INFINITY
+            } else {
+                next
+            };
+            for leg in self.lanes_of(island) {
+                self.stride = self.stride.with_lane(leg, next);
+            }
+        }
+    }
+}
+
+pub(super) fn fourth_root(x: f64) -> f64 {
+    libm::sqrt(libm::sqrt(x))
+}

@@ -1,0 +1,428 @@
+use thiserror::Error;
+use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
+
+use crate::plant::{EnergyBalance, Plant, PlantEvent, PlantFault, WorkCounts};
+use crate::plant_state::PlantState;
+
+/// Two plants as one: side by side, without anything to do with each other. A robot, and drives that its own plant does not
+/// move.
+///
+/// Its ports are those of the first, then those of the second; energies and work are sums, drift is that of the worse, and
+/// events come in order of time. Each does what it would do alone, bit for bit.
+///
+/// Where the second fails, the first has gone that last step already: what fails easily goes first.
+pub struct CompositePlant {
+    name: String,
+    first: Box<dyn Plant>,
+    second: Box<dyn Plant>,
+    /// Where in the inputs and in the outputs the second's begin.
+    inputs: usize,
+    outputs: usize,
+    /// How many events of each are among `events`.
+    taken: [usize; 2],
+    events: Vec<PlantEvent>,
+}
+
+/// Two plants that cannot stand beside each other: both have a port of that name.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{first} and {second} cannot stand beside each other: both have {port}")]
+pub struct NameClash {
+    /// Name of the first plant.
+    pub first: String,
+    /// Name of the second.
+    pub second: String,
+    /// Name of the port.
+    pub port: String,
+}
+
+impl CompositePlant {
+    /// Puts `second` beside `first`.
+    ///
+    /// # Errors
+    /// [`NameClash`] if both have a port of the same name.
+    pub fn new(first: Box<dyn Plant>, second: Box<dyn Plant>) -> Result<Self, NameClash> {
+        let ports = first.ports();
+        let known = |port: &Port| ports.iter().any(|other| other.name == port.name);
+        if let Some(port) = second.ports().into_iter().find(known) {
+            return Err(NameClash {
+                first: first.name().to_owned(),
+                second: second.name().to_owned(),
+                port: port.name,
+            });
+        }
+        Ok(Self {
+            name: format!("{} beside {}", first.name(), second.name()),
+            inputs: Layout::of(&ports, Direction::Input).len(),
+            outputs: Layout::of(&ports, Direction::Output).len(),
+            taken: [first.events().len(), second.events().len()],
+            first,
+            second,
+            events: Vec::new(),
+        })
+    }
+
+    /// Takes up what has happened to either since it did so last, in order of time; what is earlier is there already.
+    fn take_events(&mut self) {
+        let begun = self.events.len();
+        for (plant, taken) in [&self.first, &self.second].into_iter().zip(&mut self.taken) {
+            let all = plant.events();
+            self.events
+                .extend_from_slice(all.get(*taken..).unwrap_or_default());
+            *taken = all.len();
+        }
+        // Stable, so that the first goes first.
+        self.events[begun..].sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+    }
+}
+
+impl Plant for CompositePlant {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        let mut ports = self.first.ports();
+        ports.extend(self.second.ports());
+        ports
+    }
+
+    fn first_inputs(&self, inputs: &mut [f64]) {
+        let (first, second) = inputs.split_at_mut(self.inputs);
+        self.first.first_inputs(first);
+        self.second.first_inputs(second);
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        let (first, second) = inputs.split_at(self.inputs);
+        let advanced = self.first.advance(to, first);
+        let advanced = advanced.and_then(|()| self.second.advance(to, second));
+        self.take_events();
+        advanced
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        let (first, second) = outputs.split_at_mut(self.outputs);
+        self.first.observe(first);
+        self.second.observe(second);
+    }
+
+    fn begin_window(&mut self) {
+        self.first.begin_window();
+        self.second.begin_window();
+    }
+
+    fn energy(&self) -> EnergyBalance {
+        let (a, b) = (self.first.energy(), self.second.energy());
+        EnergyBalance {
+            kinetic: a.kinetic + b.kinetic,
+            spring: a.spring + b.spring,
+            gravity: a.gravity + b.gravity,
+            dissipated: a.dissipated + b.dissipated,
+            actuator: a.actuator + b.actuator,
+            impact: a.impact + b.impact,
+            exchanged: a.exchanged + b.exchanged,
+            residual: a.residual + b.residual,
+        }
+    }
+
+    fn work(&self) -> WorkCounts {
+        let (a, b) = (self.first.work(), self.second.work());
+        WorkCounts {
+            steps: a.steps + b.steps,
+            evaluations: a.evaluations + b.evaluations,
+            factorisations: a.factorisations + b.factorisations,
+            events: a.events + b.events,
+            solver_iterations: a.solver_iterations + b.solver_iterations,
+            fallbacks: a.fallbacks + b.fallbacks,
+        }
+    }
+
+    fn constraint_violation(&self) -> Option<f64> {
+        let (a, b) = (
+            self.first.constraint_violation(),
+            self.second.constraint_violation(),
+        );
+        a.into_iter().chain(b).reduce(f64::max)
+    }
+
+    fn log_events(&mut self, wanted: bool) {
+        self.first.log_events(wanted);
+        self.second.log_events(wanted);
+        self.events.clear();
+        self.taken = [self.first.events().len(), self.second.events().len()];
+    }
+
+    fn events(&self) -> &[PlantEvent] {
+        &self.events
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.first.save(), self.second.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (first, second): (Snapshot, Snapshot) = snapshot.read()?;
+        let before = self.first.save();
+        self.first.restore(&first)?;
+        if let Err(error) = self.second.restore(&second) {
+            self.first.restore(&before)?;
+            return Err(error);
+        }
+        self.taken = [self.first.events().len(), self.second.events().len()];
+        Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        let (first, second) = (self.first.state()?, self.second.state()?);
+        let both = second.iter();
+        Some(both.fold(first, |both, (name, values)| both.with(name, values)))
+    }
+
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        // What only the second knows goes there; the first says what nobody knows.
+        let own = self.second.state();
+        let known = |name: &str| own.as_ref().is_some_and(|own| own.get(name).is_some());
+        let before = self.first.save();
+        let mut lines = self.first.resume_from(&from.only(|name| !known(name)))?;
+        match self.second.resume_from(&from.only(known)) {
+            Ok(more) => lines.extend(more),
+            Err(fault) => {
+                // It is its own, so it fits.
+                let _ = self.first.restore(&before);
+                return Err(fault);
+            }
+        }
+        self.events.clear();
+        self.taken = [self.first.events().len(), self.second.events().len()];
+        Ok(lines)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_kernel::{SimDuration, Unit};
+
+    use super::*;
+    use crate::plant::PlantEventKind;
+
+    /// Follows its command by explicit Euler steps, so that other instants give other bits; tells every `period` of its
+    /// steps; fails where a command is no number.
+    #[derive(Clone)]
+    struct Lag {
+        name: &'static str,
+        value: f64,
+        window: f64,
+        now: SimTime,
+        steps: u64,
+        period: u64,
+        log: Option<Vec<PlantEvent>>,
+    }
+
+    fn lag(name: &'static str, value: f64, period: u64) -> Lag {
+        Lag {
+            name,
+            value,
+            window: 0.0,
+            now: SimTime::ZERO,
+            steps: 0,
+            period,
+            log: None,
+        }
+    }
+
+    impl Plant for Lag {
+        fn name(&self) -> &str {
+            self.name
+        }
+        fn ports(&self) -> Vec<Port> {
+            // An output first, so that places of inputs and outputs differ.
+            vec![
+                Port::output(format!("{}/value", self.name), Unit::Volt, 2),
+                Port::input(format!("{}/command", self.name), Unit::Volt, 1),
+            ]
+        }
+        fn first_inputs(&self, inputs: &mut [f64]) {
+            inputs.fill(self.value);
+        }
+        fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+            if inputs[0].is_nan() {
+                return Err(PlantFault {
+                    time: self.now,
+                    part: self.name.to_owned(),
+                    energy: self.energy().stored(),
+                    why: "no number".to_owned(),
+                });
+            }
+            let seconds = (to - self.now).as_secs_f64();
+            self.value += 10.0 * seconds * (inputs[0] - self.value);
+            self.window += seconds * inputs[0];
+            (self.now, self.steps) = (to, self.steps + 1);
+            if let Some(log) = &mut self.log
+                && self.steps.is_multiple_of(self.period)
+            {
+                log.push(PlantEvent {
+                    at_s: to.as_secs_f64() - 1e-4 * self.period as f64,
+                    part: self.name.to_owned(),
+                    kind: PlantEventKind::Reached,
+                });
+            }
+            Ok(())
+        }
+        fn observe(&mut self, outputs: &mut [f64]) {
+            outputs.copy_from_slice(&[self.value, self.window]);
+        }
+        fn begin_window(&mut self) {
+            self.window = 0.0;
+        }
+        fn energy(&self) -> EnergyBalance {
+            EnergyBalance {
+                kinetic: self.value * self.value,
+                residual: 0.25,
+                ..EnergyBalance::default()
+            }
+        }
+        fn work(&self) -> WorkCounts {
+            WorkCounts {
+                steps: self.steps,
+                ..WorkCounts::default()
+            }
+        }
+        fn constraint_violation(&self) -> Option<f64> {
+            (self.period > 1).then_some(self.value.abs())
+        }
+        fn log_events(&mut self, wanted: bool) {
+            self.log = wanted.then(Vec::new);
+        }
+        fn events(&self) -> &[PlantEvent] {
+            self.log.as_deref().unwrap_or_default()
+        }
+        fn save(&self) -> Snapshot {
+            Snapshot::of(&(
+                self.name.to_owned(),
+                self.value,
+                self.window,
+                self.now,
+                self.steps,
+            ))
+        }
+        fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+            let (name, value, window, now, steps): (String, _, _, _, _) = snapshot.read()?;
+            if name != self.name {
+                return Err(SnapshotError::Mismatch {
+                    expected: self.name.to_owned(),
+                    found: name,
+                });
+            }
+            (self.value, self.window, self.now, self.steps) = (value, window, now, steps);
+            Ok(())
+        }
+    }
+
+    fn pair() -> (Lag, Lag, CompositePlant) {
+        let (one, two) = (lag("one", 1.0, 2), lag("two", -3.0, 3));
+        let beside = CompositePlant::new(Box::new(one.clone()), Box::new(two.clone())).unwrap();
+        (one, two, beside)
+    }
+
+    fn at(ms: u64) -> SimTime {
+        SimTime::ZERO + SimDuration::from_millis(ms)
+    }
+
+    #[test]
+    fn a_pair_behaves_as_each_alone() {
+        let (mut one, mut two, mut beside) = pair();
+        assert_eq!(beside.name(), "one beside two");
+        let ports = [one.ports(), two.ports()].concat();
+        assert_eq!(beside.ports(), ports);
+        let mut inputs = [0.0; 2];
+        beside.first_inputs(&mut inputs);
+        assert_eq!(inputs, [1.0, -3.0]);
+        for step in 1..50_u64 {
+            let (now, inputs) = (at(step * (step % 5 + 5)), [step as f64, 0.5]);
+            if now <= one.now {
+                continue;
+            }
+            beside.advance(now, &inputs).unwrap();
+            one.advance(now, &inputs[..1]).unwrap();
+            two.advance(now, &inputs[1..]).unwrap();
+            let (mut together, mut alone) = ([0.0; 4], [0.0; 4]);
+            beside.observe(&mut together);
+            one.observe(&mut alone[..2]);
+            two.observe(&mut alone[2..]);
+            assert_eq!(together, alone);
+            if step % 7 == 0 {
+                beside.begin_window();
+                one.begin_window();
+                two.begin_window();
+            }
+        }
+        assert_eq!(
+            beside.energy().kinetic,
+            one.energy().kinetic + two.energy().kinetic
+        );
+        assert_eq!(beside.energy().residual, 0.5);
+        assert_eq!(beside.work().steps, 2 * one.steps);
+        assert_eq!(
+            beside.constraint_violation(),
+            Some(one.value.abs().max(two.value.abs()))
+        );
+    }
+
+    #[test]
+    fn events_of_both_come_in_order_of_time_once_they_are_wanted() {
+        let (_, _, mut beside) = pair();
+        beside.advance(at(1), &[0.0; 2]).unwrap();
+        beside.advance(at(2), &[0.0; 2]).unwrap();
+        assert!(beside.events().is_empty());
+        beside.log_events(true);
+        for ms in 3..=12 {
+            beside.advance(at(ms), &[0.0; 2]).unwrap();
+        }
+        let parts: Vec<&str> = beside
+            .events()
+            .iter()
+            .map(|event| event.part.as_str())
+            .collect();
+        // Two at 3 (less 0.3), one at 4 (less 0.2), both at 6: two's is the earlier.
+        assert_eq!(
+            parts,
+            [
+                "two", "one", "two", "one", "one", "two", "one", "two", "one"
+            ]
+        );
+        assert!(beside.events().is_sorted_by(|a, b| a.at_s <= b.at_s));
+        beside.log_events(true);
+        assert!(beside.events().is_empty());
+    }
+
+    #[test]
+    fn what_is_saved_is_restored_and_a_snapshot_of_others_changes_nothing() {
+        let (_, _, mut beside) = pair();
+        beside.advance(at(4), &[2.0, 3.0]).unwrap();
+        let saved = beside.save();
+        beside.advance(at(9), &[1.0, 1.0]).unwrap();
+        let ahead = beside.save();
+        beside.restore(&saved).unwrap();
+        beside.advance(at(9), &[1.0, 1.0]).unwrap();
+        assert_eq!(beside.save(), ahead);
+        let three = lag("three", 0.0, 1);
+        let others = CompositePlant::new(Box::new(lag("one", 5.0, 2)), Box::new(three)).unwrap();
+        assert!(beside.restore(&others.save()).is_err());
+        assert_eq!(beside.save(), ahead);
+    }
+
+    #[test]
+    fn faults_of_either_pass() {
+        for (inputs, part) in [([f64::NAN, 0.0], "one"), ([0.0, f64::NAN], "two")] {
+            let (_, _, mut beside) = pair();
+            let fault = beside.advance(at(1), &inputs).unwrap_err();
+            assert_eq!((fault.part.as_str(), fault.time), (part, SimTime::ZERO));
+        }
+    }
+
+    #[test]
+    fn plants_with_a_port_in_common_are_refused() {
+        let clash = CompositePlant::new(Box::new(lag("one", 0.0, 1)), Box::new(lag("one", 1.0, 1)));
+        assert_eq!(clash.err().unwrap().port, "one/value");
+    }
+}

@@ -1,0 +1,355 @@
+use std::ops::Range;
+
+use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration, SimTime};
+
+use super::clock::{Clock, later};
+use super::driver_session::{Heading, duration};
+use super::report::{RealTimeReport, TaskReport};
+use crate::interrupt::LongLoop;
+use crate::process_slot::ProcessSlot;
+use crate::wiring::{TaskLinks, check_names, wire};
+use crate::{
+    ControlStep, Group, Manager, Observer, Process, RigError, RunEvent, Schedule, TaskError,
+};
+
+/// What the conductor leads: the tasks, on threads or in a test.
+pub(super) trait Tasks {
+    /// Takes the oldest report of any task that is stamped `limit` or before.
+    fn report(&mut self, limit: HostTime) -> Option<Report<'_>>;
+
+    /// What the task's last transfer brought to the process, then its gauges. The former means something
+    /// only while the task is idle.
+    fn brought(&mut self, task: usize) -> (&[f64], &[f64]);
+
+    /// Begins a transfer of an idle task.
+    fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]);
+}
+
+/// What a task tells of itself.
+pub(super) struct Report<'a> {
+    pub(super) task: usize,
+    pub(super) at: HostTime,
+    pub(super) what: What<'a>,
+}
+
+pub(super) enum What<'a> {
+    Passed(Heading, &'a [u8]),
+    Ended,
+    Failed(TaskError),
+}
+
+/// Applies the scheduling rule in real time: the same as the lockstep rig does to an agenda, done to a clock.
+/// Knows no thread.
+pub(super) struct RealTimeScheduler {
+    pub(super) slot: ProcessSlot,
+    pub(super) tasks: Vec<TaskPart>,
+    pub(super) diagnostics: Layout,
+    pub(super) traces: Vec<String>,
+    pub(super) period: SimDuration,
+    manager: Manager,
+    observe: SimDuration,
+    next_look: SimTime,
+    values: Vec<f64>,
+    /// When control step 0 is; until then everything happens at time 0.
+    origin: Option<HostTime>,
+    /// Time of the last thing told. None goes back.
+    told: SimTime,
+    /// Of the iterations, as they really begin.
+    jitter: CycleJitter,
+    pub(super) report: RealTimeReport,
+}
+
+/// A task, as the process sees it.
+pub(super) struct TaskPart {
+    pub(super) name: String,
+    links: TaskLinks,
+    from_process: Vec<f64>,
+    diagnostics: Range<usize>,
+    begun: HostTime,
+}
+
+/// A driver's share in the wiring.
+pub(super) struct TaskFace {
+    pub(super) name: String,
+    pub(super) ports: Vec<Port>,
+    pub(super) diagnostics: Vec<Port>,
+}
+
+/// Lanes of each task: out, then in.
+const LANES: usize = 2;
+
+impl RealTimeScheduler {
+    /// Wires the parts by name.
+    pub(super) fn new(
+        schedule: &Schedule,
+        process: Box<dyn Process>,
+        tasks: Vec<TaskFace>,
+    ) -> Result<Self, RigError> {
+        let period = schedule.period()?;
+        if schedule.observe.is_zero() {
+            return Err(RigError::BadPeriod {
+                what: "observation",
+            });
+        }
+        let ports = process.ports();
+        let diagnostics: Vec<Port> = tasks
+            .iter()
+            .flat_map(|task| task.diagnostics.clone())
+            .collect();
+        check_names("the list of gauges of drivers and devices", &diagnostics)?;
+        let named: Vec<_> = tasks
+            .iter()
+            .map(|task| (task.name.clone(), task.ports.clone()))
+            .collect();
+        let links = wire((process.name(), &ports), &named)?;
+        let mut diagnostics_end = 0;
+        let mut parts = Vec::new();
+        let mut traces = Vec::new();
+        for (face, links) in tasks.into_iter().zip(links) {
+            let diagnostics_start = diagnostics_end;
+            diagnostics_end += Layout::of(&face.diagnostics, Direction::Output).len();
+            traces.extend(["out", "in"].map(|trace| format!("{}/{trace}", face.name)));
+            parts.push(TaskPart {
+                name: face.name,
+                links,
+                from_process: vec![0.0; Layout::of(&face.ports, Direction::Input).len()],
+                diagnostics: diagnostics_start..diagnostics_end,
+                begun: HostTime::default(),
+            });
+        }
+        let diagnostics = Layout::of(&diagnostics, Direction::Output);
+        let report = RealTimeReport {
+            tasks: parts
+                .iter()
+                .map(|part| TaskReport::of(&part.name))
+                .collect(),
+            ..RealTimeReport::default()
+        };
+        Ok(Self {
+            slot: ProcessSlot::new(process, &ports),
+            manager: Manager::new(parts.len()),
+            tasks: parts,
+            values: vec![0.0; diagnostics.len()],
+            diagnostics,
+            traces,
+            period,
+            observe: schedule.observe,
+            next_look: SimTime::ZERO,
+            origin: None,
+            told: SimTime::ZERO,
+            jitter: CycleJitter::new(period),
+            report,
+        })
+    }
+
+    /// All tasks have been told to open.
+    pub(super) fn opening(&mut self) {
+        (0..self.tasks.len()).for_each(|n| self.manager.task_begun(n));
+    }
+
+    /// Whether no task is at anything.
+    pub(super) fn all_idle(&self) -> bool {
+        (0..self.tasks.len()).all(|n| !self.manager.is_busy(n))
+    }
+
+    /// Says when control step 0 is to be.
+    pub(super) fn begin_at(&mut self, origin: HostTime) {
+        self.origin = Some(origin);
+    }
+
+    /// When a control step is due.
+    pub(super) fn due(&self, step: u64) -> (SimTime, HostTime) {
+        let since = SimDuration::from_nanos(self.period.as_nanos().saturating_mul(step));
+        let at = later(self.origin.unwrap_or_default(), duration(since));
+        (SimTime::ZERO + since, at)
+    }
+
+    /// The time of the run, to be told to the observer: never earlier than what was told before.
+    fn stamp(&mut self, at: HostTime) -> SimTime {
+        let since = self
+            .origin
+            .map_or(0, |origin| at.as_nanos().saturating_sub(origin.as_nanos()));
+        self.told = self.told.max(SimTime::from_nanos(since));
+        self.told
+    }
+
+    /// Hears what tasks have reported by `limit`, in order of time.
+    pub(super) fn hear<T: Tasks, O: Observer>(
+        &mut self,
+        limit: HostTime,
+        tasks: &mut T,
+        observer: &mut O,
+    ) -> Result<(), RigError> {
+        while let Some(Report { task, at, what }) = tasks.report(limit) {
+            let now = self.stamp(at);
+            match what {
+                What::Passed(way, bytes) => {
+                    let trace = task * LANES + usize::from(way == Heading::In);
+                    observer.bytes(now, trace, bytes);
+                }
+                What::Ended => {
+                    // What is over when the run is has no transfer to end.
+                    if self.manager.is_busy(task) {
+                        self.manager.task_ended(task);
+                        if self.origin.is_some() {
+                            observer.event(now, RunEvent::TaskEnd { task });
+                            let took = at.since(self.tasks[task].begun);
+                            self.report.tasks[task].took.count(took);
+                        }
+                    }
+                }
+                What::Failed(source) => {
+                    return Err(RigError::Task {
+                        task: self.tasks[task].name.clone(),
+                        time: now,
+                        source,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Control step `step`, or the last that is due if it was overslept: one iteration of the process, and the
+    /// transfers that follow. Gives the number of the next control step that can be kept.
+    pub(super) fn control_step<C: Clock + ?Sized, T: Tasks, O: Observer>(
+        &mut self,
+        step: u64,
+        clock: &C,
+        tasks: &mut T,
+        observer: &mut O,
+    ) -> Result<u64, RigError> {
+        let woke = clock.now();
+        self.report.lateness.count(woke.since(self.due(step).1));
+        let step = self.overslept(step, woke, tasks, observer)?;
+        self.hear(woke, tasks, observer)?;
+        self.begin(step, woke, tasks, observer)?;
+
+        let ended = clock.now();
+        self.report.computing.count(ended.since(woke));
+        let next = self.overrun(step + 1, ended, tasks, observer)?;
+        self.hear(ended, tasks, observer)?;
+        self.end(ended, tasks, observer);
+        self.look(ended, tasks, observer);
+        Ok(next)
+    }
+
+    /// Skips the control steps that were slept through.
+    fn overslept<T: Tasks, O: Observer>(
+        &mut self,
+        mut step: u64,
+        woke: HostTime,
+        tasks: &mut T,
+        observer: &mut O,
+    ) -> Result<u64, RigError> {
+        let mut missed = 0;
+        let mut turns = LongLoop::default();
+        while self.due(step + 1).1 <= woke && !turns.is_interrupted() {
+            let at = self.due(step).1;
+            self.hear(at, tasks, observer)?;
+            missed += 1;
+            self.report.overslept += 1;
+            let now = self.stamp(at);
+            observer.event(now, RunEvent::Overrun { missed });
+            step += 1;
+        }
+        Ok(step)
+    }
+
+    /// Begins an iteration on what the idle tasks brought, and runs it.
+    fn begin<T: Tasks, O: Observer>(
+        &mut self,
+        step: u64,
+        woke: HostTime,
+        tasks: &mut T,
+        observer: &mut O,
+    ) -> Result<(), RigError> {
+        let (scheduled, _) = self.due(step);
+        let now = self.stamp(woke);
+        // By the grid, not by the clock: without overruns every run computes the same.
+        let ControlStep::Begin { elapsed, .. } = self.manager.control_step(scheduled) else {
+            return Ok(());
+        };
+        if let Some(jitter) = self.jitter.begin(now) {
+            self.report.jitter.count(duration(jitter));
+        }
+        self.report.iterations += 1;
+        self.slot.make_changes(scheduled, now, observer)?;
+        for (n, part) in self.tasks.iter().enumerate() {
+            if self.manager.takes_part(n) {
+                let (brought, _) = tasks.brought(n);
+                let inputs = &mut self.slot.state.inputs;
+                part.links
+                    .measurements
+                    .iter()
+                    .for_each(|link| link.copy(brought, inputs));
+            } else {
+                self.report.tasks[n].skipped += 1;
+                observer.event(now, RunEvent::TaskSkipped { task: n });
+            }
+        }
+        observer.event(now, RunEvent::ProcessBegin { elapsed });
+        observer.samples(now, Group::ProcessInputs, &self.slot.state.inputs);
+        self.slot.step(now, elapsed)
+    }
+
+    /// Counts the control steps that came while the process was at its iteration.
+    fn overrun<T: Tasks, O: Observer>(
+        &mut self,
+        mut step: u64,
+        ended: HostTime,
+        tasks: &mut T,
+        observer: &mut O,
+    ) -> Result<u64, RigError> {
+        // An iteration that takes exactly a period is in time.
+        let mut turns = LongLoop::default();
+        while self.due(step).1 < ended && !turns.is_interrupted() {
+            let (scheduled, at) = self.due(step);
+            self.hear(at, tasks, observer)?;
+            if let ControlStep::Late { missed } = self.manager.control_step(scheduled) {
+                self.report.overruns += 1;
+                let now = self.stamp(at);
+                observer.event(now, RunEvent::Overrun { missed });
+            }
+            step += 1;
+        }
+        Ok(step)
+    }
+
+    /// Ends the iteration, and begins the transfers of the tasks that take part in it.
+    fn end<T: Tasks, O: Observer>(&mut self, ended: HostTime, tasks: &mut T, observer: &mut O) {
+        let now = self.stamp(ended);
+        self.manager.process_ended();
+        observer.event(now, RunEvent::ProcessEnd);
+        observer.samples(now, Group::ProcessOutputs, &self.slot.state.outputs);
+        for (n, part) in self.tasks.iter_mut().enumerate() {
+            if !self.manager.takes_part(n) {
+                continue;
+            }
+            self.manager.task_begun(n);
+            observer.event(now, RunEvent::TaskBegin { task: n });
+            for link in &part.links.commands {
+                link.copy(&self.slot.state.outputs, &mut part.from_process);
+            }
+            part.begun = ended;
+            tasks.begin(n, ended, &part.from_process);
+        }
+    }
+
+    /// Shows the gauges, if that is due.
+    fn look<T: Tasks, O: Observer>(&mut self, at: HostTime, tasks: &mut T, observer: &mut O) {
+        let now = self.stamp(at);
+        if self.values.is_empty() || now < self.next_look {
+            return;
+        }
+        let looks = (now - SimTime::ZERO).as_nanos() / self.observe.as_nanos() + 1;
+        self.next_look = SimTime::from_nanos(self.observe.as_nanos().saturating_mul(looks));
+        for (n, part) in self.tasks.iter().enumerate() {
+            if !part.diagnostics.is_empty() {
+                let (_, diagnostics) = tasks.brought(n);
+                self.values[part.diagnostics.clone()].copy_from_slice(diagnostics);
+            }
+        }
+        observer.samples(now, Group::Diagnostics, &self.values);
+    }
+}

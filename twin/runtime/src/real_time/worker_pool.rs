@@ -1,0 +1,251 @@
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use triple_buffer::{Input, Output, triple_buffer};
+use twinrig_kernel::{Direction, HostTime, Layout};
+
+use super::clock::{Clock, later};
+use super::driver_session::{DriverSession, Heading, duration};
+use super::limits::Limits;
+use super::ring::{RingReader, ring, unpack};
+use super::scheduler::{Report, Tasks, What};
+use super::worker::{Shared, Worker, order, report};
+use crate::{Device, Driver, Phase, RigError, TaskError};
+
+/// The control thread's end of the tasks' threads.
+pub(super) struct WorkerPool {
+    hands: Vec<WorkerHandle>,
+    limits: Limits,
+    bytes: Vec<u8>,
+    /// Reports that were lost on the way here, as far as threads have ended.
+    lost: u64,
+}
+
+struct WorkerHandle {
+    place: String,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<u64>>,
+    from_process: Input<Vec<f64>>,
+    brought: Output<Vec<f64>>,
+    to_process: usize,
+    reports: RingReader,
+    at: Phase,
+    since: HostTime,
+    idle: bool,
+    /// Whether its failure has been told.
+    failed: bool,
+}
+
+/// Room for the reports of a task \[words of 8 bytes\].
+const REPORTS: usize = 1 << 14;
+/// How much longer than its limits a thread may live before it is given up.
+const GRACE: Duration = Duration::from_secs(1);
+
+impl WorkerPool {
+    /// Starts a thread for each driver, which begins to open its devices.
+    pub(super) fn start(
+        drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
+        clock: &Arc<dyn Clock>,
+        limits: Limits,
+        priority: Option<u8>,
+    ) -> Result<Self, RigError> {
+        // If one cannot be started, dropping the crew closes those that have been.
+        let mut pool = Self {
+            hands: Vec::new(),
+            limits,
+            bytes: Vec::with_capacity(4096),
+            lost: 0,
+        };
+        for (driver, device) in drivers {
+            let hand = WorkerHandle::start(driver, device, clock, limits, priority)?;
+            pool.hands.push(hand);
+        }
+        Ok(pool)
+    }
+
+    /// Tells all to close.
+    pub(super) fn close(&mut self, now: HostTime) {
+        for hand in &mut self.hands {
+            (hand.at, hand.since, hand.idle) = (Phase::Closing, now, false);
+            hand.order(order::CLOSE);
+        }
+    }
+
+    /// Whether every thread has ended, or been given up.
+    pub(super) fn all_gone(&mut self) -> bool {
+        for hand in &mut self.hands {
+            let gone = hand.thread.take_if(|thread| thread.is_finished());
+            if let Some(Ok(lost)) = gone.map(JoinHandle::join) {
+                self.lost += lost;
+            }
+        }
+        self.hands.iter().all(|hand| hand.thread.is_none())
+    }
+
+    /// Reports that were lost on the way here.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost
+    }
+}
+
+/// However the run ended, no device is left as it is.
+impl Drop for WorkerPool {
+    fn drop(&mut self) {
+        self.hands.iter().for_each(|hand| hand.order(order::CLOSE));
+    }
+}
+
+impl WorkerHandle {
+    fn start(
+        driver: Box<dyn Driver>,
+        device: Box<dyn Device>,
+        clock: &Arc<dyn Clock>,
+        limits: Limits,
+        priority: Option<u8>,
+    ) -> Result<Self, RigError> {
+        let name = driver.name().to_string();
+        let inputs = Layout::of(&driver.ports(), Direction::Input).len();
+        let mut brought = driver.to_process().to_vec();
+        let to_process = brought.len();
+        brought.resize(
+            to_process + Layout::of(&driver.diagnostics(), Direction::Output).len(),
+            0.0,
+        );
+        driver.read_diagnostics(&mut brought[to_process..]);
+        let (from_process, to_worker) = triple_buffer(&vec![0.0; inputs]);
+        let (from_worker, brought) = triple_buffer(&brought);
+        let (writer, reports) = ring(REPORTS);
+        let shared = Arc::new(Shared::default());
+        let place = device.place().to_string();
+        let worker = Worker {
+            exchange: DriverSession::new(driver, device, clock.clone()),
+            clock: clock.clone(),
+            limits,
+            priority,
+            shared: shared.clone(),
+            from_process: to_worker,
+            brought: from_worker,
+            to_process,
+            reports: writer,
+        };
+        let thread = thread::Builder::new().name(format!("task {name}"));
+        let thread = thread.spawn(move || worker.live());
+        let thread = thread.map_err(|error| RigError::Thread {
+            what: name,
+            why: error.to_string(),
+        })?;
+        Ok(Self {
+            place,
+            shared,
+            thread: Some(thread),
+            from_process,
+            brought,
+            to_process,
+            reports,
+            at: Phase::Opening,
+            since: clock.now(),
+            idle: false,
+            failed: false,
+        })
+    }
+
+    fn order(&self, order: u8) {
+        self.shared.order.store(order, Ordering::Release);
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+
+    /// What a thread that has nothing more to report did wrong, if it did.
+    fn lost(&mut self, now: HostTime, limits: Limits) -> Option<TaskError> {
+        let limit = match self.at {
+            Phase::Opening => limits.open,
+            Phase::Transfer => limits.transfer,
+            // The worker may be at a transfer, or at opening, when it is told to close.
+            Phase::Closing => limits.close,
+        };
+        let thread = self.thread.as_ref()?;
+        let why = if thread.is_finished() {
+            // One that closes may end; one whose last report is on its way is asked again.
+            if self.at == Phase::Closing || self.reports.peek().is_some() {
+                return None;
+            }
+            "it panicked"
+        } else if !self.idle && now > later(self.since, duration(limit) + GRACE) {
+            "it is still at it"
+        } else {
+            return None;
+        };
+        self.thread = None;
+        Some(TaskError::Lost {
+            what: self.at,
+            place: self.place.clone(),
+            why: why.into(),
+        })
+    }
+}
+
+impl Tasks for WorkerPool {
+    fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {
+        let heads = self.hands.iter_mut().enumerate();
+        let oldest = heads
+            .filter_map(|(task, hand)| hand.reports.peek().map(|head| (head.at, task)))
+            .filter(|(at, _)| *at <= limit)
+            .min();
+        let Some((at, task)) = oldest else {
+            let limits = self.limits;
+            let mut hands = self.hands.iter_mut().enumerate();
+            return hands.find_map(|(task, hand)| {
+                // One that has failed already may yet be lost while it closes: it is given up, but not told twice.
+                let error = hand.lost(limit, limits)?;
+                if std::mem::replace(&mut hand.failed, true) {
+                    return None;
+                }
+                Some(Report {
+                    task,
+                    at: limit,
+                    what: What::Failed(error),
+                })
+            });
+        };
+        let hand = &mut self.hands[task];
+        let (head, words) = hand.reports.pop()?;
+        let what = match head.kind {
+            report::ENDED => {
+                hand.idle = true;
+                What::Ended
+            }
+            report::FAILED => {
+                hand.failed = true;
+                What::Failed(hand.shared.failure.get()?.clone())
+            }
+            kind => {
+                unpack(head, words, &mut self.bytes);
+                let way = if kind == report::OUT {
+                    Heading::Out
+                } else {
+                    Heading::In
+                };
+                What::Passed(way, &self.bytes)
+            }
+        };
+        Some(Report { task, at, what })
+    }
+
+    fn brought(&mut self, task: usize) -> (&[f64], &[f64]) {
+        let hand = &mut self.hands[task];
+        hand.brought.read().split_at(hand.to_process)
+    }
+
+    fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]) {
+        let hand = &mut self.hands[task];
+        hand.from_process
+            .input_buffer_mut()
+            .copy_from_slice(from_process);
+        hand.from_process.publish();
+        (hand.at, hand.since, hand.idle) = (Phase::Transfer, now, false);
+        hand.order(order::BEGIN);
+    }
+}
