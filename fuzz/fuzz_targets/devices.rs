@@ -14,7 +14,7 @@ fn drivers() -> Option<[Box<dyn Driver>; 4]> {
     let mut servos = Rb110::with_servos("rb110", PulseMap::ONCILLA, &[(15, "LF")]);
     servos.analog = vec![AnalogInput {
         channel: 3,
-        tap: None,
+        analog_source: None,
     }];
     let mut sensor = OptoForce::new("optoforce", "force");
     sensor.take = Take::Fresh;
