@@ -8,7 +8,11 @@ use twinrig_record::RecordError;
 use twinrig_robot::RobotError;
 use twinrig_runtime::{DeviceError, PanicReport, RigError, caught};
 
-use crate::registry::BuildError;
+/// Error of a part's builder; `?` converts any error into one.
+pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Reason of a part that requires a robot.
+pub(crate) const NO_ROBOT: &str = "it needs a robot, and the scenario names none: add `robot = …`, or take a part that needs none";
 
 /// Why something could not be done. Every one of them is exit code 2.
 #[derive(Debug, Error)]
@@ -183,7 +187,7 @@ impl From<RobotError> for TwinError {
 
 /// What comes before a build with a feature.
 fn after(feature: &str) -> String {
-    let needs = crate::registry::build_needs(feature);
+    let needs = crate::assembly::registry::build_needs(feature);
     needs.map_or_else(String::new, |needs| format!(", after `{needs}`"))
 }
 

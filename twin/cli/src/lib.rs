@@ -26,59 +26,14 @@
 //! What it does not do: it holds no physics, no controller and no protocol; it knows them, and nobody knows it. Clocks of
 //! the machine appear in its reports and nowhere else.
 
-mod analog_sources;
 mod args;
 mod assembly;
-mod body;
-mod bus_kind;
-mod buses;
 mod commands;
-mod continuation;
-mod controller_kind;
-mod coupling;
-mod coupling_builder;
-mod coupling_table;
-mod drives;
 mod error;
-mod execute;
-mod executor;
-mod grid;
-mod hardware;
-mod idle;
-mod interrupt;
-mod judging;
-mod junit;
-mod lcp;
-mod massless;
-mod method;
-mod mjcf;
-#[cfg(feature = "mujoco")]
-mod model_file;
-#[cfg(feature = "mujoco")]
-mod mujoco;
-mod observers;
-mod option;
-mod optoforce;
-mod output_filter;
-mod paint;
-mod phidget;
-mod plant_kind;
-mod progress;
-#[cfg(feature = "rapier")]
-mod rapier;
-mod rb110;
-mod recording_size;
-mod registry;
+mod parts;
 mod report;
-mod sbcp;
-mod script;
-mod setup;
-mod sources;
-mod standard;
-mod study_builder;
-mod study_table;
-mod table;
-mod timing;
+mod run;
+mod study;
 
 pub use twinrig_kernel as kernel;
 pub use twinrig_robot as robot;
@@ -86,14 +41,14 @@ pub use twinrig_runtime as runtime;
 pub use twinrig_scenario as scenario;
 
 pub use assembly::Assembly;
-pub use bus_kind::{BusContext, BusKind};
+pub use assembly::registry::Registry;
 pub use commands::{run, run_with};
-pub use controller_kind::{ControllerContext, ControllerKind, LegContext};
-pub use error::TwinError;
-pub use execute::{Execution, execute};
-pub use lcp::lcp;
-pub use massless::massless;
-pub use method::Method;
-pub use plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
-pub use registry::{BuildError, Registry};
+pub use error::{BuildError, TwinError};
+pub use parts::bus_kind::{BusContext, BusKind};
+pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
+pub use parts::lcp::lcp;
+pub use parts::massless::massless;
+pub use parts::method::Method;
+pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
 pub use report::{Energy, Line, RealTime, Report, Status, Warned};
+pub use run::execute::{Execution, execute};

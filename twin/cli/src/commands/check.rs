@@ -6,8 +6,8 @@ use twinrig_document::{DocumentError, Problem, Warning};
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
-use crate::registry::Registry;
 use crate::report::Warned;
 
 #[derive(Serialize)]

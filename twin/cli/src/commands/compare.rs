@@ -155,7 +155,7 @@ mod tests {
     use twinrig_record::{Pairing, RecordedFootstep};
 
     use super::*;
-    use crate::paint::Paint;
+    use crate::report::paint::Paint;
 
     /// A leg of twenty strides of 0.3 s, of which the second run comes down so much later.
     fn leg(leg: &str, later_s: f64) -> LegFootsteps {

@@ -5,7 +5,7 @@ use twinrig_wire::{PortInfo, ports};
 
 use super::{FINE, Terminal, WRONG};
 use crate::args::DevicesArgs;
-use crate::grid::{Cell, Grid, Side, Tint};
+use crate::report::grid::{Cell, Grid, Side, Tint};
 
 #[derive(Serialize)]
 struct Port {

@@ -203,7 +203,7 @@ impl Difference {
     }
 
     /// A few lines for a person.
-    pub(super) fn text(&self, paint: crate::paint::Paint) -> String {
+    pub(super) fn text(&self, paint: crate::report::paint::Paint) -> String {
         let mut lines = Vec::new();
         match &self.first {
             None => {

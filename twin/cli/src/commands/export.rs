@@ -50,8 +50,8 @@ mod with_mujoco {
     use twinrig_robot::{Robot, RobotError, RobotFile};
 
     use crate::args::MjcfArgs;
+    use crate::error::BuildError;
     use crate::error::TwinError;
-    use crate::registry::BuildError;
 
     /// The step that the model asks for; pins are as stiff as it allows.
     const STEP: SimDuration = SimDuration::from_millis(1);

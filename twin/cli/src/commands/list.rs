@@ -8,8 +8,8 @@ use twinrig_scenario::{Accepts, Kind};
 
 use super::{FINE, Terminal};
 use crate::args::ListArgs;
-use crate::grid::{Cell, Grid, Side, Tint};
-use crate::registry::Registry;
+use crate::assembly::registry::Registry;
+use crate::report::grid::{Cell, Grid, Side, Tint};
 
 #[derive(Serialize)]
 struct Listing {
@@ -128,7 +128,7 @@ fn text(listing: &Listing, terminal: &Terminal<'_>) -> String {
             if !part.variables.is_empty() {
                 let names = part.variables.iter().map(|variable| variable.name.as_str());
                 let names = names.collect::<Vec<_>>().join(", ");
-                for line in crate::table::wrapped(&format!("variables: {names}"), 90) {
+                for line in crate::report::table::wrapped(&format!("variables: {names}"), 90) {
                     grid.row(["".into(), Cell::new(line, Tint::Dim)]);
                 }
             }

@@ -26,9 +26,9 @@ use twinrig_runtime::caught;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::paint::Paint;
-use crate::registry::Registry;
+use crate::report::paint::Paint;
 
 /// All went well.
 const FINE: u8 = 0;

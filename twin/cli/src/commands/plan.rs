@@ -8,13 +8,13 @@ use twinrig_scenario::{Coupling, LeftOut, Scenario};
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
-use crate::coupling;
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::grid::{Cell, Grid, Side, Tint};
-use crate::paint::Paint;
-use crate::registry::Registry;
+use crate::parts::coupling;
+use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::paint::Paint;
+use crate::report::table::folded;
 use crate::report::{Warned, seconds};
-use crate::table::folded;
 
 #[derive(Serialize)]
 struct Plan {

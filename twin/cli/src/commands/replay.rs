@@ -10,12 +10,12 @@ use super::diff::{Difference, cut_off, open};
 use super::{FINE, NOT_SO, Terminal, WRONG};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
+use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
-use crate::execute::{EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
-use crate::interrupt;
-use crate::registry::Registry;
 use crate::report::{Report, Status, seconds};
-use crate::sources::{ROBOT_FILE, SCENARIO_FILE};
+use crate::run::execute::{EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
+use crate::run::interrupt;
 
 #[derive(Serialize)]
 struct Replayed {

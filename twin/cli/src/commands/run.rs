@@ -10,12 +10,13 @@ use super::together::{self, Together};
 use super::{PLANT, Terminal, outputs, settings};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
-use crate::execute::{Execution, execute};
-use crate::recording_size::LARGE_RECORDING;
-use crate::registry::Registry;
 use crate::report::{Report, Status};
-use crate::{interrupt, junit, table};
+use crate::report::{junit, table};
+use crate::run::execute::{Execution, execute};
+use crate::run::interrupt;
+use crate::run::recording_size::LARGE_RECORDING;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.watched {

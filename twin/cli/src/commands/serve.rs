@@ -11,10 +11,10 @@ use super::run::ports;
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::ServeArgs;
 use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::hardware::{check_places, place};
-use crate::interrupt;
-use crate::registry::Registry;
+use crate::run::hardware::{check_places, place};
+use crate::run::interrupt;
 
 pub(super) fn serve(registry: &Registry, args: &ServeArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.watched {

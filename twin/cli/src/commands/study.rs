@@ -11,15 +11,15 @@ use twinrig_study::{
 use super::{FINE, Terminal, WRONG, outputs};
 use crate::args::{StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
-use crate::coupling_builder::RigStudyBuilder;
-use crate::coupling_table;
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::interrupt;
-use crate::paint::Paint;
-use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::study_builder::StudyBuilder;
-use crate::study_table;
+use crate::report::paint::Paint;
+use crate::run::interrupt;
+use crate::run::progress::Progress;
+use crate::study::builder::StudyBuilder;
+use crate::study::coupling_builder::RigStudyBuilder;
+use crate::study::coupling_table;
+use crate::study::table;
 
 /// What is run, for a report.
 const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
@@ -96,7 +96,7 @@ impl Found {
 
     fn text(&self, files: &[PathBuf], paint: Paint) -> String {
         match self {
-            Self::Plants(study) => study_table::text(study, files, paint),
+            Self::Plants(study) => table::text(study, files, paint),
             Self::Coupling(study) => coupling_table::text(study, files, paint),
         }
     }

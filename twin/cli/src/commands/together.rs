@@ -12,11 +12,11 @@ use super::diff::{NOTHING, open};
 use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
-use crate::continuation::{Continuation, go_on};
 use crate::error::{TwinError, guarded};
-use crate::execute::execute_saving;
-use crate::interrupt;
 use crate::report::{Report, Status, seconds};
+use crate::run::continuation::{Continuation, go_on};
+use crate::run::execute::execute_saving;
+use crate::run::interrupt;
 
 /// The scenario of several plants.
 pub(super) struct Together<'s, 'a> {

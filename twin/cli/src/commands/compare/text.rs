@@ -10,7 +10,7 @@ use figures::{figure, percent, quantity};
 
 use super::super::diff::some_of;
 use super::EventDifference;
-use crate::paint::Paint;
+use crate::report::paint::Paint;
 
 impl EventDifference {
     /// Some lines for a person.

@@ -3,8 +3,8 @@
 use super::super::EventDifference;
 use super::super::footsteps::{First, Footsteps, Spread};
 use super::figures::{figure, quantity, three};
-use crate::grid::{Cell, Grid, Side, Tint};
-use crate::paint::Paint;
+use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::paint::Paint;
 
 /// Footsteps without a partner that are named.
 const NAMED: usize = 6;

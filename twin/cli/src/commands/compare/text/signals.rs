@@ -3,9 +3,9 @@
 use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
 use super::figures::{Scale, figure, percent, quantity, three};
-use crate::grid::{Cell, Grid, Side, Tint};
-use crate::paint::Paint;
-use crate::table::folded;
+use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::paint::Paint;
+use crate::report::table::folded;
 
 /// Kinds of signals that are shown; all signals are in the JSON.
 const SHOWN: usize = 12;

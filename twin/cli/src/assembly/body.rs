@@ -1,0 +1,105 @@
+//! What is simulated: a robot file, a model that the plant brings along, or both.
+
+use std::sync::Arc;
+
+use twinrig_robot::{LegMount, Robot, RobotFile};
+use twinrig_scenario::{LegFact, Scenario};
+
+use crate::assembly::registry::Registry;
+use crate::assembly::sources;
+use crate::error::TwinError;
+use crate::parts::plant_kind::{ModelContext, StandaloneModel};
+
+/// What a scenario names to be simulated. A robot beside a model that the plant brings along is for the controller.
+#[derive(Clone)]
+pub(crate) struct Body {
+    robot: Option<FiledRobot>,
+    standalone_model: Option<Arc<dyn StandaloneModel>>,
+}
+
+/// A robot, and the file that it is from.
+#[derive(Clone)]
+struct FiledRobot {
+    robot: Robot,
+    file: String,
+    text: String,
+}
+
+impl Body {
+    /// Of the robot in `file`, if the scenario names one, and the model of its plant, if that brings one; `kept` are the
+    /// files of a recording.
+    pub(crate) fn of(
+        registry: &Registry,
+        scenario: &Scenario,
+        file: Option<&RobotFile>,
+        kept: Option<&[(String, Vec<u8>)]>,
+    ) -> Result<Self, TwinError> {
+        let robot = file
+            .map(|file| FiledRobot::of(file, scenario))
+            .transpose()?;
+        let standalone_model = registry.standalone_model(&ModelContext {
+            plant: &scenario.plant,
+            folder: &scenario.folder,
+            kept,
+        });
+        let standalone_model = standalone_model.transpose()?.map(Arc::from);
+        Ok(Self {
+            robot,
+            standalone_model,
+        })
+    }
+
+    pub(crate) fn robot(&self) -> Option<&Robot> {
+        self.robot.as_ref().map(|filed| &filed.robot)
+    }
+
+    /// Name and text of its file.
+    pub(crate) fn robot_file(&self) -> Option<(&str, &str)> {
+        let filed = self.robot.as_ref()?;
+        Some((&filed.file, &filed.text))
+    }
+
+    /// What the plant brings along.
+    pub(crate) fn standalone_model(&self) -> Option<&dyn StandaloneModel> {
+        self.standalone_model.as_deref()
+    }
+
+    /// What the plant simulates is called.
+    pub(crate) fn name(&self) -> &str {
+        let own = self.standalone_model().map(StandaloneModel::name);
+        let robot = || Some(self.robot()?.name.as_str());
+        own.or_else(robot).unwrap_or_default()
+    }
+
+    /// Its legs.
+    pub(crate) fn legs(&self) -> Vec<LegFact> {
+        let fact = |mount: &LegMount| LegFact {
+            name: mount.name.clone(),
+            fore: mount.hip[0] >= 0.0,
+            left: mount.hip[1] >= 0.0,
+        };
+        match (self.standalone_model(), self.robot()) {
+            (Some(model), _) => model.legs(),
+            (None, Some(robot)) => robot.legs.iter().map(fact).collect(),
+            (None, None) => Vec::new(),
+        }
+    }
+
+    /// Its weight \[N\].
+    pub(crate) fn weight(&self) -> f64 {
+        let own = self.standalone_model().map(StandaloneModel::weight);
+        own.or_else(|| self.robot().map(Robot::weight))
+            .unwrap_or_default()
+    }
+}
+
+impl FiledRobot {
+    fn of(file: &RobotFile, scenario: &Scenario) -> Result<Self, TwinError> {
+        let robot = file.robot();
+        Ok(Self {
+            robot: robot.map_err(|error| sources::placed(error, scenario))?,
+            file: file.file().to_owned(),
+            text: file.text().to_owned(),
+        })
+    }
+}

@@ -1,0 +1,216 @@
+//! What a build is made of.
+
+use twinrig_document::DocumentError;
+use twinrig_kernel::SimDuration;
+use twinrig_robot::Robot;
+use twinrig_runtime::{PartKind, Plant, Process, in_part};
+use twinrig_scenario::{Catalogue, Kind, PlantSpec};
+use twinrig_study::PlantOffer;
+
+use crate::error::BuildError;
+use crate::parts::bus_kind::BusKind;
+use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
+use crate::parts::method::Method;
+use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+
+/// The command without which a build with the cargo feature `feature` fails, if there is one.
+pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
+    (feature == "mujoco").then_some("ci/setup mujoco")
+}
+
+/// The plants, controllers and buses of a build.
+///
+/// ```
+/// use twinrig::Registry;
+///
+/// let registry = Registry::standard();
+/// assert!(registry.plants().any(|name| name == "massless"));
+/// assert!(registry.controllers().any(|name| name == "cpg"));
+/// ```
+#[derive(Default)]
+pub struct Registry {
+    plants: Vec<PlantKind>,
+    /// Plants that this build does not have.
+    missing: Vec<Kind>,
+    controllers: Vec<ControllerKind>,
+    buses: Vec<BusKind>,
+}
+
+impl Registry {
+    /// Nothing at all.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// Adds a controller; one of the same name is replaced.
+    #[must_use]
+    pub fn with_controller(mut self, kind: ControllerKind) -> Self {
+        self.controllers.retain(|known| known.name() != kind.name());
+        self.controllers.push(kind);
+        self
+    }
+
+    /// Adds a plant; one of the same name is replaced.
+    #[must_use]
+    pub fn with_plant(mut self, kind: PlantKind) -> Self {
+        self.plants.retain(|known| known.name() != kind.name());
+        self.missing.retain(|known| known.name != kind.name());
+        self.plants.push(kind);
+        self
+    }
+
+    /// Lists a plant that a build with the cargo feature `feature` would have.
+    #[must_use]
+    pub fn without_plant(self, name: &str, about: &str, feature: &str) -> Self {
+        self.without(Kind::new(name, about), feature)
+    }
+
+    /// The same with what a scenario can say of it, for the schema.
+    #[must_use]
+    pub fn without(mut self, kind: Kind, feature: &str) -> Self {
+        self.missing.push(Kind {
+            missing_feature: Some(feature.to_owned()),
+            build_needs: build_needs(feature).map(str::to_owned),
+            ..kind
+        });
+        self
+    }
+
+    /// Adds a bus; one of the same name is replaced.
+    #[must_use]
+    pub fn with_bus(mut self, kind: BusKind) -> Self {
+        self.buses.retain(|known| known.name() != kind.name());
+        self.buses.push(kind);
+        self
+    }
+
+    /// The names of its buses.
+    pub fn buses(&self) -> impl Iterator<Item = &str> {
+        self.buses.iter().map(BusKind::name)
+    }
+
+    /// The bus of that name.
+    pub(crate) fn bus(&self, name: &str) -> Option<&BusKind> {
+        self.buses.iter().find(|kind| kind.name() == name)
+    }
+
+    /// The names of its plants.
+    pub fn plants(&self) -> impl Iterator<Item = &str> {
+        self.plants.iter().map(PlantKind::name)
+    }
+
+    /// The names of those of its plants that stand on a robot.
+    pub(crate) fn plants_on_robots(&self) -> impl Iterator<Item = &str> {
+        let plants = self.plants.iter().filter(|kind| !kind.is_standalone());
+        plants.map(PlantKind::name)
+    }
+
+    /// The names of its controllers.
+    pub fn controllers(&self) -> impl Iterator<Item = &str> {
+        self.controllers.iter().map(ControllerKind::name)
+    }
+
+    /// The JSON schema of the scenarios that this build can run, with the process variables that its controllers have on any
+    /// of `robots`. Editors complete keys with it.
+    ///
+    /// ```
+    /// use twinrig::Registry;
+    /// use twinrig::robot::RobotFile;
+    ///
+    /// let robot = RobotFile::find("oncilla", "".as_ref())?.robot()?;
+    /// let schema = Registry::standard().schema(&[robot]);
+    /// assert_eq!(schema["required"][1], "plant");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn schema(&self, robots: &[Robot]) -> serde_json::Value {
+        let mut catalogue = self.catalogue(None);
+        for robot in robots {
+            let kinds = self.controllers.iter().map(|kind| kind.offer(Some(robot)));
+            for (kind, on_robot) in catalogue.controllers.iter_mut().zip(kinds) {
+                kind.unite_variables(on_robot.variables);
+            }
+        }
+        twinrig_scenario::schema(&catalogue)
+    }
+
+    fn controller_kind(&self, name: &str) -> Option<&ControllerKind> {
+        self.controllers.iter().find(|kind| kind.name() == name)
+    }
+
+    /// Asks the controller `name` for its variables on `robot`, as [`Registry::catalogue`] does, and lets a panic of it through.
+    pub(crate) fn probe_controller(&self, name: &str, robot: &Robot) {
+        if let Some(kind) = self.controller_kind(name) {
+            kind.variables(robot);
+        }
+    }
+
+    fn plant_kind(&self, name: &str) -> Option<&PlantKind> {
+        self.plants.iter().find(|kind| kind.name() == name)
+    }
+
+    /// Builds the controller `name`; none if there is no such controller.
+    pub(crate) fn controller(
+        &self,
+        name: &str,
+        given: &ControllerContext<'_>,
+    ) -> Option<Result<Box<dyn Process>, BuildError>> {
+        let kind = self.controller_kind(name)?;
+        Some(in_part(PartKind::Controller, name, || kind.build(given)))
+    }
+
+    /// The same without a robot.
+    pub(crate) fn controller_of_legs(
+        &self,
+        name: &str,
+        given: &LegContext<'_>,
+    ) -> Option<Result<Box<dyn Process>, BuildError>> {
+        let kind = self.controller_kind(name)?;
+        Some(in_part(PartKind::Controller, name, || {
+            kind.build_of_legs(given)
+        }))
+    }
+
+    /// Makes the model that the plant brings along; none if it stands on a robot, or there is no such plant.
+    pub(crate) fn standalone_model(
+        &self,
+        context: &ModelContext<'_>,
+    ) -> Option<Result<Box<dyn StandaloneModel>, DocumentError>> {
+        let name = &context.plant.model;
+        let kind = self.plant_kind(name)?;
+        in_part(PartKind::Plant, name, || kind.load(context))
+    }
+
+    /// Builds the plant of `context`; none if there is no such plant.
+    pub(crate) fn plant(
+        &self,
+        context: &PlantContext<'_>,
+    ) -> Option<Result<Box<dyn Plant>, BuildError>> {
+        let name = &context.plant.model;
+        let kind = self.plant_kind(name)?;
+        Some(in_part(PartKind::Plant, name, || kind.build(context)))
+    }
+
+    /// What studies can do with the plant `name`; none if there is no such plant.
+    pub(crate) fn offer(&self, name: &str) -> Option<(PlantOffer, Vec<Method>)> {
+        Some(self.plant_kind(name)?.offer())
+    }
+
+    /// The step of a plant: the scenario's, or else that of its kind, if it has one.
+    pub(crate) fn plant_step(&self, plant: &PlantSpec) -> Option<SimDuration> {
+        let kind = self.plant_kind(&plant.model)?;
+        plant.step.or(kind.step())
+    }
+
+    /// What scenarios for `robot` may say. Ranges and defaults of process variables depend on the robot; without one, the
+    /// kinds have none.
+    pub fn catalogue(&self, robot: Option<&Robot>) -> Catalogue {
+        let plants = self.plants.iter().map(PlantKind::kind);
+        let controllers = self.controllers.iter().map(|kind| kind.offer(robot));
+        let buses = self.buses.iter().map(BusKind::offer);
+        Catalogue {
+            plants: plants.chain(self.missing.iter().cloned()).collect(),
+            controllers: controllers.collect(),
+            buses: buses.collect(),
+        }
+    }
+}

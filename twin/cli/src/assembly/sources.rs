@@ -1,0 +1,155 @@
+//! What an assembly is read from: a scenario, and the robot that it names.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_document::{Document, DocumentError, Item, Overrides, Problem};
+use twinrig_robot::{RobotError, RobotFile};
+use twinrig_scenario::{Scenario, Setting};
+
+use crate::assembly::registry::Registry;
+use crate::error::TwinError;
+
+/// Names of the files in a recording.
+pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
+pub(crate) const ROBOT_FILE: &str = "robot.toml";
+
+/// The robot that stands in for one that is none.
+const ANY_ROBOT: &str = "cheetah-cub";
+
+/// What an assembly is read from.
+pub(crate) struct Sources {
+    pub(crate) document: Document,
+    pub(crate) folder: PathBuf,
+    /// The text of the robot file; none: it is looked for.
+    pub(crate) robot: Option<String>,
+    /// The files of a plant that stands alone, as a recording keeps them; none: they are where the scenario says.
+    pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
+}
+
+/// What a scenario says that has to be known before it is read.
+#[derive(Default)]
+struct Peeked {
+    /// The robot that it names, if it does.
+    robot: Option<String>,
+    /// What it replaces of that.
+    overrides: Overrides,
+    /// The kind of its controller.
+    controller: Option<String>,
+}
+
+impl Sources {
+    /// Reads the scenario. What its controllers may be told depends on the robot, and which robot that is stands in the
+    /// scenario: so the robot is looked up first, and if it is wrong the scenario is still read for its own errors.
+    pub(crate) fn read(
+        &self,
+        registry: &Registry,
+        settings: &[Setting],
+    ) -> Result<(Scenario, Option<RobotFile>), TwinError> {
+        let Peeked {
+            robot: word,
+            overrides,
+            controller,
+        } = self.peek(settings);
+        let find = |word: &str| match &self.robot {
+            Some(text) => RobotFile::parse(ROBOT_FILE, text),
+            // What a recording does not keep is not looked for elsewhere: it could have become another.
+            None if self.kept.is_some() => Err(RobotError::NotFound {
+                name: word.to_owned(),
+                help: "the recording does not keep it".to_owned(),
+            }),
+            None => RobotFile::find(word, &self.folder),
+        };
+        let replaced = |mut file: RobotFile| {
+            let sound = file.robot().is_ok();
+            file.override_with(&overrides)?;
+            match file.robot() {
+                Ok(robot) => Ok((file, robot)),
+                Err(error) if sound => Err(blamed(error, file.file(), &overrides)),
+                Err(error) => Err(error),
+            }
+        };
+        let found = word.map(|word| find(&word).and_then(replaced)).transpose();
+        let robot = found.as_ref().ok().and_then(Option::as_ref);
+        let robot = robot.map(|(_, robot)| robot.clone());
+        // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
+        let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
+        let catalogue = registry.catalogue(robot.as_ref());
+        let scenario = Scenario::parse(
+            self.document.file(),
+            self.document.text(),
+            &self.folder,
+            settings,
+            &catalogue,
+        );
+        if let (Err(_), Some(controller), Some(robot)) = (&scenario, controller, &robot) {
+            // The keys of one that panics all seem unknown: then the panic is the mistake.
+            registry.probe_controller(&controller, robot);
+        }
+        let scenario = scenario?;
+        match found {
+            Ok(found) => Ok((scenario, found.map(|(file, _)| file))),
+            Err(error) => Err(placed(error, &scenario)),
+        }
+    }
+
+    /// Looks up what has to be known before the scenario is read, whatever else may be wrong with it.
+    fn peek(&self, settings: &[Setting]) -> Peeked {
+        let mut document = self.document.clone();
+        for setting in settings {
+            // A setting that cannot be is reported when the scenario is read.
+            let _ = document.set(&setting.origin, &setting.key, &setting.value);
+        }
+        let mut found = Peeked::default();
+        let _ = document.check(|table| {
+            if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
+                found.robot = Some(word.to_owned());
+            }
+            if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
+                found.overrides = overrides;
+            }
+            let kind = table.get("controller").and_then(|item| item.peek("kind"));
+            if let Some(Ok(word)) = kind.map(|item| item.text()) {
+                found.controller = Some(word.to_owned());
+            }
+            Ok(())
+        });
+        found
+    }
+}
+
+/// The error of a robot whose file, called `file`, is sound without `overrides`: where it shows a line of that file, it says
+/// what is at odds with that line.
+fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
+    let RobotError::Document(mut error) = error else {
+        return error;
+    };
+    let keys: Vec<String> = overrides.keys().map(|key| format!("`{key}`")).collect();
+    for problem in &mut error.problems {
+        if problem.file == file {
+            let ends = if problem.help.is_empty() { "" } else { "; " };
+            problem.help = format!(
+                "{}{ends}the file itself is sound, overridden are {}",
+                problem.help,
+                keys.join(", ")
+            );
+        }
+    }
+    RobotError::Document(error)
+}
+
+/// The error, at the place where the scenario names its robot.
+pub(crate) fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
+    match error {
+        RobotError::Document(error) => error.into(),
+        RobotError::NotFound { ref name, ref help } => {
+            let message = format!("there is no robot `{name}`");
+            match &scenario.robot {
+                Some(robot) => robot.error(message, help).into(),
+                // None is looked for then.
+                None => TwinError::Document(DocumentError {
+                    problems: vec![Problem::of_file(&scenario.file, message, help)],
+                }),
+            }
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! The kinds of parts that come with the program, and their builders from scenario options.
+
+pub(crate) mod analog_sources;
+pub(crate) mod bus_kind;
+pub(crate) mod controller_kind;
+pub(crate) mod coupling;
+pub(crate) mod drives;
+pub(crate) mod engines;
+pub(crate) mod idle;
+pub(crate) mod lcp;
+pub(crate) mod massless;
+pub(crate) mod method;
+pub(crate) mod mjcf;
+#[cfg(feature = "mujoco")]
+pub(crate) mod model_file;
+#[cfg(feature = "mujoco")]
+pub(crate) mod mujoco;
+pub(crate) mod option;
+pub(crate) mod optoforce;
+pub(crate) mod output_filter;
+pub(crate) mod phidget;
+pub(crate) mod plant_kind;
+#[cfg(feature = "rapier")]
+pub(crate) mod rapier;
+pub(crate) mod rb110;
+pub(crate) mod sbcp;
+pub(crate) mod script;
+pub(crate) mod setup;
+pub(crate) mod standard;
+pub(crate) mod timing;

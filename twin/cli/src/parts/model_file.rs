@@ -1,0 +1,310 @@
+//! A model of one's own, read, wired and built.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use twinrig_document::{self as document, DocumentError, Problem, Source, suggestion};
+use twinrig_kernel::{SimDuration, Unit};
+use twinrig_mujoco::model_file::{
+    BoundModel, ElementKind, Input, Leg, ModelFile, ModelFileError, ModelSignals, Output, Place,
+    SignalError, SignalMismatch,
+};
+use twinrig_runtime::Plant;
+use twinrig_scenario::{LegFact, OptionValue, Options, Placed, PlantSpec};
+
+use crate::error::BuildError;
+use crate::parts::engines::MJCF;
+use crate::parts::mjcf::{ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options};
+use crate::parts::plant_kind::{ModelContext, PlantKind, StandaloneModel};
+
+/// What a recording keeps: the text, to be read, and the compiled model with all that it includes, to be run again.
+const TEXT: &str = "model.xml";
+const COMPILED: &str = "model.mjb";
+
+pub(crate) fn kind() -> PlantKind {
+    let kind = PlantKind::standalone(NAME, MJCF, load);
+    options().into_iter().fold(kind, PlantKind::with_option)
+}
+
+/// A model that a scenario names.
+struct LoadedModel {
+    name: String,
+    text: Vec<u8>,
+    wired: BoundModel,
+}
+
+impl StandaloneModel for LoadedModel {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn legs(&self) -> Vec<LegFact> {
+        let fact = |leg: &Leg| LegFact {
+            name: leg.name.clone(),
+            fore: leg.fore,
+            left: leg.left,
+        };
+        self.wired.legs().iter().map(fact).collect()
+    }
+
+    fn weight(&self) -> f64 {
+        self.wired.weight()
+    }
+
+    fn inputs(&self) -> Vec<String> {
+        let names = self.wired.inputs().map(|port| port.name.clone());
+        names.collect()
+    }
+
+    fn step(&self) -> Option<SimDuration> {
+        self.wired.file().step().ok()
+    }
+
+    fn files(&self) -> Vec<(String, Vec<u8>)> {
+        vec![
+            (TEXT.to_owned(), self.text.clone()),
+            (COMPILED.to_owned(), self.wired.file().binary()),
+        ]
+    }
+
+    fn build(
+        &self,
+        plant: &PlantSpec,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, BuildError> {
+        Ok(Box::new(self.wired.plant(plant.step, wanted)?))
+    }
+}
+
+fn load(context: &ModelContext<'_>) -> Result<LoadedModel, DocumentError> {
+    let plant = context.plant;
+    let mut problems = Vec::new();
+    let wishes = wishes(&plant.options, &mut problems);
+    let Some(file) = plant.options.name(FILE) else {
+        let message = format!("`{FILE}` is missing in `plant`");
+        let help = format!("add `{FILE} = …`, the MJCF file");
+        problems.push(Problem::at(&plant.place, message, help));
+        return Err(DocumentError { problems });
+    };
+    if !problems.is_empty() {
+        return Err(DocumentError { problems });
+    }
+    let (text, model) = match context.kept {
+        Some(kept) => of_recording(kept, file)?,
+        None => of_disk(&context.folder.join(&file.value), file)?,
+    };
+    let wired = BoundModel::new(model, &wishes);
+    let wired = wired.map_err(|error| DocumentError {
+        problems: placed(error, &plant.options, file),
+    });
+    let stem = Path::new(&file.value).file_stem();
+    Ok(LoadedModel {
+        name: stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
+        text,
+        wired: wired?,
+    })
+}
+
+fn of_disk(path: &Path, file: &Placed<String>) -> Result<(Vec<u8>, ModelFile), DocumentError> {
+    let unread = |why| file.error(format!("cannot read {}: {why}", path.display()), "");
+    let text = document::read_file(path, document::TEXT_MOST).map_err(unread)?;
+    let model = ModelFile::read(path);
+    let model = model.map_err(|error| refused(&error, path, &text, file))?;
+    Ok((text, model))
+}
+
+/// At the line of the model, where that is known: an included file's lines are counted from its own start.
+fn refused(error: &ModelFileError, path: &Path, text: &[u8], file: &Placed<String>) -> Problem {
+    let text = String::from_utf8_lossy(text);
+    let line = error.line().filter(|_| !text.contains("<include"));
+    let mut lines = text.split_inclusive('\n');
+    let starts = lines.by_ref().take(line.unwrap_or(1) - 1).map(str::len);
+    let (start, found) = (starts.sum::<usize>(), lines.next());
+    match (line, found) {
+        (Some(_), Some(found)) => {
+            let indent = found.len() - found.trim_start().len();
+            let span = start + indent..start + found.trim_end().len();
+            let name = path.display().to_string();
+            let text = text.clone().into_owned();
+            let place = document::Place::new(Arc::new(Source::new(&name, text)), span);
+            Problem::at(&place, error.to_string(), "")
+        }
+        _ => Problem::at(&file.place, error.to_string(), ""),
+    }
+}
+
+fn of_recording(
+    kept: &[(String, Vec<u8>)],
+    file: &Placed<String>,
+) -> Result<(Vec<u8>, ModelFile), DocumentError> {
+    let find = |name: &str| {
+        let found = kept.iter().find(|(known, _)| known == name);
+        let lacking = || file.error(format!("the recording does not keep `{name}`"), "");
+        found.map(|(_, bytes)| bytes).ok_or_else(lacking)
+    };
+    let model = ModelFile::of_binary(find(COMPILED)?);
+    let model = model.map_err(|error| file.error(error.to_string(), ""))?;
+    Ok((find(TEXT)?.clone(), model))
+}
+
+/// What the scenario wants of the model, as far as that can be said without it.
+fn wishes(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals {
+    let mut wishes = ModelSignals {
+        keyframe: options.name(KEYFRAME).map(|name| name.value.clone()),
+        ..ModelSignals::default()
+    };
+    for (signal, wish) in of_table(options, INPUTS) {
+        let unit = unit(wish, problems);
+        let Some(actuator) = wish.name(ACTUATOR) else {
+            let message = format!("`{}` drives nothing", signal.value);
+            problems.push(Problem::at(&signal.place, message, "add `actuator = …`"));
+            continue;
+        };
+        wishes.inputs.push(Input {
+            signal: signal.value.clone(),
+            actuator: actuator.value.clone(),
+            unit,
+        });
+    }
+    for (signal, wish) in of_table(options, OUTPUTS) {
+        let unit = unit(wish, problems);
+        let named = ElementKind::ALL.map(|thing| Some((thing, wish.name(thing.name())?)));
+        let named: Vec<_> = named.into_iter().flatten().collect();
+        let [(thing, name)] = named[..] else {
+            let how_many = if named.is_empty() {
+                "nothing"
+            } else {
+                "two things"
+            };
+            let message = format!("`{}` is {how_many} of the model", signal.value);
+            let names = ElementKind::ALL.map(ElementKind::name).join(", ");
+            problems.push(Problem::at(
+                &signal.place,
+                message,
+                format!("give one of {names}"),
+            ));
+            continue;
+        };
+        wishes.outputs.push(Output {
+            signal: signal.value.clone(),
+            thing,
+            name: name.value.clone(),
+            word: wish.name(AS).map(|word| word.value.clone()),
+            unit,
+        });
+    }
+    wishes
+}
+
+fn of_table<'o>(
+    options: &'o Options,
+    table: &str,
+) -> impl Iterator<Item = (&'o Placed<String>, &'o Options)> {
+    let all = options.named(table).iter();
+    all.filter_map(|(signal, wish)| match wish {
+        OptionValue::Group(wish) => Some((signal, wish)),
+        _ => None,
+    })
+}
+
+fn unit(wish: &Options, problems: &mut Vec<Problem>) -> Option<Unit> {
+    let word = wish.name(UNIT)?;
+    let mut units = Unit::ALL.iter();
+    let found = units.find(|unit| unit.symbol() == word.value);
+    if found.is_none() {
+        let message = format!("`{}` is no unit of a signal", word.value);
+        let symbols = Unit::ALL.iter().map(|unit| unit.symbol());
+        let help = suggestion(&word.value, "they are in SI, without prefixes", symbols);
+        problems.push(Problem::at(&word.place, message, help));
+    }
+    found.copied()
+}
+
+/// What is wrong, at the places where the scenario says it.
+fn placed(error: ModelFileError, options: &Options, file: &Placed<String>) -> Vec<Problem> {
+    match error {
+        ModelFileError::Signals(misfits) => {
+            let problem = |misfit: &SignalMismatch| misfitted(misfit, options, file);
+            misfits.iter().map(problem).collect()
+        }
+        ModelFileError::Keyframe {
+            ref name,
+            ref known,
+        } => {
+            let at = options.name(KEYFRAME).unwrap_or(file);
+            let known = known.iter().map(String::as_str);
+            let help = suggestion(name, "keyframes of the model", known);
+            vec![Problem::at(&at.place, error.to_string(), help)]
+        }
+        other => vec![Problem::at(&file.place, other.to_string(), "")],
+    }
+}
+
+fn misfitted(misfit: &SignalMismatch, options: &Options, file: &Placed<String>) -> Problem {
+    let table = if misfit.input { INPUTS } else { OUTPUTS };
+    let Some((signal, wish)) = of_table(options, table).nth(misfit.index) else {
+        return Problem::at(&file.place, misfit.why.to_string(), "");
+    };
+    let thing = || {
+        let named = ElementKind::ALL
+            .iter()
+            .find_map(|thing| wish.name(thing.name()));
+        named.map_or(&signal.place, |name| &name.place)
+    };
+    let of = |key: &str| wish.name(key).map_or(&signal.place, |name| &name.place);
+    let place = match misfit.place {
+        Place::Signal => &signal.place,
+        Place::ElementKind => thing(),
+        Place::Word => of(AS),
+        Place::Unit => of(UNIT),
+    };
+    Problem::at(place, misfit.why.to_string(), help(&misfit.why))
+}
+
+fn unknown(thing: ElementKind, name: &str, known: &[String], other: Option<ElementKind>) -> String {
+    let is = other.map(|other| match other {
+        ElementKind::Actuator => "it is an actuator".to_owned(),
+        other => format!("it is a {other}"),
+    });
+    let has = match (thing, known) {
+        (ElementKind::Actuator, []) => {
+            "the model has none; see From a URDF in plants/mujoco/README.md".to_owned()
+        }
+        (_, []) => format!("the model has no {thing} with a name"),
+        _ => {
+            let known = known.iter().map(String::as_str);
+            suggestion(name, &format!("{thing}s of the model"), known)
+        }
+    };
+    is.into_iter().chain([has]).collect::<Vec<_>>().join("; ")
+}
+
+fn help(why: &SignalError) -> String {
+    match why {
+        SignalError::Unknown {
+            thing,
+            name,
+            known,
+            other,
+        } => unknown(*thing, name, known, *other),
+        SignalError::Word { word, known, .. } => {
+            let help = suggestion(word, "it has", known.iter().copied());
+            match help.as_str() {
+                "" => help,
+                help => {
+                    let end = if help.ends_with('?') { "" } else { ";" };
+                    format!(
+                        "{help}{end} say which with `as = …`, or by the end of the signal's name"
+                    )
+                }
+            }
+        }
+        SignalError::Unit { .. } => "leave `unit` out".to_owned(),
+        SignalError::Standard { .. } => "give it another name, or another thing".to_owned(),
+        SignalError::Name { .. } => {
+            "names are words of letters, digits, `_`, `-` and `.` between slashes".to_owned()
+        }
+        SignalError::Taken { .. } => "leave it out: it is there anyway".to_owned(),
+        SignalError::Driven { .. } => "an actuator has one signal".to_owned(),
+    }
+}

@@ -1,0 +1,119 @@
+//! Force sensors, out of a scenario's words.
+
+use twinrig_document::Range;
+use twinrig_kernel::Unit;
+use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, Speed, Take};
+use twinrig_runtime::Wire;
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+
+use crate::error::BuildError;
+use crate::parts::analog_sources::{clock, clock_option};
+use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::option::{choice, option};
+
+/// The serial port that the sensor's USB shows.
+const BAUD: u32 = 1_000_000;
+/// What a sensor measures where the scenario does not say.
+const SIGNAL: &str = "leg/LF/foot/force";
+const NEWEST: &str = "newest";
+const FRESH: &str = "fresh";
+/// The speeds and filters by their names in scenarios, the usual one first.
+const SPEEDS: [(&str, Speed); 5] = [
+    ("100 Hz", Speed::Hz100),
+    ("1000 Hz", Speed::Hz1000),
+    ("333 Hz", Speed::Hz333),
+    ("30 Hz", Speed::Hz30),
+    ("10 Hz", Speed::Hz10),
+];
+const FILTERS: [(&str, Cutoff); 7] = [
+    ("15 Hz", Cutoff::Hz15),
+    ("none", Cutoff::None),
+    ("500 Hz", Cutoff::Hz500),
+    ("150 Hz", Cutoff::Hz150),
+    ("50 Hz", Cutoff::Hz50),
+    ("5 Hz", Cutoff::Hz5),
+    ("1.5 Hz", Cutoff::Hz1p5),
+];
+
+/// The kind that scenarios call `optoforce`.
+pub(crate) fn kind() -> BusKind {
+    let about = "a force sensor on a serial port of its own; measures one force of the plant";
+    let kind = BusKind::new("optoforce", about, driver, wire)
+        .with_faults()
+        .at_baud(BAUD)
+        .measuring(|options| {
+            options
+                .text("signal")
+                .map(str::to_owned)
+                .into_iter()
+                .collect()
+        });
+    options().into_iter().fold(kind, BusKind::with_option)
+}
+
+fn options() -> Vec<OptionSpec> {
+    vec![
+        OptionSpec {
+            default: Some(OptionValue::Text(SIGNAL.to_owned())),
+            ..option(
+                "signal",
+                "the force of the plant that it measures",
+                Accepts::Text,
+            )
+        },
+        choice("speed", "how fast it sends", &SPEEDS.map(|(name, _)| name)),
+        choice(
+            "filter",
+            "where its filter begins to take away",
+            &FILTERS.map(|(name, _)| name),
+        ),
+        option(
+            "zero",
+            "whether what it measures at the start counts as no force (false)",
+            Accepts::Boolean,
+        ),
+        choice(
+            "take",
+            "whether a transfer waits for a fresh sample",
+            &[NEWEST, FRESH],
+        ),
+        option(
+            "range",
+            "the force at 6000 counts (1600 N)",
+            Accepts::Quantity {
+                unit: Unit::Newton,
+                range: Range::POSITIVE,
+            },
+        ),
+        clock_option(),
+    ]
+}
+
+fn driver(context: &BusContext<'_>) -> Result<OptoForceDriver, BuildError> {
+    Ok(config(context)?.driver()?)
+}
+
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    Ok(config(context)?.wire(&context.fault_schedule())?)
+}
+
+fn config(context: &BusContext<'_>) -> Result<OptoForce, BuildError> {
+    let options = context.options;
+    let mut sensor = OptoForce::new(context.name, options.text("signal").unwrap_or(SIGNAL));
+    sensor.speed = named(&SPEEDS, options.text("speed"));
+    sensor.cutoff = named(&FILTERS, options.text("filter"));
+    sensor.zero = options.boolean("zero").unwrap_or(false);
+    if options.text("take") == Some(FRESH) {
+        sensor.take = Take::Fresh;
+    }
+    if let Some(range) = options.number("range") {
+        sensor.sensitivity = OptoForce::COUNTS / range;
+    }
+    sensor.clock = clock(options)?;
+    Ok(sensor)
+}
+
+fn named<T: Copy + Default>(all: &[(&str, T)], name: Option<&str>) -> T {
+    let found = all.iter().find(|(known, _)| Some(*known) == name);
+    found.map_or_else(T::default, |(_, value)| *value)
+}

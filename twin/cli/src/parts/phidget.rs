@@ -1,0 +1,82 @@
+//! Bridges and interface kits, out of a scenario's words.
+
+use twinrig_phidget::{Board, Gain, Input, Phidget, PhidgetDriver};
+use twinrig_runtime::Wire;
+use twinrig_scenario::{Accepts, OptionSpec};
+
+use crate::error::BuildError;
+use crate::parts::analog_sources::{analog_sources, clock, clock_option, inputs, signals};
+use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::option::{choice, option};
+
+const BRIDGE: &str = "bridge";
+const INTERFACE_KIT: &str = "interface-kit";
+
+/// The kind that scenarios call `phidget`.
+pub(crate) fn kind() -> BusKind {
+    let about = "a board that measures over USB: a bridge for load cells, or analog inputs";
+    let kind = BusKind::new("phidget", about, driver, wire).with_faults();
+    let kind = kind.measuring(|options| signals(options, "inputs"));
+    options().into_iter().fold(kind, BusKind::with_option)
+}
+
+fn options() -> Vec<OptionSpec> {
+    let gains = Gain::ALL.map(|gain| gain.times().to_string());
+    vec![
+        choice("board", "which", &[BRIDGE, INTERFACE_KIT]),
+        inputs(
+            "inputs",
+            "what is connected to its inputs: ratios for a bridge, volts for an interface kit",
+            twinrig_phidget::protocol::ANALOG,
+        ),
+        option(
+            "interval",
+            "between two reports of a bridge, a multiple of 8 ms (8 ms)",
+            Accepts::Duration,
+        ),
+        choice("gain", "how many times a bridge amplifies", &gains),
+        option(
+            "trigger",
+            "by how much an input of an interface kit changes before it is reported, in thousandths of 5 V (10)",
+            Accepts::Natural(0..=u64::from(twinrig_phidget::protocol::SCALE)),
+        ),
+        clock_option(),
+    ]
+}
+
+fn driver(context: &BusContext<'_>) -> Result<PhidgetDriver, BuildError> {
+    Ok(config(context)?.driver()?)
+}
+
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    Ok(config(context)?.wire(&context.fault_schedule())?)
+}
+
+fn config(context: &BusContext<'_>) -> Result<Phidget, BuildError> {
+    let options = context.options;
+    let mut board = match options.text("board") {
+        Some(INTERFACE_KIT) => Board::INTERFACE_KIT,
+        _ => Board::default(),
+    };
+    match &mut board {
+        Board::Bridge { interval, gain } => {
+            *interval = options.duration("interval").unwrap_or(*interval);
+            let times = options.text("gain").and_then(|times| times.parse().ok());
+            *gain = times.and_then(Gain::of_times).unwrap_or(*gain);
+        }
+        Board::InterfaceKit { trigger } => {
+            let given = options.natural("trigger");
+            *trigger = given.map_or(Ok(*trigger), u16::try_from)?;
+        }
+    }
+    let mut board = Phidget::new(context.name, board);
+    let connected = analog_sources(options, "inputs")?.into_iter();
+    board.inputs = connected
+        .map(|(channel, analog_source)| Input {
+            channel,
+            analog_source,
+        })
+        .collect();
+    board.clock = clock(options)?;
+    Ok(board)
+}

@@ -1,0 +1,115 @@
+//! The servo board of the robot's computer, out of a scenario's words.
+
+use twinrig_document::Range;
+use twinrig_kernel::Unit;
+use twinrig_rb110::{AdcRange, AnalogInput, PulseMap, Rb110, Rb110Driver, ServoLine};
+use twinrig_runtime::Wire;
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+
+use crate::error::BuildError;
+use crate::parts::analog_sources::{analog_sources, clock, clock_option, inputs, signals};
+use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::option::{choice, option};
+
+/// The lines of Oncilla's servos (public user of the original library, 2013).
+const LINES: [(&str, usize); 4] = [("LF", 15), ("RF", 13), ("LH", 9), ("RH", 11)];
+const ONCILLA: &str = "oncilla";
+const KONDO: &str = "kondo";
+const REFERENCE: &str = "reference";
+const TWICE: &str = "twice";
+/// Of the link to the board. ASSUMED.
+const BAUD: u32 = 1_000_000;
+
+/// The kind that scenarios call `rb110`.
+pub(crate) fn kind() -> BusKind {
+    let about = "the servo board of Oncilla's computer: hip abduction, and analog inputs";
+    let kind = BusKind::new("rb110", about, driver, wire)
+        .with_faults()
+        .at_baud(BAUD);
+    let kind = kind.measuring(|options| signals(options, "inputs"));
+    options().into_iter().fold(kind, BusKind::with_option)
+}
+
+fn options() -> Vec<OptionSpec> {
+    vec![
+        option(
+            "period",
+            "of the pulses, which a transfer takes, 10 to 20 ms (20 ms)",
+            Accepts::Duration,
+        ),
+        choice("servo", "what the pulses mean", &[ONCILLA, KONDO]),
+        option(
+            "lines",
+            "on which line the servo of each leg is (LF 15, RF 13, LH 9, RH 11)",
+            Accepts::Each(Box::new(Accepts::Natural(0..=15))),
+        ),
+        inputs(
+            "inputs",
+            "analog inputs that are read, and what is connected to them in volts",
+            twinrig_rb110::protocol::ANALOG,
+        ),
+        choice(
+            "range",
+            "what the analog inputs reach to",
+            &[REFERENCE, TWICE],
+        ),
+        option(
+            "reference",
+            "of the analog inputs (2.5 V)",
+            Accepts::Quantity {
+                unit: Unit::Volt,
+                range: Range::POSITIVE,
+            },
+        ),
+        clock_option(),
+    ]
+}
+
+fn driver(context: &BusContext<'_>) -> Result<Rb110Driver, BuildError> {
+    Ok(config(context)?.driver()?)
+}
+
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    Ok(config(context)?.wire(&context.fault_schedule())?)
+}
+
+fn config(context: &BusContext<'_>) -> Result<Rb110, BuildError> {
+    let options = context.options;
+    let pulse = match options.text("servo") {
+        Some(KONDO) => PulseMap::KONDO,
+        _ => PulseMap::ONCILLA,
+    };
+    let mut board = Rb110::with_servos(context.name, pulse, &[]);
+    for &leg in context.legs {
+        board.servos.push(servo(context, leg, pulse)?);
+    }
+    for (channel, analog_source) in analog_sources(options, "inputs")? {
+        let analog_source = Some(analog_source);
+        board.analog.push(AnalogInput {
+            channel,
+            analog_source,
+        });
+    }
+    board.period = options.duration("period").unwrap_or(board.period);
+    board.reference = options.number("reference").unwrap_or(board.reference);
+    board.clock = clock(options)?;
+    if options.text("range") == Some(TWICE) {
+        board.range = AdcRange::TwiceReference;
+    }
+    Ok(board)
+}
+
+fn servo(context: &BusContext<'_>, leg: &str, pulse: PulseMap) -> Result<ServoLine, BuildError> {
+    let known = LINES.into_iter().find(|(name, _)| *name == leg);
+    let line = match context.options.of_member("lines", leg) {
+        Some(OptionValue::Natural(line)) => usize::try_from(*line)?,
+        _ => known
+            .map(|(_, line)| line)
+            .ok_or_else(|| format!("the leg `{leg}` has no line: `lines` can give it one"))?,
+    };
+    Ok(ServoLine {
+        line,
+        command: format!("leg/{leg}/abduction/command"),
+        pulse,
+    })
+}

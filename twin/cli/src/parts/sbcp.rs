@@ -1,0 +1,375 @@
+//! The SBCP bus of Oncilla with its motordriver boards, out of a scenario's words.
+
+use std::time::Duration;
+
+use twinrig_document::Range;
+use twinrig_kernel::SimDuration;
+use twinrig_motordriver::{
+    BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following, Generation,
+    Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
+};
+use twinrig_runtime::Timing;
+use twinrig_sbcp::{ControllerConfig, Passing};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
+use twinrig_wire::{UsbPreset, UsbTiming};
+
+use crate::error::BuildError;
+use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::option::{choice, number, option};
+use crate::parts::timing::timing;
+
+/// Bits a second of the bus: what the processor of the boards can make that is next to 3.3 Mbit/s.
+const BAUD: u32 = 3_333_333;
+/// The ids of the boards of Oncilla (public liboncilla-hw sources, 2014).
+const IDS: [(&str, u8, Side); 4] = [
+    ("LF", 1, Side::Left),
+    ("RF", 2, Side::Right),
+    ("LH", 3, Side::Left),
+    ("RH", 4, Side::Right),
+];
+
+/// What the latency timer of an FT2232H can be set to (FTDI, AN232B-04).
+const LATENCY_TIMER_MAX: SimDuration = SimDuration::from_millis(255);
+
+/// The main loop of a board with the first firmware comes round once a millisecond of its own.
+const FIRST_ANSWERS: SimDuration = SimDuration::from_micros(1_100);
+
+const CONTROLLER: &str = "controller";
+const DIRECT: &str = "direct";
+const CUT_THROUGH: &str = "cut-through";
+const STORE: &str = "store-and-forward";
+const LOW_LATENCY: &str = "low-latency";
+const FIRST: &str = "first";
+const SMOOTH: &str = "smooth";
+const PLAIN: &str = "plain";
+const WITHOUT: &str = "without-heuristics";
+
+pub(crate) fn kind() -> BusKind {
+    let about = "Oncilla's bus: a motordriver board a leg, on RS-485 behind USB; for [actuator] kind = \"motor\"";
+    let kind = BusKind::new("sbcp", about, driver, wire)
+        .at_baud(BAUD)
+        .with_faults()
+        .with_place("link")
+        .with_place("*");
+    let measured = ["hip/position", "knee/position", "angles", "foot/force"];
+    let measured = measured.map(|signal| format!("leg/*/{signal}"));
+    let kind = kind.measuring(move |_| measured.clone().into());
+    options().into_iter().fold(kind, BusKind::with_option)
+}
+
+fn options() -> Vec<OptionSpec> {
+    let whole = || Accepts::Natural(0..=u64::from(u16::MAX));
+    let each = |accepts| Accepts::Each(Box::new(accepts));
+    vec![
+        choice(
+            "topology",
+            "what is between USB and the boards",
+            &[CONTROLLER, DIRECT],
+        ),
+        choice(
+            "passing",
+            "how a bus controller passes bytes on",
+            &[CUT_THROUGH, STORE],
+        ),
+        option(
+            "gap",
+            "pause of a bus controller between an answer and the next request (2 us)",
+            Accepts::Duration,
+        ),
+        option(
+            "silence",
+            "after which a bus controller gives a board up (20 us)",
+            Accepts::Duration,
+        ),
+        choice(
+            "firmware",
+            "whether boards answer at once or from their main loop",
+            &[LOW_LATENCY, FIRST],
+        ),
+        option(
+            "following",
+            "how motors follow their set-points (smooth)",
+            each(Accepts::Choice(
+                [SMOOTH, PLAIN, WITHOUT].map(str::to_owned).into(),
+            )),
+        ),
+        option(
+            "clock",
+            "by how much the clocks of the boards are fast",
+            each(number(Range::between(-0.1, 0.1))),
+        ),
+        option(
+            "phase",
+            "how long after the start the main loops of the boards begin",
+            each(Accepts::Duration),
+        ),
+        option("usb", "how long USB takes", Accepts::Group(usb_options())),
+        option(
+            "gains",
+            "position controllers: p, i, d (400, 20, 200)",
+            Accepts::Group(vec![
+                option("p", "proportional", whole()),
+                option("i", "integral", whole()),
+                option("d", "derivative", whole()),
+            ]),
+        ),
+        option(
+            "max_torque",
+            "greatest current of a motor in units of 20 mA (1100)",
+            whole(),
+        ),
+        option(
+            "max_speed",
+            "greatest speed of the interpolation in counts/s (32000)",
+            whole(),
+        ),
+        option(
+            "error_threshold",
+            "errors at which the run ends; negative: never (1)",
+            number(Range::ANY),
+        ),
+        option(
+            "cycle_timeout",
+            "after which an answer is given up (as topology, USB and firmware want it)",
+            Accepts::Duration,
+        ),
+        option(
+            "calibration_timeout",
+            "after which calibration has failed (5 s)",
+            Accepts::Duration,
+        ),
+        option(
+            "free_running",
+            "begin the next cycle as soon as one is over",
+            Accepts::Boolean,
+        ),
+        option("trace", "trace the bytes on RS-485, too", Accepts::Boolean),
+    ]
+}
+
+fn usb_options() -> Vec<OptionSpec> {
+    vec![
+        choice(
+            "preset",
+            "what the host is like",
+            &UsbPreset::ALL.map(UsbPreset::name),
+        ),
+        option("latency_timer", "of the converter", Accepts::Duration),
+        option(
+            "turnaround",
+            "from a completion to the program that waits for it",
+            Accepts::Duration,
+        ),
+        option(
+            "jitter",
+            "added to that: what the host reads comes later",
+            Accepts::Time,
+        ),
+        option(
+            "write_jitter",
+            "from a write of the host to the USB frame: what it writes comes later",
+            Accepts::Time,
+        ),
+        option(
+            "frame_offset",
+            "what the clock of the USB frames shows at the start",
+            Accepts::Duration,
+        ),
+        option(
+            "frame_clock",
+            "by how much it is fast",
+            number(Range::between(-0.1, 0.1)),
+        ),
+    ]
+}
+
+fn driver(context: &BusContext<'_>) -> Result<MotorDriver, BuildError> {
+    Ok(Bus::driver(&config(context)?)?)
+}
+
+fn wire(context: &BusContext<'_>) -> Result<BusWire, BuildError> {
+    Ok(Bus::wire(&config(context)?)?)
+}
+
+fn config(context: &BusContext<'_>) -> Result<BusConfig, BuildError> {
+    let options = context.options;
+    let topology = if options.text("topology") == Some(DIRECT) {
+        // Choices have their usual value where nothing was said.
+        let passing = (options.text("passing") == Some(STORE)).then_some("passing");
+        let pauses = ["gap", "silence"];
+        let pauses = pauses
+            .into_iter()
+            .filter(|name| options.get(name).is_some());
+        if let Some(name) = passing.into_iter().chain(pauses).next() {
+            let why = format!(
+                "`{name}` says what a bus controller does, and there is none with topology = \"direct\": leave out one of the two"
+            );
+            return Err(why.into());
+        }
+        BusTopology::Direct
+    } else {
+        let controller = controller(options);
+        if options.text("firmware") == Some(FIRST) && controller.timeout < FIRST_ANSWERS {
+            let why = format!(
+                "boards with the first firmware answer within {FIRST_ANSWERS}, and the bus controller gives them up after {}: write topology = \"direct\", or a longer `silence`",
+                controller.timeout
+            );
+            return Err(why.into());
+        }
+        BusTopology::Controller(controller)
+    };
+    Ok(BusConfig {
+        name: context.name.to_owned(),
+        boards: boards(context)?,
+        topology,
+        usb: usb(options.group("usb"))?,
+        session: session(context),
+        faults: context.fault_schedule(),
+        seed: context.seed,
+        trace: options.boolean("trace").unwrap_or(false),
+        ..BusConfig::default()
+    })
+}
+
+fn controller(options: &Options) -> ControllerConfig {
+    let default = ControllerConfig::default();
+    ControllerConfig {
+        passing: match options.text("passing") {
+            Some(STORE) => Passing::StoreAndForward,
+            _ => Passing::CutThrough,
+        },
+        gap: options.duration("gap").unwrap_or(default.gap),
+        timeout: options.duration("silence").unwrap_or(default.timeout),
+        ..default
+    }
+}
+
+/// A board for each leg of the robot, of which those of the scene are used.
+fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
+    let options = context.options;
+    let firmware = FirmwareConfig {
+        generation: match options.text("firmware") {
+            Some(FIRST) => Generation::First,
+            _ => Generation::LowLatency,
+        },
+        interpolation: Interpolation::Smooth,
+    };
+    for member in options.members() {
+        if !context.legs.contains(&member.value.as_str()) {
+            let why = format!(
+                "there is no board `{}` in this scene: boards are called as legs are",
+                member.value
+            );
+            return Err(why.into());
+        }
+    }
+    let board = |&leg: &&str| {
+        let (_, id, side) = IDS
+            .into_iter()
+            .find(|(name, ..)| *name == leg)
+            .ok_or_else(|| {
+                format!("the leg `{leg}` has no board: there are some for LF, RF, LH and RH")
+            })?;
+        let rate_ppb = match options.of_member("clock", leg) {
+            Some(OptionValue::Number(rate)) => libm::rint(rate * 1e9),
+            _ => 0.0,
+        };
+        let phase = match options.of_member("phase", leg) {
+            Some(OptionValue::Duration(phase)) => *phase,
+            _ => SimDuration::ZERO,
+        };
+        let mut board = BoardConfig {
+            name: leg.to_owned(),
+            id,
+            side,
+            firmware,
+            ..BoardConfig::default()
+        };
+        match options.of_member("following", leg) {
+            Some(OptionValue::Text(word)) if word == PLAIN => board.following = Following::Plain,
+            Some(OptionValue::Text(word)) if word == WITHOUT => {
+                board.firmware.interpolation = Interpolation::WithoutHeuristics;
+            }
+            _ => {}
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the option is a tenth at most"
+        )]
+        Ok(board.with_clock(rate_ppb as i64, phase)?)
+    };
+    context.legs.iter().map(board).collect()
+}
+
+fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
+    let Some(options) = options else {
+        return Ok(UsbTiming::default());
+    };
+    let preset = options
+        .text("preset")
+        .map_or(Ok(UsbPreset::default()), str::parse)?;
+    let default = UsbTiming::preset(preset);
+    let duration = |name, default| options.duration(name).unwrap_or(default);
+    let latency_timer = duration("latency_timer", default.latency_timer);
+    if latency_timer > LATENCY_TIMER_MAX {
+        let why = format!("the latency timer of the converter has {LATENCY_TIMER_MAX} at most");
+        return Err(why.into());
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the option is a tenth at most"
+    )]
+    let frame_rate_ppb = libm::rint(options.number("frame_clock").unwrap_or(0.0) * 1e9) as i64;
+    Ok(UsbTiming {
+        latency_timer,
+        turnaround: duration("turnaround", default.turnaround),
+        jitter: options.time("jitter").map_or(Timing::ZERO, timing),
+        write_jitter: options.time("write_jitter").map_or(Timing::ZERO, timing),
+        frame_offset: duration("frame_offset", default.frame_offset),
+        frame_rate_ppb,
+        ..default
+    })
+}
+
+fn session(context: &BusContext<'_>) -> SessionConfig {
+    let (options, default) = (context.options, SessionConfig::default());
+    let gains = options.group("gains");
+    let default_gains = SessionGains::default();
+    let register = |options: Option<&Options>, name: &str, default: u16| {
+        let given = options.and_then(|options| options.natural(name));
+        given
+            .and_then(|given| u16::try_from(given).ok())
+            .unwrap_or(default)
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "saturates, and nobody makes so many errors"
+    )]
+    let threshold = |count: f64| libm::rint(count) as i64;
+    SessionConfig {
+        period: host(context.period),
+        gains: SessionGains {
+            p: register(gains, "p", default_gains.p),
+            i: register(gains, "i", default_gains.i),
+            d: register(gains, "d", default_gains.d),
+            max_torque: register(Some(options), "max_torque", default_gains.max_torque),
+            max_speed: register(Some(options), "max_speed", default_gains.max_speed),
+            ..default_gains
+        },
+        error_threshold: options
+            .number("error_threshold")
+            .map_or(default.error_threshold, threshold),
+        calibration_timeout: options
+            .duration("calibration_timeout")
+            .map_or(default.calibration_timeout, host),
+        cycle_timeout: options.duration("cycle_timeout").map(host),
+        free_running: options
+            .boolean("free_running")
+            .unwrap_or(default.free_running),
+        ..default
+    }
+}
+
+fn host(duration: SimDuration) -> Duration {
+    Duration::from_nanos(duration.as_nanos())
+}

@@ -1,0 +1,80 @@
+//! The controller that plays what is known in advance, out of a scenario's words.
+
+use twinrig_document::Range;
+use twinrig_kernel::Unit;
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
+use twinrig_script::{Plan, Script, Shape};
+
+use crate::error::BuildError;
+use crate::parts::controller_kind::ControllerKind;
+use crate::parts::option::option;
+
+const SHAPE: &str = "shape";
+const PHASE_LAG: &str = "phase_lag";
+const ABDUCTION: &str = "abduction";
+
+pub(crate) fn kind() -> ControllerKind {
+    let about = "plays a shape on the drives, whatever the robot does";
+    let lags = Range::between(-Plan::PHASE_LAG_MAX, Plan::PHASE_LAG_MAX);
+    ControllerKind::new(Script::NAME, about, |given| {
+        Ok(Script::new(given.robot, given.legs, &plan(given.options)?)?)
+    })
+    .or_without_robot(|given| {
+        let legs = given.legs.iter().map(|leg| (leg.name.as_str(), leg.left));
+        let plan = plan(given.options)?;
+        let script = Script::of_legs(&legs.collect::<Vec<_>>(), &plan)?;
+        Ok(script.for_plant(given.taken))
+    })
+    .with_option(shape())
+    .with_option(option(
+        PHASE_LAG,
+        "by how much of a cycle each leg is behind the one before it (0 deg)",
+        Accepts::Quantity {
+            unit: Unit::Radian,
+            range: lags,
+        },
+    ))
+    .with_option(option(
+        ABDUCTION,
+        "command the servos of hip abduction, too: `splay` (false)",
+        Accepts::Boolean,
+    ))
+}
+
+fn shape() -> OptionSpec {
+    let shapes = Shape::ALL.map(|shape| shape.name().to_owned());
+    let accepts = Accepts::Each(Box::new(Accepts::Choice(shapes.to_vec())));
+    option(
+        SHAPE,
+        "what hips and knees play: one for all, or { hip, knee } (hold)",
+        accepts,
+    )
+}
+
+fn plan(options: &Options) -> Result<Plan, BuildError> {
+    let mut plan = Plan {
+        phase_lag: options.number(PHASE_LAG).unwrap_or_default(),
+        abduction: options.boolean(ABDUCTION).unwrap_or_default(),
+        ..Plan::default()
+    };
+    match options.get(SHAPE) {
+        Some(OptionValue::All(value)) => {
+            let shape = read(value)?;
+            (plan.hip, plan.knee) = (shape, shape);
+        }
+        Some(OptionValue::Named(values)) => {
+            for (drive, value) in values {
+                plan = plan.with_shape(&drive.value, read(value)?)?;
+            }
+        }
+        _ => {}
+    }
+    Ok(plan)
+}
+
+fn read(value: &OptionValue) -> Result<Shape, BuildError> {
+    match value {
+        OptionValue::Text(name) => Ok(name.parse()?),
+        other => Err(format!("`{SHAPE}` cannot be {other:?}").into()),
+    }
+}

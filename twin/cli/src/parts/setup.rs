@@ -1,0 +1,170 @@
+//! What every plant of a legged robot is built from, out of a scenario's words.
+
+use std::sync::Arc;
+
+use twinrig_contact::{Ground, HeightField, Terrain};
+use twinrig_kernel::{SimDuration, stream};
+use twinrig_leg::LegCommand;
+use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
+use twinrig_robot::{Motors, Robot, Servo};
+use twinrig_scenario::{
+    ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
+    Profile, ServoOverride, StartPose as SceneStart,
+};
+
+use crate::error::BuildError;
+use crate::parts::plant_kind::PlantContext;
+
+/// What to simulate, in steps of `step` where the scenario gives none.
+///
+/// # Errors
+/// A ground that cannot be.
+pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, BuildError> {
+    let plant = context.plant;
+    let ground = plant.ground.as_ref();
+    Ok(Setup {
+        base: match plant.base {
+            SceneBase::Free => Base::Free,
+            SceneBase::Planar => Base::Planar,
+            SceneBase::Fixed => Base::Fixed,
+        },
+        legs: context.legs.iter().map(|&leg| leg.to_owned()).collect(),
+        ground: ground
+            .map(|ground| terrain(ground, context.robot.friction, context.seed))
+            .transpose()?,
+        step: plant.step.unwrap_or(step),
+        drives: drives(context)?,
+        start: start(context),
+    })
+}
+
+/// In the pose that the scenario gives, or else where the controller first wants the drives.
+fn start(context: &PlantContext<'_>) -> Start {
+    if let Some(SceneStart { q, rates }) = context.plant.start {
+        return StartPose { q, rates }.into();
+    }
+    let legs = context.legs.iter();
+    legs.filter_map(|leg| first_command(leg, context)).collect()
+}
+
+/// Where the drives of a leg are at the start: where the controller first wants them.
+fn first_command(leg: &str, context: &PlantContext<'_>) -> Option<(String, LegCommand)> {
+    let first = |joint: &str| {
+        let name = format!("leg/{leg}/{joint}/command");
+        let mut commands = context.first_commands.iter();
+        commands
+            .find(|(known, _)| *known == name)
+            .map(|(_, value)| *value)
+    };
+    let command = LegCommand {
+        hip: first("hip")?,
+        knee: first("knee")?,
+    };
+    Some((leg.to_owned(), command))
+}
+
+fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
+    let servos = &context.robot.actuators;
+    let actuator = context.actuator;
+    Ok(match actuator.kind {
+        ActuatorKind::None => Drives::None,
+        ActuatorKind::Ideal => Drives::Ideal {
+            period: context.command_period.as_secs_f64(),
+        },
+        ActuatorKind::Servo => Drives::Servos {
+            hip: overridden(servos.hip, &actuator.hip),
+            knee: overridden(servos.knee, &actuator.knee),
+        },
+        ActuatorKind::Motor => {
+            let Motors { hip, knee } = motors(context.robot)?;
+            Drives::Motors { hip, knee }
+        }
+    })
+}
+
+/// The motors of a robot that has some.
+pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
+    let why =
+        "the robot file has no [motor.hip] and [motor.knee]: its drives are known as servos only";
+    robot.motors.ok_or_else(|| why.into())
+}
+
+fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
+    Servo {
+        lag: by.lag.unwrap_or(servo.lag),
+        speed: by.speed.unwrap_or(servo.speed),
+        torque: by.torque.unwrap_or(servo.torque),
+        dead_band: by.dead_band.unwrap_or(servo.dead_band),
+        inertia: servo.inertia,
+    }
+}
+
+/// The ground of a scenario, as far as a fall is seen against it.
+///
+/// # Errors
+/// A ground that cannot be.
+pub(crate) fn ground_below(plant: &PlantSpec, seed: u64) -> Result<GroundBelow, BuildError> {
+    // A model that a plant brings along stands on the plane through the origin, or says nothing of it.
+    if plant.is_standalone {
+        return Ok(GroundBelow::Level);
+    }
+    let Some(ground) = &plant.ground else {
+        return Ok(GroundBelow::Nothing);
+    };
+    if ground.profile == Profile::Flat {
+        return Ok(GroundBelow::Level);
+    }
+    let ground = terrain(ground, 0.0, seed)?;
+    Ok(GroundBelow::Heights(Arc::new(move |x, y| {
+        ground.height(x, y)
+    })))
+}
+
+/// The ground, of this friction where the scenario gives none.
+fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, BuildError> {
+    let terrain = match &ground.profile {
+        Profile::Flat => Terrain::Flat,
+        Profile::StepDown { at, height } => Terrain::StepDown {
+            at: *at,
+            drop: *height,
+        },
+        Profile::Heights { spacing, heights } => Terrain::Heights(field(*spacing, heights, seed)?),
+    };
+    let friction = ground.friction.unwrap_or(friction);
+    Ok(Ground::new(terrain, friction, ground.restitution)?)
+}
+
+/// A height field around the start: its middle column and row run through it.
+fn field(spacing: f64, heights: &Heights, seed: u64) -> Result<HeightField, BuildError> {
+    /// Random ground reaches so many squares each way; beyond, it goes on as at its border.
+    const REACH: usize = 100;
+    /// Random ground is level this far around the start, so that the robot stands \[m\].
+    const LEVEL: f64 = 0.3;
+    let (columns, rows, values) = match heights {
+        Heights::Given(rows) => {
+            let columns = rows.first().map_or(0, Vec::len);
+            (columns, rows.len(), rows.concat())
+        }
+        Heights::Random {
+            amplitude,
+            seed: own,
+        } => {
+            let side = 2 * REACH + 1;
+            let mut stream = stream(own.unwrap_or(seed), "plant/ground/heights");
+            let distance = |n: usize| spacing * n.abs_diff(REACH) as f64;
+            let draw = |n: usize| {
+                let height = amplitude * (2.0 * stream.unit() - 1.0);
+                let far = distance(n % side).max(distance(n / side)) > LEVEL;
+                if far { height } else { 0.0 }
+            };
+            (side, side, (0..side * side).map(draw).collect())
+        }
+    };
+    let middle = |count: usize| -0.5 * spacing * count.saturating_sub(1) as f64;
+    Ok(HeightField::new(
+        [middle(columns), middle(rows)],
+        spacing,
+        columns,
+        values,
+    )?)
+}

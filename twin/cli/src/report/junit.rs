@@ -1,0 +1,86 @@
+//! Verdicts as `JUnit` XML, which every CI system shows.
+
+use std::fmt::Write as _;
+
+use twinrig_scenario::Verdict;
+
+use crate::report::table;
+use crate::report::{Line, Report};
+
+/// The document: a suite a scenario, a case an expectation.
+pub fn document(reports: &[Report]) -> String {
+    let mut out =
+        String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"twinrig\">\n");
+    for report in reports {
+        suite(&mut out, report);
+    }
+    out.push_str("</testsuites>\n");
+    out
+}
+
+fn suite(out: &mut String, report: &Report) {
+    let lines = &report.expectations;
+    let failed = lines.iter().filter(|line| !line.0.holds()).count();
+    let excused = |line: &&Line| line.0.holds() && line.0.verdict == Verdict::Unobserved;
+    let skipped = lines.iter().filter(excused).count();
+    let errors = usize::from(report.error.is_some());
+    let suite = escape(&report.scenario);
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        out,
+        "  <testsuite name=\"{suite}\" tests=\"{}\" failures=\"{failed}\" errors=\"{errors}\" skipped=\"{skipped}\" time=\"{:.6}\">",
+        lines.len() + errors,
+        report.wall_s.unwrap_or(0.0),
+    );
+    for line in lines {
+        let name = escape(&line.0.name);
+        let _ = write!(out, "    <testcase classname=\"{suite}\" name=\"{name}\"");
+        let said = escape(&table::sentence(&line.0));
+        let _ = match (line.0.verdict, line.0.holds()) {
+            (Verdict::Pass, _) => writeln!(out, "/>"),
+            (_, true) => writeln!(out, "><skipped message=\"{said}\"/></testcase>"),
+            (_, false) => writeln!(out, "><failure message=\"{said}\"/></testcase>"),
+        };
+    }
+    if let Some(error) = &report.error {
+        let _ = writeln!(
+            out,
+            "    <testcase classname=\"{suite}\" name=\"runs to its end\"><error message=\"{}\">{}</error></testcase>",
+            escape(error.lines().next().unwrap_or_default()),
+            escape(error)
+        );
+    }
+    out.push_str("  </testsuite>\n");
+}
+
+/// `text` as XML: the five characters that mean something, and none that XML has no way to write.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&apos;"),
+            '\n' => out.push_str("&#10;"),
+            '\t' => out.push_str("&#9;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_breaks_out_of_its_attribute() {
+        assert_eq!(
+            escape("a < b & \"c\"\n\u{1}"),
+            "a &lt; b &amp; &quot;c&quot;&#10;\u{fffd}"
+        );
+    }
+}

@@ -1,0 +1,355 @@
+//! Verdicts for a person.
+
+mod shown;
+
+use std::fmt::Write as _;
+
+use shown::Shown;
+use twinrig_scenario::{Outcome, Verdict};
+
+use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::paint::Paint;
+use crate::report::{Report, Status};
+
+/// Lines are broken here.
+const WIDTH: usize = 100;
+
+/// The whole report of a scenario.
+pub fn report(report: &Report, paint: Paint) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}", heading(report, paint));
+    if !report.expectations.is_empty() {
+        let _ = writeln!(out);
+        for line in expectations(report).lines(2, paint) {
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    let _ = writeln!(out);
+    if let Some(error) = &report.error {
+        for line in error.lines() {
+            let _ = writeln!(out, "  {}", paint.red(line));
+        }
+        let _ = writeln!(out);
+    }
+    let _ = writeln!(out, "  {}", verdict(report, paint));
+    for line in facts(report).lines(2, paint) {
+        let _ = writeln!(out, "{line}");
+    }
+    if let Some(real_time) = &report.real_time {
+        let _ = writeln!(out);
+        for note in &real_time.notes {
+            let _ = writeln!(out, "  note: {note}");
+        }
+        for line in real_time.times.to_string().lines() {
+            let _ = writeln!(out, "  {}", paint.dim(line));
+        }
+    }
+    out
+}
+
+/// A row for each of several scenarios.
+pub fn summary(reports: &[Report], paint: Paint) -> String {
+    let mut grid = Grid::new(&[
+        Side::Left,
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+    ]);
+    // Of one scenario on several plants, the plant tells which is which.
+    let several = |report: &Report| {
+        let alike = reports.iter().filter(|other| other.file == report.file);
+        alike.into_iter().any(|other| other.plant != report.plant)
+    };
+    for report in reports {
+        let plant = report.plant.as_deref().filter(|_| several(report));
+        let count = report.expectations.len();
+        let held = if count == 0 {
+            String::new()
+        } else {
+            format!("{} of {count} hold", report.held())
+        };
+        let tint = status_tint(report.verdict);
+        let what = worst(report).unwrap_or_default();
+        grid.row([
+            Cell::new(report.verdict.word(), tint),
+            report.scenario.as_str().into(),
+            plant.unwrap_or_default().into(),
+            held.into(),
+            "".into(),
+            speed(report).unwrap_or_default().into(),
+            Cell::new(what, Tint::Dim),
+        ]);
+    }
+    let mut out = String::new();
+    for line in grid.lines(2, paint) {
+        let _ = writeln!(out, "{line}");
+    }
+    out
+}
+
+/// The first thing that went wrong.
+fn worst(report: &Report) -> Option<String> {
+    if let Some(error) = &report.error {
+        return error.lines().next().map(str::to_owned);
+    }
+    let failed = report.expectations.iter().find(|line| !line.0.holds());
+    failed.map(|line| line.0.name.clone())
+}
+
+fn status_tint(status: Status) -> Tint {
+    match status {
+        Status::Pass => Tint::Green,
+        Status::Fail => Tint::Red,
+        Status::Error => Tint::Yellow,
+    }
+}
+
+fn heading(report: &Report, paint: Paint) -> String {
+    let mut heading = paint.bold(&report.scenario);
+    let plant = report.plant.as_deref();
+    let details: Vec<String> = [
+        plant.map(|plant| format!("{plant} plant")),
+        report.seed.map(|seed| format!("seed {seed}")),
+        (report.file != report.scenario).then(|| report.file.clone()),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    if !details.is_empty() {
+        let _ = write!(heading, "  {}", paint.dim(&details.join(" · ")));
+    }
+    heading
+}
+
+fn verdict(report: &Report, paint: Paint) -> String {
+    let count = report.expectations.len();
+    let told = match count {
+        0 => "nothing is expected".to_owned(),
+        1 => format!("{} of 1 expectation holds", report.held()),
+        _ => format!("{} of {count} expectations hold", report.held()),
+    };
+    let word = report.verdict.word();
+    let word = match report.verdict {
+        Status::Pass => paint.green(word),
+        Status::Fail => paint.red(word),
+        Status::Error => paint.yellow(word),
+    };
+    format!("{word}  {told}")
+}
+
+fn expectations(report: &Report) -> Grid {
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let sides = [
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+        Side::Right,
+        Side::Left,
+    ];
+    let mut grid = Grid::new(&sides);
+    grid.row([
+        "".into(),
+        dim("expectation"),
+        dim("measured"),
+        "".into(),
+        dim("bound"),
+        "".into(),
+        dim("margin"),
+        "".into(),
+    ]);
+    for line in &report.expectations {
+        let outcome = &line.0;
+        let (mark, tint) = mark(outcome);
+        let shown = Shown::of(outcome);
+        let number =
+            |value: Option<f64>| value.map(|value| shown.number(value)).unwrap_or_default();
+        let bad = if outcome.holds() { Tint::None } else { tint };
+        grid.row([
+            Cell::new(mark, tint),
+            outcome.name.as_str().into(),
+            Cell::new(number(outcome.measured), bad),
+            Cell::new(sign(outcome), Tint::Dim),
+            number(outcome.bound).into(),
+            shown.symbol.into(),
+            Cell::new(number(outcome.margin), bad),
+            Cell::new(remark(outcome), Tint::Dim),
+        ]);
+    }
+    grid
+}
+
+fn mark(outcome: &Outcome) -> (&'static str, Tint) {
+    match (outcome.verdict, outcome.holds()) {
+        (Verdict::Pass, _) => ("✓", Tint::Green),
+        (Verdict::Fail, _) => ("✗", Tint::Red),
+        (Verdict::Unobserved, true) => ("–", Tint::Yellow),
+        (Verdict::Unobserved, false) => ("?", Tint::Red),
+    }
+}
+
+/// On which side of its bound the measured value should be.
+fn sign(outcome: &Outcome) -> &'static str {
+    match (outcome.measured, outcome.bound, outcome.margin) {
+        (Some(measured), Some(bound), Some(margin)) => {
+            // The margin is the bound less the value below an upper bound, and the other way round above a lower one.
+            let upper = (bound - measured - margin).abs() <= (measured - bound - margin).abs();
+            if upper { "≤" } else { "≥" }
+        }
+        _ => "",
+    }
+}
+
+fn remark(outcome: &Outcome) -> String {
+    let mut detail = outcome.detail.clone();
+    if let (Some(bound), Some(other)) = (outcome.bound, outcome.other_bound) {
+        let shown = Shown::of(outcome);
+        let (least, greatest) = (
+            shown.number(bound.min(other)),
+            shown.number(bound.max(other)),
+        );
+        let range = format!("wanted: {least} … {greatest}");
+        detail = match detail.as_str() {
+            "" => range,
+            detail => format!("{range}, {detail}"),
+        };
+    }
+    let head = match (outcome.verdict, outcome.first_violation) {
+        (Verdict::Unobserved, _) => "unobserved: ".to_owned(),
+        (_, Some(at)) => format!("first at {:.3} s, ", at.as_secs_f64()),
+        _ => return detail,
+    };
+    if detail.is_empty() {
+        head.trim_end_matches([':', ',', ' ']).to_owned()
+    } else {
+        head + &detail
+    }
+}
+
+/// An outcome in one line, for places that have no columns.
+pub fn sentence(outcome: &Outcome) -> String {
+    let shown = Shown::of(outcome);
+    let mut parts = Vec::new();
+    if let (Some(measured), Some(bound)) = (outcome.measured, outcome.bound) {
+        let (measured, bound) = (shown.number(measured), shown.number(bound));
+        let sign = sign(outcome);
+        let unit = match shown.symbol {
+            "" => String::new(),
+            symbol => format!(" {symbol}"),
+        };
+        parts.push(format!("{measured}{unit} is not {sign} {bound}{unit}"));
+    }
+    let remark = remark(outcome);
+    if !remark.is_empty() {
+        parts.push(remark);
+    }
+    parts.join(", ")
+}
+
+/// How fast it ran.
+fn speed(report: &Report) -> Option<String> {
+    let factor = report.real_time_factor?;
+    let decimals = usize::from(factor < 10.0);
+    Some(format!("{factor:.decimals$} × real time"))
+}
+
+/// How often the method of choice was not the one at work.
+fn handed_over(report: &Report) -> Option<String> {
+    let work = report.work.filter(|work| work.fallbacks > 0)?;
+    let (times, steps) = (work.fallbacks, work.steps);
+    let times = match times {
+        1 => "once".to_owned(),
+        _ => format!("{times} times"),
+    };
+    Some(format!(
+        "another method or shorter steps took over {times} in {steps} steps"
+    ))
+}
+
+fn facts(report: &Report) -> Grid {
+    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut fact = |name: &str, value: String| {
+        let mut name = name;
+        for line in wrapped(&value, WIDTH) {
+            grid.row([Cell::new(name, Tint::Dim), line.into()]);
+            name = "";
+        }
+    };
+    if let (Some(simulated), Some(wall)) = (report.simulated_s, report.wall_s) {
+        let speed = speed(report).map_or_else(String::new, |speed| format!(", {speed}"));
+        fact(
+            "time",
+            format!("{simulated} s simulated in {wall:.3} s{speed}"),
+        );
+    }
+    if let Some(at) = report.fell_at_s {
+        let ended = report.simulated_s.is_some_and(|simulated| simulated <= at);
+        let end = if ended { ", which ended the run" } else { "" };
+        fact("fall", format!("at {at} s{end}"));
+    }
+    if let Some(energy) = report.energy {
+        let (residual, exchanged) = (energy.residual_j, energy.exchanged_j);
+        let exchanged = if exchanged < 1.0 {
+            format!("{exchanged:.1e}")
+        } else {
+            format!("{exchanged:.1}")
+        };
+        fact(
+            "energy",
+            format!("{exchanged} J exchanged, {residual:.1e} J unaccounted for"),
+        );
+    }
+    if let Some(handed_over) = handed_over(report) {
+        fact("integrator", handed_over);
+    }
+    if !report.left_out.is_empty() {
+        let parts = report.left_out.iter().map(|left| left.part.as_str());
+        fact("left out", parts.collect::<Vec<_>>().join("; "));
+    }
+    if let Some(path) = &report.recording {
+        fact("recording", path.clone());
+    }
+    if let Some(fingerprint) = &report.fingerprint {
+        fact("fingerprint", fingerprint.clone());
+    }
+    grid
+}
+
+/// `text` in lines of at most `width` letters, broken at blanks where that is possible.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let Some(line) = lines.last_mut() else { break };
+        let len = line.chars().count();
+        if len > 0 && len + 1 + word.chars().count() > width {
+            lines.push(word.to_owned());
+        } else {
+            if len > 0 {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}
+
+/// The name of a signal with a star for the leg: signals that differ only by it are one line for a person.
+pub(crate) fn folded(signal: &str, legs: &[impl AsRef<str>]) -> String {
+    let part = |part| {
+        if legs.iter().any(|leg| leg.as_ref() == part) {
+            "*"
+        } else {
+            part
+        }
+    };
+    signal.split('/').map(part).collect::<Vec<_>>().join("/")
+}
+
+#[cfg(test)]
+#[path = "table_tests.rs"]
+mod tests;

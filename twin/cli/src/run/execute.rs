@@ -1,0 +1,399 @@
+//! From a rig to a report.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use twinrig_kernel::{SimDuration, SimTime, Snapshot};
+use twinrig_record::{
+    Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg, VerdictMessage,
+};
+use twinrig_runtime::{EnergyBalance, Group, Rig, WorkCounts, caught};
+use twinrig_scenario::Setting;
+
+use crate::assembly::Assembly;
+use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
+use crate::error::TwinError;
+use crate::parts::plant_kind::StandaloneModel;
+use crate::report::{Line, Report, Status, seconds};
+use crate::run::executor::Executor;
+use crate::run::hardware;
+use crate::run::interrupt;
+use crate::run::judging::{judge, judged, reference};
+use crate::run::observers::RunObservers;
+use crate::run::progress::Progress;
+use crate::run::recording_size::LARGE_RECORDING;
+
+/// How often a run looks up from its work, for the progress line and for a full disk: so often at least, and after so many of
+/// its shortest periods.
+const SLICE: SimDuration = SimDuration::from_millis(100);
+const SLICE_PERIODS: u64 = 4096;
+/// A chunk of the recording is closed so often, and what it holds then survives the process.
+const FLUSH: SimDuration = SimDuration::from_secs(1);
+
+/// Note of a recording under which the settings of its run stand.
+pub(crate) const SETTINGS_NOTE: &str = "settings";
+/// Note of a recording that was made at hardware.
+pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
+
+/// Note of a recording whose plant took the place of another: when it did \[s\].
+pub(crate) const EXCHANGED_NOTE: &str = "exchanged_at_s";
+
+/// How a scenario is to be run.
+#[derive(Clone, Debug, Default)]
+pub struct Execution {
+    /// Where the recording goes; none: nowhere.
+    pub recording: Option<PathBuf>,
+    /// Show how far the run is, if there is a terminal.
+    pub progress: bool,
+    /// Devices of buses whose boards and plant are hardware, by the names of the buses; none: all is a twin.
+    pub ports: Vec<(String, PathBuf)>,
+}
+
+/// Runs `assembly`, and the run that its expectations compare with, if they do.
+///
+/// # Errors
+/// [`TwinError`] if the run cannot begin. A run that begins and does not end is a report, too.
+pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+    if execution.ports.is_empty() {
+        execute_until(assembly, execution, assembly.end())
+    } else {
+        hardware::execute(assembly, execution)
+    }
+}
+
+/// The same, not beyond `end`.
+pub(crate) fn execute_until(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+) -> Result<Report, TwinError> {
+    execute_saving(assembly, execution, end, None).map(|(report, _)| report)
+}
+
+/// The same, and the rig as it was at an instant on the way, if it came there.
+pub(crate) fn execute_saving(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+    save_at: Option<SimTime>,
+) -> Result<(Report, Option<Snapshot>), TwinError> {
+    let end = end.min(assembly.end());
+    let reference = reference(assembly, execution, end)?;
+    let mut rig = assembly.rig()?;
+    let recorder = recorder(assembly, &rig, execution)?;
+    let mut judge = judge(assembly, &rig);
+    if let Some(reference) = reference {
+        judge = judge.with_reference(&reference);
+    }
+    let mut observers = RunObservers::new(judge, recorder);
+    let title = &assembly.scenario().name;
+    let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the report says how long it took"
+    )]
+    let started = Instant::now();
+    let mut saved = None;
+    let mut ran = Ok(SimTime::ZERO);
+    if let Some(at) = save_at {
+        ran = run(assembly, &mut rig, &mut observers, &mut progress, at);
+        // A fall may have ended the run before.
+        let came = ran.as_ref().is_ok_and(|reached| *reached >= at);
+        saved = came.then(|| rig.save());
+    }
+    let ran = ran.and_then(|_| run(assembly, &mut rig, &mut observers, &mut progress, end));
+    let wall_s = started.elapsed().as_secs_f64();
+    drop(progress);
+    let course = Course::of(&rig, wall_s, ran);
+    let report = report(assembly, execution, observers, course);
+    Ok((report, saved))
+}
+
+/// How a run went, beside what was looked at.
+pub(crate) struct Course {
+    pub reached: SimTime,
+    pub wall_s: f64,
+    /// Why it did not come to its end.
+    pub error: Option<String>,
+    /// Whether a plant was simulated.
+    pub simulated: bool,
+    /// Energy and work of that plant, if it can still be asked.
+    pub plant: Option<(EnergyBalance, WorkCounts)>,
+}
+
+impl Course {
+    /// Of a rig in virtual time that has run as far as it did.
+    pub(crate) fn of(rig: &Rig, wall_s: f64, ran: Result<SimTime, Stopped>) -> Self {
+        let (reached, stopped) = match ran {
+            Ok(reached) => (reached, None),
+            Err(stopped) => (rig.now(), Some(stopped)),
+        };
+        // After a panic no part is in a state in which it could be asked anything.
+        let sound = !matches!(stopped, Some(Stopped::Panic(_)));
+        Self {
+            reached,
+            wall_s,
+            error: stopped.map(|stopped| stopped.to_string()),
+            simulated: true,
+            plant: sound.then(|| (rig.plant().energy(), rig.plant().work())),
+        }
+    }
+}
+
+/// Why a run did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Stopped {
+    /// Somebody did not want to wait for the end.
+    #[error("interrupted at {0}")]
+    Interrupted(SimTime),
+    /// Something went wrong.
+    #[error(transparent)]
+    Failed(TwinError),
+    /// A part panicked.
+    #[error(transparent)]
+    Panic(TwinError),
+    /// The scenario is over before control began.
+    #[error(
+        "at {0} the devices were still being made ready, and nothing was controlled yet\n  = help: a longer `duration` lets them finish"
+    )]
+    NotOpen(SimTime),
+}
+
+/// Judges a run that is over, closes its recording and reports.
+pub(crate) fn report<W: Write>(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    mut observers: RunObservers<W>,
+    course: Course,
+) -> Report {
+    let mut report = judged(assembly, &mut observers, &course);
+    if execution.recording.is_none() {
+        let warned = &mut report.warnings;
+        warned.retain(|warned| warned.code != LARGE_RECORDING);
+    }
+    let (reached, mut error) = (course.reached, course.error);
+    let status = if error.is_some() {
+        Status::Error
+    } else {
+        report.verdict
+    };
+    // No wall clock in it: the same run makes the same file.
+    let verdict = VerdictMessage {
+        verdict: status.key().to_owned(),
+        interrupted: error.is_some() && interrupt::asked(),
+        error: error.clone(),
+        expectations: report.expectations.iter().map(Line::message).collect(),
+    };
+    let path = execution.recording.as_deref();
+    match (observers.close(reached, &verdict), path) {
+        (Ok(_), path) => report.recording = path.map(|path| path.display().to_string()),
+        (Err(source), path) => {
+            let path = path.map_or_else(PathBuf::new, Path::to_owned);
+            error = Some(TwinError::Record { path, source }.to_string());
+        }
+    }
+    if error.is_some() {
+        report.verdict = Status::Error;
+        report.error = error;
+    }
+    report
+}
+
+/// The first multiple of `period` after `now`; none past the end of time.
+fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
+    let count = now.as_nanos() / period.as_nanos().max(1);
+    let next = period.checked_mul(count.checked_add(1)?)?;
+    SimTime::ZERO.checked_add(next)
+}
+
+/// Runs on to the end, to a fall that ends the run, or to where the recording can take no more; says
+/// where that is.
+pub(crate) fn run<W: Write>(
+    assembly: &Assembly<'_>,
+    rig: &mut Rig,
+    observers: &mut RunObservers<W>,
+    progress: &mut Progress,
+    end: SimTime,
+) -> Result<SimTime, Stopped> {
+    let ran = caught(|| run_in_slices(assembly, rig, observers, progress, end));
+    ran.unwrap_or_else(|source| {
+        let file = assembly.scenario().file.clone();
+        Err(Stopped::Panic(TwinError::Panic { file, source }))
+    })
+}
+
+/// The time between two looks up.
+fn slice(assembly: &Assembly<'_>) -> SimDuration {
+    let observe = assembly.scenario().observe.period;
+    let shortest = assembly.period().min(observe).as_nanos();
+    let nanos = shortest.max(1).saturating_mul(SLICE_PERIODS);
+    SLICE.min(SimDuration::from_nanos(nanos))
+}
+
+fn run_in_slices<W: Write>(
+    assembly: &Assembly<'_>,
+    rig: &mut Rig,
+    observers: &mut RunObservers<W>,
+    progress: &mut Progress,
+    end: SimTime,
+) -> Result<SimTime, Stopped> {
+    let slice = slice(assembly);
+    let mut now = rig.now();
+    let scenario = assembly.scenario();
+    // The end of a run by a fall is the observation that shows it.
+    let observation = scenario
+        .ends_with_a_fall()
+        .then_some(scenario.observe.period);
+    while now < end {
+        if observers.ended_at().is_some() {
+            return Ok(now);
+        }
+        let next = now.checked_add(slice).map_or(end, |next| next.min(end));
+        let observed = observation.and_then(|period| next_multiple(now, period));
+        now = observed.map_or(next, |observed| observed.min(next));
+        let ran = rig.run_until(now, observers);
+        if interrupt::asked() {
+            // Whatever else the run may have ended with then.
+            return Err(Stopped::Interrupted(rig.now()));
+        }
+        ran.map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
+        if observers.is_broken() {
+            // Closing the recording tells why.
+            return Ok(now);
+        }
+        progress.at(now.as_secs_f64());
+    }
+    if !rig.is_open() {
+        return Err(Stopped::NotOpen(end));
+    }
+    Ok(end)
+}
+
+/// Begins the recording of a run, if there is to be one.
+pub(crate) fn recorder(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    execution: &Execution,
+) -> Result<Option<Recorder<BufWriter<File>>>, TwinError> {
+    let path = execution.recording.as_deref();
+    path.map(|path| create(assembly, executor, path))
+        .transpose()
+}
+
+fn create(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    path: &Path,
+) -> Result<Recorder<BufWriter<File>>, TwinError> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+    }
+    let scene = assembly.scene();
+    let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
+    let group = |group| RecordedGroup {
+        group,
+        layout: executor.layout(group),
+        keep: &keep,
+    };
+    let groups = [
+        group(Group::Plant),
+        group(Group::ProcessInputs),
+        group(Group::ProcessOutputs),
+    ];
+    let diagnostics = group(Group::Diagnostics);
+    let groups = groups.into_iter();
+    let groups: Vec<_> = groups
+        .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
+        .collect();
+    let cadence = Cadence {
+        frames: scene
+            .scenario
+            .record
+            .frames
+            .and_then(|rate| SimDuration::try_from_secs_f64(1.0 / rate)),
+        flush: FLUSH,
+    };
+    Recorder::create(
+        path,
+        &info(assembly, executor),
+        &groups,
+        &skeleton(assembly),
+        cadence,
+    )
+    .map_err(|source| TwinError::Record {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
+    let scenario = assembly.scenario();
+    let robot = assembly.robot_file();
+    let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
+    let notes = [
+        ("scenario", scenario.name.clone()),
+        ("scenario_file", scenario.file.clone()),
+        (
+            "robot_file",
+            robot.map_or_else(String::new, |(file, _)| file.to_owned()),
+        ),
+        ("plant", scenario.plant.model.clone()),
+        // Pairs of texts are always JSON.
+        (
+            SETTINGS_NOTE,
+            serde_json::to_string(&settings).unwrap_or_default(),
+        ),
+    ];
+    let at_hardware = executor
+        .at_hardware()
+        .then(|| (HARDWARE_NOTE, "true".to_owned()));
+    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
+    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
+    files.extend(
+        assembly
+            .body()
+            .standalone_model()
+            .map_or_else(Vec::new, StandaloneModel::files),
+    );
+    let exchanged = executor.exchanged();
+    let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
+    RunInfo {
+        files,
+        seed: scenario.seed,
+        build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        notes: notes
+            .into_iter()
+            .chain(at_hardware)
+            .chain(exchanged)
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect(),
+        tasks: executor.tasks(),
+        variables: executor.variables(),
+        traces: if scenario.record.bytes {
+            executor.traces().to_vec()
+        } else {
+            Vec::new()
+        },
+    }
+}
+
+fn pair(setting: &Setting) -> [&str; 2] {
+    [&setting.key, &setting.value]
+}
+
+fn skeleton(assembly: &Assembly<'_>) -> Skeleton {
+    let mounts = assembly.robot().map_or(&[][..], |robot| &robot.legs);
+    let legs = mounts.iter().map(|mount| SkeletonLeg {
+        name: mount.name.clone(),
+        hip: mount.hip,
+        segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
+    });
+    Skeleton {
+        legs: legs.collect(),
+    }
+}

@@ -1,0 +1,212 @@
+//! From a scenario to a report with hardware in place of boards and plant.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use twinrig_kernel::{Port, SimTime};
+use twinrig_runtime::real_time::{Ended, RealTimeReport, RealTimeRig};
+use twinrig_runtime::{Device, DeviceError, Driver, Group, Observer, RigError, RunEvent};
+use twinrig_scenario::{BusSpec, Scenario};
+use twinrig_wire::SerialPort;
+
+use crate::assembly::Assembly;
+use crate::error::TwinError;
+use crate::parts::output_filter::OutputFilter;
+use crate::report::table::folded;
+use crate::report::{RealTime, Report};
+use crate::run::execute::{Course, Execution, recorder, report};
+use crate::run::interrupt;
+use crate::run::judging::judge;
+use crate::run::observers::RunObservers;
+use crate::run::progress::Progress;
+
+/// Runs the controller of `assembly` and the drivers of its buses at the devices that `execution` names, in real time.
+///
+/// # Errors
+/// [`TwinError`] if the run cannot begin: a bus without a device, a device that cannot be opened, a signal that no bus
+/// carries. A run that begins and does not end is a report, too.
+pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+    let PreparedRig { rig, notes } = bench(assembly, &execution.ports)?;
+    let recorder = recorder(assembly, &rig, execution)?;
+    let scenario = assembly.scenario();
+    let end_s = assembly.end().as_secs_f64();
+    let progress = Progress::new(&scenario.name, end_s, execution.progress);
+    for note in &notes {
+        progress.note(note);
+    }
+    let mut looker = TimingObserver {
+        observers: RunObservers::new(judge(assembly, &rig), recorder),
+        progress,
+        reached: SimTime::ZERO,
+    };
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the report says how long it took"
+    )]
+    let started = Instant::now();
+    let (ended, times) = rig.run(
+        Some(scenario.duration),
+        &mut looker,
+        interrupt::flag_at_devices(),
+    );
+    let wall_s = started.elapsed().as_secs_f64();
+    let TimingObserver {
+        observers, reached, ..
+    } = looker;
+    let (reached, error) = match ended {
+        Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
+        Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(format!("interrupted at {reached}"))),
+        Err(error) => (reached, Some(failure(assembly, &execution.ports, error))),
+    };
+    let course = Course {
+        reached,
+        wall_s,
+        error,
+        simulated: false,
+        plant: None,
+    };
+    let mut report = report(assembly, execution, observers, course);
+    report.real_time = Some(RealTime { times, notes });
+    Ok(report)
+}
+
+/// Why a run that came to its end is worth nothing, if so.
+fn too_slow(times: &RealTimeReport) -> Option<String> {
+    let lost = times.lost;
+    (lost > 0).then(|| format!("{lost} records were lost: this machine is too slow to look on"))
+}
+
+/// What ended a run, and at which device.
+fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError) -> String {
+    let bus = match &error {
+        RigError::Task { task, .. } => Some(task.clone()),
+        _ => None,
+    };
+    let mut text = assembly.rig_error(error).to_string();
+    if let Some(bus) = bus
+        && let Some(device) = place(ports, &bus)
+    {
+        let device = device.display().to_string();
+        if !text.contains(&device) {
+            text = format!("{text}\n  = note: `{bus}` is at {device}");
+        }
+    }
+    text
+}
+
+/// A rig that is ready to run.
+struct PreparedRig {
+    rig: RealTimeRig,
+    /// What keeps it from being as punctual as it could be, with the remedies.
+    notes: Vec<String>,
+}
+
+/// Process and drivers, each at its device.
+fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, TwinError> {
+    check_places(assembly.scenario(), ports)?;
+    let process = assembly.process()?;
+    let process_ports = process.ports();
+    let mut notes = Vec::new();
+    let mut parts: Vec<(Box<dyn Driver>, Box<dyn Device>)> = Vec::new();
+    for bus in &assembly.scenario().buses {
+        let driver = assembly.driver(bus, &process_ports)?;
+        let port = open(assembly, bus, ports)?;
+        notes.extend(port.advice());
+        parts.push((driver, Box::new(port)));
+    }
+    let carried: Vec<Port> = parts
+        .iter()
+        .flat_map(|(driver, _)| driver.ports())
+        .collect();
+    let (process, lost) = OutputFilter::new(process, |port| carried.contains(&port.mirrored()));
+    if !lost.is_empty() {
+        let legs = assembly.leg_names();
+        let mut lost: Vec<String> = lost.iter().map(|name| folded(name, &legs)).collect();
+        lost.sort();
+        lost.dedup();
+        let lost = lost.join(", ");
+        notes.push(format!("no bus carries {lost}: it goes nowhere"));
+    }
+    let rig = RealTimeRig::new(&assembly.schedule(), Box::new(process), parts);
+    let mut rig = rig.map_err(|error| assembly.rig_error(error))?;
+    for (at, variable, change) in assembly.changes() {
+        rig.schedule(at, variable, change)
+            .map_err(|error| assembly.rig_error(error))?;
+    }
+    notes.extend(rig.options.privileges.prepare());
+    Ok(PreparedRig { rig, notes })
+}
+
+/// Opens the device that a bus was given.
+fn open(
+    assembly: &Assembly<'_>,
+    bus: &BusSpec,
+    ports: &[(String, PathBuf)],
+) -> Result<SerialPort, TwinError> {
+    let name = &bus.name.value;
+    let path = place(ports, name).ok_or_else(|| TwinError::NoPort { bus: name.clone() })?;
+    let opened = SerialPort::open(path, assembly.bus_kind(bus)?.baud());
+    opened.map_err(|source| TwinError::Device {
+        bus: name.clone(),
+        source,
+    })
+}
+
+/// The place that was given to a bus: of a device, or of a link to a PTY.
+pub(crate) fn place<'g>(given: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path> {
+    let mut given = given.iter();
+    given
+        .find(|(name, _)| name == bus)
+        .map(|(_, place)| place.as_path())
+}
+
+/// Places were given to buses that there are, and to none of them twice.
+pub(crate) fn check_places(
+    scenario: &Scenario,
+    given: &[(String, PathBuf)],
+) -> Result<(), TwinError> {
+    for (n, (bus, second)) in given.iter().enumerate() {
+        if scenario.bus(bus).is_none() {
+            let known = scenario.buses.iter().map(|bus| bus.name.value.as_str());
+            return Err(TwinError::no_such_bus(bus, known));
+        }
+        if let Some(first) = place(&given[..n], bus) {
+            let source = DeviceError::Other {
+                place: second.display().to_string(),
+                why: format!("the bus is at {} already", first.display()),
+            };
+            let bus = bus.clone();
+            return Err(TwinError::Device { bus, source });
+        }
+    }
+    Ok(())
+}
+
+/// Hands everything on, and keeps the time.
+struct TimingObserver<W: Write> {
+    observers: RunObservers<W>,
+    progress: Progress,
+    reached: SimTime,
+}
+
+impl<W: Write> TimingObserver<W> {
+    fn at(&mut self, now: SimTime) {
+        self.reached = now;
+        self.progress.at(now.as_secs_f64());
+    }
+}
+
+impl<W: Write> Observer for TimingObserver<W> {
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        self.at(now);
+        self.observers.samples(now, group, values);
+    }
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        self.at(now);
+        self.observers.event(now, event);
+    }
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.observers.bytes(now, trace, bytes);
+    }
+}

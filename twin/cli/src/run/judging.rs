@@ -1,0 +1,110 @@
+//! From the observations of a run to a verdict.
+
+use std::io::Write;
+
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{Group, WorkCounts};
+use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd};
+
+use crate::assembly::Assembly;
+use crate::error::TwinError;
+use crate::report::{Line, Report, Status, Warned, seconds};
+use crate::run::execute::{Course, Execution, Stopped, run};
+use crate::run::executor::Executor;
+use crate::run::observers::RunObservers;
+use crate::run::progress::Progress;
+
+/// The judge of an executor's run.
+pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
+    let layouts = Layouts {
+        plant: executor.layout(Group::Plant),
+        process_inputs: executor.layout(Group::ProcessInputs),
+        process_outputs: executor.layout(Group::ProcessOutputs),
+        diagnostics: executor.layout(Group::Diagnostics),
+        tasks: &executor.tasks(),
+    };
+    Judge::new(assembly.scene(), layouts)
+}
+
+/// The run without changes, as far as expectations compare with it; none if none does.
+pub(crate) fn reference(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+) -> Result<Option<Reference>, TwinError> {
+    if !assembly.scenario().needs_reference() {
+        return Ok(None);
+    }
+    let without = assembly.without_changes();
+    let mut rig = without.rig()?;
+    // The expectations are those of the run with changes: they know which footsteps they want.
+    let mut observers: RunObservers<Vec<u8>> = RunObservers::new(judge(assembly, &rig), None);
+    let title = format!("{}, without changes", assembly.scenario().name);
+    let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
+    // What the reference does not reach cannot be compared with, and fails as unobserved.
+    let ran = run(&without, &mut rig, &mut observers, &mut progress, end);
+    if let Err(Stopped::Panic(error)) = ran {
+        return Err(error);
+    }
+    let _ = observers.judge(&RunEnd {
+        at: rig.now(),
+        energy: None,
+        work: &[],
+        real_time_factor: None,
+    });
+    Ok(Some(observers.reference()))
+}
+
+/// Judges a run that is over.
+pub(crate) fn judged<W: Write>(
+    assembly: &Assembly<'_>,
+    observers: &mut RunObservers<W>,
+    course: &Course,
+) -> Report {
+    let scenario = assembly.scenario();
+    let (energy, work) = course.plant.unzip();
+    let simulated_s = seconds(course.reached.as_nanos());
+    let wall_s = course.wall_s;
+    let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
+    let counted = work.as_ref().map(counts);
+    let outcomes = observers.judge(&RunEnd {
+        at: course.reached,
+        energy: energy.map(|balance| (balance.residual, balance.exchanged)),
+        work: counted.as_ref().map_or(&[], |counted| &counted[..]),
+        real_time_factor,
+    });
+    // A fall that ends a run is a failure whatever else is expected.
+    let pass = outcomes.iter().all(Outcome::holds) && observers.ended_at().is_none();
+    let fell_at = observers.fell_at().or(observers.ended_at());
+    Report {
+        scenario: scenario.name.clone(),
+        verdict: if pass { Status::Pass } else { Status::Fail },
+        seed: Some(scenario.seed),
+        plant: course.simulated.then(|| scenario.plant.model.clone()),
+        fingerprint: Some(observers.digest().to_string()),
+        simulated_s: Some(simulated_s),
+        wall_s: Some(wall_s),
+        real_time_factor,
+        expectations: outcomes.into_iter().map(Line).collect(),
+        left_out: assembly.scene().left_out.clone(),
+        recording: None,
+        file: scenario.file.clone(),
+        error: None,
+        energy: energy.map(Into::into),
+        work,
+        real_time: None,
+        warnings: Warned::all(&scenario.warnings),
+        fell_at_s: fell_at.map(|at| seconds(at.as_nanos())),
+    }
+}
+
+fn counts(work: &WorkCounts) -> [(&'static str, u64); 6] {
+    [
+        ("steps", work.steps),
+        ("evaluations", work.evaluations),
+        ("factorisations", work.factorisations),
+        ("events", work.events),
+        ("solver_iterations", work.solver_iterations),
+        ("fallbacks", work.fallbacks),
+    ]
+}

@@ -1,0 +1,137 @@
+//! A study of coupling for a person at a terminal; the page has the rest.
+
+use std::path::PathBuf;
+
+use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status, brief};
+
+use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::paint::Paint;
+
+/// A row that contradicts its neighbours, and how.
+fn doubtful(row: &CouplingRow) -> String {
+    let (method, step) = (row.method.word(), brief(row.step_s, "s"));
+    let error = row.error_rms_m;
+    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
+    let why = row.why.as_deref().unwrap_or_default();
+    format!("{} {method} {step}{error}, {why}", row.plant)
+}
+
+/// What a study found, and the files that it wrote.
+pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
+    let mut lines = vec![format!(
+        "{}  {}",
+        paint.bold(&study.scenario),
+        paint.dim("study of coupling")
+    )];
+    lines.push(study.headline());
+    for plant in study.plants() {
+        lines.push(String::new());
+        lines.push(format!("  {}", paint.bold(plant)));
+        lines.extend(table(study, plant).lines(4, paint));
+    }
+    lines.push(String::new());
+    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, Tint::Dim), text.into()]);
+    for order in study.orders() {
+        let (plant, method) = (&order.plant, order.method.word());
+        let points = order.points;
+        fact(
+            "order",
+            format!(
+                "{plant} {method}: {:.1}, coupling alone, of {points} steps",
+                order.order
+            ),
+        );
+    }
+    for note in &study.references {
+        let why = note.why.clone().unwrap_or_default();
+        let apart = note.check.as_ref().map_or_else(String::new, |check| {
+            format!("{} away; ", brief(check.disagreement_rms_m, "m"))
+        });
+        let step = note.step_s.map_or_else(String::new, |step| {
+            format!("exact at {}, ", brief(step, "s"))
+        });
+        fact("reference", format!("{}: {step}{apart}{why}", note.plant));
+    }
+    let cut = study.cut().count();
+    if cut > 0 {
+        fact(
+            "cut",
+            format!(
+                "{cut} runs were too slow for a budget of {} s",
+                study.budget_s
+            ),
+        );
+    }
+    for row in study.rows.iter().filter(|row| row.contradicts) {
+        fact("doubtful", doubtful(row));
+    }
+    for left in &study.left_out {
+        fact("left out", left.clone());
+    }
+    for file in files {
+        fact("written", file.display().to_string());
+    }
+    lines.extend(facts.lines(2, paint));
+    lines.join("\n")
+}
+
+/// A line for each step: what exact coupling and grids make of it.
+fn table(study: &CouplingStudy, plant: &str) -> Grid {
+    let mut sides = [Side::Right; 11];
+    sides[10] = Side::Left;
+    let mut grid = Grid::new(&sides);
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let [a, b, c] = CouplingMethod::ALL.map(|method| format!("{}: RMS", method.word()));
+    let (steps, speed) = (|| dim("steps/s"), || dim("× real time"));
+    grid.row([
+        dim("step"),
+        dim(&a),
+        steps(),
+        speed(),
+        dim(&b),
+        steps(),
+        speed(),
+        dim(&c),
+        steps(),
+        speed(),
+        "".into(),
+    ]);
+    let of = |method| study.line(CouplingKind::Together, plant, method);
+    for first in of(CouplingMethod::Exact) {
+        let mut changed = 0;
+        let [exact, mean, held] = CouplingMethod::ALL.map(|method| {
+            let row = of(method).find(|row| row.step_s == first.step_s);
+            changed += row
+                .and_then(|row| row.counters_changed.as_ref())
+                .map_or(0, Vec::len);
+            row.map_or_else(|| [(); 3].map(|()| "".into()), three)
+        });
+        let ([a, b, c], [d, e, f], [g, h, i]) = (exact, mean, held);
+        let note = match changed {
+            0 => "".into(),
+            count => Cell::new(format!("{count} counters differ"), Tint::Yellow),
+        };
+        let step = brief(first.step_s, "s").into();
+        grid.row([step, a, b, c, d, e, f, g, h, i, note]);
+    }
+    grid
+}
+
+fn three(row: &CouplingRow) -> [Cell; 3] {
+    let error = match (row.status, row.error_rms_m) {
+        (Status::Ok, Some(error)) => brief(error, "m").into(),
+        (Status::Ok, None) => "".into(),
+        _ if row.cut => Cell::new(row.word(), Tint::Dim),
+        _ => Cell::new(row.word(), Tint::Red),
+    };
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.0}"));
+    let speed = row
+        .real_time_factor
+        .map_or_else(String::new, |factor| format!("{factor:.1}"));
+    [
+        error,
+        number(row.steps_per_simulated_s).into(),
+        speed.into(),
+    ]
+}

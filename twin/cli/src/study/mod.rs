@@ -1,0 +1,6 @@
+//! Studies: builders of their plants and rigs, and their tables for the terminal.
+
+pub(crate) mod builder;
+pub(crate) mod coupling_builder;
+pub(crate) mod coupling_table;
+pub(crate) mod table;

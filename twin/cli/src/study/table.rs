@@ -1,0 +1,290 @@
+//! A study for a person at a terminal; the page has the rest.
+
+use std::path::PathBuf;
+
+use twinrig_study::{
+    Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
+};
+
+use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::paint::Paint;
+
+/// The step that methods are compared at.
+const USUAL_STEP_S: f64 = 2e-3;
+
+/// What a study found, and the files that it wrote.
+pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
+    let mut lines = vec![format!(
+        "{}  {}",
+        paint.bold(&study.scenario),
+        paint.dim(&format!("study of {}", study.kind.name()))
+    )];
+    lines.push(study.headline());
+    let grid = match study.kind {
+        StudyKind::Precision => precision(study),
+        StudyKind::Stability => stability(study),
+    };
+    lines.push(String::new());
+    lines.extend(grid.lines(2, paint));
+    lines.push(String::new());
+    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, Tint::Dim), text.into()]);
+    for note in &study.references {
+        fact("reference", reference(note));
+    }
+    for one in &study.transports {
+        fact("walking", walking(one));
+    }
+    for trend in study.stiffnesses() {
+        fact("stiffness", stiffness(&trend));
+    }
+    let cut = study.cut().count();
+    if cut > 0 {
+        let plural = if cut == 1 { "row was" } else { "rows were" };
+        fact(
+            "cut",
+            format!(
+                "{cut} {plural} too slow for a budget of {} s",
+                study.budget_s
+            ),
+        );
+    }
+    for row in study.rows.iter().filter(|row| row.contradicts) {
+        fact("doubtful", doubtful(row));
+    }
+    for left in &study.left_out {
+        fact("left out", left.clone());
+    }
+    for file in files {
+        fact("written", file.display().to_string());
+    }
+    lines.extend(facts.lines(2, paint));
+    lines.join("\n")
+}
+
+/// What a walk costs, or why that is not known.
+fn walking(one: &Transport) -> String {
+    let setting = match (one.step_s, one.tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
+    };
+    let way = format!("{} {} {setting}", one.plant, one.method);
+    let why = one
+        .why
+        .as_ref()
+        .map_or(String::new(), |why| format!(", {why}"));
+    let Some(cost) = &one.cost else {
+        return format!("{way}{why}");
+    };
+    let transport = cost.cost_of_transport.map_or(String::new(), |cost| {
+        format!(", cost of transport {cost:.3}")
+    });
+    let open = if cost.residual_j < 0.0 {
+        "vanishes"
+    } else {
+        "from nowhere"
+    };
+    format!(
+        "{way}: {:.3} m/s{transport}, {} of {} {open}{why}",
+        cost.speed_m_s,
+        brief(cost.residual_j.abs(), "J"),
+        brief(cost.work_j, "J"),
+    )
+}
+
+/// A row that contradicts its neighbours, and how.
+fn doubtful(row: &Row) -> String {
+    let what = match row.kind {
+        RowKind::Limit => format!("{} with segments × {:e}", row.plant, row.scales.mass),
+        _ => format!("{} {}", row.line().name(), setting(row)),
+    };
+    let error = row.error_rms_m;
+    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
+    format!("{what}{error}, {}", row.why.as_deref().unwrap_or_default())
+}
+
+/// Whether a limit is that of the springs.
+fn stiffness(trend: &StiffnessTrend) -> String {
+    let way = format!("{} {}", trend.plant, trend.method);
+    if let Some([from, to]) = trend.same_over {
+        return format!("{way}: the limit is the same from {from} to {to} × the stiffness");
+    }
+    match (trend.depends, trend.exponent, trend.unlimited) {
+        (Some(true), ..) if trend.is_power == Some(false) => {
+            format!("{way}: the limit depends on stiffness, as no one power")
+        }
+        (Some(true), Some(exponent), _) => {
+            format!("{way}: the limit goes as stiffness to the power {exponent:.2}")
+        }
+        (Some(false), Some(exponent), _) => {
+            format!("{way}: the limit does not depend on stiffness (power {exponent:.2})")
+        }
+        (_, _, 0) => format!("{way}: too few limits to tell"),
+        (_, _, unlimited) => {
+            format!(
+                "{way}: stable to the longest step at {unlimited} stiffnesses, too few limits to tell"
+            )
+        }
+    }
+}
+
+fn reference(note: &twinrig_study::ReferenceNote) -> String {
+    let setting = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, Some(tolerance)) => format!("at {tolerance:e}"),
+        (None, None) => String::new(),
+    };
+    let own = match (&note.method, &note.why) {
+        (Some(method), _) => format!("{method} {}", setting(note.step_s, note.tolerance)),
+        (None, Some(why)) => format!("none: {why}"),
+        (None, None) => "none".to_owned(),
+    };
+    let check = note.check.as_ref().map_or(String::new(), |check| {
+        format!(
+            ", {} away from {} {}",
+            brief(check.disagreement_rms_m, "m"),
+            check.method,
+            setting(check.step_s, check.tolerance)
+        )
+    });
+    let of = note
+        .of_plant
+        .as_ref()
+        .map_or(String::new(), |plant| format!("{plant} "));
+    format!("{}: {of}{own}{check}", note.plant)
+}
+
+fn precision(study: &Study) -> Grid {
+    let mut grid = Grid::new(&[
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Right,
+        Side::Right,
+        Side::Right,
+        Side::Left,
+        Side::Left,
+    ]);
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    grid.row([
+        dim("plant"),
+        dim("method"),
+        dim("order"),
+        dim("RMS at 2 ms"),
+        dim("× real time"),
+        dim("best RMS"),
+        dim("at"),
+        "".into(),
+    ]);
+    let orders = study.orders();
+    for line in study.lines() {
+        let rows: Vec<&Row> = study
+            .rows
+            .iter()
+            .filter(|row| row.kind == RowKind::Integration && row.line() == line)
+            .collect();
+        let sound = || rows.iter().filter(|row| row.status == Status::Ok);
+        let usual = sound().find(|row| row.step_s == Some(USUAL_STEP_S));
+        let best = sound()
+            .filter(|row| row.error_rms_m.is_some())
+            .min_by(|a, b| {
+                a.error_rms_m
+                    .unwrap_or(f64::INFINITY)
+                    .total_cmp(&b.error_rms_m.unwrap_or(f64::INFINITY))
+            });
+        let order = orders
+            .iter()
+            .find(|order| (&*order.plant, &*order.method) == (line.plant, line.method))
+            .filter(|_| !line.is_adaptive());
+        let metres = |row: &Row| {
+            row.error_rms_m
+                .map_or(String::new(), |error| brief(error, "m"))
+        };
+        let cut = rows.iter().filter(|row| row.cut).count();
+        let failed = rows.len() - sound().count() - cut;
+        grid.row([
+            line.plant.into(),
+            line.way().into(),
+            order
+                .map_or(String::new(), |order| format!("{:.1}", order.order))
+                .into(),
+            usual.map_or(String::new(), |row| metres(row)).into(),
+            usual
+                .and_then(|row| row.real_time_factor)
+                .map_or(String::new(), |factor| format!("{factor:.0}"))
+                .into(),
+            best.map_or(String::new(), |row| metres(row)).into(),
+            best.map_or(String::new(), |row| setting(row)).into(),
+            match (failed, cut) {
+                (0, 0) => "".into(),
+                // What was cut for the budget did nothing wrong.
+                (0, cut) => Cell::new(format!("{cut} of {} cut", rows.len()), Tint::Dim),
+                (failed, 0) => Cell::new(format!("{failed} of {} failed", rows.len()), Tint::Red),
+                (failed, cut) => Cell::new(
+                    format!("{failed} of {} failed, {cut} cut", rows.len()),
+                    Tint::Red,
+                ),
+            },
+        ]);
+    }
+    grid
+}
+
+fn setting(row: &Row) -> String {
+    match (row.step_s, row.tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, Some(tolerance)) => format!("{tolerance:e}"),
+        (None, None) => String::new(),
+    }
+}
+
+fn stability(study: &Study) -> Grid {
+    let mut grid = Grid::new(&[
+        Side::Left,
+        Side::Left,
+        Side::Right,
+        Side::Right,
+        Side::Right,
+        Side::Left,
+    ]);
+    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    grid.row([
+        dim("plant"),
+        dim("method"),
+        dim("largest stable step"),
+        dim("RMS there"),
+        dim("a step costs"),
+        "".into(),
+    ]);
+    for row in study.rows.iter().filter(|row| row.scales == Scales::AS_IS) {
+        let bound = if row.least_unstable_step_s.is_none() {
+            "≥ "
+        } else {
+            ""
+        };
+        let limit = match (row.largest_stable_step_s, row.tolerance) {
+            (Some(step), _) => format!("{bound}{}", brief(step, "s")),
+            (None, Some(_)) => "its own".to_owned(),
+            (None, None) => String::new(),
+        };
+        let (word, tint) = match row.status {
+            Status::Ok if row.wrong => ("stable, but wrong", Tint::Yellow),
+            Status::Ok => ("", Tint::None),
+            _ if row.cut => (row.word(), Tint::Dim),
+            _ => (row.word(), Tint::Red),
+        };
+        grid.row([
+            row.plant.as_str().into(),
+            row.line().way().into(),
+            limit.into(),
+            row.error_rms_m
+                .map_or(String::new(), |error| brief(error, "m"))
+                .into(),
+            row.cost_per_step_s
+                .map_or(String::new(), |cost| brief(cost, "s"))
+                .into(),
+            Cell::new(word, tint),
+        ]);
+    }
+    grid
+}
