@@ -2,6 +2,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::FaultKind;
 
 use crate::WireError;
 
@@ -36,54 +37,6 @@ pub struct Fault {
     pub kind: FaultKind,
     /// For how long: what happens in [`at`, `at` + `lasts`).
     pub lasts: SimDuration,
-}
-
-/// What goes wrong. A *burst* is what follows without a pause of more than a byte's time; it is hit as a whole, if its first
-/// byte is complete within the fault's time. Flip, unplug, stuck and babble hit the single bytes that are.
-///
-/// Faults at one place add up: a burst that any of them drops is lost, delays are added, and so on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum FaultKind {
-    /// A burst is lost.
-    Drop {
-        /// How probable that is, from 0 to 1.
-        probability: f64,
-    },
-    /// Bits are turned round: of the ten of a byte, start and stop bits included. A byte whose start bit is wrong is lost; one
-    /// whose stop bit is wrong has a framing error ([`crate::Piece::framing_error`]).
-    Flip {
-        /// How probable that is for each bit, from 0 to 1.
-        rate: f64,
-    },
-    /// A burst comes later. What follows waits for it.
-    Delay {
-        /// By how much.
-        by: SimDuration,
-    },
-    /// A burst comes a second time, two bytes' time after the first.
-    Duplicate {
-        /// How probable that is, from 0 to 1.
-        probability: f64,
-    },
-    /// A burst changes places with the next one; without a next one it comes when the fault is over.
-    Reorder {
-        /// How probable that is, from 0 to 1.
-        probability: f64,
-    },
-    /// Nothing passes.
-    Unplug {
-        /// Whether the host notices, so that the run ends: a converter that is pulled out, not a bus.
-        /// Only where a whole line is unplugged.
-        fails: bool,
-    },
-    /// The line is held low: both sides hear 0x00 without end, and nothing else.
-    Stuck,
-    /// Somebody talks without being asked: bursts of 1 to 64 random bytes. What he talks over is lost. On a whole line
-    /// both sides hear it; a node that babbles is heard by the others and hears what they say when it pauses.
-    Babble {
-        /// Pauses between the bursts last up to twice that; 0: none.
-        pause: SimDuration,
-    },
 }
 
 /// The faults of a run, and the seed of what is random about them.
@@ -128,22 +81,6 @@ impl Fault {
                 value,
             }),
             _ => Ok(()),
-        }
-    }
-}
-
-impl FaultKind {
-    /// Its name in a scenario.
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Drop { .. } => "drop",
-            Self::Flip { .. } => "flip",
-            Self::Delay { .. } => "delay",
-            Self::Duplicate { .. } => "duplicate",
-            Self::Reorder { .. } => "reorder",
-            Self::Unplug { .. } => "unplug",
-            Self::Stuck => "stuck",
-            Self::Babble { .. } => "babble",
         }
     }
 }

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
-use twinrig_scenario::{Catalogue, Channel, Facts, Judge, Kind, Layouts, LegFact, Scenario, Scene};
+use twinrig_runtime::{Group, Observer};
+use twinrig_scenario::{Catalogue, Facts, Judge, Kind, Layouts, LegFact, Scenario, Scene};
 
 fn main() {
     divan::main();
@@ -87,7 +88,7 @@ fn five_hundred_observations(bencher: divan::Bencher) {
         .bench_local_refs(|judge| {
             let mut now = SimTime::ZERO;
             for values in &samples {
-                judge.samples(now, Channel::Plant, values);
+                judge.samples(now, Group::Plant, values);
                 now += SimDuration::from_millis(2);
             }
         });

@@ -7,7 +7,8 @@
 //! ```
 //! use std::path::Path;
 //! use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
-//! use twinrig_scenario::{Catalogue, Channel, Facts, Judge, Kind, Layouts, RunEnd, Scenario, Verdict};
+//! use twinrig_runtime::{Group, Observer};
+//! use twinrig_scenario::{Catalogue, Facts, Judge, Kind, Layouts, RunEnd, Scenario, Verdict};
 //!
 //! let text = r#"
 //!     robot = "cheetah-cub"
@@ -45,7 +46,7 @@
 //! // Fewer than ten observations would be none.
 //! for millis in 0..10 {
 //!     let now = SimTime::ZERO + SimDuration::from_millis(millis);
-//!     judge.samples(now, Channel::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
+//!     judge.samples(now, Group::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
 //! }
 //! let end = RunEnd {
 //!     at: scenario.end(),
@@ -79,16 +80,13 @@ pub use expect::{
 };
 pub use glob::matches;
 pub use ground_below::GroundBelow;
-pub use judge::{
-    Channel, CycleEvent, CycleSource, Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict,
-};
+pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
 pub use options::{OptionValue, Options};
 pub use scenario::{
-    ActuatorKind, ActuatorSpec, Base, BusSpec, Change, ChangeAmount, ControllerSpec, Coupling,
-    FallSpec, FaultKind, FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold,
-    ObserveSpec, Placed, PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting,
-    StartPose, TimeModel,
+    ActuatorKind, ActuatorSpec, Base, BusSpec, ChangeSpec, ControllerSpec, Coupling, FallSpec,
+    FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, Placed,
+    PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting, StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

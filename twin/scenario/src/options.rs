@@ -4,11 +4,12 @@ use std::ops::RangeInclusive;
 
 use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::SimDuration;
+use twinrig_runtime::Timing;
 
 use crate::catalogue::{Accepts, OptionSpec};
 use crate::expect::placed_text;
 use crate::read::time_model;
-use crate::scenario::{Placed, TimeModel};
+use crate::scenario::Placed;
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +27,7 @@ pub enum OptionValue {
     /// A name, and where it stands.
     Name(Placed<String>),
     /// How long something takes.
-    Time(TimeModel),
+    Time(Timing),
     /// Options of a table.
     Group(Options),
     /// The same for all members of a set.
@@ -103,7 +104,7 @@ impl Options {
     }
 
     /// How long `name` takes; none if it is absent or no time.
-    pub fn time(&self, name: &str) -> Option<&TimeModel> {
+    pub fn time(&self, name: &str) -> Option<&Timing> {
         match self.get(name)? {
             OptionValue::Time(value) => Some(value),
             _ => None,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_document::{Document, DocumentError, Overrides, Place, Problem, Warning};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::GridInputs;
+use twinrig_runtime::{Change, FaultKind, GridInputs, Timing};
 
 use crate::catalogue::Catalogue;
 use crate::expect::{BodyClaim, Claim, Expectation};
@@ -79,7 +79,7 @@ pub struct Scenario {
     /// What is written down.
     pub record: RecordSpec,
     /// Changes of process variables, by time, then in the order of the file.
-    pub changes: Vec<Change>,
+    pub changes: Vec<ChangeSpec>,
     /// What is expected, in the order of the file.
     pub expectations: Vec<Expectation>,
     /// What would be expected of other plants than this one.
@@ -240,7 +240,7 @@ pub struct ControllerSpec {
     /// Time between two steps of it.
     pub period: SimDuration,
     /// How long a step takes it.
-    pub compute_time: TimeModel,
+    pub compute_time: Timing,
     /// What the kind declares.
     pub options: Options,
     /// Process variables that the scenario sets from the start, by their full names.
@@ -253,7 +253,7 @@ pub struct IoSpec {
     /// The step Δt of the scheduling rule; the controller's period is a multiple of it.
     pub step: SimDuration,
     /// How long a transfer takes.
-    pub transfer_time: TimeModel,
+    pub transfer_time: Timing,
 }
 
 /// `[bus]`, or one of several `[[bus]]`
@@ -278,75 +278,6 @@ pub struct FaultSpec {
     pub on: Placed<String>,
     /// What.
     pub kind: FaultKind,
-}
-
-/// What goes wrong on a wire.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FaultKind {
-    /// Bursts are lost.
-    Drop {
-        /// How probable that is.
-        probability: f64,
-    },
-    /// Bits are turned round.
-    Flip {
-        /// How probable that is for each bit.
-        rate: f64,
-    },
-    /// Bursts come later.
-    Delay {
-        /// By so much.
-        by: SimDuration,
-    },
-    /// Bursts come twice.
-    Duplicate {
-        /// How probable that is.
-        probability: f64,
-    },
-    /// A burst changes places with the next.
-    Reorder {
-        /// How probable that is.
-        probability: f64,
-    },
-    /// Nothing passes.
-    Unplug {
-        /// Whether the host notices, so that the run ends.
-        fails: bool,
-    },
-    /// The line is held low.
-    Stuck,
-    /// Somebody talks without being asked.
-    Babble {
-        /// Mean pause between two bursts.
-        pause: SimDuration,
-    },
-}
-
-/// How long something takes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum TimeModel {
-    /// Always as long.
-    Constant(SimDuration),
-    /// Evenly between two durations.
-    Uniform {
-        /// Shortest.
-        min: SimDuration,
-        /// Longest.
-        max: SimDuration,
-    },
-    /// Normally distributed, cut at both ends.
-    Normal {
-        /// Mean before the cut.
-        mean: SimDuration,
-        /// Standard deviation before the cut.
-        deviation: SimDuration,
-        /// Shortest.
-        min: SimDuration,
-        /// Longest.
-        max: SimDuration,
-    },
-    /// These, in turn, again and again.
-    Trace(Vec<SimDuration>),
 }
 
 /// `[observe]`
@@ -415,22 +346,13 @@ pub struct RecordSpec {
 
 /// `[[change]]`
 #[derive(Clone, Debug, PartialEq)]
-pub struct Change {
+pub struct ChangeSpec {
     /// When.
     pub at: SimTime,
     /// Full name of the process variable.
     pub variable: String,
-    /// What becomes of it.
-    pub amount: ChangeAmount,
-}
-
-/// What becomes of a process variable.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ChangeAmount {
-    /// It is set to this.
-    To(f64),
-    /// It grows by this.
-    By(f64),
+    /// Its new value.
+    pub change: Change,
 }
 
 impl Scenario {

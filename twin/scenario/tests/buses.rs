@@ -3,7 +3,8 @@
 mod common;
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_scenario::{CycleEvent, FaultKind, OptionValue, TimeModel, Verdict};
+use twinrig_runtime::{FaultKind, Timing};
+use twinrig_scenario::{OptionValue, Verdict};
 
 fn bus(more: &str) -> String {
     common::text(&format!("[bus]\nkind = \"sbcp\"\n{more}"))
@@ -48,7 +49,7 @@ fn tables_within_a_bus_are_read_key_by_key() {
     .unwrap();
     let usb = scenario.buses[0].options.group("usb").unwrap();
     assert_eq!(usb.duration("latency_timer"), None);
-    let Some(TimeModel::Uniform { max, .. }) = usb.time("jitter") else {
+    let Some(Timing::Uniform { max, .. }) = usb.time("jitter") else {
         panic!("{usb:?}");
     };
     assert_eq!(*max, SimDuration::from_micros(50));
@@ -74,7 +75,7 @@ fn a_fault_lasts_as_long_as_it_says_or_to_the_end() {
 #[test]
 fn a_free_running_cycle_has_a_rate_a_longest_cycle_and_a_half_range() {
     let begins = [0, 4_000, 8_100, 12_000, 16_500];
-    let events: Vec<_> = begins.map(|at| (at, CycleEvent::CycleBegin)).into();
+    let events: Vec<_> = begins.map(|at| (at, common::run::BEGIN)).into();
     let outcome = |expect: &str| {
         common::run::cycles(
             &format!("timing = {{ of = \"control\", {expect} }}"),

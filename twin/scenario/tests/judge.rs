@@ -4,10 +4,10 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::run::{Run, at, cycles, outcome};
+use common::run::{BEGIN, END, MISSED, Run, at, cycles, outcome};
 use proptest::prelude::*;
 use twinrig_kernel::Unit;
-use twinrig_scenario::{CycleEvent, Verdict};
+use twinrig_scenario::Verdict;
 
 fn close(a: Option<f64>, b: f64) -> bool {
     a.is_some_and(|a| (a - b).abs() < 1e-9)
@@ -275,13 +275,12 @@ fn what_cannot_be_observed_holds_only_where_it_is_optional() {
 
 #[test]
 fn cycles_are_timed() {
-    use CycleEvent::{CycleBegin, CycleEnd, CycleMissed};
     let steady: Vec<_> = (0..100_u64)
-        .flat_map(|cycle| [(2000 * cycle, CycleBegin), (2000 * cycle + 300, CycleEnd)])
+        .flat_map(|cycle| [(2000 * cycle, BEGIN), (2000 * cycle + 300, END)])
         .collect();
     let mut late = steady.clone();
     late[10].0 += 150;
-    late.extend([(200_000, CycleMissed); 3]);
+    late.extend([(200_000, MISSED); 3]);
     let timing =
         |what: &str, events| cycles(&format!("timing = {{ of = 'control', {what} }}"), events);
     assert!(close(
@@ -321,9 +320,8 @@ fn cycles_are_timed() {
 
 #[test]
 fn a_controller_that_hangs_misses_every_cycle_from_then_on() {
-    use CycleEvent::{CycleBegin, CycleEnd, CycleMissed};
-    let mut hung = vec![(0, CycleBegin), (300, CycleEnd), (2000, CycleBegin)];
-    hung.extend((2..100).map(|cycle| (2000 * cycle, CycleMissed)));
+    let mut hung = vec![(0, BEGIN), (300, END), (2000, BEGIN)];
+    hung.extend((2..100).map(|cycle| (2000 * cycle, MISSED)));
     let timing = |what: &str| cycles(&format!("timing = {{ of = 'control', {what} }}"), &hung);
     assert_eq!(timing("deadline_misses = { max = 0 }").measured, Some(98.0));
     assert!(close(timing("latency = { max = '1 ms' }").measured, 0.196));

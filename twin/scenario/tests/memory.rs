@@ -6,7 +6,8 @@ mod common;
 use common::run::trot_load;
 use common::{facts, legs, scene, text};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
-use twinrig_scenario::{Channel, CycleEvent, CycleSource, Judge, Layouts, LegFact, RunEnd, Scene};
+use twinrig_runtime::{Group, Observer, RunEvent};
+use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One of each kind.
 const EXPECTATIONS: [&str; 22] = [
@@ -91,10 +92,11 @@ impl Feed {
                     _ => trot_load(leg, self.ms),
                 };
             }
-            judge.samples(now, Channel::Plant, &self.values);
+            judge.samples(now, Group::Plant, &self.values);
             self.footsteps += judge.closed().len();
-            judge.event(now, CycleSource::Control, CycleEvent::CycleBegin);
-            judge.event(now, CycleSource::Control, CycleEvent::CycleEnd);
+            let elapsed = SimDuration::ZERO;
+            judge.event(now, RunEvent::ProcessBegin { elapsed });
+            judge.event(now, RunEvent::ProcessEnd);
             self.ms += PERIOD_MS;
         }
     }

@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::run::{Run, at, cycles, cycles_until, outcome};
-use twinrig_scenario::CycleEvent::{CycleBegin, CycleEnd, CycleMissed};
-use twinrig_scenario::{CycleEvent, Outcome, Verdict};
+use common::run::{BEGIN, END, MISSED, Run, at, cycles, cycles_until, outcome};
+use twinrig_runtime::RunEvent;
+use twinrig_scenario::{Outcome, Verdict};
 
 /// Expectations that hold of the made-up trot, whatever the window.
 const HOLD: [&str; 14] = [
@@ -137,9 +137,9 @@ const TIMINGS: [&str; 6] = [
     "half_range = { max = '1 us' }",
 ];
 
-fn steady(cycles: u64) -> Vec<(u64, CycleEvent)> {
+fn steady(cycles: u64) -> Vec<(u64, RunEvent)> {
     (0..cycles)
-        .flat_map(|cycle| [(2000 * cycle, CycleBegin), (2000 * cycle + 300, CycleEnd)])
+        .flat_map(|cycle| [(2000 * cycle, BEGIN), (2000 * cycle + 300, END)])
         .collect()
 }
 
@@ -169,7 +169,7 @@ fn a_cycle_that_ceases_passes_no_measure_of_time() {
     }
     // One that hangs in its last cycle.
     let mut hung = steady(100);
-    hung.push((200_000, CycleBegin));
+    hung.push((200_000, BEGIN));
     for measure in &TIMINGS[1..] {
         let found = cycles_until(&timing(measure), &hung, 400_000);
         assert_eq!(found.verdict, Verdict::Fail, "{measure}: {found:?}");
@@ -184,8 +184,8 @@ fn a_cycle_that_ceases_passes_no_measure_of_time() {
 #[test]
 fn a_controller_that_hangs_after_two_cycles_fails_and_is_not_excused() {
     let mut hung = steady(1);
-    hung.push((2000, CycleBegin));
-    hung.extend((2..100).map(|cycle| (2000 * cycle, CycleMissed)));
+    hung.push((2000, BEGIN));
+    hung.extend((2..100).map(|cycle| (2000 * cycle, MISSED)));
     for measure in TIMINGS {
         let expect = format!("{}\noptional = true", timing(measure));
         let found = cycles(&expect, &hung);

@@ -5,9 +5,8 @@ mod common;
 use common::{facts, legs, parse, scene, text};
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
-use twinrig_scenario::{
-    ChangeAmount, LegFact, OptionValue, Profile, Scenario, Setting, StartPose, TimeModel,
-};
+use twinrig_runtime::{Change, Timing};
+use twinrig_scenario::{LegFact, OptionValue, Profile, Scenario, Setting, StartPose};
 
 fn left_out(text: &str) -> Vec<String> {
     let scene = scene(text).unwrap();
@@ -164,7 +163,7 @@ fn everything_a_file_says_arrives() {
     assert_eq!((hip.lag, hip.speed), (Some(0.005), Some(20.0)));
     assert_eq!((knee.lag, knee.speed), (Some(0.005), None));
     assert_eq!(scenario.io.step, SimDuration::from_micros(500));
-    assert!(matches!(&scenario.io.transfer_time, TimeModel::Trace(times) if times.len() == 2));
+    assert!(matches!(&scenario.io.transfer_time, Timing::Trace(times) if times.len() == 2));
     assert_eq!(scenario.observe.period, SimDuration::from_millis(4));
     let quarter = core::f64::consts::FRAC_PI_2;
     let start = StartPose {
@@ -184,14 +183,14 @@ fn everything_a_file_says_arrives() {
     let changes: Vec<_> = scenario
         .changes
         .iter()
-        .map(|c| (c.variable.as_str(), c.amount))
+        .map(|c| (c.variable.as_str(), c.change))
         .collect();
     assert_eq!(
         changes,
         [
-            ("frequency", ChangeAmount::To(2.0)),
-            ("hip_height/fore", ChangeAmount::By(-0.01)),
-            ("hip_height/hind", ChangeAmount::By(-0.01)),
+            ("frequency", Change::To(2.0)),
+            ("hip_height/fore", Change::By(-0.01)),
+            ("hip_height/hind", Change::By(-0.01)),
         ],
         "by time, a key without a group meaning all groups"
     );

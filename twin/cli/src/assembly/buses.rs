@@ -9,7 +9,6 @@ use crate::assembly::Assembly;
 use crate::error::NO_ROBOT;
 use crate::error::TwinError;
 use crate::parts::bus_kind::{BusContext, BusKind};
-use crate::parts::timing::timing;
 
 /// What carries the signals that no bus does.
 const DIRECT: &str = "io";
@@ -36,7 +35,7 @@ impl Assembly<'_> {
             .cloned()
             .collect();
         if !rest.is_empty() || tasks.is_empty() {
-            let transfer = timing(&scenario.io.transfer_time);
+            let transfer = scenario.io.transfer_time.clone();
             let io = DirectIo::for_process(DIRECT, &rest, transfer, scenario.seed)
                 .map_err(|error| self.rig_error(RigError::Compute(error)))?;
             tasks.push(Box::new(io));

@@ -13,9 +13,7 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{
     Change, PartKind, Plant, Process, Rig, RigError, Schedule, Timing, WiringError, in_part,
 };
-use twinrig_scenario::{
-    ActuatorSpec, ChangeAmount, Facts, GroundBelow, PlantSpec, Scenario, Scene, Setting,
-};
+use twinrig_scenario::{ActuatorSpec, Facts, GroundBelow, PlantSpec, Scenario, Scene, Setting};
 
 use crate::assembly::body::Body;
 use crate::assembly::registry::Registry;
@@ -28,7 +26,6 @@ use crate::parts::drives::with_abduction;
 use crate::parts::idle::Idle;
 use crate::parts::plant_kind::{PlantContext, StandaloneModel};
 use crate::parts::setup::ground_below;
-use crate::parts::timing::timing;
 use crate::run::recording_size;
 
 /// The signals that poses are drawn from.
@@ -234,13 +231,8 @@ impl<'r> Assembly<'r> {
 
     /// What is to become of process variables, and when.
     pub(crate) fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
-        self.scenario().changes.iter().map(|change| {
-            let amount = match change.amount {
-                ChangeAmount::To(value) => Change::To(value),
-                ChangeAmount::By(step) => Change::By(step),
-            };
-            (change.at, change.variable.as_str(), amount)
-        })
+        let changes = self.scenario().changes.iter();
+        changes.map(|change| (change.at, change.variable.as_str(), change.change))
     }
 
     /// When the rig does what.
@@ -254,7 +246,7 @@ impl<'r> Assembly<'r> {
             compute: scenario
                 .controller
                 .as_ref()
-                .map_or(Timing::ZERO, |spec| timing(&spec.compute_time)),
+                .map_or(Timing::ZERO, |spec| spec.compute_time.clone()),
             seed: scenario.seed,
             ..Schedule::with_period(step)
         }

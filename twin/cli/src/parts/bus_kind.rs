@@ -3,8 +3,8 @@
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
-use twinrig_scenario::{FaultKind as SceneFault, FaultSpec, Kind, OptionSpec, Options};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, Faulty, Line, WireError};
+use twinrig_scenario::{FaultSpec, Kind, OptionSpec, Options};
+use twinrig_wire::{Fault, FaultSchedule, Faulty, Line, WireError};
 
 use crate::error::BuildError;
 
@@ -47,16 +47,7 @@ impl BusContext<'_> {
                 "" => format!("wire/{}", self.name),
                 place => format!("wire/{}/{place}", self.name),
             },
-            kind: match fault.kind {
-                SceneFault::Drop { probability } => FaultKind::Drop { probability },
-                SceneFault::Flip { rate } => FaultKind::Flip { rate },
-                SceneFault::Delay { by } => FaultKind::Delay { by },
-                SceneFault::Duplicate { probability } => FaultKind::Duplicate { probability },
-                SceneFault::Reorder { probability } => FaultKind::Reorder { probability },
-                SceneFault::Unplug { fails } => FaultKind::Unplug { fails },
-                SceneFault::Stuck => FaultKind::Stuck,
-                SceneFault::Babble { pause } => FaultKind::Babble { pause },
-            },
+            kind: fault.kind,
             lasts: fault.lasts.unwrap_or(SimTime::MAX - fault.at),
         };
         FaultSchedule {

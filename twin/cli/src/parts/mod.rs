@@ -27,4 +27,3 @@ pub(crate) mod sbcp;
 pub(crate) mod script;
 pub(crate) mod setup;
 pub(crate) mod standard;
-pub(crate) mod timing;

@@ -16,7 +16,6 @@ use twinrig_wire::{UsbPreset, UsbTiming};
 use crate::error::BuildError;
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, number, option};
-use crate::parts::timing::timing;
 
 /// Bits a second of the bus: what the processor of the boards can make that is next to 3.3 Mbit/s.
 const BAUD: u32 = 3_333_333;
@@ -323,8 +322,11 @@ fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
     Ok(UsbTiming {
         latency_timer,
         turnaround: duration("turnaround", default.turnaround),
-        jitter: options.time("jitter").map_or(Timing::ZERO, timing),
-        write_jitter: options.time("write_jitter").map_or(Timing::ZERO, timing),
+        jitter: options.time("jitter").cloned().unwrap_or(Timing::ZERO),
+        write_jitter: options
+            .time("write_jitter")
+            .cloned()
+            .unwrap_or(Timing::ZERO),
         frame_offset: duration("frame_offset", default.frame_offset),
         frame_rate_ppb,
         ..default

@@ -5,9 +5,7 @@ use std::io::Write;
 use twinrig_kernel::SimTime;
 use twinrig_record::{Digest, Fingerprint, FootstepMessage, RecordError, Recorder, VerdictMessage};
 use twinrig_runtime::{Group, Observer, RunEvent};
-use twinrig_scenario::{
-    Channel, CycleEvent, CycleSource, Footstep, Judge, Outcome, Reference, RunEnd,
-};
+use twinrig_scenario::{Footstep, Judge, Outcome, Reference, RunEnd};
 
 use crate::report::seconds;
 
@@ -103,13 +101,7 @@ fn write<W: Write>(recorder: &mut Recorder<W>, legs: &[String], now: SimTime, fo
 impl<W: Write> Observer for RunObservers<W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         Observer::samples(&mut self.fingerprint, now, group, values);
-        let channel = match group {
-            Group::Plant => Channel::Plant,
-            Group::ProcessInputs => Channel::ProcessInputs,
-            Group::ProcessOutputs => Channel::ProcessOutputs,
-            Group::Diagnostics => Channel::Diagnostics,
-        };
-        self.judge.samples(now, channel, values);
+        self.judge.samples(now, group, values);
         if let Some(recorder) = &mut self.recorder {
             Observer::samples(recorder, now, group, values);
             for footstep in self.judge.closed() {
@@ -120,20 +112,7 @@ impl<W: Write> Observer for RunObservers<W> {
 
     fn event(&mut self, now: SimTime, event: RunEvent) {
         Observer::event(&mut self.fingerprint, now, event);
-        let happening = match event {
-            RunEvent::ProcessBegin { .. } => Some((CycleSource::Control, CycleEvent::CycleBegin)),
-            RunEvent::ProcessEnd => Some((CycleSource::Control, CycleEvent::CycleEnd)),
-            RunEvent::Overrun { .. } => Some((CycleSource::Control, CycleEvent::CycleMissed)),
-            RunEvent::TaskBegin { task } => Some((CycleSource::Task(task), CycleEvent::CycleBegin)),
-            RunEvent::TaskEnd { task } => Some((CycleSource::Task(task), CycleEvent::CycleEnd)),
-            RunEvent::TaskSkipped { task } => {
-                Some((CycleSource::Task(task), CycleEvent::CycleMissed))
-            }
-            RunEvent::Change { .. } | RunEvent::Opened => None,
-        };
-        if let Some((cycle, happening)) = happening {
-            self.judge.event(now, cycle, happening);
-        }
+        self.judge.event(now, event);
         if let Some(recorder) = &mut self.recorder {
             Observer::event(recorder, now, event);
         }

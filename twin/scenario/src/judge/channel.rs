@@ -1,63 +1,64 @@
-//! What a judge is fed with: samples of channels, and events of cycles.
+//! Layouts of the observed signals, and the cycles whose events a judge observes.
 
 use twinrig_kernel::Layout;
+use twinrig_runtime::{Group, RunEvent};
 
-/// Where samples come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel {
-    /// The outputs of the plant.
-    Plant,
-    /// What the controller is told.
-    ProcessInputs,
-    /// What the controller says.
-    ProcessOutputs,
-    /// What drivers and boards count.
-    Diagnostics,
-}
-
-/// How the samples of each channel are laid out.
+/// Layout of the samples of each group.
 #[derive(Clone, Copy, Debug)]
 pub struct Layouts<'l> {
-    /// Of [`Channel::Plant`].
+    /// Of [`Group::Plant`].
     pub plant: &'l Layout,
-    /// Of [`Channel::ProcessInputs`].
+    /// Of [`Group::ProcessInputs`].
     pub process_inputs: &'l Layout,
-    /// Of [`Channel::ProcessOutputs`].
+    /// Of [`Group::ProcessOutputs`].
     pub process_outputs: &'l Layout,
-    /// Of [`Channel::Diagnostics`].
+    /// Of [`Group::Diagnostics`].
     pub diagnostics: &'l Layout,
-    /// The names of the tasks, which [`CycleSource::Task`] numbers: those of buses.
+    /// Names of the tasks, in the order of their numbers in a [`RunEvent`]: those of buses.
     pub tasks: &'l [String],
 }
 
 impl Layouts<'_> {
-    /// Channels and their layouts, in the order in which a signal is looked for.
-    pub(super) fn channels(&self) -> [(Channel, &Layout); 4] {
+    /// Groups and their layouts, in the order in which a signal is looked up.
+    pub(super) fn groups(&self) -> [(Group, &Layout); 4] {
         [
-            (Channel::Plant, self.plant),
-            (Channel::ProcessInputs, self.process_inputs),
-            (Channel::ProcessOutputs, self.process_outputs),
-            (Channel::Diagnostics, self.diagnostics),
+            (Group::Plant, self.plant),
+            (Group::ProcessInputs, self.process_inputs),
+            (Group::ProcessOutputs, self.process_outputs),
+            (Group::Diagnostics, self.diagnostics),
         ]
     }
 }
 
-/// Whose cycle something happens to.
+/// A repeated activity that claims of timing are about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CycleSource {
-    /// The controller's.
+pub(super) enum Cycle {
+    /// Iterations of the controller.
     Control,
-    /// That of the task of this number.
+    /// Transfers of the task of this number.
     Task(usize),
 }
 
-/// What happens to a cycle.
+/// An event of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CycleEvent {
-    /// A cycle begins.
-    CycleBegin,
-    /// It ends.
-    CycleEnd,
-    /// A cycle could not begin when it should have: the last one had not ended.
-    CycleMissed,
+pub(super) enum CycleEvent {
+    Begin,
+    End,
+    /// A cycle was due while the last one had not ended.
+    Missed,
+}
+
+impl CycleEvent {
+    /// The cycle and its event; none for events of no cycle.
+    pub(super) fn of(event: RunEvent) -> Option<(Cycle, Self)> {
+        match event {
+            RunEvent::ProcessBegin { .. } => Some((Cycle::Control, Self::Begin)),
+            RunEvent::ProcessEnd => Some((Cycle::Control, Self::End)),
+            RunEvent::Overrun { .. } => Some((Cycle::Control, Self::Missed)),
+            RunEvent::TaskBegin { task } => Some((Cycle::Task(task), Self::Begin)),
+            RunEvent::TaskEnd { task } => Some((Cycle::Task(task), Self::End)),
+            RunEvent::TaskSkipped { task } => Some((Cycle::Task(task), Self::Missed)),
+            RunEvent::Change { .. } | RunEvent::Opened => None,
+        }
+    }
 }

@@ -51,7 +51,7 @@ impl CycleMeter {
 
     pub fn event(&mut self, now: SimTime, happening: CycleEvent) {
         match happening {
-            CycleEvent::CycleBegin => {
+            CycleEvent::Begin => {
                 let jitter = self.jitter.begin(now);
                 if let (Some(last), Some(jitter)) = (self.last_begin, jitter) {
                     self.begun_again(now, now - last, jitter);
@@ -61,14 +61,14 @@ impl CycleMeter {
                 self.running = true;
                 self.begins += 1;
             }
-            CycleEvent::CycleEnd => {
+            CycleEvent::End => {
                 self.running = false;
                 if let (TimingMeasure::Latency, Some(begin)) = (self.measure, self.last_begin) {
                     let latency = seconds(now - begin);
                     self.seen.add_within(now, latency, &self.limits);
                 }
             }
-            CycleEvent::CycleMissed => {
+            CycleEvent::Missed => {
                 self.missed += 1;
                 let missed = self.missed as f64;
                 if self.first_miss.is_none() && !self.limits.hold(missed) {

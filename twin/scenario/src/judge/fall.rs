@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimTime;
 
-use super::{Channel, Layouts, resolve};
+use super::{Group, Layouts, resolve};
 use crate::ground_below::GroundBelow;
 use crate::scenario::FallSpec;
 use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
@@ -13,10 +13,10 @@ use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
 pub(super) struct FallDetector {
     spec: FallSpec,
     ground: GroundBelow,
-    /// Channel and element of x; y and z follow.
-    position: Option<(Channel, usize)>,
-    /// Channel and element of roll; pitch follows.
-    roll: Option<(Channel, usize)>,
+    /// Group and element of x; y and z follow.
+    position: Option<(Group, usize)>,
+    /// Group and element of roll; pitch follows.
+    roll: Option<(Group, usize)>,
     /// The first height above the ground \[m\].
     first_height: Option<f64>,
     fell_at: Option<SimTime>,
@@ -50,11 +50,11 @@ impl FallDetector {
 
     /// Takes the samples of a channel. Whether it falls with them.
     #[inline]
-    pub fn sample(&mut self, now: SimTime, channel: Channel, values: &[f64]) -> bool {
+    pub fn sample(&mut self, now: SimTime, channel: Group, values: &[f64]) -> bool {
         if self.fell_at.is_some() {
             return false;
         }
-        let of_this = |element: &&(Channel, usize)| element.0 == channel;
+        let of_this = |element: &&(Group, usize)| element.0 == channel;
         let tilted = self.roll.as_ref().filter(of_this).is_some_and(|(_, roll)| {
             self.is_tilted(values[*roll]) || self.is_tilted(values[roll + 1])
         });

@@ -14,10 +14,12 @@ mod tracker;
 mod trunk;
 
 use twinrig_kernel::SimTime;
+use twinrig_runtime::{Group, Observer, RunEvent};
 
 use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
 use at_end::{cost, energy};
+use channel::{Cycle, CycleEvent};
 use cycle::CycleMeter;
 use fall::FallDetector;
 use footstep::{Detector, Thresholds};
@@ -27,7 +29,7 @@ use steps::{Counterpart, Known, StepMeter};
 use touch_downs::{TouchDown, TouchDowns};
 use tracker::Window;
 
-pub use channel::{Channel, CycleEvent, CycleSource, Layouts};
+pub use channel::Layouts;
 pub use footstep::Footstep;
 pub use outcome::{Outcome, Verdict};
 
@@ -79,7 +81,7 @@ const LEAST_SAMPLES: u64 = 10;
 #[derive(Clone, Debug)]
 struct Monitor {
     window: Window,
-    channel: Channel,
+    channel: Group,
     meter: MonitorKind,
     /// How many samples of the channel were looked at.
     samples: u64,
@@ -91,7 +93,7 @@ struct Monitor {
 #[derive(Clone, Debug)]
 enum MonitorKind {
     Signal(Meter),
-    Cycle(CycleSource, CycleMeter),
+    Cycle(Cycle, CycleMeter),
     Footsteps(StepMeter),
     /// Judged from what is known at the end.
     AtEnd,
@@ -102,7 +104,7 @@ enum MonitorKind {
 /// A foot whose footsteps are looked for.
 #[derive(Clone, Debug)]
 struct Foot {
-    channel: Channel,
+    channel: Group,
     load: usize,
     position: usize,
     detector: Detector,
@@ -113,7 +115,7 @@ impl Judge {
     pub fn new(scene: &Scene, layouts: Layouts<'_>) -> Self {
         let scenario = &scene.scenario;
         let feet = feet(scene, &layouts);
-        let seen_in = feet.first().map_or(Channel::Plant, |foot| foot.channel);
+        let seen_in = feet.first().map_or(Group::Plant, |foot| foot.channel);
         let watch = |expectation| resolve::watch(expectation, scene, &layouts, seen_in);
         let watches: Vec<Monitor> = scenario.expectations.iter().map(watch).collect();
         let of_steps = |watch: &Monitor| matches!(watch.meter, MonitorKind::Footsteps(_));
@@ -131,7 +133,7 @@ impl Judge {
             fall: FallDetector::new(scene, &layouts),
             ended_at: None,
             has_reference: false,
-            lengths: layouts.channels().map(|(_, layout)| layout.len()),
+            lengths: layouts.groups().map(|(_, layout)| layout.len()),
         }
     }
 
@@ -158,44 +160,8 @@ impl Judge {
         Reference(self.watches.iter().map(counterparts).collect())
     }
 
-    /// Takes the samples of a channel, laid out as [`Judge::new`] was told.
-    ///
-    /// # Panics
-    /// If `values` has another length than the layout: whoever wired the judge made a mistake.
     #[inline]
-    pub fn samples(&mut self, now: SimTime, channel: Channel, values: &[f64]) {
-        assert_eq!(
-            values.len(),
-            self.lengths[channel as usize],
-            "samples of another layout"
-        );
-        self.closed.clear();
-        if self.fall.sample(now, channel, values) {
-            self.fallen(now);
-        }
-        self.find_footsteps(now, channel, values);
-        for watch in &mut self.watches {
-            if watch.channel != channel || watch.fell {
-                continue;
-            }
-            match &mut watch.meter {
-                MonitorKind::Signal(meter) if watch.window.contains(now) => {
-                    watch.samples += u64::from(meter.sample(now, values));
-                    if meter.ends_the_run() {
-                        self.ended_at.get_or_insert(now);
-                    }
-                }
-                MonitorKind::Signal(meter) => meter.outside(values),
-                MonitorKind::Footsteps(_) => {
-                    watch.samples += u64::from(watch.window.contains(now));
-                }
-                MonitorKind::Cycle(..) | MonitorKind::AtEnd | MonitorKind::Absent(_) => {}
-            }
-        }
-    }
-
-    #[inline]
-    fn find_footsteps(&mut self, now: SimTime, channel: Channel, values: &[f64]) {
+    fn find_footsteps(&mut self, now: SimTime, channel: Group, values: &[f64]) {
         for foot in &mut self.feet {
             if foot.channel != channel {
                 continue;
@@ -262,19 +228,6 @@ impl Judge {
                 }
             }
             watch.fell = true;
-        }
-    }
-
-    /// Takes an event of a cycle.
-    #[inline]
-    pub fn event(&mut self, now: SimTime, of: CycleSource, happening: CycleEvent) {
-        for watch in &mut self.watches {
-            if let MonitorKind::Cycle(whose, meter) = &mut watch.meter
-                && *whose == of
-                && watch.window.contains(now)
-            {
-                meter.event(now, happening);
-            }
         }
     }
 
@@ -380,6 +333,57 @@ impl Judge {
             fell: watch.fell,
             lost: self.touch_downs.is_lost(),
         })
+    }
+}
+
+impl Observer for Judge {
+    /// # Panics
+    /// If `values` has another length than the layout that [`Judge::new`] was given.
+    #[inline]
+    fn samples(&mut self, now: SimTime, channel: Group, values: &[f64]) {
+        assert_eq!(
+            values.len(),
+            self.lengths[channel as usize],
+            "samples of another layout"
+        );
+        self.closed.clear();
+        if self.fall.sample(now, channel, values) {
+            self.fallen(now);
+        }
+        self.find_footsteps(now, channel, values);
+        for watch in &mut self.watches {
+            if watch.channel != channel || watch.fell {
+                continue;
+            }
+            match &mut watch.meter {
+                MonitorKind::Signal(meter) if watch.window.contains(now) => {
+                    watch.samples += u64::from(meter.sample(now, values));
+                    if meter.ends_the_run() {
+                        self.ended_at.get_or_insert(now);
+                    }
+                }
+                MonitorKind::Signal(meter) => meter.outside(values),
+                MonitorKind::Footsteps(_) => {
+                    watch.samples += u64::from(watch.window.contains(now));
+                }
+                MonitorKind::Cycle(..) | MonitorKind::AtEnd | MonitorKind::Absent(_) => {}
+            }
+        }
+    }
+
+    #[inline]
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        let Some((of, event)) = CycleEvent::of(event) else {
+            return;
+        };
+        for watch in &mut self.watches {
+            if let MonitorKind::Cycle(cycle, meter) = &mut watch.meter
+                && *cycle == of
+                && watch.window.contains(now)
+            {
+                meter.event(now, event);
+            }
+        }
     }
 }
 

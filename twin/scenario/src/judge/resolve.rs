@@ -9,16 +9,16 @@ use super::meter::{Meter, Nearest};
 use super::steps::StepMeter;
 use super::tracker::{Extremes, Settling, Window};
 use super::trunk::{Speed, Upright, Yaw};
-use super::{Channel, CycleSource, Layouts, Monitor, MonitorKind};
+use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
 use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
 
-/// Channel and place of the signal `name`: the plant's, or else what the controller is told or says of it.
-pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Channel, Range<usize>)> {
+/// Group and place of the signal `name`: the plant's, or else what the controller is told or says of it.
+pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Group, Range<usize>)> {
     let mut found = layouts
-        .channels()
+        .groups()
         .into_iter()
         .filter_map(|(channel, layout)| Some((channel, layout.find(name)?)));
     found.next()
@@ -30,7 +30,7 @@ pub(super) fn watch(
     expectation: &Expectation,
     scene: &Scene,
     layouts: &Layouts<'_>,
-    feet: Channel,
+    feet: Group,
 ) -> Monitor {
     let mut window = Window {
         after: expectation.after,
@@ -50,9 +50,9 @@ pub(super) fn watch(
             let meter = StepMeter::new(claim, window, &scene.legs);
             Ok((feet, MonitorKind::Footsteps(meter)))
         }
-        Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Channel::Plant, MonitorKind::AtEnd)),
+        Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Group::Plant, MonitorKind::AtEnd)),
     };
-    let (channel, meter) = watched.unwrap_or_else(|why| (Channel::Plant, MonitorKind::Absent(why)));
+    let (channel, meter) = watched.unwrap_or_else(|why| (Group::Plant, MonitorKind::Absent(why)));
     Monitor {
         window,
         channel,
@@ -67,18 +67,18 @@ fn cycle(
     claim: &TimingClaim,
     scene: &Scene,
     layouts: &Layouts<'_>,
-) -> Result<(Channel, MonitorKind), String> {
+) -> Result<(Group, MonitorKind), String> {
     let control = scene.scenario.controller.as_ref();
     let control = control.ok_or("there is no controller")?;
     let of = match &claim.of {
-        None => CycleSource::Control,
+        None => Cycle::Control,
         Some(name) => {
             let task = layouts.tasks.iter().position(|task| *task == name.value);
-            CycleSource::Task(task.ok_or_else(|| format!("there is no bus {}", name.value))?)
+            Cycle::Task(task.ok_or_else(|| format!("there is no bus {}", name.value))?)
         }
     };
     let meter = CycleMeter::new(claim.measure, claim.limits, control.period);
-    Ok((Channel::Plant, MonitorKind::Cycle(of, meter)))
+    Ok((Group::Plant, MonitorKind::Cycle(of, meter)))
 }
 
 /// The unit of what a claim measures.
@@ -107,23 +107,23 @@ pub(super) fn unit(claim: &Claim) -> Unit {
 struct Trunk<'l>(&'l Layouts<'l>);
 
 impl Trunk<'_> {
-    fn three(&self, name: &str) -> Result<(Channel, usize), String> {
+    fn three(&self, name: &str) -> Result<(Group, usize), String> {
         match find(self.0, name) {
             Some((channel, range)) if range.len() == 3 => Ok((channel, range.start)),
             _ => Err(format!("there is no signal {name}")),
         }
     }
 
-    fn position(&self) -> Result<(Channel, usize), String> {
+    fn position(&self) -> Result<(Group, usize), String> {
         self.three(BODY_POSITION)
     }
 
-    fn rpy(&self) -> Result<(Channel, usize), String> {
+    fn rpy(&self) -> Result<(Group, usize), String> {
         self.three(BODY_RPY)
     }
 
     /// Both, which must come in one channel.
-    fn both(&self) -> Result<(Channel, usize, usize), String> {
+    fn both(&self) -> Result<(Group, usize, usize), String> {
         let (channel, position) = self.position()?;
         let (other, rpy) = self.rpy()?;
         if channel != other {
@@ -135,9 +135,9 @@ impl Trunk<'_> {
     }
 }
 
-fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, MonitorKind), String> {
+fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind), String> {
     let trunk = Trunk(layouts);
-    let always = |(channel, start): (Channel, usize), element, absolute, limits: &Limits| {
+    let always = |(channel, start): (Group, usize), element, absolute, limits: &Limits| {
         let meter = Meter::Always {
             elements: vec![start + element],
             absolute,
@@ -146,7 +146,7 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, MonitorKin
         };
         (channel, meter)
     };
-    let range = |(channel, start): (Channel, usize), element, limits: &Limits| {
+    let range = |(channel, start): (Group, usize), element, limits: &Limits| {
         let meter = Meter::Range {
             element: start + element,
             limits: *limits,
@@ -189,7 +189,7 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Channel, MonitorKin
     Ok((channel, MonitorKind::Signal(meter)))
 }
 
-fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Channel, MonitorKind), String> {
+fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind), String> {
     let (channel, elements) = elements(&claim.name.value, claim.component, layouts)
         .ok_or_else(|| format!("there is no signal {}", claim.name.value))?;
     let meter = match &claim.mode {
@@ -233,27 +233,24 @@ fn elements(
     name: &str,
     component: Option<usize>,
     layouts: &Layouts<'_>,
-) -> Option<(Channel, Vec<usize>)> {
-    layouts
-        .channels()
-        .into_iter()
-        .find_map(|(channel, layout)| {
-            let fields = layout
-                .fields()
-                .filter(|field| matches(name, &field.port.name));
-            let elements: Vec<usize> = fields
-                .flat_map(|field| {
-                    let range = field.range();
-                    match component {
-                        Some(component) if component < range.len() => {
-                            let element = range.start + component;
-                            element..element + 1
-                        }
-                        Some(_) => range.start..range.start,
-                        None => range,
+) -> Option<(Group, Vec<usize>)> {
+    layouts.groups().into_iter().find_map(|(channel, layout)| {
+        let fields = layout
+            .fields()
+            .filter(|field| matches(name, &field.port.name));
+        let elements: Vec<usize> = fields
+            .flat_map(|field| {
+                let range = field.range();
+                match component {
+                    Some(component) if component < range.len() => {
+                        let element = range.start + component;
+                        element..element + 1
                     }
-                })
-                .collect();
-            (!elements.is_empty()).then_some((channel, elements))
-        })
+                    Some(_) => range.start..range.start,
+                    None => range,
+                }
+            })
+            .collect();
+        (!elements.is_empty()).then_some((channel, elements))
+    })
 }

@@ -2,13 +2,14 @@
 
 use twinrig_document::{Item, Range, Reported, Table, suggestion};
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::FaultKind;
 
 use super::changes::before_the_end;
 use super::{code, kind};
 use crate::catalogue::Kind;
 use crate::expect::placed_text;
 use crate::options::Options;
-use crate::scenario::{BusSpec, FaultKind, FaultSpec, Placed};
+use crate::scenario::{BusSpec, FaultSpec, Placed};
 
 /// `[bus]`, or every `[[bus]]`.
 pub(super) fn buses(item: &Item<'_>, kinds: &[Kind]) -> Result<Vec<BusSpec>, Reported> {

@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 
 use twinrig_document::{Item, Range, Reported, Table, print_quantity};
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::Change;
 
 use super::checks::above_half_the_rate;
 use super::{code, controller, spelled};
 use crate::catalogue::{Catalogue, Kind};
-use crate::scenario::{Change, ChangeAmount, ControllerSpec};
+use crate::scenario::{ChangeSpec, ControllerSpec};
 
 /// Every change, by time, then in the order of the file. That no change takes a variable out of its range is checked here:
 /// nothing but the changes sets a variable.
@@ -17,7 +18,7 @@ pub(super) fn changes(
     control: Result<Option<&ControllerSpec>, Reported>,
     catalogue: &Catalogue,
     run: SimDuration,
-) -> Result<Vec<Change>, Reported> {
+) -> Result<Vec<ChangeSpec>, Reported> {
     let Some(items) = table.optional("change", Item::list)? else {
         return Ok(Vec::new());
     };
@@ -31,7 +32,7 @@ pub(super) fn changes(
     };
     let read: Vec<_> = items.iter().map(|item| change(item, kind, run)).collect();
     let read: Result<Vec<_>, Reported> = read.into_iter().collect();
-    let mut changes: Vec<(Change, &Item<'_>)> = Vec::new();
+    let mut changes: Vec<(ChangeSpec, &Item<'_>)> = Vec::new();
     for (list, item) in read?.into_iter().zip(&items) {
         changes.extend(list.into_iter().map(|change| (change, item)));
     }
@@ -62,13 +63,13 @@ pub(super) fn before_the_end(
     Ok(at)
 }
 
-fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<Change>, Reported> {
+fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSpec>, Reported> {
     let table = item.table()?;
     let at = table.required("at", |item| before_the_end(item, run, code::CHANGE));
     let variables = table.required("set", |item| controller::changed(item, kind));
     table.expect(["to", "by"]);
     let variables = variables.inspect_err(|_| table.give_up())?;
-    let amounts = |key: &str, amount: fn(f64) -> ChangeAmount| {
+    let amounts = |key: &str, amount: fn(f64) -> Change| {
         table.optional(key, |item| {
             let read = variables.iter().map(|variable| {
                 let range = if key == "to" {
@@ -84,10 +85,7 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<Change>,
             read.collect::<Result<Vec<_>, Reported>>()
         })
     };
-    let (to, by) = (
-        amounts("to", ChangeAmount::To),
-        amounts("by", ChangeAmount::By),
-    );
+    let (to, by) = (amounts("to", Change::To), amounts("by", Change::By));
     let amounts = match (to?, by?) {
         (Some(amounts), None) | (None, Some(amounts)) => amounts,
         (Some(_), Some(_)) => {
@@ -97,17 +95,17 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<Change>,
         (None, None) => return Err(item.report("nothing is changed", "give `to` or `by`")),
     };
     let at = SimTime::ZERO + at?;
-    let change = |(variable, amount)| Change {
+    let change = |(variable, change)| ChangeSpec {
         at,
         variable,
-        amount,
+        change,
     };
     Ok(amounts.into_iter().map(change).collect())
 }
 
 /// Two changes of one variable at one instant: which of them counts would depend on their order in
 /// the file.
-fn once_an_instant(changes: &[(Change, &Item<'_>)]) -> Result<(), Reported> {
+fn once_an_instant(changes: &[(ChangeSpec, &Item<'_>)]) -> Result<(), Reported> {
     let mut seen = BTreeSet::new();
     let mut result = Ok(());
     for (change, item) in changes {
@@ -124,7 +122,7 @@ fn once_an_instant(changes: &[(Change, &Item<'_>)]) -> Result<(), Reported> {
 }
 
 fn in_range(
-    changes: &[(Change, &Item<'_>)],
+    changes: &[(ChangeSpec, &Item<'_>)],
     control: &ControllerSpec,
     kind: &Kind,
 ) -> Result<(), Reported> {
@@ -144,9 +142,9 @@ fn in_range(
             values.len() - 1
         });
         let value = &mut values[index].1;
-        *value = match change.amount {
-            ChangeAmount::To(to) => to,
-            ChangeAmount::By(by) => *value + by,
+        *value = match change.change {
+            Change::To(to) => to,
+            Change::By(by) => *value + by,
         };
         if !variable.range.contains(*value) {
             let message = format!(

@@ -4,10 +4,11 @@
 
 use twinrig_document::{Item, Place, Reported, Table};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_runtime::Timing;
 
 use crate::catalogue::VariableSpec;
 use crate::expect::{Claim, Expectation};
-use crate::scenario::{ControllerSpec, Coupling, FootstepSpec, IoSpec, PlantSpec, TimeModel};
+use crate::scenario::{ControllerSpec, Coupling, FootstepSpec, IoSpec, PlantSpec};
 
 /// Codes of warnings. Programs rely on them.
 pub(crate) mod code {
@@ -269,13 +270,13 @@ fn longest_for(footsteps: &FootstepSpec) -> SimDuration {
     }
 }
 
-fn mean(model: &TimeModel) -> SimDuration {
+fn mean(model: &Timing) -> SimDuration {
     match model {
-        TimeModel::Constant(time) | TimeModel::Normal { mean: time, .. } => *time,
-        TimeModel::Uniform { min, max } => {
+        Timing::Constant(time) | Timing::Normal { mean: time, .. } => *time,
+        Timing::Uniform { min, max } => {
             SimDuration::from_nanos(min.as_nanos().midpoint(max.as_nanos()))
         }
-        TimeModel::Trace(times) => {
+        Timing::Trace(times) => {
             let sum: u128 = times.iter().map(|time| u128::from(time.as_nanos())).sum();
             let mean = sum / times.len().max(1) as u128;
             SimDuration::from_nanos(u64::try_from(mean).unwrap_or(u64::MAX))

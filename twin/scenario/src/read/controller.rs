@@ -2,12 +2,13 @@
 
 use twinrig_document::{Item, Reported, Table, suggestion};
 use twinrig_kernel::SimDuration;
+use twinrig_runtime::Timing;
 
 use super::checks::above_half_the_rate;
 use super::kind;
 use crate::catalogue::{Kind, VariableSpec};
 use crate::options::Options;
-use crate::scenario::{ControllerSpec, IoSpec, TimeModel};
+use crate::scenario::{ControllerSpec, IoSpec};
 
 /// `[controller]`; none if its kind is `none`.
 pub(super) fn controller(
@@ -32,7 +33,7 @@ pub(super) fn controller(
     Ok(Some(ControllerSpec {
         kind: kind.name.clone(),
         period: period?,
-        compute_time: compute_time?.unwrap_or(TimeModel::Constant(SimDuration::ZERO)),
+        compute_time: compute_time?.unwrap_or(Timing::Constant(SimDuration::ZERO)),
         options: options?,
         variables: variables?,
     }))
@@ -138,26 +139,24 @@ pub(super) fn io_default(control: Option<&ControllerSpec>) -> IoSpec {
     const STEP: SimDuration = SimDuration::from_millis(1);
     IoSpec {
         step: control.map_or(STEP, |control| control.period),
-        transfer_time: TimeModel::Constant(SimDuration::ZERO),
+        transfer_time: Timing::Constant(SimDuration::ZERO),
     }
 }
 
 /// How long something takes: a duration, or a table.
-pub(crate) fn time_model(item: &Item<'_>) -> Result<TimeModel, Reported> {
+pub(crate) fn time_model(item: &Item<'_>) -> Result<Timing, Reported> {
     if !item.is_table() {
-        return Ok(TimeModel::Constant(item.duration()?));
+        return Ok(Timing::Constant(item.duration()?));
     }
     let table = item.table()?;
     let [min, max, mean, deviation] =
         ["min", "max", "mean", "deviation"].map(|key| table.optional(key, Item::duration));
     let trace = table.optional("trace", |item| item.each(Item::duration));
     match (min?, max?, mean?, deviation?, trace?) {
-        (None, None, None, None, Some(trace)) if !trace.is_empty() => Ok(TimeModel::Trace(trace)),
-        (Some(min), Some(max), None, None, None) if min <= max => {
-            Ok(TimeModel::Uniform { min, max })
-        }
+        (None, None, None, None, Some(trace)) if !trace.is_empty() => Ok(Timing::Trace(trace)),
+        (Some(min), Some(max), None, None, None) if min <= max => Ok(Timing::Uniform { min, max }),
         (Some(min), Some(max), Some(mean), Some(deviation), None) if min <= mean && mean <= max => {
-            Ok(TimeModel::Normal {
+            Ok(Timing::Normal {
                 mean,
                 deviation,
                 min,

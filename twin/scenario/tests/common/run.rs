@@ -1,9 +1,8 @@
 //! Runs made up for the judge: bodies that glide and feet that stand and swing by the clock.
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
-use twinrig_scenario::{
-    Channel, CycleEvent, CycleSource, Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Scene,
-};
+use twinrig_runtime::{Group, Observer, RunEvent};
+use twinrig_scenario::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Scene};
 
 /// Time between two observations.
 pub const PERIOD_MS: u64 = 2;
@@ -109,7 +108,7 @@ pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> W
                 _ => slot.copy_from_slice(&(run.foot)(leg, ms)),
             }
         }
-        judge.samples(at(ms), Channel::Plant, &values);
+        judge.samples(at(ms), Group::Plant, &values);
         footsteps.extend_from_slice(judge.closed());
         if judge.ended_at().is_some() {
             reached = ms;
@@ -139,8 +138,15 @@ pub fn outcome(expect: &str, run: &Run<'_>) -> Outcome {
     judge_with(&scene, run, None).0.remove(0)
 }
 
+/// Events of the controller's cycle.
+pub const BEGIN: RunEvent = RunEvent::ProcessBegin {
+    elapsed: SimDuration::ZERO,
+};
+pub const END: RunEvent = RunEvent::ProcessEnd;
+pub const MISSED: RunEvent = RunEvent::Overrun { missed: 1 };
+
 /// The events of a controller's cycle, judged; the run ends with the last of them.
-pub fn cycles(expect: &str, events: &[(u64, CycleEvent)]) -> Outcome {
+pub fn cycles(expect: &str, events: &[(u64, RunEvent)]) -> Outcome {
     cycles_until(
         expect,
         events,
@@ -149,7 +155,7 @@ pub fn cycles(expect: &str, events: &[(u64, CycleEvent)]) -> Outcome {
 }
 
 /// The same of a run that ends at `end_us`.
-pub fn cycles_until(expect: &str, events: &[(u64, CycleEvent)], end_us: u64) -> Outcome {
+pub fn cycles_until(expect: &str, events: &[(u64, RunEvent)], end_us: u64) -> Outcome {
     let text = super::text(&format!("[[expect]]\n{expect}"));
     let text = text.replace("\"10 s\"", &format!("\"{end_us} us\""));
     let scene = super::scene(&text).unwrap_or_else(|error| panic!("{error}"));
@@ -164,9 +170,9 @@ pub fn cycles_until(expect: &str, events: &[(u64, CycleEvent)], end_us: u64) -> 
             tasks: &[],
         },
     );
-    for (micros, happening) in events {
+    for (micros, event) in events {
         let now = SimTime::ZERO + SimDuration::from_micros(*micros);
-        judge.event(now, CycleSource::Control, *happening);
+        judge.event(now, *event);
     }
     let end = RunEnd {
         at: scene.scenario.end(),
