@@ -92,16 +92,8 @@ impl Cpg {
     /// A leg that the robot does not have, or whose geometry is impossible.
     pub fn new(robot: &Robot, legs: &[&str], gait: Gait) -> Result<Self, GaitError> {
         let limbs = Limb::of_robot(robot, legs)?;
-        let phases: Vec<f64> = limbs
-            .iter()
-            .map(|limb| gait.phase_difference(limb.corner))
-            .collect();
-        let named: Vec<(&str, f64)> = limbs
-            .iter()
-            .map(|limb| limb.name.as_str())
-            .zip(phases.iter().copied())
-            .collect();
-        let variables = variables::declare(lengths_max(&limbs), &named);
+        let phases = phases(&limbs, gait);
+        let variables = declare(&limbs, &phases);
         let state = State {
             oscillators: Oscillators::locked(&phases),
             age: 0.0,
@@ -115,6 +107,15 @@ impl Cpg {
             abduction: Abduction::None,
             state,
         })
+    }
+
+    /// The process variables of a controller for `robot`, at their defaults.
+    ///
+    /// # Errors
+    /// A leg whose geometry is impossible.
+    pub fn variables_of(robot: &Robot, gait: Gait) -> Result<Vec<ProcessVariable>, GaitError> {
+        let limbs = Limb::of_robot(robot, &[])?;
+        Ok(declare(&limbs, &phases(&limbs, gait)))
     }
 
     /// Commands the abduction of the hips, too.
@@ -166,6 +167,17 @@ pub(crate) fn lengths_max(limbs: &[Limb]) -> [f64; 2] {
     };
     let fore = of(true).or(of(false)).unwrap_or(1.0);
     [fore, of(false).unwrap_or(fore)]
+}
+
+fn phases(limbs: &[Limb], gait: Gait) -> Vec<f64> {
+    let phase = |limb: &Limb| gait.phase_difference(limb.corner);
+    limbs.iter().map(phase).collect()
+}
+
+fn declare(limbs: &[Limb], phases: &[f64]) -> Vec<ProcessVariable> {
+    let names = limbs.iter().map(|limb| limb.name.as_str());
+    let named: Vec<(&str, f64)> = names.zip(phases.iter().copied()).collect();
+    variables::declare(lengths_max(limbs), &named)
 }
 
 fn derive(variables: &[ProcessVariable]) -> Result<[(FootLocus, DutyMap); 2], GaitError> {

@@ -41,27 +41,8 @@ impl Stand {
     /// A leg that the robot does not have, or whose geometry is impossible.
     pub fn new(robot: &Robot, legs: &[&str]) -> Result<Self, GaitError> {
         let mut limbs = Limb::of_robot(robot, legs)?;
-        let lengths = lengths_max(&limbs);
+        let variables = declare(&limbs);
         limbs.retain(|limb| limb.active);
-        let mut variables = Vec::new();
-        for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
-            let range = (Bound::Excluded(0.0), Bound::Included(length));
-            variables.push(ProcessVariable::new(
-                format!("hip_height/{end}"),
-                Unit::Meter,
-                range,
-                0.93 * length,
-            ));
-        }
-        for end in ["fore", "hind"] {
-            variables.push(ProcessVariable::new(
-                format!("mid_stance_offset/{end}"),
-                Unit::Meter,
-                ..,
-                0.0,
-            ));
-        }
-        variables.push(Abduction::variable());
         let mut stand = Self {
             state: State {
                 commands: vec![[0.0; 2]; limbs.len()],
@@ -72,6 +53,14 @@ impl Stand {
         };
         stand.pose();
         Ok(stand)
+    }
+
+    /// The process variables of a controller for `robot`, at their defaults.
+    ///
+    /// # Errors
+    /// A leg whose geometry is impossible.
+    pub fn variables_of(robot: &Robot) -> Result<Vec<ProcessVariable>, GaitError> {
+        Ok(declare(&Limb::of_robot(robot, &[])?))
     }
 
     /// Commands the abduction of the hips, too.
@@ -91,6 +80,30 @@ impl Stand {
             limb.command(target, command);
         }
     }
+}
+
+fn declare(limbs: &[Limb]) -> Vec<ProcessVariable> {
+    let lengths = lengths_max(limbs);
+    let mut variables = Vec::new();
+    for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
+        let range = (Bound::Excluded(0.0), Bound::Included(length));
+        variables.push(ProcessVariable::new(
+            format!("hip_height/{end}"),
+            Unit::Meter,
+            range,
+            0.93 * length,
+        ));
+    }
+    for end in ["fore", "hind"] {
+        variables.push(ProcessVariable::new(
+            format!("mid_stance_offset/{end}"),
+            Unit::Meter,
+            ..,
+            0.0,
+        ));
+    }
+    variables.push(Abduction::variable());
+    variables
 }
 
 impl Process for Stand {

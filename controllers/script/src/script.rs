@@ -154,6 +154,11 @@ impl Script {
         })
     }
 
+    /// The process variables of a script, at their defaults.
+    pub fn variables_of() -> Vec<ProcessVariable> {
+        declare()
+    }
+
     /// Leaves knees, or hips, alone if a plant that takes the signals in `taken` takes that of no leg: legs may have one
     /// joint only. If only some legs have it, the signals of the others are missing, and that is an error of the wiring.
     #[must_use]

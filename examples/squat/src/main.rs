@@ -70,6 +70,14 @@ impl Process for Squat {
     }
 }
 
+fn variables() -> [ProcessVariable; 3] {
+    [
+        ProcessVariable::new("frequency", Unit::Hertz, 0.0..=10.0, 1.0),
+        ProcessVariable::new("highest", Unit::Meter, 0.0.., 0.14),
+        ProcessVariable::new("lowest", Unit::Meter, 0.0.., 0.11),
+    ]
+}
+
 fn main() -> ExitCode {
     twinrig::run(Registry::standard().with_controller(squat()))
 }
@@ -86,17 +94,13 @@ fn squat() -> ControllerKind {
         {
             legs.push((mount.name.clone(), Pantograph::new(&mount.leg)?));
         }
-        let variables = [
-            ProcessVariable::new("frequency", Unit::Hertz, 0.0..=10.0, 1.0),
-            ProcessVariable::new("highest", Unit::Meter, 0.0.., 0.14),
-            ProcessVariable::new("lowest", Unit::Meter, 0.0.., 0.11),
-        ];
         Ok(Squat {
             legs,
-            variables,
+            variables: variables(),
             cycle: 0.0,
         })
     })
+    .with_variables(|_| Ok(variables().to_vec()))
 }
 
 #[cfg(test)]

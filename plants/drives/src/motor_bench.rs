@@ -104,6 +104,11 @@ const JOINT: [(&str, Unit, OfShaft); 3] = [
 ];
 
 impl MotorBench {
+    /// The ports of the motors of these legs, all outputs included.
+    pub fn ports_of(legs: &[String]) -> Vec<Port> {
+        signals(legs, &|_| true).0
+    }
+
     /// The bench with everything at rest. `wanted` says which of the output signals anybody needs.
     ///
     /// # Errors

@@ -62,15 +62,15 @@ impl ServoBench {
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Self, DrivesError> {
         once(legs)?;
-        let port =
-            |leg: &String| Port::input(format!("leg/{leg}/abduction/command"), Unit::Radian, 1);
-        let mut ports: Vec<Port> = legs.iter().map(port).collect();
-        let mut read = Vec::new();
-        for (i, leg) in legs.iter().enumerate() {
-            let name = format!("leg/{leg}/abduction/position");
-            if wanted(&name) {
-                ports.push(Port::output(name, Unit::Radian, 1));
-                read.push(i);
+        let (mut ports, mut read) = (Vec::new(), Vec::new());
+        for (index, port) in Self::ports_of(legs).into_iter().enumerate() {
+            let output = port.direction == Direction::Output;
+            if output && !wanted(&port.name) {
+                continue;
+            }
+            ports.push(port);
+            if output {
+                read.push(index - legs.len());
             }
         }
         Ok(Self {
@@ -82,6 +82,16 @@ impl ServoBench {
             ports,
             wanted: read,
         })
+    }
+
+    /// The ports of servos of these legs, all outputs included: commands, then positions.
+    pub fn ports_of(legs: &[String]) -> Vec<Port> {
+        let angle = |leg: &String, what: &str| format!("leg/{leg}/abduction/{what}");
+        let commands = legs.iter().map(|leg| angle(leg, "command"));
+        let positions = legs.iter().map(|leg| angle(leg, "position"));
+        let commands = commands.map(|name| Port::input(name, Unit::Radian, 1));
+        let positions = positions.map(|name| Port::output(name, Unit::Radian, 1));
+        commands.chain(positions).collect()
     }
 
     /// The legs, in the order of the shafts.

@@ -7,6 +7,7 @@ use twinrig_document::{DocumentError, Problem, suggestion};
 use twinrig_record::RecordError;
 use twinrig_robot::RobotError;
 use twinrig_runtime::{DeviceError, PanicReport, RigError, caught};
+use twinrig_scenario::Scenario;
 
 /// Error of a part's builder; `?` converts any error into one.
 pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
@@ -192,6 +193,30 @@ fn after(feature: &str) -> String {
 }
 
 impl TwinError {
+    /// A part that `scenario` names and that cannot be built.
+    pub(crate) fn not_built(
+        scenario: &Scenario,
+        what: &'static str,
+        name: &str,
+        source: BuildError,
+    ) -> Self {
+        Self::Build {
+            what,
+            name: name.to_owned(),
+            file: scenario.file.clone(),
+            source,
+        }
+    }
+
+    /// A rig of `scenario` that cannot be built, or that failed.
+    pub(crate) fn rig(scenario: &Scenario, source: RigError) -> Self {
+        Self::Rig {
+            file: scenario.file.clone(),
+            help: String::new(),
+            source: Box::new(source),
+        }
+    }
+
     /// That there is no bus `name` among those of a scenario.
     pub(crate) fn no_such_bus<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
         let mut known = known.into_iter().peekable();

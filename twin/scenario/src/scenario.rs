@@ -384,6 +384,12 @@ impl Scenario {
         read::scenario(Document::parse(file, text)?, folder, settings, catalogue)
     }
 
+    /// The control period: that of the controller, or else the step of the I/O.
+    pub fn period(&self) -> SimDuration {
+        let controller = self.controller.as_ref();
+        controller.map_or(self.io.step, |spec| spec.period)
+    }
+
     /// The end of the run.
     pub fn end(&self) -> SimTime {
         SimTime::ZERO + self.duration

@@ -98,9 +98,11 @@ impl BoundModel {
         &self.file
     }
 
-    /// The signals that drive it.
-    pub fn inputs(&self) -> impl Iterator<Item = &Port> {
-        self.inputs.iter().map(|(port, _)| port)
+    /// Its inputs, then all its outputs.
+    pub fn ports(&self) -> Vec<Port> {
+        let inputs = self.inputs.iter().map(|(port, _)| port);
+        let outputs = self.outputs.iter().map(|(port, _)| port);
+        inputs.chain(outputs).cloned().collect()
     }
 
     /// Its legs, in the order in which outputs and then inputs name them.

@@ -2,31 +2,40 @@
 
 use twinrig_document::suggestion;
 use twinrig_kernel::Port;
-use twinrig_runtime::{DirectIo, Driver, IoTask, RigError, Wire, WiredTask};
+use twinrig_runtime::{DirectIo, IoTask, RigError, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
-use crate::assembly::Assembly;
-use crate::error::NO_ROBOT;
-use crate::error::TwinError;
+use crate::assembly::builder::{Bus, PartBuilder};
+use crate::error::{BuildError, NO_ROBOT, TwinError};
 use crate::parts::bus_kind::{BusContext, BusKind};
 
 /// What carries the signals that no bus does.
 const DIRECT: &str = "io";
 
-/// A wire and the name of its bus.
-pub(crate) type NamedWire = (String, Box<dyn Wire>);
+impl PartBuilder<'_> {
+    /// Drivers and wires of all buses, for a process with these ports.
+    pub(crate) fn buses(&self, process_ports: &[Port]) -> Result<Vec<Bus>, TwinError> {
+        let built = |bus: &BusSpec| {
+            let kind = self.bus_kind(bus)?;
+            Ok(Bus {
+                name: bus.name.value.clone(),
+                driver: self.built_bus(bus, process_ports, |context| kind.driver(context))?,
+                wire: self.built_bus(bus, process_ports, |context| kind.wire(context))?,
+            })
+        };
+        self.scenario.buses.iter().map(built).collect()
+    }
 
-impl Assembly<'_> {
-    /// The tasks that carry the signals of a process with these ports: one for each bus, and one for what no bus carries.
-    pub(crate) fn tasks(&self, process_ports: &[Port]) -> Result<Vec<Box<dyn IoTask>>, TwinError> {
-        let scenario = self.scenario();
+    /// The tasks of a process with these ports: one for each bus, and one for the signals that no bus carries.
+    pub(crate) fn tasks(
+        &self,
+        buses: Vec<Bus>,
+        process_ports: &[Port],
+    ) -> Result<Vec<Box<dyn IoTask>>, TwinError> {
         let mut tasks: Vec<Box<dyn IoTask>> = Vec::new();
         let mut carried: Vec<Port> = Vec::new();
-        for bus in &scenario.buses {
-            let driver = self.driver(bus, process_ports)?;
+        for Bus { driver, wire, .. } in buses {
             carried.extend(driver.ports());
-            let kind = self.bus_kind(bus)?;
-            let wire = self.hooked_up(bus, process_ports, |context| kind.wire(context))?;
             tasks.push(Box::new(WiredTask::new(driver, wire)));
         }
         let rest: Vec<Port> = process_ports
@@ -35,34 +44,12 @@ impl Assembly<'_> {
             .cloned()
             .collect();
         if !rest.is_empty() || tasks.is_empty() {
-            let transfer = scenario.io.transfer_time.clone();
-            let io = DirectIo::for_process(DIRECT, &rest, transfer, scenario.seed)
-                .map_err(|error| self.rig_error(RigError::Compute(error)))?;
+            let transfer = self.scenario.io.transfer_time.clone();
+            let io = DirectIo::for_process(DIRECT, &rest, transfer, self.scenario.seed);
+            let io = io.map_err(|error| TwinError::rig(self.scenario, RigError::Compute(error)))?;
             tasks.push(Box::new(io));
         }
         Ok(tasks)
-    }
-
-    /// The wires of all buses, by name, with the boards at their far ends.
-    pub(crate) fn wires(&self) -> Result<Vec<NamedWire>, TwinError> {
-        let process_ports = self.process()?.ports();
-        let buses = self.scenario().buses.iter();
-        let wire = |bus: &BusSpec| {
-            let kind = self.bus_kind(bus)?;
-            let wire = self.hooked_up(bus, &process_ports, |context| kind.wire(context))?;
-            Ok((bus.name.value.clone(), wire))
-        };
-        buses.map(wire).collect()
-    }
-
-    /// The driver of a bus.
-    pub(crate) fn driver(
-        &self,
-        bus: &BusSpec,
-        process_ports: &[Port],
-    ) -> Result<Box<dyn Driver>, TwinError> {
-        let kind = self.bus_kind(bus)?;
-        self.hooked_up(bus, process_ports, |context| kind.driver(context))
     }
 
     /// The kind of a bus, which the scenario was checked for.
@@ -71,16 +58,10 @@ impl Assembly<'_> {
         self.registry.bus(&bus.kind).ok_or_else(missing)
     }
 
-    /// What drivers and boards count, of a process with these ports.
-    pub(crate) fn diagnostics_of(&self, process_ports: &[Port]) -> Result<Vec<Port>, TwinError> {
-        let tasks = self.tasks(process_ports)?;
-        Ok(tasks.iter().flat_map(|task| task.diagnostics()).collect())
-    }
-
     /// Those of the plant's outputs that boards measure.
     pub(crate) fn measured(&self, plant_outputs: &[Port]) -> Vec<String> {
         let of_bus = |bus: &BusSpec| Some(self.registry.bus(&bus.kind)?.measured(&bus.options));
-        let buses = self.scenario().buses.iter();
+        let buses = self.scenario.buses.iter();
         let patterns: Vec<String> = buses.filter_map(of_bus).flatten().collect();
         let measured = |name: &str| patterns.iter().any(|pattern| matches(pattern, name));
         let names = plant_outputs.iter().map(|port| port.name.clone());
@@ -89,7 +70,7 @@ impl Assembly<'_> {
 
     /// Every fault is at a place that its bus has.
     pub(crate) fn check_fault_places(&self) -> Result<(), TwinError> {
-        let scenario = self.scenario();
+        let scenario = self.scenario;
         for fault in &scenario.faults {
             let Some((bus, place)) = scenario.buses.iter().find_map(|bus| place(bus, fault)) else {
                 continue;
@@ -121,19 +102,19 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    fn hooked_up<T>(
+    fn built_bus<T>(
         &self,
         bus: &BusSpec,
         process_ports: &[Port],
-        build: impl FnOnce(&BusContext<'_>) -> Result<T, crate::BuildError>,
+        build: impl FnOnce(&BusContext<'_>) -> Result<T, BuildError>,
     ) -> Result<T, TwinError> {
-        let scenario = self.scenario();
+        let scenario = self.scenario;
         let faults: Vec<(&str, &FaultSpec)> = scenario
             .faults
             .iter()
             .filter_map(|fault| place(bus, fault).map(|(_, place)| (place, fault)))
             .collect();
-        let robot = self.robot();
+        let robot = self.body.robot();
         let robot = robot.ok_or_else(|| self.not_built("bus", &bus.kind, NO_ROBOT.into()))?;
         let context = BusContext {
             name: &bus.name.value,

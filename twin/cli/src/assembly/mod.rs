@@ -1,34 +1,29 @@
 //! From a scenario file to a rig.
 
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use twinrig_document::Document;
+use twinrig_kernel::{Port, SimDuration, SimTime};
+use twinrig_robot::Robot;
+use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
+use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
+
 pub(crate) mod body;
+pub(crate) mod builder;
 pub(crate) mod buses;
 pub(crate) mod registry;
 pub(crate) mod sources;
 
-use std::path::{Path, PathBuf};
-
-use twinrig_document::Document;
-use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
-use twinrig_robot::Robot;
-use twinrig_runtime::{
-    Change, PartKind, Plant, Process, Rig, RigError, Schedule, Timing, WiringError, in_part,
-};
-use twinrig_scenario::{ActuatorSpec, Facts, GroundBelow, PlantSpec, Scenario, Scene, Setting};
-
 use crate::assembly::body::Body;
+use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
-use crate::error::NO_ROBOT;
 use crate::error::TwinError;
-use crate::parts::controller_kind::{ControllerContext, LegContext};
-use crate::parts::coupling;
-use crate::parts::drives::with_abduction;
-use crate::parts::idle::Idle;
-use crate::parts::plant_kind::{PlantContext, StandaloneModel};
 use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
-/// The signals that poses are drawn from.
+/// Patterns of the signals from which poses are drawn.
 const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/angles"];
 
 /// A scenario that has become a scene, with everything it takes to build its rig as often as one likes.
@@ -48,8 +43,11 @@ pub struct Assembly<'r> {
     pub(crate) registry: &'r Registry,
     scene: Scene,
     body: Body,
-    plant_outputs: Vec<Port>,
-    diagnostics: Vec<Port>,
+    facts: Facts,
+    /// First commands of the controller, by signal name: the pose at the start.
+    first_commands: Vec<(String, f64)>,
+    /// The parts that were built to check the scenario: those of the first rig.
+    built: Mutex<Option<BuiltParts>>,
 }
 
 impl<'r> Assembly<'r> {
@@ -109,48 +107,94 @@ impl<'r> Assembly<'r> {
         let (scenario, file) = sources.read(registry, settings)?;
         let body = Body::of(registry, &scenario, file.as_ref(), sources.kept.as_deref())?;
         let legs = scenario.legs(&body.legs())?;
-        let mut assembly = Self {
+        let builder = PartBuilder {
             registry,
-            // Nothing is left out until it is known what there is.
-            scene: Scene {
-                weight: body.weight(),
-                wanted: Vec::new(),
-                recorded: Vec::new(),
-                left_out: Vec::new(),
-                scenario,
-                legs,
-                ground: GroundBelow::Nothing,
-            },
-            body,
-            plant_outputs: Vec::new(),
-            diagnostics: Vec::new(),
+            scenario: &scenario,
+            legs: &legs,
+            body: &body,
         };
-        assembly.check_fault_places()?;
-        let plant_outputs = outputs(&*assembly.plant(&|_| true)?);
-        let process_ports = process_ports(&*assembly.process()?);
+        builder.check_fault_places()?;
+        let mut process = builder.process()?;
+        let process_ports = builder::process_ports(&*process);
+        let first_commands = builder.first_commands(&mut *process)?;
+        let buses = builder.buses(&process_ports)?;
+        let plant_outputs = builder.plant_outputs(&first_commands)?;
+        let ground = ground_below(&scenario.plant, scenario.seed);
+        let ground = ground.map_err(|source| builder.plant_error(source))?;
         let facts = Facts {
-            legs: assembly.scene.legs.clone(),
-            weight: assembly.scene.weight,
-            measured: assembly.measured(&plant_outputs),
-            diagnostics: assembly.diagnostics_of(&process_ports)?,
+            weight: body.weight(),
+            measured: builder.measured(&plant_outputs),
+            diagnostics: buses.iter().flat_map(builder::Bus::diagnostics).collect(),
             plant_outputs,
             process_ports,
             frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
-            ground: assembly.ground_below()?,
+            ground,
+            legs,
         };
-        assembly.scene = assembly.scene.scenario.scene(&facts)?;
-        let large =
-            recording_size::warning(&assembly.scene, &facts.plant_outputs, &facts.process_ports);
-        assembly.scene.scenario.warnings.extend(large);
-        assembly.plant_outputs = facts.plant_outputs;
-        assembly.diagnostics = facts.diagnostics;
+        let mut scene = scenario.scene(&facts)?;
+        let large = recording_size::warning(&scene, &facts.plant_outputs, &facts.process_ports);
+        scene.scenario.warnings.extend(large);
+        let mut assembly = Self {
+            registry,
+            scene,
+            body,
+            facts,
+            first_commands,
+            built: Mutex::default(),
+        };
+        let plant = assembly.plant()?;
+        let parts = BuiltParts {
+            process,
+            buses,
+            plant,
+        };
+        assembly.built = Mutex::new(Some(parts));
         Ok(assembly)
     }
 
-    fn ground_below(&self) -> Result<GroundBelow, TwinError> {
-        let scenario = self.scenario();
-        let ground = ground_below(&scenario.plant, scenario.seed);
-        ground.map_err(|source| self.not_built("plant", &scenario.plant.model, source))
+    fn builder(&self) -> PartBuilder<'_> {
+        PartBuilder {
+            registry: self.registry,
+            scenario: self.scenario(),
+            legs: &self.scene.legs,
+            body: &self.body,
+        }
+    }
+
+    /// The parts of a rig: those that checked the scenario, or new ones if a rig has taken them.
+    ///
+    /// # Errors
+    /// A part that cannot be built.
+    pub(crate) fn parts(&self) -> Result<BuiltParts, TwinError> {
+        let built = self.built.lock();
+        if let Some(parts) = built.unwrap_or_else(PoisonError::into_inner).take() {
+            return Ok(parts);
+        }
+        let builder = self.builder();
+        Ok(BuiltParts {
+            process: builder.process()?,
+            buses: builder.buses(&self.facts.process_ports)?,
+            plant: self.plant()?,
+        })
+    }
+
+    /// The plant with the outputs that the scene requires, coupled as the scenario says.
+    fn plant(&self) -> Result<Box<dyn Plant>, TwinError> {
+        let builder = self.builder();
+        builder.coupled_plant(&self.first_commands, &self.scene.wanted)
+    }
+
+    /// The plant of the scene with another robot and other settings.
+    pub(crate) fn plant_of(
+        &self,
+        robot: &Robot,
+        plant: &PlantSpec,
+        actuator: &ActuatorSpec,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, TwinError> {
+        let commands = &self.first_commands;
+        let builder = self.builder();
+        builder.plant_of(robot, plant, actuator, commands, wanted)
     }
 
     /// The scene.
@@ -178,14 +222,14 @@ impl<'r> Assembly<'r> {
         &self.body
     }
 
-    /// What drivers and boards count.
+    /// Diagnostics of drivers and boards.
     pub fn diagnostics(&self) -> &[Port] {
-        &self.diagnostics
+        &self.facts.diagnostics
     }
 
-    /// Every output that the plant could give, wanted or not.
+    /// Every output that the plant offers, computed or left out.
     pub fn plant_outputs(&self) -> &[Port] {
-        &self.plant_outputs
+        &self.facts.plant_outputs
     }
 
     /// The same without changes and expectations: the run that others are measured against.
@@ -198,8 +242,9 @@ impl<'r> Assembly<'r> {
                 ..self.scene.clone()
             },
             body: self.body.clone(),
-            plant_outputs: self.plant_outputs.clone(),
-            diagnostics: self.diagnostics.clone(),
+            facts: self.facts.clone(),
+            first_commands: self.first_commands.clone(),
+            built: Mutex::default(),
         }
     }
 
@@ -216,12 +261,14 @@ impl<'r> Assembly<'r> {
         &self,
         around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
     ) -> Result<Rig, TwinError> {
-        let plant = around(self.wanted_plant()?);
-        let process = self.process()?;
-        let tasks = self.tasks(&process_ports(&*process))?;
-        let schedule = self.schedule();
-        let mut rig =
-            Rig::new(&schedule, process, tasks, plant).map_err(|error| self.rig_error(error))?;
+        let BuiltParts {
+            process,
+            buses,
+            plant,
+        } = self.parts()?;
+        let tasks = self.builder().tasks(buses, &self.facts.process_ports)?;
+        let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
+        let mut rig = rig.map_err(|error| self.rig_error(error))?;
         for (at, variable, change) in self.changes() {
             rig.schedule(at, variable, change)
                 .map_err(|error| self.rig_error(error))?;
@@ -254,9 +301,7 @@ impl<'r> Assembly<'r> {
 
     /// The control period.
     pub fn period(&self) -> SimDuration {
-        let scenario = self.scenario();
-        let controller = scenario.controller.as_ref();
-        controller.map_or(scenario.io.step, |spec| spec.period)
+        self.scenario().period()
     }
 
     /// The end of the run.
@@ -264,130 +309,13 @@ impl<'r> Assembly<'r> {
         self.scenario().end()
     }
 
+    /// Bits per second of the serial port of a bus.
+    pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, TwinError> {
+        Ok(self.builder().bus_kind(bus)?.baud())
+    }
+
     pub(crate) fn leg_names(&self) -> Vec<&str> {
-        self.scene
-            .legs
-            .iter()
-            .map(|leg| leg.name.as_str())
-            .collect()
-    }
-
-    /// The plant, which computes what somebody wants of it, coupled as the scenario says.
-    pub(crate) fn wanted_plant(&self) -> Result<Box<dyn Plant>, TwinError> {
-        let wanted = |name: &str| self.scene.wanted.iter().any(|other| other == name);
-        let spec = &self.scenario().plant;
-        let plant = self.plant(&|name| coupling::needs(spec.coupling, name, &wanted))?;
-        coupling::coupled(spec.coupling, plant, &wanted)
-            .map_err(|source| self.not_built("plant", &spec.model, source))
-    }
-
-    fn plant(&self, wanted: &dyn Fn(&str) -> bool) -> Result<Box<dyn Plant>, TwinError> {
-        let scenario = self.scenario();
-        let spec = &scenario.plant;
-        if let Some(model) = self.body.standalone_model() {
-            let built = model.build(spec, wanted);
-            return built.map_err(|source| self.not_built("plant", &spec.model, source));
-        }
-        let robot = self.robot();
-        let robot = robot.ok_or_else(|| self.not_built("plant", &spec.model, NO_ROBOT.into()))?;
-        self.plant_of(robot, spec, &scenario.actuator, wanted)
-    }
-
-    /// The plant of the scene with another robot, set otherwise.
-    pub(crate) fn plant_of(
-        &self,
-        robot: &Robot,
-        plant: &PlantSpec,
-        actuator: &ActuatorSpec,
-        wanted: &dyn Fn(&str) -> bool,
-    ) -> Result<Box<dyn Plant>, TwinError> {
-        let scenario = self.scenario();
-        let first_commands = self.first_commands()?;
-        let context = PlantContext {
-            robot,
-            legs: &self.leg_names(),
-            plant,
-            actuator,
-            first_commands: &first_commands,
-            command_period: self.period(),
-            seed: scenario.seed,
-            wanted,
-        };
-        let name = &plant.model;
-        let built = self.registry.plant(&context);
-        built
-            .unwrap_or_else(|| Err("there is none of that name".into()))
-            .and_then(|plant| with_abduction(plant, &context))
-            .map_err(|source| self.not_built("plant", name, source))
-    }
-
-    /// What the controller commands first, by the names of the signals: the pose that the run begins in.
-    fn first_commands(&self) -> Result<Vec<(String, f64)>, TwinError> {
-        let mut process = self.process()?;
-        let ports = process_ports(&*process);
-        let inputs = vec![0.0; Layout::of(&ports, Direction::Input).len()];
-        let layout = Layout::of(&ports, Direction::Output);
-        let mut outputs = vec![0.0; layout.len()];
-        let name = process.name().to_owned();
-        in_part(PartKind::Controller, &name, || {
-            process.step(SimDuration::ZERO, &inputs, &mut outputs);
-        });
-        let named = |field: &Field| {
-            let values = outputs[field.range()].iter();
-            let name = field.port.name.clone();
-            values
-                .map(move |&value| (name.clone(), value))
-                .collect::<Vec<_>>()
-        };
-        Ok(layout.fields().flat_map(named).collect())
-    }
-
-    /// The controller with the variables that the scenario sets; one that does nothing if it has none.
-    pub(crate) fn process(&self) -> Result<Box<dyn Process>, TwinError> {
-        let scenario = self.scenario();
-        let Some(spec) = &scenario.controller else {
-            return Ok(Box::new(Idle));
-        };
-        let (options, seed) = (&spec.options, scenario.seed);
-        let built = if let Some(robot) = self.robot() {
-            let given = ControllerContext {
-                robot,
-                legs: &self.leg_names(),
-                options,
-                seed,
-            };
-            self.registry.controller(&spec.kind, &given)
-        } else {
-            let own = self.body.standalone_model();
-            let given = LegContext {
-                legs: &self.scene.legs,
-                taken: &own.map_or_else(Vec::new, StandaloneModel::inputs),
-                options,
-                seed,
-            };
-            self.registry.controller_of_legs(&spec.kind, &given)
-        };
-        let mut process = built
-            .unwrap_or_else(|| Err("there is none of that name".into()))
-            .map_err(|source| self.not_built("controller", &spec.kind, source))?;
-        for (name, value) in &spec.variables {
-            set(&mut *process, name, *value).map_err(|error| self.rig_error(error))?;
-        }
-        Ok(process)
-    }
-
-    pub(crate) fn not_built(
-        &self,
-        what: &'static str,
-        name: &str,
-        source: crate::BuildError,
-    ) -> TwinError {
-        TwinError::Build {
-            what,
-            name: name.to_owned(),
-            file: self.scenario().file.clone(),
-            source,
-        }
+        self.builder().leg_names()
     }
 
     /// What to do where a controller commands what the plant's own model has not been given a signal for.
@@ -403,37 +331,11 @@ impl<'r> Assembly<'r> {
     }
 
     pub(crate) fn rig_error(&self, source: RigError) -> TwinError {
+        let help = self.rig_help(&source);
         TwinError::Rig {
             file: self.scenario().file.clone(),
-            help: self.rig_help(&source),
+            help,
             source: Box::new(source),
         }
     }
-}
-
-/// Inputs and outputs of a process.
-pub(crate) fn process_ports(process: &dyn Process) -> Vec<Port> {
-    in_part(PartKind::Controller, process.name(), || process.ports())
-}
-
-fn outputs(plant: &dyn Plant) -> Vec<Port> {
-    let mut ports = in_part(PartKind::Plant, plant.name(), || plant.ports());
-    ports.retain(|port| port.direction == Direction::Output);
-    ports
-}
-
-fn set(process: &mut dyn Process, name: &str, value: f64) -> Result<(), RigError> {
-    let known = process.variables().iter();
-    let Some(index) = known.clone().position(|variable| variable.name() == name) else {
-        return Err(RigError::NoSuchVariable {
-            process: process.name().to_owned(),
-            name: name.to_owned(),
-            near: Vec::new(),
-        });
-    };
-    let change = |source| RigError::Change {
-        at: SimTime::ZERO,
-        source,
-    };
-    process.set_variable(index, value).map_err(change)
 }

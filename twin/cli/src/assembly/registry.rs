@@ -1,7 +1,7 @@
 //! What a build is made of.
 
 use twinrig_document::DocumentError;
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::{Port, SimDuration};
 use twinrig_robot::Robot;
 use twinrig_runtime::{PartKind, Plant, Process, in_part};
 use twinrig_scenario::{Catalogue, Kind, PlantSpec};
@@ -137,13 +137,6 @@ impl Registry {
         self.controllers.iter().find(|kind| kind.name() == name)
     }
 
-    /// Asks the controller `name` for its variables on `robot`, as [`Registry::catalogue`] does, and lets a panic of it through.
-    pub(crate) fn probe_controller(&self, name: &str, robot: &Robot) {
-        if let Some(kind) = self.controller_kind(name) {
-            kind.variables(robot);
-        }
-    }
-
     fn plant_kind(&self, name: &str) -> Option<&PlantKind> {
         self.plants.iter().find(|kind| kind.name() == name)
     }
@@ -178,6 +171,16 @@ impl Registry {
         let name = &context.plant.model;
         let kind = self.plant_kind(name)?;
         in_part(PartKind::Plant, name, || kind.load(context))
+    }
+
+    /// The ports of the plant of `context`, all outputs included; none if there is no such plant.
+    pub(crate) fn plant_ports(
+        &self,
+        context: &PlantContext<'_>,
+    ) -> Option<Result<Vec<Port>, BuildError>> {
+        let name = &context.plant.model;
+        let kind = self.plant_kind(name)?;
+        Some(in_part(PartKind::Plant, name, || kind.ports(context)))
     }
 
     /// Builds the plant of `context`; none if there is no such plant.

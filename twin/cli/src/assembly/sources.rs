@@ -33,8 +33,6 @@ struct Peeked {
     robot: Option<String>,
     /// What it replaces of that.
     overrides: Overrides,
-    /// The kind of its controller.
-    controller: Option<String>,
 }
 
 impl Sources {
@@ -48,7 +46,6 @@ impl Sources {
         let Peeked {
             robot: word,
             overrides,
-            controller,
         } = self.peek(settings);
         let find = |word: &str| match &self.robot {
             Some(text) => RobotFile::parse(ROBOT_FILE, text),
@@ -81,10 +78,6 @@ impl Sources {
             settings,
             &catalogue,
         );
-        if let (Err(_), Some(controller), Some(robot)) = (&scenario, controller, &robot) {
-            // The keys of one that panics all seem unknown: then the panic is the mistake.
-            registry.probe_controller(&controller, robot);
-        }
         let scenario = scenario?;
         match found {
             Ok(found) => Ok((scenario, found.map(|(file, _)| file))),
@@ -106,10 +99,6 @@ impl Sources {
             }
             if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
                 found.overrides = overrides;
-            }
-            let kind = table.get("controller").and_then(|item| item.peek("kind"));
-            if let Some(Ok(word)) = kind.map(|item| item.text()) {
-                found.controller = Some(word.to_owned());
             }
             Ok(())
         });

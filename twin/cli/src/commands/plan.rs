@@ -32,6 +32,7 @@ struct Plan {
     /// Inputs of the plant that nobody writes: they stay as they are at the start.
     free: Vec<Free>,
     signals: Vec<Signal>,
+    #[serde(rename = "gauges")]
     diagnostics: Vec<Diagnostic>,
     changes: usize,
     expectations: Vec<String>,

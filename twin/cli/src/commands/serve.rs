@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use twinrig_kernel::SimDuration;
+use twinrig_runtime::DeviceError;
 use twinrig_runtime::real_time::{Ended, Hold, Privileges, Serve, ServeOptions, ServedWire};
-use twinrig_runtime::{DeviceError, Wire};
+use twinrig_scenario::Scenario;
 use twinrig_wire::Pty;
 
 use super::run::ports;
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::ServeArgs;
 use crate::assembly::Assembly;
+use crate::assembly::builder::{BuiltParts, Bus};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::run::hardware::{check_places, place};
@@ -43,7 +45,8 @@ fn serve_twin(
             file: scenario.file.clone(),
         });
     }
-    let wires = wires(&assembly, &ports(&args.pty))?;
+    let BuiltParts { buses, plant, .. } = assembly.parts()?;
+    let wires = wires(scenario, buses, &ports(&args.pty))?;
     for note in privileges(args).prepare() {
         let _ = writeln!(terminal.err, "note: {note}");
     }
@@ -53,7 +56,7 @@ fn serve_twin(
     terminal.print(&format!("now, elsewhere: {}", counterpart(args, &wires)));
     let _ = terminal.out.flush();
     let options = options(args, scenario.observe.period);
-    let served = Serve::new(options, assembly.wanted_plant()?, wires);
+    let served = Serve::new(options, plant, wires);
     let served = served.map_err(|error| assembly.rig_error(error))?;
     let (ended, report) = served.run(&mut (), interrupt::flag_at_devices());
     terminal.print(&report.to_string());
@@ -88,11 +91,12 @@ fn options(args: &ServeArgs, observe: SimDuration) -> ServeOptions {
 /// The wires of all buses with the boards at their far ends, each at a PTY, which is linked to the place that was given to the
 /// bus.
 fn wires(
-    assembly: &Assembly<'_>,
+    scenario: &Scenario,
+    buses: Vec<Bus>,
     links: &[(String, PathBuf)],
 ) -> Result<Vec<ServedWire>, TwinError> {
-    check_places(assembly.scenario(), links)?;
-    let served = |(name, wire): (String, Box<dyn Wire>)| match pty(place(links, &name)) {
+    check_places(scenario, links)?;
+    let served = |Bus { name, wire, .. }: Bus| match pty(place(links, &name)) {
         Ok(pty) => Ok(ServedWire {
             name,
             wire,
@@ -100,7 +104,7 @@ fn wires(
         }),
         Err(source) => Err(TwinError::Device { bus: name, source }),
     };
-    assembly.wires()?.into_iter().map(served).collect()
+    buses.into_iter().map(served).collect()
 }
 
 fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {

@@ -9,6 +9,8 @@ use crate::error::{BuildError, NO_ROBOT};
 
 type BuildController =
     Box<dyn Fn(&ControllerContext<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
+type Variables =
+    Box<dyn Fn(&ControllerContext<'_>) -> Result<Vec<ProcessVariable>, BuildError> + Send + Sync>;
 type BuildOfLegs =
     Box<dyn Fn(&LegContext<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
 
@@ -43,15 +45,14 @@ pub struct ControllerKind {
     name: String,
     about: String,
     options: Vec<OptionSpec>,
+    variables: Option<Variables>,
     build: BuildController,
     build_of_legs: Option<BuildOfLegs>,
 }
 
 impl ControllerKind {
-    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `build` makes one.
-    ///
-    /// Its process variables need no mention: they are asked of the process, and become keys of the scenario's
-    /// `[controller]` table by themselves.
+    /// A kind that scenarios call `name`; `about` is its line in `twin list`; `build` builds a controller, whose process
+    /// variables [`ControllerKind::with_variables`] declares.
     pub fn new<P: Process + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -61,9 +62,24 @@ impl ControllerKind {
             name: name.into(),
             about: about.into(),
             options: Vec::new(),
+            variables: None,
             build: Box::new(move |given| Ok(Box::new(build(given)?))),
             build_of_legs: None,
         }
+    }
+
+    /// Declares the process variables, with defaults, for all legs of the robot: they become keys of the scenario's
+    /// `[controller]` table.
+    #[must_use]
+    pub fn with_variables(
+        mut self,
+        variables: impl Fn(&ControllerContext<'_>) -> Result<Vec<ProcessVariable>, BuildError>
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
+        self.variables = Some(Box::new(variables));
+        self
     }
 
     /// Can be built without a robot, too, for a plant that stands alone.
@@ -83,34 +99,17 @@ impl ControllerKind {
         self
     }
 
-    /// What scenarios for `robot` may say of it. Ranges and defaults of process variables depend on the robot; without one, it
-    /// has none.
+    /// Keys of scenarios for `robot`. Ranges and defaults of process variables depend on the robot; without one there are
+    /// none.
     pub(crate) fn offer(&self, robot: Option<&Robot>) -> Kind {
-        Kind {
-            options: self.options.clone(),
-            // Of one that panics nothing is known; scenarios of others have nothing to do with that.
-            variables: robot.map_or_else(Vec::new, |robot| {
-                caught(|| self.variables(robot)).unwrap_or_default()
-            }),
-            ..Kind::new(&self.name, &self.about)
-        }
-    }
-
-    /// Its process variables for all legs of `robot`. One that cannot be built without a scenario has none here, and none can
-    /// be set.
-    pub(crate) fn variables(&self, robot: &Robot) -> Vec<VariableSpec> {
-        let legs: Vec<&str> = robot.legs.iter().map(|leg| leg.name.as_str()).collect();
-        let options = Options::defaults(&self.options);
-        let given = ControllerContext {
-            robot,
-            legs: &legs,
-            options: &options,
-            seed: 1,
-        };
-        let built = in_part(PartKind::Controller, &self.name, || (self.build)(&given));
-        let Ok(process) = built else {
-            return Vec::new();
-        };
+        let variables = robot.map_or_else(Vec::new, |robot| {
+            let options = Options::defaults(&self.options);
+            // A kind that fails here offers no variables; a scenario that names it learns the reason when it is built.
+            caught(|| self.variables(robot, &options))
+                .unwrap_or(Ok(Vec::new()))
+                .unwrap_or_default()
+        });
+        let legs = robot.map_or(&[][..], |robot| &robot.legs);
         let spec = |variable: &ProcessVariable| {
             let (min, max) = variable.range();
             let group = variable.name().split_once('/');
@@ -120,10 +119,33 @@ impl ControllerKind {
                 range: Range { min, max },
                 default: variable.default(),
                 about: String::new(),
-                of_leg: group.is_some_and(|(_, group)| legs.contains(&group)),
+                of_leg: group.is_some_and(|(_, group)| legs.iter().any(|leg| leg.name == group)),
             }
         };
-        process.variables().iter().map(spec).collect()
+        Kind {
+            options: self.options.clone(),
+            variables: variables.iter().map(spec).collect(),
+            ..Kind::new(&self.name, &self.about)
+        }
+    }
+
+    /// The declared process variables for all legs of `robot`.
+    fn variables(
+        &self,
+        robot: &Robot,
+        options: &Options,
+    ) -> Result<Vec<ProcessVariable>, BuildError> {
+        let Some(variables) = &self.variables else {
+            return Ok(Vec::new());
+        };
+        let legs: Vec<&str> = robot.legs.iter().map(|leg| leg.name.as_str()).collect();
+        let context = ControllerContext {
+            robot,
+            legs: &legs,
+            options,
+            seed: 1,
+        };
+        in_part(PartKind::Controller, &self.name, || variables(&context))
     }
 
     pub(crate) fn name(&self) -> &str {
@@ -134,7 +156,23 @@ impl ControllerKind {
         &self,
         given: &ControllerContext<'_>,
     ) -> Result<Box<dyn Process>, BuildError> {
-        (self.build)(given)
+        let process = (self.build)(given)?;
+        let declared = self.variables(given.robot, given.options)?;
+        let is_declared = |variable: &ProcessVariable| {
+            let mut same = declared
+                .iter()
+                .filter(|known| known.name() == variable.name());
+            same.any(|known| known.unit() == variable.unit())
+        };
+        match process.variables().iter().find(|variable| !is_declared(variable)) {
+            Some(variable) => Err(format!(
+                "it has the process variable `{}` [{}], which its kind does not declare: see `ControllerKind::with_variables`",
+                variable.name(),
+                variable.unit()
+            )
+            .into()),
+            None => Ok(process),
+        }
     }
 
     /// The same without a robot.

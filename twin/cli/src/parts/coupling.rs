@@ -79,7 +79,7 @@ mod tests {
                 setting("record.signals", "[\"**\"]"),
             ];
             let assembly = Assembly::of_file(&registry, &path, &settings).unwrap();
-            let mut plant = assembly.wanted_plant().unwrap();
+            let mut plant = assembly.parts().unwrap().plant;
             let layout = Layout::of(&plant.ports(), Direction::Output);
             let pairs: Vec<(usize, usize)> = layout
                 .fields()

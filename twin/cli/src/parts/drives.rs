@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_drives::{Load, MotorBench, Motored, ServoBench, Shaft};
-use twinrig_kernel::Unit;
+use twinrig_kernel::{Port, Unit};
 use twinrig_runtime::{CompositePlant, Plant};
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 
@@ -17,6 +17,7 @@ const FRICTION: &str = "load_friction";
 pub(crate) fn kind() -> PlantKind {
     let about = "the motors of the robot on a bench, without legs; for [actuator] kind = \"motor\"";
     PlantKind::new("drives", about, drives)
+        .with_ports(|context| Ok(MotorBench::ports_of(&legs(context))))
         .with_option(at_shaft(
             INERTIA,
             "inertia at each shaft beside the rotor's (none)",
@@ -34,6 +35,10 @@ fn at_shaft(name: &str, about: &str, unit: Unit) -> OptionSpec {
     option(name, about, Accepts::Quantity { unit, range })
 }
 
+fn legs(context: &PlantContext<'_>) -> Vec<String> {
+    context.legs.iter().map(|&leg| leg.to_owned()).collect()
+}
+
 fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
     if context.actuator.kind != ActuatorKind::Motor {
         return Err("it is a bench of motors: write [actuator] kind = \"motor\"".into());
@@ -45,7 +50,7 @@ fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
         friction: of(FRICTION),
     };
     let motored = Motored {
-        legs: context.legs.iter().map(|&leg| leg.to_owned()).collect(),
+        legs: legs(context),
         hip: Shaft {
             motor: motors.hip,
             load,
@@ -58,23 +63,29 @@ fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
     Ok(MotorBench::new(&motored, context.wanted)?)
 }
 
-/// The plant with servos beside it for the abduction of its legs, which no plant of a robot moves; as it is where the
-/// controller commands none.
-pub(crate) fn with_abduction(
-    plant: Box<dyn Plant>,
-    context: &PlantContext<'_>,
-) -> Result<Box<dyn Plant>, BuildError> {
+/// The simulated legs whose hip abduction the controller commands.
+fn abducted_legs(context: &PlantContext<'_>) -> Vec<String> {
     let abducted = |leg: &&&str| {
         let name = format!("leg/{leg}/abduction/command");
         let mut commands = context.first_commands.iter();
         commands.any(|(known, _)| *known == name)
     };
-    let legs: Vec<String> = context
-        .legs
-        .iter()
-        .filter(abducted)
-        .map(|&leg| leg.to_owned())
-        .collect();
+    let legs = context.legs.iter().filter(abducted);
+    legs.map(|&leg| leg.to_owned()).collect()
+}
+
+/// Ports of the servos of hip abduction; none where the controller commands none.
+pub(crate) fn abduction_ports(context: &PlantContext<'_>) -> Vec<Port> {
+    ServoBench::ports_of(&abducted_legs(context))
+}
+
+/// The plant beside servos for the abduction of its hips, which no plant of a robot moves; the plant itself where the
+/// controller commands none.
+pub(crate) fn with_abduction(
+    plant: Box<dyn Plant>,
+    context: &PlantContext<'_>,
+) -> Result<Box<dyn Plant>, BuildError> {
+    let legs = abducted_legs(context);
     if legs.is_empty() {
         return Ok(plant);
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use twinrig_document::{self as document, DocumentError, Problem, Source, suggestion};
-use twinrig_kernel::{SimDuration, Unit};
+use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_mujoco::model_file::{
     BoundModel, ElementKind, Input, Leg, ModelFile, ModelFileError, ModelSignals, Output, Place,
     SignalError, SignalMismatch,
@@ -51,9 +51,8 @@ impl StandaloneModel for LoadedModel {
         self.wired.weight()
     }
 
-    fn inputs(&self) -> Vec<String> {
-        let names = self.wired.inputs().map(|port| port.name.clone());
-        names.collect()
+    fn ports(&self) -> Vec<Port> {
+        self.wired.ports()
     }
 
     fn step(&self) -> Option<SimDuration> {

@@ -3,17 +3,20 @@
 use std::path::Path;
 
 use twinrig_document::DocumentError;
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::{Direction, Port, SimDuration};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorSpec, Kind, LegFact, OptionSpec, PlantSpec};
 use twinrig_study::PlantOffer;
 
 use crate::error::BuildError;
+use crate::parts::drives::abduction_ports;
 use crate::parts::method::Method;
+use crate::parts::setup::legged_ports;
 
 type BuildPlant =
     Box<dyn Fn(&PlantContext<'_>) -> Result<Box<dyn Plant>, BuildError> + Send + Sync>;
+type PlantPorts = Box<dyn Fn(&PlantContext<'_>) -> Result<Vec<Port>, BuildError> + Send + Sync>;
 type LoadModel =
     Box<dyn Fn(&ModelContext<'_>) -> Result<Box<dyn StandaloneModel>, DocumentError> + Send + Sync>;
 
@@ -60,8 +63,15 @@ pub trait StandaloneModel: Send + Sync {
     /// Its weight \[N\].
     fn weight(&self) -> f64;
 
-    /// The signals that drive it.
-    fn inputs(&self) -> Vec<String>;
+    /// Its ports, all outputs included.
+    fn ports(&self) -> Vec<Port>;
+
+    /// The names of its inputs.
+    fn inputs(&self) -> Vec<String> {
+        let ports = self.ports().into_iter();
+        let inputs = ports.filter(|port| port.direction == Direction::Input);
+        inputs.map(|port| port.name).collect()
+    }
 
     /// The step that it is simulated in where a scenario says none; none if it has none.
     fn step(&self) -> Option<SimDuration>;
@@ -89,6 +99,7 @@ pub struct PlantKind {
     methods: Vec<Method>,
     segment_masses: bool,
     model_of: Option<String>,
+    ports: PlantPorts,
     build: Build,
 }
 
@@ -99,7 +110,8 @@ enum Build {
 }
 
 impl PlantKind {
-    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `build` makes one.
+    /// A kind that scenarios call `name`; `about` is its line in `twin list`; `build` builds a plant. Its ports are those of
+    /// a legged robot, unless [`PlantKind::with_ports`] declares others.
     pub fn new<P: Plant + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -129,6 +141,7 @@ impl PlantKind {
             methods: Vec::new(),
             segment_masses: true,
             model_of: None,
+            ports: Box::new(legged_ports),
             build,
         }
     }
@@ -136,6 +149,17 @@ impl PlantKind {
     /// Whether it brings its own model instead of standing on a robot.
     pub(crate) fn is_standalone(&self) -> bool {
         matches!(self.build, Build::Alone(_))
+    }
+
+    /// Declares the ports of the plant, all outputs included: those of which a built plant has the inputs, and the outputs
+    /// that are requested.
+    #[must_use]
+    pub fn with_ports(
+        mut self,
+        ports: impl Fn(&PlantContext<'_>) -> Result<Vec<Port>, BuildError> + Send + Sync + 'static,
+    ) -> Self {
+        self.ports = Box::new(ports);
+        self
     }
 
     /// Accepts another key in its table, which [`PlantSpec::options`] brings.
@@ -218,10 +242,40 @@ impl PlantKind {
         }
     }
 
+    /// Its ports in the scene of `context`, all outputs included.
+    pub(crate) fn ports(&self, context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
+        Ok([(self.ports)(context)?, abduction_ports(context)].concat())
+    }
+
     pub(crate) fn build(&self, context: &PlantContext<'_>) -> Result<Box<dyn Plant>, BuildError> {
         match &self.build {
-            Build::OnRobot(build) => build(context),
+            Build::OnRobot(build) => {
+                let plant = build(context)?;
+                check_ports(&plant.ports(), &(self.ports)(context)?, context.wanted)?;
+                Ok(plant)
+            }
             Build::Alone(_) => Err("it stands alone, on no robot".into()),
         }
     }
+}
+
+/// Checks the ports of a built plant against the declared ones: the inputs, and the outputs that are requested.
+fn check_ports(
+    built: &[Port],
+    declared: &[Port],
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<(), BuildError> {
+    let required = |port: &&Port| port.direction == Direction::Input || wanted(&port.name);
+    let undeclared = built.iter().find(|port| !declared.contains(port));
+    let missing = declared
+        .iter()
+        .filter(required)
+        .find(|port| !built.contains(port));
+    let (port, what) = match (undeclared, missing) {
+        (Some(port), _) => (port, "has the undeclared port"),
+        (None, Some(port)) => (port, "lacks the declared port"),
+        (None, None) => return Ok(()),
+    };
+    let (name, size, unit) = (&port.name, port.size, port.unit);
+    Err(format!("it {what} `{name}` ({size} × {unit}); see `PlantKind::with_ports`").into())
 }

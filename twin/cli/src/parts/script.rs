@@ -19,6 +19,7 @@ pub(crate) fn kind() -> ControllerKind {
     ControllerKind::new(Script::NAME, about, |given| {
         Ok(Script::new(given.robot, given.legs, &plan(given.options)?)?)
     })
+    .with_variables(|_| Ok(Script::variables_of()))
     .or_without_robot(|given| {
         let legs = given.legs.iter().map(|leg| (leg.name.as_str(), leg.left));
         let plan = plan(given.options)?;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_kernel::{SimDuration, stream};
+use twinrig_kernel::{Port, SimDuration, stream};
 use twinrig_leg::LegCommand;
-use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
+use twinrig_legged::{Base, Drives, Setup, Signals, Start, StartPose};
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
@@ -36,6 +36,14 @@ pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Set
         drives: drives(context)?,
         start: start(context),
     })
+}
+
+/// The ports of a plant of a legged robot, all outputs included.
+pub(crate) fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
+    let setup = setup(context, SimDuration::ZERO)?;
+    Ok(Signals::new(context.legs, &setup, &|_| true)
+        .ports()
+        .to_vec())
 }
 
 /// In the pose that the scenario gives, or else where the controller first wants the drives.

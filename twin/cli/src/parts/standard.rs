@@ -5,6 +5,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_scenario::OptionSpec;
 
 use crate::assembly::registry::Registry;
+use crate::error::BuildError;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind};
 use crate::parts::drives;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
@@ -108,13 +109,13 @@ fn cpg() -> ControllerKind {
     let about = "open-loop gait: coupled oscillators, foot locus, inverse kinematics";
     let gaits = Gait::ALL.map(|gait| gait.name().to_owned());
     ControllerKind::new(Cpg::NAME, about, |given| {
-        let gait = given.options.text("gait").unwrap_or_default().parse()?;
-        let cpg = Cpg::new(given.robot, given.legs, gait)?.with_abduction(abduction(given));
+        let cpg = Cpg::new(given.robot, given.legs, gait(given)?)?.with_abduction(abduction(given));
         Ok(match given.options.text("start") {
             Some("random") => cpg.with_random_phases(given.seed),
             _ => cpg,
         })
     })
+    .with_variables(|context| Ok(Cpg::variables_of(context.robot, gait(context)?)?))
     .with_option(choice("gait", "which legs step together", &gaits))
     .with_option(choice(
         "start",
@@ -124,12 +125,17 @@ fn cpg() -> ControllerKind {
     .with_option(abducting())
 }
 
+fn gait(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
+    Ok(context.options.text("gait").unwrap_or_default().parse()?)
+}
+
 const START: [&str; 2] = ["in-step", "random"];
 
 fn stand() -> ControllerKind {
     ControllerKind::new(Stand::NAME, "holds the feet below the hips", |given| {
         Ok(Stand::new(given.robot, given.legs)?.with_abduction(abduction(given)))
     })
+    .with_variables(|context| Ok(Stand::variables_of(context.robot)?))
     .with_option(abducting())
 }
 

@@ -35,7 +35,7 @@ pub(crate) fn go_on(
 ) -> Result<Continuation, TwinError> {
     let mut rig = first.rig()?;
     rig.restore(saved).map_err(|error| first.rig_error(error))?;
-    let lost = rig.exchange_plant(other.wanted_plant()?);
+    let lost = rig.exchange_plant(other.parts()?.plant);
     let lost = lost.map_err(|error| other.rig_error(error))?;
     let unjudged = other.without_changes();
     let end: SimTime = other.end();

@@ -11,6 +11,7 @@ use twinrig_scenario::{BusSpec, Scenario};
 use twinrig_wire::SerialPort;
 
 use crate::assembly::Assembly;
+use crate::assembly::builder::{BuiltParts, Bus};
 use crate::error::TwinError;
 use crate::parts::output_filter::OutputFilter;
 use crate::report::table::folded;
@@ -105,12 +106,10 @@ struct PreparedRig {
 /// Process and drivers, each at its device.
 fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, TwinError> {
     check_places(assembly.scenario(), ports)?;
-    let process = assembly.process()?;
-    let process_ports = process.ports();
+    let BuiltParts { process, buses, .. } = assembly.parts()?;
     let mut notes = Vec::new();
     let mut parts: Vec<(Box<dyn Driver>, Box<dyn Device>)> = Vec::new();
-    for bus in &assembly.scenario().buses {
-        let driver = assembly.driver(bus, &process_ports)?;
+    for (bus, Bus { driver, .. }) in assembly.scenario().buses.iter().zip(buses) {
         let port = open(assembly, bus, ports)?;
         notes.extend(port.advice());
         parts.push((driver, Box::new(port)));
@@ -146,7 +145,7 @@ fn open(
 ) -> Result<SerialPort, TwinError> {
     let name = &bus.name.value;
     let path = place(ports, name).ok_or_else(|| TwinError::NoPort { bus: name.clone() })?;
-    let opened = SerialPort::open(path, assembly.bus_kind(bus)?.baud());
+    let opened = SerialPort::open(path, assembly.baud(bus)?);
     opened.map_err(|source| TwinError::Device {
         bus: name.clone(),
         source,

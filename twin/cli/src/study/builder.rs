@@ -62,13 +62,23 @@ impl<'r> StudyBuilder<'r> {
         let own = Assembly::of_file(registry, path, settings)?;
         let spec = &own.scenario().plant;
         if spec.is_standalone {
-            return Err(own.not_built("plant", &spec.model, STANDS_ALONE.into()));
+            return Err(TwinError::not_built(
+                own.scenario(),
+                "plant",
+                &spec.model,
+                STANDS_ALONE.into(),
+            ));
         }
         let plants = || registry.plants_on_robots();
         if let Some(standalone) = names.iter().find(|name| {
             registry.offer(name).is_some() && plants().all(|plant| plant != name.as_str())
         }) {
-            return Err(own.not_built("plant", standalone, STANDS_ALONE.into()));
+            return Err(TwinError::not_built(
+                own.scenario(),
+                "plant",
+                standalone,
+                STANDS_ALONE.into(),
+            ));
         }
         let all: Vec<String> = match names {
             [] => registry.plants_on_robots().map(str::to_owned).collect(),
@@ -104,7 +114,7 @@ impl<'r> StudyBuilder<'r> {
             let panicked = bench.assembly.is_err();
             if let (Some(why), false) = (bench.refusal(&offer), panicked) {
                 left_out.push(format!("{name}: {why}"));
-                let error = own.not_built("plant", &name, why.into());
+                let error = TwinError::not_built(own.scenario(), "plant", &name, why.into());
                 if !names.is_empty() {
                     return Err(error);
                 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, Process, WorkCounts};
-use twinrig::{ControllerKind, PlantKind, Registry, run_with};
+use twinrig::{BuildError, ControllerKind, PlantContext, PlantKind, Registry, run_with};
 
 /// A trunk that bobs around 12 cm and drives forward at 0.5 m/s; from `fails_at` on it does no more, at `panics_at` it panics.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -18,16 +18,27 @@ pub struct Toy {
     panics_at: Option<SimTime>,
 }
 
+impl Toy {
+    /// One that neither fails nor panics.
+    pub fn sound() -> Self {
+        Self {
+            now: SimTime::ZERO,
+            height: 0.13,
+            rate: 0.0,
+            forward: 0.0,
+            fails_at: None,
+            panics_at: None,
+        }
+    }
+}
+
 impl Plant for Toy {
     fn name(&self) -> &'static str {
         "toy"
     }
 
     fn ports(&self) -> Vec<Port> {
-        vec![
-            Port::output("body/position", Unit::Meter, 3),
-            Port::output("body/rpy", Unit::Radian, 3),
-        ]
+        toy_ports()
     }
 
     fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
@@ -74,26 +85,29 @@ impl Plant for Toy {
     }
 }
 
+pub fn toy_ports() -> Vec<Port> {
+    vec![
+        Port::output("body/position", Unit::Meter, 3),
+        Port::output("body/rpy", Unit::Radian, 3),
+    ]
+}
+
 /// The same with parts that panic: the plant `panicking` at 0.5 s, the plant `unbuildable` when it is built, and the controller
 /// `clumsy` at its third step.
 pub fn panicking() -> Registry {
     let half = SimTime::from_nanos(500_000_000);
-    let toy = move |_: &twinrig::PlantContext<'_>| {
+    let toy = move |_: &PlantContext<'_>| {
         Ok(Toy {
-            now: SimTime::ZERO,
-            height: 0.13,
-            rate: 0.0,
-            forward: 0.0,
-            fails_at: None,
             panics_at: Some(half),
+            ..Toy::sound()
         })
     };
-    let unbuildable = |_: &twinrig::PlantContext<'_>| -> Result<Toy, twinrig::BuildError> {
+    let unbuildable = |_: &PlantContext<'_>| -> Result<Toy, BuildError> {
         panic!("no blueprint");
     };
     registry()
-        .with_plant(PlantKind::new("panicking", "bobs, then panics", toy))
-        .with_plant(PlantKind::new("unbuildable", "is never there", unbuildable))
+        .with_plant(toy_kind("panicking", "bobs, then panics", toy))
+        .with_plant(toy_kind("unbuildable", "is never there", unbuildable))
         .with_controller(ControllerKind::new("clumsy", "stumbles", |_| {
             Ok(Clumsy { steps: 0 })
         }))
@@ -129,24 +143,29 @@ impl Process for Clumsy {
     }
 }
 
+fn toy_kind(
+    name: &str,
+    about: &str,
+    build: impl Fn(&PlantContext<'_>) -> Result<Toy, BuildError> + Send + Sync + 'static,
+) -> PlantKind {
+    PlantKind::new(name, about, build).with_ports(|_| Ok(toy_ports()))
+}
+
 /// The standard registry with `toy`, and with `snapping`, which fails at 0.5 s.
 pub fn registry() -> Registry {
     let toy = |fails_at, panics_at| {
-        move |_: &twinrig::PlantContext<'_>| {
+        move |_: &PlantContext<'_>| {
             Ok(Toy {
-                now: SimTime::ZERO,
-                height: 0.13,
-                rate: 0.0,
-                forward: 0.0,
                 fails_at,
                 panics_at,
+                ..Toy::sound()
             })
         }
     };
     let half = SimTime::from_nanos(500_000_000);
     Registry::standard()
-        .with_plant(PlantKind::new("toy", "bobs", toy(None, None)))
-        .with_plant(PlantKind::new(
+        .with_plant(toy_kind("toy", "bobs", toy(None, None)))
+        .with_plant(toy_kind(
             "snapping",
             "bobs, then snaps",
             toy(Some(half), None),

@@ -1,5 +1,6 @@
 //! The program from outside.
 
+mod builds;
 mod commands;
 mod common;
 mod falls;

@@ -1,5 +1,7 @@
 //! A panic of a part ends its run or its row, and names the part; everything else goes on, and the exit code says so.
 
+use twinrig::kernel::Unit;
+use twinrig::runtime::ProcessVariable;
 use twinrig_record::Recording;
 
 use crate::common::{Done, Folder, SOUND, json, panicking, registry, twin_of};
@@ -137,13 +139,23 @@ fn every_command_answers_a_panic_with_an_error() {
 }
 
 #[test]
-fn a_controller_that_panics_before_it_has_variables_is_the_mistake_and_not_their_keys() {
+fn panic_of_a_controller_under_construction_is_reported_and_ends_no_other_run() {
     let folder = Folder::new("panic-variables");
-    let registry = registry().with_controller(twinrig::ControllerKind::new(
-        "hopeless",
-        "is never there",
-        |_| -> Result<crate::common::Clumsy, _> { panic!("no idea") },
-    ));
+    let registry = registry().with_controller(
+        twinrig::ControllerKind::new(
+            "hopeless",
+            "is never there",
+            |_| -> Result<crate::common::Clumsy, _> { panic!("no idea") },
+        )
+        .with_variables(|_| {
+            Ok(vec![ProcessVariable::new(
+                "speed",
+                Unit::MeterPerSecond,
+                ..,
+                0.0,
+            )])
+        }),
+    );
     let text = format!(
         "controller = {{ kind = \"hopeless\", period = \"10 ms\", speed = \"1 m/s\" }}\n{SOUND}"
     );

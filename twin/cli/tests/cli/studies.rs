@@ -12,7 +12,7 @@ use twinrig::{PlantKind, Registry};
 struct Spring {
     /// Panics at its first step.
     cracks: bool,
-    inputs: Vec<Port>,
+    ports: Vec<Port>,
     implicit: bool,
     step: SimDuration,
     omega_squared: f64,
@@ -27,9 +27,7 @@ impl Plant for Spring {
     }
 
     fn ports(&self) -> Vec<Port> {
-        let mut ports = self.inputs.clone();
-        ports.push(Port::output("leg/LF/foot/position", Unit::Meter, 3));
-        ports
+        self.ports.clone()
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
@@ -81,24 +79,29 @@ fn springs() -> Registry {
     registry().with_plant(spring("spring"))
 }
 
+/// Commands of all legs, and one foot.
+fn spring_ports(legs: &[&str]) -> Vec<Port> {
+    let joints = ["hip", "knee"];
+    let commands = legs
+        .iter()
+        .flat_map(|leg| joints.map(|joint| format!("leg/{leg}/{joint}/command")));
+    let foot = Port::output("leg/LF/foot/position", Unit::Meter, 3);
+    let commands = commands.map(|name| Port::input(name, Unit::Radian, 1));
+    commands.chain([foot]).collect()
+}
+
 /// The kind of spring called `name`. Explicit Euler cracks at short steps if that is `cracking`; no `unbuildable` one can be
 /// built.
 pub fn spring(name: &'static str) -> PlantKind {
     let spring = PlantKind::new(name, "a foot on a spring", move |context| {
         assert_ne!(name, "unbuildable", "no blueprint");
         let leg = &context.robot.legs[0].leg;
-        let commands = context
-            .legs
-            .iter()
-            .flat_map(|leg| ["hip", "knee"].map(|joint| format!("leg/{leg}/{joint}/command")));
         let implicit = context.plant.options.text("how") == Some("semi-implicit");
         let step = context.plant.step.unwrap_or(SimDuration::from_millis(1));
         let short = step <= SimDuration::from_micros(1_500);
         Ok(Spring {
             cracks: name == "cracking" && !implicit && short,
-            inputs: commands
-                .map(|name| Port::input(name, Unit::Radian, 1))
-                .collect(),
+            ports: spring_ports(context.legs),
             implicit,
             step,
             // As many as the robot has newtons a metre: 4400.
@@ -116,6 +119,7 @@ pub fn spring(name: &'static str) -> PlantKind {
     };
     let method = |name: &str| Method::stepped(name, "a method").with_option("how", name);
     spring
+        .with_ports(|context| Ok(spring_ports(context.legs)))
         .with_option(option)
         .with_method(method("semi-implicit").trusted_at_step(SimDuration::from_micros(5)))
         .with_method(method("explicit-euler"))
