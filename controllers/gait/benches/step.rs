@@ -1,4 +1,4 @@
-//! What one step of the controller costs, for four legs.
+//! Cost of one step of the controller for four legs.
 
 use divan::Bencher;
 use twinrig_gait::{Cpg, Gait, Oscillators};
@@ -15,7 +15,7 @@ const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 #[divan::bench]
 fn step_of_four_legs(bencher: Bencher) {
     let mut cpg =
-        Cpg::new(&Robot::example(), &LEGS, Gait::Trot).expect("the example robot is sound");
+        Cpg::new(&Robot::example(), &LEGS, Gait::Trot).expect("the example robot is valid");
     let mut outputs = [0.0; 8];
     bencher.bench_local(|| {
         cpg.step(
@@ -33,7 +33,7 @@ fn oscillators_locked(bencher: Bencher) {
 }
 
 #[divan::bench]
-fn oscillators_falling_into_step(bencher: Bencher) {
+fn oscillators_locking(bencher: Bencher) {
     let mut network = Oscillators::locked(&[0.0; 4]);
     network.push(0, 0.1);
     bencher

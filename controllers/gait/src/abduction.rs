@@ -1,4 +1,4 @@
-//! Hip abduction: held at one angle for all legs.
+//! Hip abduction: a common constant angle of all legs.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,25 +7,26 @@ use twinrig_runtime::{ProcessVariable, VariableError};
 
 use crate::limb::Limb;
 
-/// Whether a controller commands the abduction of the hips, and how.
+/// Mode of the hips' abduction commands.
 ///
-/// The angle of `leg/X/abduction/command` \[rad\] turns about the trunk's x axis, which points forward: positive swings
-/// the foot to the left. The process variable `splay` \[rad\], in which every controller has it, is the angle outwards:
-/// legs on the left are commanded +`splay`, those on the right −`splay`.
+/// The angle of `leg/X/abduction/command` \[rad\] is about the trunk's x axis, which points
+/// forward: positive swings the foot to the left. The process variable `splay` \[rad\] of every
+/// controller is the angle outwards: legs on the left are commanded +`splay`, those on the right
+/// −`splay`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Abduction {
-    /// There is no such signal, and any `splay` but 0 is refused.
+    /// No abduction signals; any `splay` other than 0 is rejected.
     #[default]
     None,
-    /// Every leg is commanded `splay`, outwards.
+    /// The command of every leg is `splay`, outwards.
     Hold,
 }
 
 impl Abduction {
-    /// Every way of commanding it.
+    /// All modes.
     pub const ALL: [Self; 2] = [Self::None, Self::Hold];
 
-    /// The name a scenario uses.
+    /// Name in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -39,7 +40,7 @@ impl Abduction {
         ProcessVariable::new("splay", Unit::Radian, upright, 0.0)
     }
 
-    /// Whether `splay` may become `value` \[rad\].
+    /// Checks a new value of `splay` \[rad\].
     pub(crate) fn check(self, splay: &ProcessVariable, value: f64) -> Result<(), VariableError> {
         if self == Self::None && value != 0.0 {
             return Err(VariableError::Refused {
@@ -51,13 +52,13 @@ impl Abduction {
         Ok(())
     }
 
-    /// Those of `limbs` that abduct: all that are active, or none.
+    /// Returns those of `limbs` that abduct: all active ones, or none.
     pub(crate) fn of(self, limbs: &[Limb]) -> impl Iterator<Item = &Limb> {
         let active = limbs.iter().filter(|limb| limb.active);
         active.filter(move |_| self == Self::Hold)
     }
 
-    /// Writes the commands of `limbs` that abduct, `splay` \[rad\] outwards.
+    /// Writes the abduction commands of `limbs`, `splay` \[rad\] outwards.
     pub(crate) fn command(self, limbs: &[Limb], splay: f64, outputs: &mut [f64]) {
         for (limb, output) in self.of(limbs).zip(outputs) {
             *output = if limb.corner.left { splay } else { -splay };

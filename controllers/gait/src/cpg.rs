@@ -1,4 +1,4 @@
-//! The controller `cpg`: everything of this crate in a row.
+//! The controller `cpg`: oscillators, duty map, foot locus and inverse kinematics in series.
 
 use std::f64::consts::PI;
 
@@ -11,12 +11,13 @@ use crate::limb::Limb;
 use crate::variables::{self, COUPLING, CROUCH, FREQUENCY, PHASE_DIFFERENCES, RAMP, STEP_LENGTH};
 use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 
-/// The open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
+/// Open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
 /// locus → inverse kinematics, for every leg.
 ///
-/// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the legs it is given. All
-/// legs of the robot have an oscillator whether commanded or not, so leaving one out changes nothing
-/// for the others. After those, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each.
+/// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
+/// then, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these. All
+/// legs of the robot have an oscillator whether commanded or not, so the selection does not affect
+/// the commands of the others.
 ///
 /// # Process variables
 ///
@@ -24,25 +25,31 @@ use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 /// |---|---|---|---|
 /// | `frequency` | Hz | all | ω = 2πf, all |
 /// | `step_length` | m | ≥ 0 | L, ≥ 0 |
-/// | `hip_height/fore`, `/hind` | m | above 0, to the length of the leg | H, above h; a foot above the hip is out of reach anyway |
-/// | `step_height/…` | m | 0 to the length of the leg | h, 0 to H |
-/// | `mid_stance_offset/…` | m | all | `x_o`, ≥ 0; wider here, since gaits with negative ones run well |
+/// | `hip_height/fore`, `/hind` | m | above 0, to the leg's length | H, above h (1) |
+/// | `step_height/…` | m | 0 to the leg's length | h, 0 to H |
+/// | `mid_stance_offset/…` | m | all | `x_o`, ≥ 0 (2) |
 /// | `duty_factor/…` | 1 | between 0 and 1 | d, the same |
-/// | `touch_down_angle/…`, `take_off_angle/…` | rad | 0.05 to π − 0.05 | `θ_td`, `θ_to`, 0 to π, at both of which tan(θ − π/2) diverges |
-/// | `compression/…` | 1 | 0 to 1 | c, between 0 and 1; here the ends are harmless |
-/// | `phase_difference/X` | rad | −π to π | ψ: by how much leg X is ahead of the common phase |
+/// | `touch_down_angle/…` | rad | 0.05 to π − 0.05 | `θ_td`, 0 to π (3) |
+/// | `take_off_angle/…` | rad | 0.05 to π − 0.05 | `θ_to`, 0 to π (3) |
+/// | `compression/…` | 1 | 0 to 1 | c, between 0 and 1 (4) |
+/// | `phase_difference/X` | rad | −π to π | ψ, phase of leg X relative to the common phase |
 /// | `coupling` | rad/s | 0 to 1000 | w of eq. 3.2 |
-/// | `ramp` | s | ≥ 0 | – time over which the step length grows from 0 after the start |
-/// | `crouch` | m | ≥ 0 | – how much lower the hip starts; it rises over the ramp |
-/// | `splay` | rad | −π/2 to π/2 | – by how much the legs are abducted ([`Abduction`]) |
+/// | `ramp` | s | ≥ 0 | –, duration of the step length's rise from 0 after the start |
+/// | `crouch` | m | ≥ 0 | –, initial reduction of the hip height, removed over the ramp |
+/// | `splay` | rad | −π/2 to π/2 | –, angle of abduction ([`Abduction`]) |
 ///
-/// A change takes effect at the next step, at once: the target jumps where the locus does, as in the
-/// thesis' experiment on step length. Only a phase difference sets in gradually, through the coupling.
+/// 1. A foot above the hip is out of reach in any case.
+/// 2. Wider here, since gaits with negative offsets run well.
+/// 3. At both limits of the thesis tan(θ − π/2) diverges.
+/// 4. Here the limits are harmless.
 ///
-/// Frequency 0 holds the feet where they are in their cycle; step length 0 steps in place. To stand on
-/// four feet there is [`crate::Stand`].
+/// A change takes full effect at the next step: the target jumps with the locus, as in the thesis'
+/// experiment on step length. Only a phase difference sets in gradually, through the coupling.
 ///
-/// A target out of the leg's reach becomes the nearest point within it, which is counted
+/// At frequency 0 the feet stay at their phase; at step length 0 the robot steps in place. For
+/// standing on four feet there is [`crate::Stand`].
+///
+/// A target out of the leg's reach is replaced by the nearest point within it, and counted
 /// ([`Cpg::out_of_reach`]); outputs are always finite.
 ///
 /// ```
@@ -70,26 +77,26 @@ pub struct Cpg {
     state: State,
 }
 
-/// What a step depends on, beside the variables.
+/// State of the controller without its variables.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct State {
     oscillators: Oscillators,
     /// Time since the start \[s\].
     age: f64,
-    /// The last commands of every leg.
+    /// Last commands of every leg \[rad\].
     commands: Vec<[f64; 2]>,
     out_of_reach: u64,
 }
 
 impl Cpg {
-    /// The name under which a scenario asks for it.
+    /// Name in scenarios.
     pub const NAME: &'static str = "cpg";
 
-    /// A controller for `legs` of `robot`, in step with `gait` from the start. The defaults of the
-    /// variables are a moderate trot, scaled to the length of the legs.
+    /// Creates a controller for `legs` of `robot`, locked to `gait` from the start. The defaults of
+    /// the variables are a moderate trot, scaled to the length of the legs.
     ///
     /// # Errors
-    /// A leg that the robot does not have, or whose geometry is impossible.
+    /// An unknown leg, or a leg with an impossible geometry.
     pub fn new(robot: &Robot, legs: &[&str], gait: Gait) -> Result<Self, GaitError> {
         let limbs = Limb::of_robot(robot, legs)?;
         let phases = phases(&limbs, gait);
@@ -118,14 +125,15 @@ impl Cpg {
         Ok(declare(&limbs, &phases(&limbs, gait)))
     }
 
-    /// Commands the abduction of the hips, too.
+    /// Enables abduction commands.
     #[must_use]
     pub fn with_abduction(mut self, abduction: Abduction) -> Self {
         self.abduction = abduction;
         self
     }
 
-    /// Starts every leg at a random phase instead of in step. Each draws from a stream of its own.
+    /// Starts every leg at a random phase instead of the gait's. Each leg has its own random
+    /// stream.
     #[must_use]
     pub fn with_random_phases(mut self, seed: u64) -> Self {
         for (leg, limb) in self.limbs.iter().enumerate() {
@@ -135,19 +143,19 @@ impl Cpg {
         self
     }
 
-    /// How many targets were out of reach since the start, one for each leg and step.
+    /// Number of targets out of reach since the start, one per leg and step.
     pub fn out_of_reach(&self) -> u64 {
         self.state.out_of_reach
     }
 
-    /// The phase Θ in `[0, 2π]` of the locus that leg number `leg` of the robot is at.
+    /// Phase Θ in `[0, 2π]` of the locus of the leg with index `leg` in the robot.
     pub fn phase(&self, leg: usize) -> f64 {
         let (_, duty) = &self.ends[self.limbs[leg].corner.end()];
         duty.phase(self.state.oscillators.turn(leg))
     }
 
-    /// The share of the ramp that is done, 0 to 1.
-    fn ramped(&self) -> f64 {
+    /// Fraction of the ramp, 0 to 1.
+    fn ramp_fraction(&self) -> f64 {
         let ramp = self.variables[RAMP].value();
         if self.state.age < ramp {
             self.state.age / ramp
@@ -157,7 +165,7 @@ impl Cpg {
     }
 }
 
-/// Lengths of the extended fore and hind legs; of the others where there is only one kind.
+/// Lengths of the extended fore and hind legs; equal if the robot has only one of these.
 pub(crate) fn lengths_max(limbs: &[Limb]) -> [f64; 2] {
     let of = |fore: bool| {
         limbs
@@ -246,10 +254,10 @@ impl Process for Cpg {
         self.state.oscillators.advance(seconds, frequency, coupling);
 
         let mut ends = self.ends;
-        let ramped = self.ramped();
-        if ramped < 1.0 {
-            let step_length = ramped * self.variables[STEP_LENGTH].value();
-            let crouch = (1.0 - ramped) * self.variables[CROUCH].value();
+        let ramp_fraction = self.ramp_fraction();
+        if ramp_fraction < 1.0 {
+            let step_length = ramp_fraction * self.variables[STEP_LENGTH].value();
+            let crouch = (1.0 - ramp_fraction) * self.variables[CROUCH].value();
             for (locus, _) in &mut ends {
                 *locus = locus.with_step_length(step_length).lowered(crouch);
             }

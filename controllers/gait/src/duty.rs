@@ -1,21 +1,22 @@
-//! The duty map: from the even phase of an oscillator to the phase of the foot locus.
+//! Duty map: from the uniform phase of an oscillator to the phase of the foot locus.
 
 use std::f64::consts::PI;
 
 use crate::GaitError;
 
-/// Gives the stance exactly its share of the cycle.
+/// Phase map with an exact stance share of the cycle.
 ///
-/// Eq. 3.1 of the thesis does not do what it is for: its second branch reaches the end of stance
-/// after a share of (1 + d)/2, so a desired duty factor of 0.5 is realised as 0.75. Here
-/// swing takes the first 1 − d of a cycle and stance the last d of it, each evenly:
+/// Eq. 3.1 of the thesis does not give the desired duty factor: its second branch reaches the end
+/// of stance after a share of (1 + d)/2, so that 0.5 is realised as 0.75. Here swing is the first 1
+/// − d of a cycle and stance the last d, each at constant speed:
 ///
 /// ```text
 /// Θ = π·t/(1 − d)                  for t < 1 − d
-/// Θ = π + π·(t − (1 − d))/d        otherwise          t in [0, 1), the part of the cycle done
+/// Θ = π + π·(t − (1 − d))/d        otherwise          t in [0, 1), fraction of the cycle
 /// ```
 ///
-/// Take-off (Θ = 0) keeps its time and touch-down (Θ = π) comes at t = 1 − d, as the text wants.
+/// Take-off (Θ = 0) keeps its time and touch-down (Θ = π) is at t = 1 − d, as in the text of the
+/// thesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DutyMap {
     swing_share: f64,
@@ -24,11 +25,11 @@ pub struct DutyMap {
 }
 
 impl DutyMap {
-    /// A map for the duty factor `d`, strictly between 0 and 1.
+    /// Creates the map for the duty factor `d`, strictly between 0 and 1.
     ///
     /// # Errors
     ///
-    /// A duty factor outside `(0, 1)`, or so close to its ends that a share vanishes in `f64`.
+    /// A duty factor outside `(0, 1)`, or so close to its limits that a share vanishes in `f64`.
     pub fn new(duty_factor: f64) -> Result<Self, GaitError> {
         let swing_share = 1.0 - duty_factor;
         let map = Self {
@@ -48,7 +49,7 @@ impl DutyMap {
         Ok(map)
     }
 
-    /// The phase Θ in `[0, 2π]` of the locus at the part `turn` in `[0, 1)` of a cycle.
+    /// Phase Θ in `[0, 2π]` of the locus at the fraction `turn` in `[0, 1)` of a cycle.
     ///
     /// ```
     /// use std::f64::consts::PI;
@@ -60,7 +61,7 @@ impl DutyMap {
     #[inline]
     pub fn phase(&self, turn: f64) -> f64 {
         if turn < self.swing_share {
-            // A product of two rounded factors could reach π from below, and that is a stance.
+            // Rounding could give exactly π, which is stance.
             (turn * self.swing_slope).min(PI.next_down())
         } else {
             PI + (turn - self.swing_share) * self.stance_slope
@@ -76,7 +77,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn realised_stance_share_is_the_duty_factor(d in 0.001..0.999_f64, offset in 0.0..1e-4_f64) {
+        fn realised_stance_share_equals_the_duty_factor(d in 0.001..0.999_f64, offset in 0.0..1e-4_f64) {
             let map = DutyMap::new(d).unwrap();
             let count = 10_000;
             let stance = (0..count)
@@ -95,7 +96,7 @@ mod tests {
         }
 
         #[test]
-        fn speed_is_even_within_swing_and_within_stance(d in 0.01..0.99_f64, share in 0.05..0.9_f64) {
+        fn speed_is_constant_within_swing_and_within_stance(d in 0.01..0.99_f64, share in 0.05..0.9_f64) {
             let map = DutyMap::new(d).unwrap();
             let swing = share * (1.0 - d);
             prop_assert!((map.phase(swing) - share * PI).abs() < 1e-12);
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_of_the_range_are_typed_errors() {
+    fn limits_of_the_range_are_typed_errors() {
         for d in [0.0, 1.0, -0.1, 1.1, f64::NAN, f64::INFINITY, 1e-320, 1e-17] {
             assert!(
                 matches!(DutyMap::new(d), Err(GaitError::OutOfRange { .. })),

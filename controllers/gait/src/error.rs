@@ -1,51 +1,51 @@
-//! The errors of this crate.
+//! Errors of gaits.
 
 use thiserror::Error;
 
-/// What can be wrong with a gait.
+/// Reason why a gait is invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GaitError {
-    /// A number that has to be finite is not.
+    /// A value is not finite.
     #[error("{what} is {value}, which is not a finite number")]
     NotFinite {
-        /// The name of the quantity.
+        /// Name of the quantity.
         what: &'static str,
-        /// What it was.
+        /// Its value.
         value: f64,
     },
-    /// A number lies outside the range in which the formulas mean something.
+    /// A value is outside the domain of the formulas.
     #[error("{what} is {value}, outside {min} to {max}")]
     OutOfRange {
-        /// The name of the quantity.
+        /// Name of the quantity.
         what: &'static str,
-        /// What it was, in SI units.
+        /// Its value, in SI units.
         value: f64,
-        /// The least value that is allowed.
+        /// Minimum.
         min: f64,
-        /// The greatest value that is allowed.
+        /// Maximum.
         max: f64,
     },
-    /// An incidence angle so flat that its control point runs off to infinity.
+    /// An incidence angle near 0 or π, where the control point is at infinity.
     #[error(
         "{what} is {value} rad: tan(angle - pi/2) diverges towards 0 and pi, so it has to lie within {min} to {max} rad"
     )]
     FlatIncidence {
         /// `touch_down_angle` or `take_off_angle`.
         what: &'static str,
-        /// What it was \[rad\].
+        /// Its value \[rad\].
         value: f64,
-        /// The least angle \[rad\].
+        /// Minimum \[rad\].
         min: f64,
-        /// The greatest angle \[rad\].
+        /// Maximum \[rad\].
         max: f64,
     },
-    /// A gait table is asked for by a name it does not have.
+    /// Unknown name of a gait.
     #[error("there is no gait `{name}`; there are {known}")]
     UnknownGait {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names there are, separated by commas.
+        /// The known names, separated by commas.
         known: String,
     },
     /// The geometry of a leg is impossible.
@@ -53,13 +53,13 @@ pub enum GaitError {
     Leg {
         /// Name of the leg.
         name: String,
-        /// What is wrong with it.
+        /// Reason.
         source: twinrig_leg::LegError,
     },
-    /// A leg is asked for that the robot does not have.
+    /// Unknown name of a leg.
     #[error("there is no leg `{name}`; the robot has {known}")]
     UnknownLeg {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The robot's legs, separated by commas.
         known: String,

@@ -5,17 +5,17 @@ use std::str::FromStr;
 
 use crate::GaitError;
 
-/// Which corner of the trunk a leg is mounted at; that decides its place in a gait table.
+/// Corner of the trunk at which a leg is mounted; determines its phase in a gait table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Corner {
-    /// In front of the centre of mass, or at it.
+    /// At or in front of the centre of mass.
     pub fore: bool,
-    /// On the left, or in the middle plane.
+    /// On the left or in the middle plane.
     pub left: bool,
 }
 
 impl Corner {
-    /// The corner of a hip at `[x, y, z]` in the trunk frame (x forward, y left) \[m\].
+    /// Corner of a hip at `[x, y, z]` in the trunk frame (x forward, y left) \[m\].
     pub fn of_hip(hip: [f64; 3]) -> Self {
         Self {
             fore: hip[0] >= 0.0,
@@ -23,31 +23,31 @@ impl Corner {
         }
     }
 
-    /// 0 for the fore legs, 1 for the hind legs.
+    /// Index of the end: 0 for the fore legs, 1 for the hind legs.
     pub(crate) fn end(self) -> usize {
         usize::from(!self.fore)
     }
 }
 
-/// A gait: the phase by which each leg is ahead of the common phase of the oscillators.
+/// Gait: the phase of each leg relative to the common phase of the oscillators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gait {
-    /// Diagonal legs together.
+    /// Diagonal legs in phase.
     #[default]
     Trot,
-    /// Legs of one side together.
+    /// Legs of one side in phase.
     Pace,
-    /// One leg after the other, a hind leg followed by the fore leg of its side.
+    /// One leg after the other, each hind leg followed by the fore leg of its side.
     Walk,
-    /// Fore legs together, hind legs together.
+    /// Fore legs in phase, hind legs in phase.
     Bound,
 }
 
 impl Gait {
-    /// Every gait there is a table for.
+    /// All gaits.
     pub const ALL: [Self; 4] = [Self::Trot, Self::Pace, Self::Walk, Self::Bound];
 
-    /// The name a scenario uses.
+    /// Name in scenarios.
     pub fn name(self) -> &'static str {
         match self {
             Self::Trot => "trot",
@@ -57,10 +57,10 @@ impl Gait {
         }
     }
 
-    /// The phase of the leg at `corner` ahead of the common phase, in `[−π, π]` \[rad\].
+    /// Phase of the leg at `corner` relative to the common phase, in `[−π, π]` \[rad\].
     ///
-    /// For left fore, right fore, left hind, right hind: trot 0 π π 0, pace 0 π 0 π, walk
-    /// 0 π π/2 3π/2 (here −π/2), bound 0 0 π π.
+    /// For left fore, right fore, left hind, right hind: trot 0 π π 0, pace 0 π 0 π, walk 0 π π/2
+    /// 3π/2 (as −π/2), bound 0 0 π π.
     ///
     /// ```
     /// use twinrig_gait::{Corner, Gait};
@@ -125,8 +125,8 @@ mod tests {
     }
 
     #[test]
-    fn walk_sets_a_fore_leg_after_the_hind_leg_of_its_side() {
-        // A leg that is further ahead comes down earlier: order by falling phase.
+    fn in_a_walk_a_fore_leg_follows_the_hind_leg_of_its_side() {
+        // A leg with a greater phase touches down earlier: order by falling phase.
         let mut order = [0, 1, 2, 3];
         let ahead = |leg: usize| {
             Gait::Walk
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back_and_a_wrong_one_lists_the_right_ones() {
+    fn names_parse_back_and_an_unknown_name_lists_the_known_ones() {
         for gait in Gait::ALL {
             assert_eq!(gait.name().parse(), Ok(gait));
         }

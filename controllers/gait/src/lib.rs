@@ -1,7 +1,7 @@
-//! The open-loop gait controller, with every parameter meaningful in the space in which feet step.
-//! Phases are exact: the realised stance share *is* the duty factor, the stance foot moves at an even
-//! speed, a locked network of oscillators stays locked to the last bit whatever the elapsed time. All of
-//! it is a pure function of what it is told: the same calls give the same bits.
+//! Open-loop gait controller with parameters in the space of the feet. Phases are exact: the
+//! realised stance share *is* the duty factor, the stance foot moves at constant speed, and a
+//! locked network of oscillators stays locked to the last bit for any elapsed time. The outputs are
+//! a pure function of the sequence of calls: the same calls give the same bits.
 //!
 //! ```
 //! use std::f64::consts::PI;
@@ -16,12 +16,12 @@
 //! # Ok::<(), twinrig_gait::GaitError>(())
 //! ```
 //!
-//! [`Cpg`] puts the pieces in a row as a process for a rig; [`Stand`] holds still.
+//! [`Cpg`] combines these parts to a process of a rig; [`Stand`] holds a constant pose.
 //!
-//! # What it does not do
+//! # Limits
 //!
-//! It reads no sensor, knows no ground and no body, does not plan, does not smooth a change of its
-//! parameters, and draws no noise while it runs.
+//! No sensors, no model of ground or body, no planning, no smoothing of parameter changes, and no
+//! noise while it runs.
 
 mod abduction;
 mod cpg;

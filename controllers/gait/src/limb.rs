@@ -1,4 +1,4 @@
-//! A leg as the controller sees it: a foot target in, two motor angles out.
+//! Leg of a controller: from a foot target to two motor angles.
 
 use twinrig_kernel::{Port, Unit};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
@@ -6,7 +6,7 @@ use twinrig_robot::{LegMount, Robot};
 
 use crate::{Corner, GaitError};
 
-/// Targets are first brought within this distance of the hip \[m\], so that no square of them overflows.
+/// Targets are clamped to this distance from the hip \[m\], so that their squares do not overflow.
 const TARGET_MAX: f64 = 1e6;
 
 /// One leg of the robot.
@@ -14,13 +14,13 @@ const TARGET_MAX: f64 = 1e6;
 pub(crate) struct Limb {
     pub name: String,
     pub corner: Corner,
-    /// Whether it is commanded; a leg that is left out still has its oscillator.
+    /// Whether the leg is commanded; legs that are not still have an oscillator.
     pub active: bool,
     pantograph: Pantograph,
 }
 
 impl Limb {
-    /// All legs of `robot`, those named in `legs` active.
+    /// Creates all legs of `robot`; those in `legs` are active.
     pub(crate) fn of_robot(robot: &Robot, legs: &[&str]) -> Result<Vec<Self>, GaitError> {
         if let Some(name) = legs
             .iter()
@@ -57,32 +57,33 @@ impl Limb {
         self.pantograph.length_max()
     }
 
-    /// The ports of its two commands.
+    /// Ports of the hip and knee commands.
     pub(crate) fn ports(&self) -> [Port; 2] {
         ["hip", "knee"].map(|joint| self.port(joint))
     }
 
-    /// The port of the command of `joint`.
+    /// Port of the command of `joint`.
     pub(crate) fn port(&self, joint: &str) -> Port {
         let name = format!("leg/{}/{joint}/command", self.name);
         Port::output(name, Unit::Radian, 1)
     }
 
-    /// Writes the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the nearest
-    /// point the leg reaches; whether it is out of reach. Should no angle be found, `command` stays.
+    /// Writes the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the
+    /// nearest point in the leg's reach; returns whether it is out of reach. If there is no
+    /// solution, `command` is unchanged.
     #[inline]
     pub(crate) fn command(&self, target: [f64; 2], command: &mut [f64; 2]) -> bool {
         let [x, z] = target.map(|coordinate| coordinate.clamp(-TARGET_MAX, TARGET_MAX));
         let target = Planar::new(x, z);
-        let (found, outside) = match self.pantograph.inverse_closed(target) {
-            Ok(found) => (Ok(found), false),
+        let (solution, outside) = match self.pantograph.inverse_closed(target) {
+            Ok(solution) => (Ok(solution), false),
             Err(_) => (
                 self.pantograph
                     .inverse_closed(self.pantograph.nearest_reachable(target)),
                 true,
             ),
         };
-        if let Ok(LegCommand { hip, knee }) = found {
+        if let Ok(LegCommand { hip, knee }) = solution {
             *command = [hip, knee];
         }
         outside

@@ -1,32 +1,34 @@
-//! The foot locus: where the foot of a leg should be, as a function of phase.
+//! Foot locus: target position of a foot as a function of phase.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::GaitError;
 
-/// The parameters of a foot locus (thesis, table 3.1), in SI units.
+/// Parameters of a foot locus (thesis, table 3.1), in SI units.
 ///
 /// The sagittal plane has its origin at the hip, x forward and z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocusShape {
-    /// H, the height of the hip above the stance foot \[m\].
+    /// H, height of the hip above the stance foot \[m\].
     pub hip_height: f64,
-    /// h, how high the foot is lifted in mid-swing \[m\].
+    /// h, lift of the foot in mid-swing \[m\].
     pub step_height: f64,
-    /// L, the length of the step \[m\].
+    /// L, length of the step \[m\].
     pub step_length: f64,
-    /// `x_o`, how far mid-stance lies in front of the hip \[m\].
+    /// `x_o`, distance of mid-stance in front of the hip \[m\].
     pub mid_stance_offset: f64,
-    /// `θ_td` \[rad\]: π/2 comes down vertically, more than π/2 retracts the leg before touch-down.
+    /// `θ_td` \[rad\]: π/2 touches down vertically, more than π/2 retracts the leg before
+    /// touch-down.
     pub touch_down_angle: f64,
-    /// `θ_to` \[rad\]: π/2 lifts vertically, less than π/2 leaves the ground backwards.
+    /// `θ_to` \[rad\]: π/2 lifts off vertically, less than π/2 lifts off backwards.
     pub take_off_angle: f64,
-    /// c: 1 keeps the stance flat, less pushes the foot (1 − c)·h below the ground at mid-stance.
+    /// c: at 1 the stance is flat, below 1 the foot is (1 − c)·h below the ground at mid-stance.
     pub compression: f64,
 }
 
 impl Default for LocusShape {
-    /// A middling step for a leg of some 15 cm: H 138 mm, h 25 mm, L 80 mm, c 0.95, both angles π/2.
+    /// A moderate step for a leg of about 15 cm: H 138 mm, h 25 mm, L 80 mm, c 0.95, both angles
+    /// π/2.
     fn default() -> Self {
         Self {
             hip_height: 0.138,
@@ -40,10 +42,10 @@ impl Default for LocusShape {
     }
 }
 
-/// A closed curve for the foot, ready to be evaluated.
+/// Closed curve of the foot.
 ///
-/// The phase Θ keeps its names (thesis, figure 3.3): 0 is take-off, `[0, π)` swing, π touch-down
-/// and `[π, 2π)`, which is the thesis' `[−π, 0)`, stance.
+/// The phase Θ follows the thesis, figure 3.3: 0 is take-off, `[0, π)` swing, π touch-down and
+/// `[π, 2π)`, the thesis' `[−π, 0)`, stance.
 ///
 /// # Swing
 ///
@@ -62,24 +64,24 @@ impl Default for LocusShape {
 /// # Stance
 ///
 /// Table 3.2 gives the stance curves control points of the same kind, `(1 − c)·h` below the ground
-/// and offset by `(1 − c)·h·tan(θ − π/2)`. That contradicts the text, which wants a foot that
-/// follows the phase linearly: at c = 1 the control point falls on the end point, so with
-/// `x = x_o ± L/2·(1 − u²)` the foot stands still at touch-down and take-off and passes mid-stance
-/// at twice the mean speed; on the ground that is slip.
+/// and offset by `(1 − c)·h·tan(θ − π/2)`. That contradicts the text, which requires a foot that
+/// follows the phase linearly: at c = 1 the control point coincides with the end point, so with
+/// `x = x_o ± L/2·(1 − u²)` the foot has zero speed at touch-down and take-off and passes
+/// mid-stance at twice the mean speed; on the ground that is slip.
 ///
-/// A quadratic Bézier curve has `dx/du = 2[(1 − u)(x₁ − x₀) + u(x₂ − x₁)]`, which is the same for
-/// all u if and only if its control point lies midway, `x₁ = (x₀ + x₂)/2`. So the control points
-/// of both stance curves keep their height and move to the middle of their x-interval. Then
-/// with `s = Θ/π − 1`
+/// A quadratic Bézier curve has `dx/du = 2[(1 − u)(x₁ − x₀) + u(x₂ − x₁)]`, which is constant if
+/// and only if its control point is midway, `x₁ = (x₀ + x₂)/2`. The control points of both stance
+/// curves therefore keep their height and move to the middle of their x-interval. With
+/// `s = Θ/π − 1`
 ///
 /// ```text
 /// x = x_o + L/2 − L·s                        z = −H − (1 − c)·h·4s(1 − s)
 /// ```
 ///
-/// one parabola through the three key points of table 3.2, traversed at the even speed −L/π per
-/// radian of phase. In time that is L·f/d for a gait of frequency f and duty factor d: the speed
-/// at which a body passes over its feet without slip. The two incidence angles act on the swing
-/// side only, which is where the leg retraction they are there for takes place.
+/// one parabola through the three key points of table 3.2, traversed at the constant speed −L/π per
+/// radian of phase. In time that is L·f/d for a gait of frequency f and duty factor d: the speed at
+/// which a body passes over its feet without slip. The two incidence angles act on the swing only,
+/// where the intended leg retraction takes place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FootLocus {
     hip_height: f64,
@@ -92,14 +94,14 @@ pub struct FootLocus {
 }
 
 impl FootLocus {
-    /// The flattest incidence angle \[rad\]. Table 3.3 allows `[0, π]`, but `tan(θ − π/2)` has poles
-    /// at both ends; 0.05 rad away from them the control point is 20 step heights off, which is
+    /// The flattest incidence angle \[rad\]. Table 3.3 allows `[0, π]`, but `tan(θ − π/2)` has
+    /// poles at both ends; at a distance of 0.05 rad the control point is 20 step heights away,
     /// beyond any leg.
     pub const INCIDENCE_MIN: f64 = 0.05;
     /// The steepest incidence angle \[rad\], π less [`FootLocus::INCIDENCE_MIN`].
     pub const INCIDENCE_MAX: f64 = PI - Self::INCIDENCE_MIN;
 
-    /// Prepares the curve of `shape`.
+    /// Creates the curve of `shape`.
     ///
     /// # Errors
     ///
@@ -138,7 +140,7 @@ impl FootLocus {
         })
     }
 
-    /// tan(θ − π/2), where that is finite and not absurd.
+    /// Returns tan(θ − π/2), within the limits of the angle.
     fn incidence(what: &'static str, angle: f64) -> Result<f64, GaitError> {
         let (min, max) = (Self::INCIDENCE_MIN, Self::INCIDENCE_MAX);
         if !(min..=max).contains(&angle) {
@@ -152,21 +154,21 @@ impl FootLocus {
         Ok(libm::tan(angle - FRAC_PI_2))
     }
 
-    /// The same curve with another step length \[m\], for a ramp that changes it at every step.
+    /// Returns the curve with another step length \[m\], for a ramp that changes it at every step.
     #[must_use]
     pub fn with_step_length(mut self, step_length: f64) -> Self {
         self.step_length = step_length;
         self
     }
 
-    /// The same curve with the hip `by` \[m\] lower above it.
+    /// Returns the curve with the hip lowered by `by` \[m\].
     #[must_use]
     pub fn lowered(mut self, by: f64) -> Self {
         self.hip_height -= by;
         self
     }
 
-    /// The foot at phase Θ in `[0, 2π]`: `[x, z]` seen from the hip \[m\].
+    /// Position of the foot at phase Θ in `[0, 2π]`: `[x, z]` relative to the hip \[m\].
     ///
     /// ```
     /// use std::f64::consts::PI;
@@ -243,7 +245,7 @@ mod tests {
         }
 
         #[test]
-        fn stance_has_even_speed(shape in shapes(), phase in PI..1.98 * PI) {
+        fn stance_has_constant_speed(shape in shapes(), phase in PI..1.98 * PI) {
             let locus = FootLocus::new(&shape).unwrap();
             let h = 0.01;
             let slope = (locus.point(phase + h)[0] - locus.point(phase)[0]) / h;
@@ -273,13 +275,13 @@ mod tests {
             let off = locus.point(h);
             let start = locus.point(0.0);
             // The tangent of take-off makes the angle θ_to with the backward direction, that of
-            // touch-down the angle θ_td with the forward direction, seen backwards in time.
-            let leaving = libm::atan2(off[1] - start[1], -(off[0] - start[0]));
-            prop_assert!((leaving - shape.take_off_angle).abs() < 1e-3);
+            // touch-down the angle θ_td with the forward direction of the time-reversed motion.
+            let take_off = libm::atan2(off[1] - start[1], -(off[0] - start[0]));
+            prop_assert!((take_off - shape.take_off_angle).abs() < 1e-3);
             let down = locus.point(PI - h);
             let end = locus.point(PI);
-            let coming = libm::atan2(down[1] - end[1], -(down[0] - end[0]));
-            prop_assert!((coming - shape.touch_down_angle).abs() < 1e-3, "{coming}");
+            let touch_down = libm::atan2(down[1] - end[1], -(down[0] - end[0]));
+            prop_assert!((touch_down - shape.touch_down_angle).abs() < 1e-3, "{touch_down}");
         }
 
         #[test]

@@ -1,46 +1,45 @@
-//! Coupled phase oscillators: the common rhythm and how the legs fall into step.
+//! Coupled phase oscillators: the common phase and the legs' convergence to a gait.
 
 use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-/// One phase oscillator a leg, each coupled to every other (eq. 3.2 of the thesis).
+/// Phase oscillators, one per leg, all coupled to each other (eq. 3.2 of the thesis).
 ///
-/// With a phase difference ψᵢ for each leg, the coherent network is
+/// With a phase difference ψᵢ of each leg, the network is
 ///
 /// ```text
 /// θ̇ᵢ = ω + w·Σⱼ sin(θⱼ − θᵢ − (ψⱼ − ψᵢ))
 /// ```
 ///
-/// Written as θᵢ = 2π·cycle + ψᵢ + δᵢ this splits into a common part, which `cycle' = f` integrates
-/// without error, and deviations from the gait, from which ω and ψ drop out:
+/// With θᵢ = 2π·cycle + ψᵢ + δᵢ this splits into a common part, which `cycle' = f` integrates
+/// without error, and deviations from the gait, which do not depend on ω and ψ:
 ///
 /// ```text
 /// δ̇ᵢ = w·Σⱼ sin(δⱼ − δᵢ)
 /// ```
 ///
-/// At the locked state all δ are equal and their rates are exactly zero, so a locked network is
-/// integrated exactly whatever the elapsed time, by one addition. Away from it the deviations are
-/// integrated by the classical Runge–Kutta method in steps of at most a tenth of the
-/// network's time constant 1/(n·w): the error of a step stays under 1e-7 rad. Deviations
-/// within 1e-12 rad of one another count as locked and take their mean.
+/// In the locked state all δ are equal and their rates are exactly zero, so a locked network is
+/// integrated exactly for any elapsed time, by one addition. Otherwise the deviations are
+/// integrated by the classical Runge–Kutta method in steps of at most a tenth of the network's time
+/// constant 1/(n·w): the error of a step is below 1e-7 rad. Deviations within 1e-12 rad of one
+/// another count as locked and are replaced by their mean.
 ///
-/// The sum of the deviations is conserved, so falling into step does not shift the rhythm as a
-/// whole.
+/// The sum of the deviations is conserved, so locking does not shift the common phase.
 ///
-/// What it does not do: draw noise. A network that starts *exactly* at an unstable fixed point (say,
-/// two legs that should be in phase, exactly in antiphase) leaves it only as fast as rounding does.
+/// There is no noise: a network that starts *exactly* at an unstable fixed point (for example, two
+/// legs of a common phase in antiphase) leaves it only by rounding errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Oscillators {
-    /// The part of the common cycle that is done, in [0, 1).
+    /// Fraction of the common cycle, in [0, 1).
     cycle: f64,
     /// ψ \[rad\].
     differences: Vec<f64>,
     /// δ \[rad\].
     deviations: Vec<f64>,
-    /// (ψ + δ)/2π, kept because it changes rarely and is read at every step.
+    /// (ψ + δ)/2π, cached: it changes rarely and is read at every step.
     offsets: Vec<f64>,
-    /// Work space of the integrator: rates, and the stage they are taken at.
+    /// Workspace of the integrator: rates, and the stage at which they are evaluated.
     #[serde(skip)]
     scratch: Scratch,
 }
@@ -63,19 +62,19 @@ impl Scratch {
 }
 
 impl PartialEq for Scratch {
-    /// What is left in work space makes no difference.
+    /// The content of the workspace is irrelevant.
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-/// Deviations closer than this count as equal \[rad\].
+/// Spread of deviations below which the network is locked \[rad\].
 const LOCKED_RAD: f64 = 1e-12;
-/// The longest integration step, in time constants of the network.
+/// Maximum integration step, in time constants of the network.
 const STEP_IN_TIME_CONSTANTS: f64 = 0.1;
 
 impl Oscillators {
-    /// A locked network whose legs are ahead of the common phase by `differences` \[rad\].
+    /// Creates a locked network whose legs lead the common phase by `differences` \[rad\].
     ///
     /// ```
     /// use std::f64::consts::PI;
@@ -99,19 +98,19 @@ impl Oscillators {
         network
     }
 
-    /// The number of oscillators.
+    /// Number of oscillators.
     pub fn len(&self) -> usize {
         self.deviations.len()
     }
 
-    /// Whether there are `count` of them, in every list: a snapshot may say otherwise.
+    /// Whether all lists have `count` entries, which a snapshot does not guarantee.
     pub(crate) fn has_legs(&self, count: usize) -> bool {
         [&self.differences, &self.deviations, &self.offsets]
             .iter()
             .all(|list| list.len() == count)
     }
 
-    /// Whether there is none.
+    /// Whether there are no oscillators.
     pub fn is_empty(&self) -> bool {
         self.deviations.is_empty()
     }
@@ -120,32 +119,32 @@ impl Oscillators {
         (self.differences[leg] + self.deviations[leg]) * (1.0 / TAU)
     }
 
-    /// The part of its cycle that oscillator `leg` has done, θ/2π in `[0, 1)`.
+    /// Fraction of the cycle of oscillator `leg`, θ/2π in `[0, 1)`.
     #[inline]
     pub fn turn(&self, leg: usize) -> f64 {
         wrap(self.cycle + self.offsets[leg])
     }
 
-    /// By how much `leg` is off its gait δ \[rad\].
+    /// Deviation δ of `leg` from the gait \[rad\].
     pub fn deviation(&self, leg: usize) -> f64 {
         self.deviations[leg]
     }
 
-    /// Puts `leg` at the phase difference `ahead` \[rad\]. Its phase does not jump: it is now off
-    /// its gait by that much and falls into step by and by.
+    /// Sets the phase difference of `leg` to `ahead` \[rad\]. Its phase does not jump: the change
+    /// becomes a deviation, which decays.
     pub fn set_difference(&mut self, leg: usize, ahead: f64) {
         self.deviations[leg] += self.differences[leg] - ahead;
         self.differences[leg] = ahead;
         self.offsets[leg] = self.offset_of(leg);
     }
 
-    /// Pushes the phase of `leg` off its gait by `by` \[rad\].
+    /// Adds `by` \[rad\] to the deviation of `leg`.
     pub fn push(&mut self, leg: usize, by: f64) {
         self.deviations[leg] += by;
         self.offsets[leg] = self.offset_of(leg);
     }
 
-    /// Lets `elapsed` \[s\] pass at `frequency` \[Hz\] with coupling `weight` w \[rad/s\].
+    /// Advances by `elapsed` \[s\] at `frequency` \[Hz\] with coupling `weight` w \[rad/s\].
     pub fn advance(&mut self, elapsed: f64, frequency: f64, weight: f64) {
         self.cycle = wrap(self.cycle + elapsed * frequency);
         let spread = self.spread();
@@ -171,15 +170,15 @@ impl Oscillators {
         let step = elapsed / steps;
         let mut done = 0.0;
         while done < steps {
-            let moved = self.runge_kutta(step, weight);
+            let changed = self.runge_kutta(step, weight);
             let spread = self.spread();
             if spread < LOCKED_RAD {
                 let mean = self.deviations.iter().sum::<f64>() / count as f64;
                 self.deviations.fill(mean);
                 break;
             }
-            if !moved {
-                break; // a fixed point to the last bit: more steps change nothing
+            if !changed {
+                break; // a fixed point to the last bit
             }
             done += 1.0;
         }
@@ -188,7 +187,7 @@ impl Oscillators {
         }
     }
 
-    /// One classical Runge–Kutta step; whether anything moved.
+    /// Performs one classical Runge–Kutta step; returns whether any deviation changed.
     fn runge_kutta(&mut self, step: f64, weight: f64) -> bool {
         let count = self.deviations.len();
         let Scratch { rate, sum, stage } = &mut self.scratch;
@@ -204,33 +203,33 @@ impl Oscillators {
                 stage[leg] = self.deviations[leg] + reach * step * rate[leg];
             }
         }
-        let mut moved = false;
+        let mut changed = false;
         for (deviation, sum) in self.deviations.iter_mut().zip(sum) {
             let next = *deviation + step * (1.0 / 6.0) * *sum;
-            moved |= next != *deviation;
+            changed |= next != *deviation;
             *deviation = next;
         }
-        moved
+        changed
     }
 }
 
-/// `rate[i] = w·Σⱼ sin(δⱼ − δᵢ)`, each pair once: it pulls its two ends with opposite sign.
+/// `rate[i] = w·Σⱼ sin(δⱼ − δᵢ)`; each pair is evaluated once, with opposite signs for its ends.
 fn coupling(deviations: &[f64], weight: f64, rate: &mut [f64]) {
     rate.fill(0.0);
     for i in 0..deviations.len() {
         for j in i + 1..deviations.len() {
-            let pull = weight * libm::sin(deviations[j] - deviations[i]);
-            rate[i] += pull;
-            rate[j] -= pull;
+            let term = weight * libm::sin(deviations[j] - deviations[i]);
+            rate[i] += term;
+            rate[j] -= term;
         }
     }
 }
 
-/// The fractional part of `turn`, in [0, 1).
+/// Fractional part of `turn`, in [0, 1).
 #[inline]
 fn wrap(turn: f64) -> f64 {
     let part = turn - turn.floor();
-    // A tiny negative number rounds up to a whole turn.
+    // A tiny negative number rounds up to 1.
     if part < 1.0 { part } else { 0.0 }
 }
 
@@ -252,8 +251,8 @@ mod tests {
         prop::sample::select(Gait::ALL.to_vec())
     }
 
-    /// The distance of two parts of a cycle, on the circle.
-    fn apart(a: f64, b: f64) -> f64 {
+    /// Distance of two fractions of a cycle, on the circle.
+    fn circular_distance(a: f64, b: f64) -> f64 {
         let d = (a - b).abs();
         d.min(1.0 - d)
     }
@@ -273,8 +272,8 @@ mod tests {
             }
             for leg in 1..4 {
                 let ahead = (table[leg] - table[0]) / TAU;
-                let seen = network.turn(leg) - network.turn(0);
-                prop_assert!(apart(wrap(seen), wrap(ahead)) < 1e-9, "{seen} for {ahead}");
+                let measured = network.turn(leg) - network.turn(0);
+                prop_assert!(circular_distance(wrap(measured), wrap(ahead)) < 1e-9, "{measured} for {ahead}");
             }
         }
 
@@ -291,12 +290,12 @@ mod tests {
             two.advance(elapsed / 2.0, frequency, 2.5);
             two.advance(elapsed / 2.0, frequency, 2.5);
             for leg in 0..4 {
-                prop_assert!(apart(one.turn(leg), two.turn(leg)) < 1e-6);
+                prop_assert!(circular_distance(one.turn(leg), two.turn(leg)) < 1e-6);
             }
         }
 
         #[test]
-        fn locked_network_is_exact_whatever_the_split(
+        fn locked_network_is_exact_for_any_split(
             splits in prop::collection::vec(1_u32..1000, 1..50), frequency in 0.1..5.0_f64,
         ) {
             let mut network = Oscillators::locked(&differences(Gait::Walk));
@@ -306,12 +305,12 @@ mod tests {
                 total += elapsed;
                 network.advance(elapsed, frequency, 2.5);
             }
-            prop_assert!(apart(network.turn(0), wrap(total * frequency)) < 1e-13 * (1.0 + total * frequency));
+            prop_assert!(circular_distance(network.turn(0), wrap(total * frequency)) < 1e-13 * (1.0 + total * frequency));
             prop_assert_eq!(network.deviation(2), 0.0);
         }
 
         #[test]
-        fn falling_into_step_does_not_shift_the_rhythm(pushes in prop::array::uniform4(-1.0..1.0_f64)) {
+        fn locking_does_not_shift_the_common_phase(pushes in prop::array::uniform4(-1.0..1.0_f64)) {
             let mut network = Oscillators::locked(&differences(Gait::Trot));
             for (leg, push) in pushes.into_iter().enumerate() {
                 network.push(leg, push);
@@ -325,27 +324,30 @@ mod tests {
     }
 
     #[test]
-    fn a_small_deviation_decays_with_the_time_constant_of_the_network() {
+    fn small_deviation_decays_with_the_networks_time_constant() {
         let mut network = Oscillators::locked(&[0.0; 4]);
         network.push(0, 1e-3);
         network.advance(0.1, 0.0, 2.5); // one time constant, 1/(4 · 2.5 s)
-        let left = network.deviation(0) - network.deviation(1);
-        assert!((left / 1e-3 - libm::exp(-1.0)).abs() < 1e-6, "{left}");
+        let remaining = network.deviation(0) - network.deviation(1);
+        assert!(
+            (remaining / 1e-3 - libm::exp(-1.0)).abs() < 1e-6,
+            "{remaining}"
+        );
     }
 
     #[test]
-    fn a_new_phase_difference_does_not_make_the_phase_jump() {
+    fn new_phase_difference_does_not_make_the_phase_jump() {
         let mut network = Oscillators::locked(&differences(Gait::Trot));
         network.advance(0.1, 3.0, 2.5);
         let before = network.turn(1);
         network.set_difference(1, 0.3);
-        assert!(apart(network.turn(1), before) < 1e-15);
+        assert!(circular_distance(network.turn(1), before) < 1e-15);
         network.advance(5.0, 3.0, 2.5);
-        assert!(apart(wrap(network.turn(1) - network.turn(0)), 0.3 / TAU) < 1e-9);
+        assert!(circular_distance(wrap(network.turn(1) - network.turn(0)), 0.3 / TAU) < 1e-9);
     }
 
     #[test]
-    fn every_phase_stays_in_one_turn() {
+    fn phases_wrap_to_the_unit_interval() {
         assert_eq!(wrap(-1e-20), 0.0);
         assert_eq!(wrap(-0.25), 0.75);
         assert_eq!(wrap(3.0), 0.0);

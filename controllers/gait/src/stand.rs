@@ -1,4 +1,4 @@
-//! The controller `stand`: it holds still.
+//! The controller `stand`: a constant pose.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
@@ -9,11 +9,11 @@ use crate::cpg::lengths_max;
 use crate::limb::Limb;
 use crate::{Abduction, GaitError};
 
-/// Holds every foot at a place below its hip.
+/// Holds every foot at a constant position relative to its hip.
 ///
-/// Outputs as those of [`crate::Cpg`]; variables `hip_height/fore`, `hip_height/hind` and
-/// `mid_stance_offset/fore`, `mid_stance_offset/hind` \[m\] and `splay` \[rad\], with the same ranges. A new
-/// value takes effect at the next step.
+/// Outputs as of [`crate::Cpg`]; variables `hip_height/fore`, `hip_height/hind`,
+/// `mid_stance_offset/fore` and `mid_stance_offset/hind` \[m\] and `splay` \[rad\], with the same
+/// ranges. A new value takes effect at the next step.
 #[derive(Debug, Clone)]
 pub struct Stand {
     limbs: Vec<Limb>,
@@ -22,23 +22,23 @@ pub struct Stand {
     state: State,
 }
 
-/// The variable of that name.
+/// Index of the variable `splay`.
 const SPLAY: usize = 4;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct State {
-    /// The commands of the active legs, found when a variable was last set.
+    /// Commands of the active legs, computed when a variable changes \[rad\].
     commands: Vec<[f64; 2]>,
 }
 
 impl Stand {
-    /// The name under which a scenario asks for it.
+    /// Name in scenarios.
     pub const NAME: &'static str = "stand";
 
-    /// A controller for `legs` of `robot`.
+    /// Creates a controller for `legs` of `robot`.
     ///
     /// # Errors
-    /// A leg that the robot does not have, or whose geometry is impossible.
+    /// An unknown leg, or a leg with an impossible geometry.
     pub fn new(robot: &Robot, legs: &[&str]) -> Result<Self, GaitError> {
         let mut limbs = Limb::of_robot(robot, legs)?;
         let variables = declare(&limbs);
@@ -51,7 +51,7 @@ impl Stand {
             variables,
             abduction: Abduction::None,
         };
-        stand.pose();
+        stand.update_commands();
         Ok(stand)
     }
 
@@ -63,14 +63,14 @@ impl Stand {
         Ok(declare(&Limb::of_robot(robot, &[])?))
     }
 
-    /// Commands the abduction of the hips, too.
+    /// Enables abduction commands.
     #[must_use]
     pub fn with_abduction(mut self, abduction: Abduction) -> Self {
         self.abduction = abduction;
         self
     }
 
-    fn pose(&mut self) {
+    fn update_commands(&mut self) {
         for (limb, command) in self.limbs.iter().zip(&mut self.state.commands) {
             let end = limb.corner.end();
             let target = [
@@ -133,7 +133,7 @@ impl Process for Stand {
             self.abduction.check(variable, value)?;
         }
         variable.set(value)?;
-        self.pose();
+        self.update_commands();
         Ok(())
     }
 
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn feet_are_where_the_variables_say() {
+    fn feet_are_at_the_positions_of_the_variables() {
         let robot = Robot::example();
         let mut stand = Stand::new(&robot, &["LF", "RH"]).unwrap();
         stand.set_variable(1, 0.12).unwrap();
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn it_holds_still_and_comes_back_bit_for_bit() {
+    fn commands_are_constant_and_restored_bit_for_bit() {
         let mut stand = Stand::new(&Robot::example(), &["LF", "RF"]).unwrap();
         let mut first = [0.0; 4];
         stand.step(SimDuration::ZERO, &[], &mut first);

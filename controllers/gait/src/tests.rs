@@ -1,4 +1,4 @@
-//! The controller as a whole.
+//! Tests of the complete controllers.
 
 use std::f64::consts::PI;
 
@@ -91,7 +91,7 @@ fn commands_are_the_inverse_kinematics_of_the_locus() {
 }
 
 #[test]
-fn trot_moves_diagonal_legs_together_and_the_others_half_a_cycle_later() {
+fn trot_moves_diagonal_legs_in_phase_and_the_others_in_antiphase() {
     let mut cpg = cpg(Gait::Trot);
     set(&mut cpg, "frequency", 2.5); // 200 steps a cycle
     set(&mut cpg, "ramp", 0.0);
@@ -103,7 +103,7 @@ fn trot_moves_diagonal_legs_together_and_the_others_half_a_cycle_later() {
 }
 
 #[test]
-fn leaving_a_leg_out_changes_no_bit_of_the_others() {
+fn removing_a_leg_changes_no_bit_of_the_others() {
     let robot = Robot::example();
     for seed in [None, Some(3)] {
         let start = |legs: &[&str]| {
@@ -121,7 +121,7 @@ fn leaving_a_leg_out_changes_no_bit_of_the_others() {
 }
 
 #[test]
-fn step_length_ramps_up_and_the_hip_rises_from_its_crouch() {
+fn step_length_and_hip_height_rise_over_the_ramp() {
     let mut cpg = cpg(Gait::Trot);
     set(&mut cpg, "crouch", 0.008);
     set(&mut cpg, "frequency", 0.0);
@@ -138,7 +138,7 @@ fn step_length_ramps_up_and_the_hip_rises_from_its_crouch() {
 }
 
 #[test]
-fn a_change_of_step_length_takes_effect_at_the_next_step() {
+fn change_of_step_length_takes_effect_at_the_next_step() {
     let mut cpg = cpg(Gait::Trot);
     let mut other = cpg.clone();
     assert_eq!(bits(&run(&mut cpg, 700, 8)), bits(&run(&mut other, 700, 8)));
@@ -147,7 +147,7 @@ fn a_change_of_step_length_takes_effect_at_the_next_step() {
 }
 
 #[test]
-fn a_target_out_of_reach_becomes_the_nearest_and_is_counted() {
+fn target_out_of_reach_becomes_the_nearest_point_and_is_counted() {
     let mut cpg = cpg(Gait::Trot);
     set(&mut cpg, "ramp", 0.0);
     set(&mut cpg, "step_length", 10.0);
@@ -156,7 +156,7 @@ fn a_target_out_of_reach_becomes_the_nearest_and_is_counted() {
     assert!(cpg.out_of_reach() > 500);
 
     set(&mut cpg, "frequency", 0.0);
-    set(&mut cpg, "mid_stance_offset/fore", 30.0); // so far ahead that the leg points forward
+    set(&mut cpg, "mid_stance_offset/fore", 30.0); // the leg points forward
     let leg = Pantograph::new(&Robot::example().legs[0].leg).unwrap();
     let LegCommand { hip, knee } = leg
         .inverse_closed(Planar::new(leg.length_max(), 0.0))
@@ -169,7 +169,7 @@ fn a_target_out_of_reach_becomes_the_nearest_and_is_counted() {
 }
 
 #[test]
-fn values_out_of_range_are_refused_and_change_nothing() {
+fn values_out_of_range_are_rejected_without_effect() {
     let mut cpg = cpg(Gait::Trot);
     let before = cpg.save();
     for (name, value) in [
@@ -199,7 +199,7 @@ fn values_out_of_range_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn abductions_come_after_the_drives_and_change_no_bit_of_them() {
+fn abductions_follow_the_drives_and_change_no_bit_of_them() {
     let mut plain = cpg(Gait::Trot);
     let mut abducting = cpg(Gait::Trot).with_abduction(Abduction::Hold);
     set(&mut abducting, "splay", 0.1);
@@ -229,7 +229,7 @@ fn abductions_come_after_the_drives_and_change_no_bit_of_them() {
 }
 
 #[test]
-fn a_stand_abducts_the_legs_that_it_has() {
+fn stand_abducts_its_active_legs() {
     let stand = Stand::new(&Robot::example(), &["RF", "LH"]).unwrap();
     let mut stand = stand.with_abduction(Abduction::Hold);
     set(&mut stand, "splay", 0.2);
@@ -242,26 +242,26 @@ fn a_stand_abducts_the_legs_that_it_has() {
 }
 
 #[test]
-fn without_abduction_there_is_nothing_to_splay() {
+fn splay_is_rejected_without_abduction() {
     let mut cpg = cpg(Gait::Trot);
     let mut stand = Stand::new(&Robot::example(), &LEGS).unwrap();
     set(&mut cpg, "splay", 0.0);
     set(&mut stand, "splay", 0.0);
     let (of_cpg, of_stand) = (index(&cpg, "splay"), index(&stand, "splay"));
-    let refused = [
+    let results = [
         cpg.set_variable(of_cpg, 0.1),
         stand.set_variable(of_stand, 0.1),
     ];
-    for refused in refused {
+    for result in results {
         assert!(
-            matches!(refused, Err(VariableError::Refused { .. })),
-            "{refused:?}"
+            matches!(result, Err(VariableError::Refused { .. })),
+            "{result:?}"
         );
     }
 }
 
 #[test]
-fn a_leg_the_robot_does_not_have_is_a_typed_error() {
+fn unknown_leg_is_a_typed_error() {
     let error = Cpg::new(&Robot::example(), &["LF", "XY"], Gait::Trot).unwrap_err();
     assert_eq!(
         error,
@@ -273,7 +273,7 @@ fn a_leg_the_robot_does_not_have_is_a_typed_error() {
 }
 
 #[test]
-fn a_snapshot_of_something_else_is_a_typed_error() {
+fn snapshot_of_another_robot_is_a_typed_error() {
     let robot = Robot::example();
     let mut three = robot.clone();
     three.legs.pop();
@@ -283,7 +283,7 @@ fn a_snapshot_of_something_else_is_a_typed_error() {
 }
 
 #[test]
-fn a_step_allocates_nothing() {
+fn step_allocates_nothing() {
     let mut cpg = cpg(Gait::Walk).with_random_phases(1);
     let mut outputs = [0.0; 8];
     let counted = allocation_counter::measure(|| {
@@ -298,7 +298,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn realised_stance_share_of_every_leg_is_its_duty_factor(fore in 0.05..0.95_f64, hind in 0.05..0.95_f64) {
+    fn realised_stance_share_of_every_leg_equals_its_duty_factor(fore in 0.05..0.95_f64, hind in 0.05..0.95_f64) {
         let mut cpg = cpg(Gait::Walk);
         set(&mut cpg, "duty_factor/fore", fore);
         set(&mut cpg, "duty_factor/hind", hind);
@@ -317,7 +317,7 @@ proptest! {
     }
 
     #[test]
-    fn two_short_steps_equal_one_long_one(millis in 2..200_u32, split in any::<prop::sample::Index>(), warm in 0..500_usize) {
+    fn two_short_steps_equal_one_long_step(millis in 2..200_u32, split in any::<prop::sample::Index>(), warm in 0..500_usize) {
         let mut one = cpg(Gait::Trot);
         run(&mut one, warm, 8);
         let mut two = one.clone();
@@ -348,13 +348,13 @@ proptest! {
     }
 
     #[test]
-    fn outputs_are_finite_whatever_the_variables(
+    fn outputs_are_finite_for_any_variables(
         values in prop::collection::vec((0..24_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
         millis in 0..10_000_u64,
     ) {
         let mut cpg = cpg(Gait::Trot);
         for (index, value) in values {
-            // Most are out of range, which is an error and leaves the variable alone.
+            // Most values are out of range: an error, and the variable is unchanged.
             let _ = cpg.set_variable(index, value);
             let mut outputs = [0.0; 8];
             cpg.step(SimDuration::from_millis(millis), &[], &mut outputs);

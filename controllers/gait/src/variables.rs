@@ -1,4 +1,4 @@
-//! The process variables of the controller: table 3.3 of the thesis, and how a run starts.
+//! Process variables of the controller: table 3.3 of the thesis, and the start of a run.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,13 +7,13 @@ use twinrig_runtime::{Bound, ProcessVariable};
 
 use crate::{Abduction, FootLocus, LocusShape};
 
-/// Variables of all legs, in the order of [`declare`].
+/// Indices of the variables common to all legs, in the order of [`declare`].
 pub(crate) const FREQUENCY: usize = 0;
 pub(crate) const STEP_LENGTH: usize = 1;
 pub(crate) const COUPLING: usize = 2;
 pub(crate) const RAMP: usize = 3;
 pub(crate) const CROUCH: usize = 4;
-/// The first variable that fore and hind legs have each: fore, hind, fore, hind, …
+/// Index of the first variable with a value each for fore and hind legs: fore, hind, fore, hind, …
 const PAIRS: usize = 5;
 const HIP_HEIGHT: usize = 0;
 const STEP_HEIGHT: usize = 1;
@@ -23,11 +23,12 @@ const TOUCH_DOWN_ANGLE: usize = 4;
 const TAKE_OFF_ANGLE: usize = 5;
 const COMPRESSION: usize = 6;
 const PAIR_COUNT: usize = 7;
-/// The first phase difference, one for each leg of the robot.
+/// Index of the first phase difference; there is one for each leg of the robot.
 pub(crate) const PHASE_DIFFERENCES: usize = PAIRS + 2 * PAIR_COUNT;
 
-/// Every variable with its range and default. `lengths_max` are the lengths of the extended fore and
-/// hind legs \[m\], to which the defaults scale; `phases` are the legs with their phase differences.
+/// Declares all variables with ranges and defaults. `lengths_max` are the lengths of the extended
+/// fore and hind legs \[m\], to which the defaults scale; `phases` are the legs with their phase
+/// differences.
 pub(crate) fn declare(lengths_max: [f64; 2], phases: &[(&str, f64)]) -> Vec<ProcessVariable> {
     let [fore, hind] = lengths_max;
     let longest = fore.max(hind);
@@ -90,12 +91,12 @@ pub(crate) fn declare(lengths_max: [f64; 2], phases: &[(&str, f64)]) -> Vec<Proc
     variables
 }
 
-/// What [`declare`] puts last.
+/// Index of `splay`, the last variable of [`declare`].
 pub(crate) fn splay(variables: &[ProcessVariable]) -> usize {
     variables.len() - 1
 }
 
-/// The values that shape the foot locus of the fore (`end` 0) or hind (`end` 1) legs.
+/// Parameters of the foot locus of the fore (`end` 0) or hind (`end` 1) legs.
 pub(crate) fn shape(variables: &[ProcessVariable], end: usize) -> LocusShape {
     let pair = |which: usize| variables[PAIRS + 2 * which + end].value();
     LocusShape {
@@ -109,7 +110,7 @@ pub(crate) fn shape(variables: &[ProcessVariable], end: usize) -> LocusShape {
     }
 }
 
-/// The duty factor of the fore (`end` 0) or hind (`end` 1) legs.
+/// Duty factor of the fore (`end` 0) or hind (`end` 1) legs.
 pub(crate) fn duty_factor(variables: &[ProcessVariable], end: usize) -> f64 {
     variables[PAIRS + 2 * DUTY_FACTOR + end].value()
 }

@@ -1,43 +1,43 @@
-//! The errors of this crate.
+//! Errors of scripts.
 
 use thiserror::Error;
 
-/// What can be wrong with a script.
+/// Reason why a script is invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ScriptError {
-    /// A leg is asked for that the robot does not have.
+    /// Unknown name of a leg.
     #[error("there is no leg `{name}`; the robot has {known}")]
     UnknownLeg {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The robot's legs, separated by commas.
         known: String,
     },
-    /// A shape is asked for by a name that none has.
+    /// Unknown name of a shape.
     #[error("there is no shape `{name}`; there are {known}")]
     UnknownShape {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names there are, separated by commas.
+        /// The known names, separated by commas.
         known: String,
     },
-    /// A shape is given for a drive that no leg has.
+    /// Unknown name of a drive.
     #[error("there is no drive `{name}`; there are hip, knee")]
     UnknownDrive {
-        /// The name of the drive.
+        /// The requested name.
         name: String,
     },
-    /// A number lies outside the range in which it means something.
+    /// A value is outside its valid range.
     #[error("{what} is {value}, outside {min} to {max}")]
     OutOfRange {
-        /// The name of the quantity.
+        /// Name of the quantity.
         what: &'static str,
-        /// What it was, in SI units.
+        /// Its value, in SI units.
         value: f64,
-        /// The least value that is allowed.
+        /// Minimum.
         min: f64,
-        /// The greatest value that is allowed.
+        /// Maximum.
         max: f64,
     },
 }

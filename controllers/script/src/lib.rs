@@ -1,7 +1,8 @@
-//! A controller that plays what is known in advance: each drive holds, ramps, swings or jumps, whatever the robot does. What
-//! it writes is a pure function of the sum of the elapsed times it was told, in whole nanoseconds: executors that tell it the
-//! same times, in virtual time or on a real clock, in the same pieces or others, get the same bits. It is for rigs whose
-//! subject is not walking: the timing of a bus, a drive on a bench, a comparison of a twin with hardware byte by byte.
+//! Scripted open-loop controller: each drive holds, ramps, oscillates or steps, independently of
+//! the robot. The outputs are a pure function of the sum of the elapsed times in whole nanoseconds:
+//! executors with the same total time, in virtual time or in real time, divided in the same steps
+//! or others, produce the same bits. It is intended for rigs whose subject is not walking: the
+//! timing of a bus, a drive on a test bench, a byte-by-byte comparison of a twin with hardware.
 //!
 //! ```
 //! use twinrig_kernel::SimDuration;
@@ -13,16 +14,16 @@
 //! let mut script = Script::new(&robot, &["LF"], &plan)?;
 //! let mut commands = [0.0; 2];
 //! script.step(SimDuration::ZERO, &[], &mut commands);
-//! assert_eq!(commands, [0.0, 0.5]); // the middle of the hip's swing; the knee holds
+//! assert_eq!(commands, [0.0, 0.5]); // the middle of the hip's oscillation; the knee holds
 //! script.step(SimDuration::from_millis(250), &[], &mut commands);
 //! assert_eq!(commands, [0.1, 0.5]); // a quarter of a cycle at 1 Hz
 //! # Ok::<(), twinrig_script::ScriptError>(())
 //! ```
 //!
-//! # What it does not do
+//! # Limits
 //!
-//! It reads no sensor, knows neither kinematics nor limits of a leg (an angle is an angle, in or out of reach), smooths
-//! nothing, and draws no random numbers.
+//! No sensors, no kinematics, no joint limits (any angle is accepted, in or out of reach), no
+//! smoothing, no random numbers.
 
 mod error;
 mod plan;

@@ -1,29 +1,30 @@
-//! What a script is told once, before it runs.
+//! Fixed parameters of a script.
 
 use crate::{ScriptError, Shape};
 
-/// The part of a script that stays as it is while it runs. Everything else is a process variable ([`crate::Script`]).
+/// Parameters of a script that are constant while it runs. All others are process variables
+/// ([`crate::Script`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Plan {
-    /// What the hips play.
+    /// Shape of the hips.
     pub hip: Shape,
-    /// What the knees play.
+    /// Shape of the knees.
     pub knee: Shape,
-    /// By how much of a cycle each leg is behind the one before it, in the robot's order, which begins with 0 \[rad\]. Legs
-    /// that are left out count. Within ±[`Plan::PHASE_LAG_MAX`].
+    /// Phase lag of each leg relative to the one before it, in the robot's order, which starts with
+    /// 0 \[rad\]. Legs that are not commanded count. Within ±[`Plan::PHASE_LAG_MAX`].
     pub phase_lag: f64,
-    /// Whether hip abduction is commanded, too: a constant.
+    /// Whether hip abduction is commanded, too, by a constant.
     pub abduction: bool,
 }
 
 impl Plan {
-    /// The greatest phase lag \[rad\]: a thousand radians are 159 cycles.
+    /// Greatest phase lag \[rad\]: a thousand radians are 159 cycles.
     pub const PHASE_LAG_MAX: f64 = 1000.0;
 
-    /// Gives `drive`, which is `hip` or `knee`, another shape.
+    /// Sets the shape of `drive`, which is `hip` or `knee`.
     ///
     /// # Errors
-    /// [`ScriptError::UnknownDrive`] if it is neither.
+    /// [`ScriptError::UnknownDrive`] for any other drive.
     pub fn with_shape(mut self, drive: &str, shape: Shape) -> Result<Self, ScriptError> {
         match drive {
             "hip" => self.hip = shape,

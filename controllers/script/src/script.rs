@@ -9,47 +9,50 @@ use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use crate::{Plan, ScriptError, Shape};
 
-/// The drives of a leg that play a shape.
+/// Drives of a leg that follow a shape.
 const DRIVES: [&str; 2] = ["hip", "knee"];
-/// Where the drives hold by default \[rad\]: hip straight, knee bent enough to swing either way.
-const OFFSETS: [f64; 2] = [0.0, 0.5];
-/// How far they swing by default \[rad\].
-const AMPLITUDE: f64 = 0.1;
-/// Beyond what any drive does, and small enough that nothing overflows: angles \[rad\] and frequencies \[Hz\].
+/// Default offsets \[rad\]: hip straight, knee bent enough to oscillate in both directions.
+const DEFAULT_OFFSETS: [f64; 2] = [0.0, 0.5];
+/// Default amplitude \[rad\].
+const DEFAULT_AMPLITUDE: f64 = 0.1;
+/// Limits of angles \[rad\] and frequencies \[Hz\]: beyond any drive, and small enough to prevent
+/// overflows.
 const ANGLE_MAX: f64 = 100.0;
 const FREQUENCY_MAX: f64 = 1000.0;
 
-/// Variables in their order: of hip and knee each, then the one of all abductions.
-const SHIFT: usize = 0;
-const SWING: usize = 2;
+/// Indices of the variables: pairs for hip and knee, then the abduction of all legs.
+const OFFSET: usize = 0;
+const AMPLITUDE: usize = 2;
 const FREQUENCY: usize = 4;
 const SPLAY: usize = 6;
 
-/// Plays a [`Shape`] on the hips and one on the knees.
+/// Commands of a [`Shape`] for the hips and one for the knees.
 ///
-/// No inputs. Outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the legs it is given, in the robot's order;
-/// then, with [`Plan::abduction`], `leg/X/abduction/command` \[rad\] for each of them. Only hips, or only knees, where
-/// [`Script::for_plant`] finds that there is nothing else; variables of the others then do nothing.
+/// No inputs. Outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
+/// in the robot's order; then, with [`Plan::abduction`], `leg/X/abduction/command` \[rad\] for each
+/// of them. Only hips, or only knees, if [`Script::for_plant`] finds that the plant has no others;
+/// the variables of the others then have no effect.
 ///
 /// # Process variables
 ///
-/// | name | unit | range | default | is |
+/// | name | unit | range | default | meaning |
 /// |---|---|---|---|---|
-/// | `offset/hip`, `/knee` | rad | −100 to 100 | 0, 0.5 | the command where the shape is 0 |
-/// | `amplitude/hip`, `/knee` | rad | −100 to 100 | 0.1 | how far the shape goes from there |
-/// | `frequency/hip`, `/knee` | Hz | 0 to 1000 | 1 | cycles a second; 0 stays where it is in its cycle |
-/// | `splay` | rad | −π/2 to π/2 | 0 | angle of the legs outwards, where there are abduction servos |
+/// | `offset/hip`, `/knee` | rad | −100 to 100 | 0, 0.5 | command at the value 0 of the shape |
+/// | `amplitude/hip`, `/knee` | rad | −100 to 100 | 0.1 | factor of the shape's value |
+/// | `frequency/hip`, `/knee` | Hz | 0 to 1000 | 1 | cycle frequency; 0 holds the phase |
+/// | `splay` | rad | −π/2 to π/2 | 0 | angle of the legs outwards, with abduction servos |
 ///
-/// A change takes effect at the next step, at once; but a new frequency goes on from where the cycle is, and counts from the
-/// step before. Until a frequency is changed, commands are a pure function of the sum of the elapsed times.
+/// A change takes full effect at the next step; a new frequency continues from the present phase,
+/// and applies from the step before. Until a frequency is changed, commands are a pure function of
+/// the sum of the elapsed times.
 ///
-/// An abduction angle turns about the trunk's x axis, which points forward: positive swings the foot to the left. So the
-/// legs on the left are commanded +`splay` and those on the right −`splay`. Without [`Plan::abduction`] there is nothing
-/// to splay, and any other value than 0 is refused.
+/// An abduction angle is about the trunk's x axis, which points forward: positive swings the foot
+/// to the left. Legs on the left are commanded +`splay`, those on the right −`splay`. Without
+/// [`Plan::abduction`], any value other than 0 is rejected.
 #[derive(Debug, Clone)]
 pub struct Script {
     legs: Vec<Leg>,
-    /// Which of [`DRIVES`] it commands, of every leg.
+    /// Commanded drives of every leg, as indices of [`DRIVES`].
     drives: Vec<usize>,
     shapes: [Shape; 2],
     abduction: bool,
@@ -57,13 +60,13 @@ pub struct Script {
     state: State,
 }
 
-/// A leg that is commanded.
+/// A commanded leg.
 #[derive(Debug, Clone)]
 struct Leg {
     name: String,
-    /// By how much it is behind the robot's first leg \[cycles\].
-    behind: f64,
-    /// 1 on the left, or in the middle plane, −1 on the right.
+    /// Lag relative to the robot's first leg \[cycles\].
+    lag: f64,
+    /// 1 on the left or in the middle plane, −1 on the right.
     side: f64,
 }
 
@@ -73,39 +76,39 @@ impl Leg {
     }
 }
 
-/// What a step depends on, beside the variables.
+/// State of the controller without its variables.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct State {
-    /// The sum of the elapsed times: since the start.
+    /// Sum of the elapsed times since the start.
     now: SimDuration,
     /// Of hips and of knees.
-    since: [Mark; 2],
+    marks: [Mark; 2],
 }
 
-/// Where a drive was in its cycle when its frequency was last changed.
+/// Phase of a drive at the last change of its frequency.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Mark {
     at: SimDuration,
-    /// Cycles that were done by then \[1\].
+    /// Cycles completed by then \[1\].
     cycles: f64,
 }
 
 impl Mark {
-    /// Cycles that are done \[1\] at `now`, at `frequency` \[Hz\] since the mark.
+    /// Cycles completed at `now`, at `frequency` \[Hz\] since the mark \[1\].
     fn cycles(self, now: SimDuration, frequency: f64) -> f64 {
-        let since = now.checked_sub(self.at).unwrap_or_default();
-        self.cycles + frequency * since.as_secs_f64()
+        let elapsed = now.checked_sub(self.at).unwrap_or_default();
+        self.cycles + frequency * elapsed.as_secs_f64()
     }
 }
 
 impl Script {
-    /// The name under which a scenario asks for it.
+    /// Name in scenarios.
     pub const NAME: &'static str = "script";
 
-    /// A controller for `legs` of `robot`.
+    /// Creates a controller for `legs` of `robot`.
     ///
     /// # Errors
-    /// A leg that the robot does not have, or a phase lag out of range.
+    /// An unknown leg, or a phase lag out of range.
     pub fn new(robot: &Robot, legs: &[&str], plan: &Plan) -> Result<Self, ScriptError> {
         let known = || robot.legs.iter().map(|mount| mount.name.as_str());
         if let Some(&name) = legs
@@ -124,8 +127,8 @@ impl Script {
         Ok(script)
     }
 
-    /// A controller for `legs` of no robot file: the name of each, and whether it is on the left, in the order in which one
-    /// is behind the other.
+    /// Creates a controller for `legs` without a robot file: the name of each, and whether it is on
+    /// the left, in the order of increasing lag.
     ///
     /// # Errors
     /// A phase lag out of range.
@@ -141,7 +144,7 @@ impl Script {
         }
         let leg = |(index, (name, left)): (usize, &(&str, bool))| Leg {
             name: (*name).to_owned(),
-            behind: index as f64 * plan.phase_lag / TAU,
+            lag: index as f64 * plan.phase_lag / TAU,
             side: if *left { 1.0 } else { -1.0 },
         };
         Ok(Self {
@@ -159,37 +162,41 @@ impl Script {
         declare()
     }
 
-    /// Leaves knees, or hips, alone if a plant that takes the signals in `taken` takes that of no leg: legs may have one
-    /// joint only. If only some legs have it, the signals of the others are missing, and that is an error of the wiring.
+    /// Omits the commands of knees, or of hips, if a plant with the inputs `plant_inputs` has none
+    /// of them for any leg: legs may have one joint only. If some legs have them, the signals of
+    /// the others are missing, which is a wiring error.
     #[must_use]
-    pub fn for_plant(mut self, taken: &[String]) -> Self {
-        let takes = |drive: usize| {
+    pub fn for_plant(mut self, plant_inputs: &[String]) -> Self {
+        let has_input = |drive: usize| {
             let mut names = self.legs.iter().map(|leg| leg.command(DRIVES[drive]));
-            names.any(|name| taken.contains(&name))
+            names.any(|name| plant_inputs.contains(&name))
         };
-        let drives: Vec<usize> = (0..DRIVES.len()).filter(|&drive| takes(drive)).collect();
+        let drives: Vec<usize> = (0..DRIVES.len())
+            .filter(|&drive| has_input(drive))
+            .collect();
         if !drives.is_empty() {
             self.drives = drives;
         }
         self
     }
 
-    /// What `drive` (0 hip, 1 knee) of a leg so many cycles `behind` is commanded now \[rad\].
-    fn command(&self, drive: usize, behind: f64) -> f64 {
+    /// Command of `drive` (0: hip, 1: knee) of a leg with a lag of `lag` cycles \[rad\].
+    fn command(&self, drive: usize, lag: f64) -> f64 {
         let [offset, amplitude, frequency] =
-            [SHIFT, SWING, FREQUENCY].map(|first| self.variables[first + drive].value());
-        let cycles = self.state.since[drive].cycles(self.state.now, frequency) - behind;
+            [OFFSET, AMPLITUDE, FREQUENCY].map(|first| self.variables[first + drive].value());
+        let cycles = self.state.marks[drive].cycles(self.state.now, frequency) - lag;
         offset + amplitude * self.shapes[drive].at(cycles)
     }
 
-    /// From now on the drive whose frequency is variable `index` counts cycles anew, from where it is; nothing for others.
-    fn mark(&mut self, index: usize) {
+    /// Sets the mark of the drive whose frequency is variable `index` to its present phase; has no
+    /// effect for other variables.
+    fn set_mark(&mut self, index: usize) {
         let Some(drive) = index.checked_sub(FREQUENCY).filter(|&drive| drive < 2) else {
             return;
         };
-        let State { now, since } = &mut self.state;
-        let cycles = since[drive].cycles(*now, self.variables[index].value());
-        since[drive] = Mark { at: *now, cycles };
+        let State { now, marks } = &mut self.state;
+        let cycles = marks[drive].cycles(*now, self.variables[index].value());
+        marks[drive] = Mark { at: *now, cycles };
     }
 }
 
@@ -198,9 +205,9 @@ fn declare() -> Vec<ProcessVariable> {
     let angle =
         |name, default| ProcessVariable::new(name, Unit::Radian, -ANGLE_MAX..=ANGLE_MAX, default);
     let rate = |name| ProcessVariable::new(name, Unit::Hertz, 0.0..=FREQUENCY_MAX, 1.0);
-    let offsets = of("offset").into_iter().zip(OFFSETS);
+    let offsets = of("offset").into_iter().zip(DEFAULT_OFFSETS);
     let mut variables: Vec<_> = offsets.map(|(name, at)| angle(name, at)).collect();
-    variables.extend(of("amplitude").map(|name| angle(name, AMPLITUDE)));
+    variables.extend(of("amplitude").map(|name| angle(name, DEFAULT_AMPLITUDE)));
     variables.extend(of("frequency").map(rate));
     let upright = -FRAC_PI_2..=FRAC_PI_2;
     variables.push(ProcessVariable::new("splay", Unit::Radian, upright, 0.0));
@@ -244,17 +251,21 @@ impl Process for Script {
                 why: "this script does not command abduction".to_owned(),
             });
         }
-        self.mark(index);
+        self.set_mark(index);
         self.variables[index].set(value)
     }
 
     fn step(&mut self, elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
         self.state.now += elapsed;
-        let each = self.drives.len();
-        let (drives, abductions) = outputs.split_at_mut(each * self.legs.len());
-        for (leg, outputs) in self.legs.iter().zip(drives.chunks_exact_mut(each)) {
+        let drives_per_leg = self.drives.len();
+        let (drives, abductions) = outputs.split_at_mut(drives_per_leg * self.legs.len());
+        for (leg, outputs) in self
+            .legs
+            .iter()
+            .zip(drives.chunks_exact_mut(drives_per_leg))
+        {
             for (&drive, output) in self.drives.iter().zip(outputs) {
-                *output = self.command(drive, leg.behind);
+                *output = self.command(drive, leg.lag);
             }
         }
         let splay = self.variables[SPLAY].value();
@@ -275,7 +286,7 @@ impl Process for Script {
             found,
         };
         if values.len() != self.variables.len() {
-            return Err(mismatch(format!("one of {} variables", values.len())));
+            return Err(mismatch(format!("a script of {} variables", values.len())));
         }
         let mut variables = self.variables.clone();
         for (variable, value) in variables.iter_mut().zip(values) {

@@ -1,28 +1,29 @@
-//! What a drive plays.
+//! Shapes of commands.
 
 use std::f64::consts::TAU;
 use std::str::FromStr;
 
 use crate::ScriptError;
 
-/// A function of the cycles that have passed, with values from −1 to 1: the command is offset + amplitude · value.
+/// Periodic or transient function of the number of cycles, with values from −1 to 1: the command is
+/// offset + amplitude · value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shape {
-    /// 0, for ever.
+    /// Constant 0.
     #[default]
     Hold,
-    /// From 0 to 1 in the first cycle, evenly; 1 from then on, 0 before.
+    /// Linear from 0 to 1 in the first cycle; 0 before and 1 afterwards.
     Ramp,
     /// Sine: 0, 1, 0, −1 at the quarters of a cycle.
     Sine,
-    /// Straight lines between the quarters of the sine.
+    /// Linear interpolation between the quarters of the sine.
     Triangle,
     /// 1 in the first half of a cycle, −1 in the second.
     Steps,
 }
 
 impl Shape {
-    /// Every shape.
+    /// All shapes.
     pub const ALL: [Self; 5] = [
         Self::Hold,
         Self::Ramp,
@@ -31,7 +32,7 @@ impl Shape {
         Self::Steps,
     ];
 
-    /// The name a scenario uses.
+    /// Name in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
@@ -42,11 +43,13 @@ impl Shape {
         }
     }
 
-    /// Its value after `cycles` \[1\]; negative where it has not begun yet. In `[-1, 1]`, if `cycles` is finite.
+    /// Value after `cycles` \[1\], which is negative before the start. In `[-1, 1]` if `cycles` is
+    /// finite.
     ///
     /// ```
     /// use twinrig_script::Shape;
-    /// assert_eq!([0.0, 0.25, 0.5, 0.75].map(|cycles| Shape::Triangle.at(cycles)), [0.0, 1.0, 0.0, -1.0]);
+    /// let quarters = [0.0, 0.25, 0.5, 0.75];
+    /// assert_eq!(quarters.map(|cycles| Shape::Triangle.at(cycles)), [0.0, 1.0, 0.0, -1.0]);
     /// assert_eq!([-1.0, 0.5, 7.0].map(|cycles| Shape::Ramp.at(cycles)), [0.0, 0.5, 1.0]);
     /// ```
     pub fn at(self, cycles: f64) -> f64 {
@@ -58,7 +61,7 @@ impl Shape {
             Self::Triangle if turn < 0.25 => 4.0 * turn,
             Self::Triangle if turn < 0.75 => 2.0 - 4.0 * turn,
             Self::Triangle => 4.0 * turn - 4.0,
-            // A tiny negative number of cycles rounds up to a whole turn, which is the beginning of one.
+            // A tiny negative number of cycles rounds up to a full cycle, i.e. the start of one.
             Self::Steps if (0.5..1.0).contains(&turn) => -1.0,
             Self::Steps => 1.0,
         }
@@ -90,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back_and_a_wrong_one_lists_the_right_ones() {
+    fn names_parse_back_and_an_unknown_name_lists_the_known_ones() {
         for shape in Shape::ALL {
             assert_eq!(shape.name().parse(), Ok(shape));
         }
@@ -102,18 +105,18 @@ mod tests {
     }
 
     #[test]
-    fn each_is_what_its_name_says_at_the_eighths_of_a_cycle() {
+    fn shapes_have_the_expected_values_at_eighths_of_a_cycle() {
         let at = |shape: Shape| [0.0, 0.125, 0.25, 0.5, 0.625, 0.75, 1.0].map(|n| shape.at(n));
         assert_eq!(at(Shape::Hold), [0.0; 7]);
         assert_eq!(at(Shape::Ramp), [0.0, 0.125, 0.25, 0.5, 0.625, 0.75, 1.0]);
         assert_eq!(at(Shape::Triangle), [0.0, 0.5, 1.0, 0.0, -0.5, -1.0, 0.0]);
         assert_eq!(at(Shape::Steps), [1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0]);
         let root = std::f64::consts::FRAC_1_SQRT_2;
-        for (found, wanted) in at(Shape::Sine)
+        for (found, expected) in at(Shape::Sine)
             .into_iter()
             .zip([0.0, root, 1.0, 0.0, -root, -1.0, 0.0])
         {
-            assert!((found - wanted).abs() < 1e-15, "{found} {wanted}");
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
     }
 
@@ -124,14 +127,14 @@ mod tests {
         }
 
         #[test]
-        fn all_but_the_ramp_repeat_every_cycle(shape in shapes(), eighth in 0..8_u32, cycle in -9..9_i32) {
+        fn all_shapes_but_the_ramp_are_periodic(shape in shapes(), eighth in 0..8_u32, cycle in -9..9_i32) {
             prop_assume!(shape != Shape::Ramp);
             let turn = f64::from(eighth) / 8.0;
             prop_assert_eq!(shape.at(turn), shape.at(turn + f64::from(cycle)));
         }
 
         #[test]
-        fn lines_do_not_jump(shape in prop::sample::select(vec![Shape::Hold, Shape::Ramp, Shape::Sine, Shape::Triangle]),
+        fn continuous_shapes_do_not_jump(shape in prop::sample::select(vec![Shape::Hold, Shape::Ramp, Shape::Sine, Shape::Triangle]),
                              cycles in -3.0..3.0_f64, further in 0.0..1e-3_f64) {
             let jump = (shape.at(cycles + further) - shape.at(cycles)).abs();
             prop_assert!(jump <= TAU * further + 1e-12, "{jump}");

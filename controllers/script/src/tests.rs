@@ -1,4 +1,4 @@
-//! The controller as a whole.
+//! Tests of the complete controller.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -69,7 +69,7 @@ fn commands_are_offset_plus_amplitude_times_shape() {
 }
 
 #[test]
-fn abductions_come_after_the_drives_and_are_mirrored() {
+fn abductions_follow_the_drives_and_are_mirrored() {
     let mut script = script(Plan {
         abduction: true,
         ..Plan::default()
@@ -95,7 +95,7 @@ fn abductions_come_after_the_drives_and_are_mirrored() {
 }
 
 #[test]
-fn a_plant_with_hips_only_gets_what_the_hips_of_others_get() {
+fn plant_with_hips_only_receives_the_same_hip_commands() {
     let plan = Plan {
         hip: Shape::Sine,
         knee: Shape::Ramp,
@@ -111,40 +111,38 @@ fn a_plant_with_hips_only_gets_what_the_hips_of_others_get() {
     let (both, hips) = (step(&mut both, late), step(&mut hips, late));
     let expected = [0, 2, 4, 6, 8, 9, 10, 11].map(|n| both[n]);
     assert_eq!(bits(&hips), bits(&expected));
-    // One leg with a knee makes a knee of every leg, which the wiring then misses; nothing at all leaves all as it is.
+    // A knee input of one leg enables the knees of all legs (a wiring error later); without any
+    // input all drives remain.
     let knee = [&all[..], &["leg/RH/knee/command".to_owned()]].concat();
     assert_eq!(script(plan).for_plant(&knee).ports().len(), 12);
     assert_eq!(script(plan).for_plant(&[]).ports().len(), 12);
 }
 
 #[test]
-fn without_abduction_there_is_no_such_signal_and_nothing_to_splay() {
+fn abduction_signals_and_splay_require_abduction() {
     let mut script = script(Plan::default());
     assert_eq!(script.ports().len(), 8);
     set(&mut script, "splay", 0.0).unwrap();
-    let refused = set(&mut script, "splay", 0.1).unwrap_err();
-    assert!(
-        matches!(refused, VariableError::Refused { .. }),
-        "{refused}"
-    );
+    let error = set(&mut script, "splay", 0.1).unwrap_err();
+    assert!(matches!(error, VariableError::Refused { .. }), "{error}");
 }
 
 #[test]
-fn each_leg_is_behind_the_one_before_it() {
+fn each_leg_lags_the_one_before_it() {
     let mut late = script(Plan {
         hip: Shape::Sine,
         phase_lag: FRAC_PI_2,
         ..Plan::default()
     });
     let first = step(&mut late, SimDuration::from_secs(5));
-    let wanted = [0.0, -0.1, 0.0, 0.1];
-    for (leg, wanted) in wanted.into_iter().enumerate() {
-        assert!((first[2 * leg] - wanted).abs() < 1e-15, "{first:?}");
+    let expected = [0.0, -0.1, 0.0, 0.1];
+    for (leg, expected) in expected.into_iter().enumerate() {
+        assert!((first[2 * leg] - expected).abs() < 1e-15, "{first:?}");
     }
 }
 
 #[test]
-fn a_ramp_with_a_lag_begins_one_leg_after_the_other() {
+fn ramp_with_a_lag_starts_the_legs_in_sequence() {
     let mut script = script(Plan {
         hip: Shape::Ramp,
         phase_lag: PI,
@@ -162,7 +160,7 @@ fn a_ramp_with_a_lag_begins_one_leg_after_the_other() {
 }
 
 #[test]
-fn a_new_frequency_goes_on_from_where_the_cycle_is() {
+fn new_frequency_continues_from_the_present_phase() {
     let mut script = script(Plan {
         hip: Shape::Triangle,
         knee: Shape::Ramp,
@@ -171,13 +169,13 @@ fn a_new_frequency_goes_on_from_where_the_cycle_is() {
     let before = step(&mut script, SimDuration::from_millis(125));
     set(&mut script, "frequency/hip", 0.0).unwrap();
     set(&mut script, "frequency/knee", 7.0 / 8.0).unwrap();
-    let still = step(&mut script, SimDuration::from_secs(1));
-    assert_eq!((before[0], still[0]), (0.05, 0.05));
-    assert_eq!((before[1], still[1]), (0.5125, 0.6));
+    let after = step(&mut script, SimDuration::from_secs(1));
+    assert_eq!((before[0], after[0]), (0.05, 0.05));
+    assert_eq!((before[1], after[1]), (0.5125, 0.6));
 }
 
 #[test]
-fn values_out_of_range_are_refused_and_change_nothing() {
+fn values_out_of_range_are_rejected_without_effect() {
     let mut script = script(Plan::default());
     let before = script.save();
     for (name, value) in [
@@ -196,7 +194,7 @@ fn values_out_of_range_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn what_cannot_be_is_a_typed_error() {
+fn invalid_scripts_are_typed_errors() {
     let robot = Robot::example();
     let error = Script::new(&robot, &["LF", "XY"], &Plan::default()).unwrap_err();
     let known = "LF, RF, LH, RH".to_owned();
@@ -231,7 +229,7 @@ fn what_cannot_be_is_a_typed_error() {
 }
 
 #[test]
-fn a_step_allocates_nothing() {
+fn step_allocates_nothing() {
     let plan = Plan {
         hip: Shape::Sine,
         knee: Shape::Triangle,
@@ -250,7 +248,7 @@ fn a_step_allocates_nothing() {
 
 proptest! {
     #[test]
-    fn commands_depend_on_the_sum_of_elapsed_times_and_not_on_the_pieces(
+    fn commands_depend_on_the_total_time_only(
         plan in plans(), pieces in prop::collection::vec(0..3_000_000_000_u64, 1..40), frequency in 0.0..1000.0_f64,
     ) {
         let (mut one, mut many) = (script(plan), script(plan));
@@ -266,7 +264,7 @@ proptest! {
     }
 
     #[test]
-    fn leaving_a_leg_out_changes_no_bit_of_the_others(plan in plans(), millis in 0..100_000_u64) {
+    fn removing_a_leg_changes_no_bit_of_the_others(plan in plans(), millis in 0..100_000_u64) {
         let elapsed = SimDuration::from_millis(millis);
         let all = step(&mut script(plan), elapsed);
         let some = step(&mut Script::new(&Robot::example(), &["RF", "RH"], &plan).unwrap(), elapsed);
@@ -289,13 +287,13 @@ proptest! {
     }
 
     #[test]
-    fn commands_are_finite_whatever_the_variables(
+    fn commands_are_finite_for_any_variables(
         plan in plans(),
         values in prop::collection::vec((0..7_usize, prop_oneof![-200.0..2000.0_f64, any::<f64>()], 0..u64::MAX >> 8), 0..40),
     ) {
         let mut script = script(plan);
         for (index, value, nanos) in values {
-            // Many are out of range, which is an error and leaves the variable alone.
+            // Many values are out of range: an error, and the variable is unchanged.
             let _ = script.set_variable(index, value);
             let outputs = step(&mut script, SimDuration::from_nanos(nanos));
             prop_assert!(outputs.iter().all(|output| output.is_finite()), "{outputs:?}");

@@ -1,11 +1,12 @@
-//! Drives as the plants see them. A position servo: the rate that it wants, and the torque it has for it. A direct-current
-//! motor: the torque that a voltage gives it ([`DcMotor`]).
+//! Drives: position servos with target rate and torque limit ([`PositionServo`]), and
+//! direct-current motors with torque as a function of voltage and rate ([`DcMotor`]).
 //!
-//! A [`PositionServo`] is a cascade. The outer loop asks for a rate in proportion to the position error, up to the
-//! speed limit; the inner loop asks for an acceleration in proportion to the rate error, four times faster, which makes
-//! the pair critically damped with a delay of exactly [`lag`](PositionServo::lag) behind a ramp. The drive rejects its
-//! load until its torque is used up: a plant gives it the rate it wants where the torque for that is within
-//! [`torque`](PositionServo::torque), and the torque limit otherwise.
+//! A [`PositionServo`] is a cascade. The outer loop requests a rate in proportion to the position
+//! error, up to the speed limit; the inner loop requests an acceleration in proportion to the rate
+//! error, four times faster, which makes the pair critically damped with a delay of exactly
+//! [`lag`](PositionServo::lag) behind a ramp. The drive rejects its load up to its torque limit: a
+//! plant imposes the target rate where the torque for it is within
+//! [`torque`](PositionServo::torque), and applies the torque limit otherwise.
 //!
 //! ```
 //! use twinrig_actuator::PositionServo;
@@ -14,8 +15,8 @@
 //! assert!(servo.rate_after(1e-3, 1.0, 0.9, 0.0) > 0.0);
 //! ```
 //!
-//! What is not here: pulses, packets and clocks (drivers and boards), the motor's inductance and gear losses, and the
-//! integration in time, which belongs to the plant.
+//! Not modelled: pulses, packets and clocks (drivers and boards), the motor's inductance and gear
+//! losses. Integration in time is the plant's.
 
 mod motor;
 
@@ -23,7 +24,7 @@ use twinrig_robot::Servo;
 
 pub use motor::{DcMotor, MotorError, MotorLine};
 
-/// Inner loop over outer loop: four makes the cascade critically damped.
+/// Ratio of inner to outer loop gain: four makes the cascade critically damped.
 const INNER_OVER_OUTER: f64 = 4.0;
 
 /// A position servo with its inertia at the output.
@@ -36,7 +37,7 @@ pub struct PositionServo {
     inertia: f64,
 }
 
-/// A parameter of a servo that makes no servo.
+/// Invalid parameter of a servo.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("a servo's {parameter} cannot be {value}: {why}")]
 pub struct ServoError {
@@ -44,15 +45,16 @@ pub struct ServoError {
     pub parameter: &'static str,
     /// Its value (SI).
     pub value: f64,
-    /// What it has to be.
+    /// Violated condition.
     pub why: &'static str,
 }
 
 impl PositionServo {
-    /// The servo of a robot file.
+    /// Creates the servo of a robot file.
     ///
     /// # Errors
-    /// [`ServoError`] where lag, speed, torque or inertia is not positive, or the dead band negative.
+    /// [`ServoError`] where lag, speed, torque or inertia is not positive, or the dead band
+    /// negative.
     pub fn new(servo: &Servo) -> Result<Self, ServoError> {
         for (parameter, value) in [
             ("lag", servo.lag),
@@ -92,9 +94,10 @@ impl PositionServo {
         })
     }
 
-    /// A servo without limits or dead band that lags by one control period \[s\].
+    /// Creates a servo without limits or dead band that lags by one control period \[s\].
     ///
-    /// Commands arrive once a period: following them without any lag would ask for infinite acceleration.
+    /// Commands arrive once a period: following them without lag would require infinite
+    /// acceleration.
     ///
     /// # Errors
     /// [`ServoError`] where period or inertia is not positive.
@@ -109,30 +112,34 @@ impl PositionServo {
         })
     }
 
-    /// Rate the servo wants to have after `step` seconds \[rad/s\], from command and position \[rad\] and rate \[rad/s\].
+    /// Returns the target rate after `step` seconds \[rad/s\], from command and position \[rad\]
+    /// and rate \[rad/s\].
     ///
-    /// The implicit midpoint rule, which is stable at any step and exact in what it converges to.
+    /// By the implicit midpoint rule, which is stable at any step and exact in its steady state.
     pub fn rate_after(&self, step: f64, command: f64, position: f64, rate: f64) -> f64 {
         let error = command - position;
-        let heeded = if error.abs() > self.dead_band {
+        let effective_error = if error.abs() > self.dead_band {
             error
         } else {
             0.0
         };
         let inner = step * INNER_OVER_OUTER / self.lag;
         let both = 0.5 * step / self.lag * inner;
-        let followed = (rate * (1.0 - 0.5 * inner - 0.5 * both) + 2.0 * both * heeded / step)
+        let unlimited_rate = (rate * (1.0 - 0.5 * inner - 0.5 * both)
+            + 2.0 * both * effective_error / step)
             / (1.0 + 0.5 * inner + 0.5 * both);
-        // Where the error at the middle of the step asks for more than the greatest speed, that speed is the target.
-        let wanted = (heeded - 0.25 * step * (rate + followed)) / self.lag;
-        if wanted.abs() > self.speed {
-            (rate * (1.0 - 0.5 * inner) + inner * self.speed.copysign(wanted)) / (1.0 + 0.5 * inner)
+        // If the error at the midpoint requires more than the greatest speed, the target is that
+        // speed.
+        let required = (effective_error - 0.25 * step * (rate + unlimited_rate)) / self.lag;
+        if required.abs() > self.speed {
+            (rate * (1.0 - 0.5 * inner) + inner * self.speed.copysign(required))
+                / (1.0 + 0.5 * inner)
         } else {
-            followed
+            unlimited_rate
         }
     }
 
-    /// Inner loop's bandwidth: the acceleration asked for, over the error of the rate \[1/s\].
+    /// Gain of the inner loop: requested acceleration per rate error \[1/s\].
     pub fn stiffness(&self) -> f64 {
         INNER_OVER_OUTER / self.lag
     }
@@ -191,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn the_delay_behind_a_ramp_is_the_lag() {
+    fn delay_behind_a_ramp_equals_the_lag() {
         for h in [1e-5, 1e-3, 2e-3] {
             let (position, rate) = follow(&servo(0.02, 100.0, 0.0), h, |t| 3.0 * t);
             assert!((rate - 3.0).abs() < 1e-6);
@@ -200,14 +207,14 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_followed_without_overshoot_at_no_more_than_the_greatest_speed() {
+    fn step_response_has_no_overshoot_and_obeys_the_speed_limit() {
         let servo = servo(0.02, 6.545, 0.0);
         let (h, mut position, mut rate) = (1e-4, 0.0_f64, 0.0_f64);
         for _ in 0..10_000 {
             let next = servo.rate_after(h, 1.0, position, rate);
             position += 0.5 * h * (rate + next);
             rate = next;
-            // The speed limit is left a step late: 6.5 rad/s · 1e-4 s.
+            // The speed limit ends a step late: 6.5 rad/s · 1e-4 s.
             assert!(
                 position <= 1.0 + 1e-4 && rate <= 6.545 + 1e-9,
                 "{position} {rate}"
@@ -217,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_step_response_is_that_of_a_critically_damped_pair_and_converges_with_second_order() {
+    fn step_response_is_critically_damped_and_converges_with_second_order() {
         // Poles at −2/lag, twice: position after t is 1 − (1 + 2t/lag) e^(−2t/lag).
         let lag = 0.05;
         let servo = servo(lag, 1e9, 0.0);
@@ -242,14 +249,14 @@ mod tests {
     }
 
     #[test]
-    fn an_error_inside_the_dead_band_is_ignored() {
+    fn error_inside_the_dead_band_is_ignored() {
         let servo = servo(0.02, 6.545, 0.005);
         assert_eq!(servo.rate_after(1e-3, 0.0049, 0.0, 0.0), 0.0);
         assert!(servo.rate_after(1e-3, 0.0051, 0.0, 0.0) > 0.0);
     }
 
     #[test]
-    fn impossible_servos_are_refused() {
+    fn invalid_servos_are_rejected() {
         for (lag, speed, dead_band) in [
             (0.0, 1.0, 0.0),
             (1.0, -1.0, 0.0),

@@ -1,21 +1,24 @@
-//! Direct-current motors: torque for a voltage.
+//! Direct-current motors: torque as a function of voltage and rate.
 
 use twinrig_robot::Motor;
 
-/// A direct-current motor behind a gear, as the output of the gear sees it.
+/// Direct-current motor behind a gear; all quantities refer to the output of the gear.
 ///
-/// With the resistance R, the torque constant k, the ratio N and the inertia J of the rotor, the output at the rate ω has
+/// With the resistance R, the torque constant k, the gear ratio N, the rotor's inertia J and the
+/// output rate ω:
 ///
 /// ```text
 /// τ = kN (V − kNω)/R        inertia J N²        damping (kN)²/R        time constant J R/k²
 /// ```
 ///
-/// ASSUMED: the gear loses nothing and the rotor has no friction. That holds for the motors this was made for: 24 V over
-/// 14.05 mN·m/A is 16 312 rpm, and the maker says 16 320 without load. The winding's inductance is left out: it delays the
-/// current by L/R, which is 84 µs for them, where the rate follows within 1.66 ms. Neither current limits nor heat are here.
+/// ASSUMED: lossless gear and frictionless rotor. This is accurate for the motors of Oncilla: 24 V
+/// over 14.05 mN·m/A is 16 312 rpm, and the data sheet has 16 320 rpm without load. The winding's
+/// inductance is neglected: it delays the current by L/R, 84 µs for these motors, where the rate
+/// follows within 1.66 ms. Current limits and heating are not modelled.
 ///
-/// A *bridge* says what holds the winding: 1 where it puts the voltage on it (which brakes at zero volts), 0 where it is open
-/// and the motor coasts. What is between counts as the share of the time that it is closed.
+/// The *bridge* is the duty cycle of the winding's connection: 1 where the voltage is applied
+/// (which brakes at zero volts), 0 where the winding is open and the motor coasts; values between
+/// are shares of the time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DcMotor {
     /// kN/R: torque at standstill for a voltage \[N·m/V\].
@@ -24,20 +27,20 @@ pub struct DcMotor {
     damping: f64,
     /// J N² \[kg·m²\].
     inertia: f64,
-    /// Of the supply \[V\].
+    /// Supply voltage \[V\].
     supply: f64,
 }
 
-/// What a motor does while its voltage stays: torque − damping · rate.
+/// Torque at constant voltage as a function of the rate: torque − damping · rate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotorLine {
     /// Torque at standstill \[N·m\].
     pub torque: f64,
-    /// What the torque loses with the rate \[N·m·s/rad\].
+    /// Decrease of the torque with the rate \[N·m·s/rad\].
     pub damping: f64,
 }
 
-/// A parameter of a motor that makes no motor.
+/// Invalid parameter of a motor.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("a motor's {parameter} cannot be {value}: {why}")]
 pub struct MotorError {
@@ -45,12 +48,12 @@ pub struct MotorError {
     pub parameter: &'static str,
     /// Its value (SI).
     pub value: f64,
-    /// What it has to be.
+    /// Violated condition.
     pub why: &'static str,
 }
 
 impl DcMotor {
-    /// The motor of a robot file.
+    /// Creates the motor of a robot file.
     ///
     /// # Errors
     /// [`MotorError`] where a parameter is not positive and finite.
@@ -86,8 +89,8 @@ impl DcMotor {
         })
     }
 
-    /// What the motor does under a voltage \[V\], which the supply limits, behind a bridge that is closed for this share of
-    /// the time, 0 … 1.
+    /// Returns the torque-rate line at a voltage \[V\], which is limited by the supply, and a
+    /// bridge that is closed for this share of the time, 0 … 1.
     pub fn line(&self, voltage: f64, bridge: f64) -> MotorLine {
         let bridge = bridge.clamp(0.0, 1.0);
         let voltage = voltage.clamp(-self.supply, self.supply);
@@ -97,7 +100,8 @@ impl DcMotor {
         }
     }
 
-    /// Torque at the output \[N·m\] under a voltage \[V\] at a rate \[rad/s\]; see [`DcMotor::line`].
+    /// Torque at the output \[N·m\] under a voltage \[V\] at a rate \[rad/s\]; see
+    /// [`DcMotor::line`].
     pub fn torque(&self, voltage: f64, bridge: f64, rate: f64) -> f64 {
         self.line(voltage, bridge).torque_at(rate)
     }
@@ -112,7 +116,7 @@ impl DcMotor {
         self.damping
     }
 
-    /// In which the rate comes within 1/e of its last, without load \[s\].
+    /// Time constant of the rate without load \[s\].
     pub fn time_constant(&self) -> f64 {
         self.inertia / self.damping
     }
@@ -122,12 +126,12 @@ impl DcMotor {
         self.supply
     }
 
-    /// Torque at standstill under the whole supply \[N·m\].
+    /// Torque at standstill under the full supply voltage \[N·m\].
     pub fn stall_torque(&self) -> f64 {
         self.torque_per_volt * self.supply
     }
 
-    /// Rate without load under the whole supply \[rad/s\].
+    /// Rate without load under the full supply voltage \[rad/s\].
     pub fn no_load_rate(&self) -> f64 {
         self.stall_torque() / self.damping
     }
@@ -158,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_motor_of_the_data_sheet() {
+    fn motor_matches_the_data_sheet() {
         let motor = geared(1.0);
         let rpm = motor.no_load_rate() * 30.0 / core::f64::consts::PI;
         assert!((rpm - 16_320.0).abs() < 10.0, "{rpm}");
@@ -167,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gear_trades_rate_for_torque_and_leaves_the_time_constant() {
+    fn gear_scales_rate_and_torque_and_keeps_the_time_constant() {
         let (one, geared) = (geared(1.0), geared(14.0));
         assert!((geared.stall_torque() / one.stall_torque() - 14.0).abs() < 1e-12);
         assert!((one.no_load_rate() / geared.no_load_rate() - 14.0).abs() < 1e-12);
@@ -176,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn the_step_response_is_the_exponential_of_its_time_constant() {
+    fn step_response_is_the_exponential_of_its_time_constant() {
         let motor = geared(14.0);
         let (h, mut rate) = (1e-7, 0.0);
         for step in 1..=30_000 {
@@ -189,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_bridge_coasts_a_closed_one_at_zero_volts_brakes() {
+    fn open_bridge_coasts_and_closed_bridge_at_zero_volts_brakes() {
         let motor = geared(14.0);
         assert_eq!(motor.torque(24.0, 0.0, 50.0), 0.0);
         assert_eq!(motor.torque(0.0, 1.0, 50.0), -50.0 * motor.damping());
@@ -197,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn no_bridge_goes_beyond_the_supply_or_is_more_than_closed() {
+    fn voltage_is_limited_by_the_supply_and_bridge_by_one() {
         let motor = geared(14.0);
         assert_eq!(motor.torque(100.0, 1.0, 0.0), motor.stall_torque());
         assert_eq!(motor.torque(-100.0, 2.0, 0.0), -motor.stall_torque());
@@ -205,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_motors_are_refused_by_the_name_of_their_parameter() {
+    fn invalid_motors_are_rejected_with_the_parameters_name() {
         let with = |change: fn(&mut Motor)| {
             let mut motor = ROTOR;
             change(&mut motor);

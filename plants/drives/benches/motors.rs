@@ -1,5 +1,5 @@
-//! Cost of eight motors between two events of a bus with four boards, which come some eight thousand times a second at
-//! distances that drift by nanoseconds.
+//! Cost of eight motors between two events of a bus with four boards: about eight thousand events a
+//! second, at distances that drift by nanoseconds.
 
 use divan::Bencher;
 use twinrig_drives::{MotorBench, Motored, Shaft};
@@ -17,26 +17,27 @@ fn eight_motors(bencher: Bencher) {
     let text = include_str!("../../../robots/oncilla.toml");
     let robot = RobotFile::parse("oncilla.toml", text).and_then(|file| file.robot());
     let robot = robot.expect("the robot of this repository");
-    let motors = robot.motors.expect("it has motors");
+    let motors = robot.motors.expect("the robot has motors");
     let motored = Motored {
         legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
         hip: Shaft::bare(motors.hip),
         knee: Shaft::bare(motors.knee),
     };
-    let wanted = |name: &str| name.ends_with("/position") || name.ends_with("/rate");
+    let requested = |name: &str| name.ends_with("/position") || name.ends_with("/rate");
     bencher
         .counter(divan::counter::ItemsCount::new(STEPS))
-        .with_inputs(|| MotorBench::new(&motored, &wanted).expect("a bench of its motors"))
+        .with_inputs(|| MotorBench::new(&motored, &requested).expect("valid motors"))
         .bench_local_values(|mut bench| {
             let (mut inputs, mut outputs, mut now) = ([1.0; 16], [0.0; 16], 0);
             for step in 0..STEPS {
-                // A board has a new voltage for its two motors at every other event, a thousand times a second each.
+                // A board updates the voltages of its two motors at every other event, a thousand
+                // times a second each.
                 let board = usize::try_from(step / 2 % 4).unwrap_or_default();
                 inputs[4 * board] = f64::from(u16::try_from(step % 24).unwrap_or_default());
                 now += 100_000 + 31 * (step % 8) + step / 4000;
                 bench
                     .advance(SimTime::from_nanos(now), &inputs)
-                    .expect("numbers");
+                    .expect("finite inputs");
                 bench.observe(&mut outputs);
             }
             outputs

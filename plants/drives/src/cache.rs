@@ -1,50 +1,50 @@
-//! Responses to steps of lengths that come again: boards tick at a few distances from each other. Only a cache: what is in it
-//! depends on the length alone, so that nothing else does on what is in it.
+//! Cache of responses by step length: boards tick at a few recurring distances. An entry depends on
+//! the length alone, so that results do not depend on the cache's history.
 
 use twinrig_kernel::SimDuration;
 
-use crate::shaft::{Fixture, Responses};
+use crate::shaft::{Responses, ShaftModel};
 
-/// Lengths that are kept, each at the place that its last bits say.
-const KEPT: usize = 64;
+/// Number of entries; an entry's index is the length modulo this number.
+const ENTRIES: usize = 64;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Entry {
-    /// Length of the step \[ns\]; zero for none, since no step is that short.
+    /// Length of the step \[ns\]; zero for an empty entry, since no step has that length.
     nanos: u64,
     seconds: f64,
     responses: [Responses; 2],
 }
 
-/// The cache, for the two kinds of shafts.
+/// Cache for the two kinds of shafts.
 #[derive(Debug, Clone)]
 pub(crate) struct Cache {
-    entries: Box<[Entry; KEPT]>,
+    entries: Box<[Entry; ENTRIES]>,
 }
 
 impl Cache {
     pub(crate) fn new() -> Self {
         Self {
-            entries: Box::new([Entry::default(); KEPT]),
+            entries: Box::new([Entry::default(); ENTRIES]),
         }
     }
 
-    /// A step's length in seconds, and how each kind of shaft responds.
+    /// Returns a step's length in seconds, and the response of each kind of shaft.
     pub(crate) fn find(
         &mut self,
         step: SimDuration,
-        fixtures: &[Fixture; 2],
+        models: &[ShaftModel; 2],
     ) -> (f64, &[Responses; 2]) {
         let nanos = step.as_nanos();
-        let place = usize::try_from(nanos % KEPT as u64).unwrap_or_default();
-        let entry = &mut self.entries[place];
+        let index = usize::try_from(nanos % ENTRIES as u64).unwrap_or_default();
+        let entry = &mut self.entries[index];
         if entry.nanos != nanos {
             let seconds = step.as_secs_f64();
-            let hip = fixtures[0].responses(seconds);
-            let knee = if fixtures[1] == fixtures[0] {
+            let hip = models[0].responses(seconds);
+            let knee = if models[1] == models[0] {
                 hip
             } else {
-                fixtures[1].responses(seconds)
+                models[1].responses(seconds)
             };
             *entry = Entry {
                 nanos,

@@ -1,9 +1,10 @@
-//! Drives alone: a robot's motors or servos on a bench, with nothing on their shafts but what one puts there. They have the
-//! ports of the drives of a whole robot, so that buses, boards and controllers can be tried without one, in next to no time;
-//! and where a robot has servos that its plant does not move, they turn beside it.
+//! Test benches of drives: the motors or servos of a robot with nothing but a configurable load on
+//! their shafts. They have the ports of the drives of a complete robot, so that buses, boards and
+//! controllers can be tested without one at almost no cost; servos of a robot that its plant does
+//! not simulate run on a bench in parallel to it.
 //!
-//! [`MotorBench`] is exact: under a voltage that stays, a motor's rate is an exponential, and so no step is too long.
-//! [`ServoBench`] takes steps of a millisecond at most.
+//! [`MotorBench`] is exact at any step length: at a constant voltage, a motor's rate is an
+//! exponential. [`ServoBench`] takes steps of a millisecond at most.
 //!
 //! ```
 //! use twinrig_drives::{Motored, MotorBench, Shaft};
@@ -24,13 +25,15 @@
 //! bench.advance(SimTime::ZERO + SimDuration::from_secs(1), &[24.0, 1.0, 0.0, 0.0])?;
 //! let mut rate = [0.0];
 //! bench.observe(&mut rate);
-//! assert!((rate[0] * 30.0 / core::f64::consts::PI * 14.0 - 16_312.0).abs() < 1.0, "rpm before the gear");
+//! let rpm = rate[0] * 30.0 / core::f64::consts::PI * 14.0; // before the gear
+//! assert!((rpm - 16_312.0).abs() < 1.0);
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! What is not here: legs, ground and whatever else loads a drive in a robot, but for an inertia and a viscous friction;
-//! stops, so shafts turn on and on; the loops and electronics in front of a motor.
+//! Not modelled: legs, ground and other loads of a drive in a robot, except for an inertia and a
+//! viscous friction; stops (shafts rotate without limit); control loops and electronics in front of
+//! a motor.
 
 mod cache;
 mod error;

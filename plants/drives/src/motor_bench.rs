@@ -1,4 +1,4 @@
-//! Motors on a bench.
+//! Test bench of motors.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit};
@@ -6,81 +6,81 @@ use twinrig_legged::Ledger;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 use crate::cache::Cache;
-use crate::error::{DrivesError, once};
-use crate::shaft::{Drive, Fixture, Shaft};
+use crate::error::{DrivesError, reject_duplicates};
+use crate::shaft::{Drive, Shaft, ShaftModel};
 
 /// Joints of a leg that have a motor, in the order of the ports.
 const JOINTS: [&str; 2] = ["hip", "knee"];
 
-/// What is on a bench.
+/// Motors of a test bench.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motored {
-    /// The legs whose motors are there.
+    /// Names of the legs whose motors are present.
     pub legs: Vec<String>,
-    /// The hips' motors, and what hangs at them.
+    /// Shafts of the hips.
     pub hip: Shaft,
-    /// The knees'.
+    /// Shafts of the knees.
     pub knee: Shaft,
 }
 
-/// The motors of legs that are not there. A plant by the name of `drives`:
+/// Test bench of the motors of legs: a plant named `drives`, with these ports:
 ///
 /// | port | |
 /// |---|---|
-/// | `leg/LF/hip/voltage`, `leg/LF/hip/bridge` | inputs \[V\], \[1\], as of a robot that is driven by motors; `knee` likewise |
+/// | `leg/LF/hip/voltage`, `…/bridge` | inputs \[V\], \[1\], as of a robot; `knee` likewise |
 /// | `leg/LF/hip/position`, `…/rate` | \[rad\], \[rad/s\], behind the gear |
-/// | `leg/LF/hip/torque` | of the motor at the output, mean over the last step \[N·m\] |
-/// | `leg/LF/angles` | hip, 0, 0: the joints of a leg that has none but the hip \[rad\] |
-/// | `energy/…` | as of a robot; of springs, height and impacts there is none \[J\] |
+/// | `leg/LF/hip/torque` | motor torque at the output, mean over the last step \[N·m\] |
+/// | `leg/LF/angles` | hip, 0, 0: joint angles of a leg with the hip only \[rad\] |
+/// | `energy/…` | as of a robot; spring, gravity and impact energies are zero \[J\] |
 ///
-/// All start at rest at zero, and coast until a bridge closes.
+/// All shafts start at rest at zero, and coast until a bridge closes.
 #[derive(Debug, Clone)]
 pub struct MotorBench {
-    fixtures: [Fixture; 2],
+    models: [ShaftModel; 2],
     /// Hip and knee of each leg in turn.
-    shafts: Vec<Turning>,
+    shafts: Vec<ShaftState>,
     drives: Vec<Drive>,
-    /// What the shafts were given last.
+    /// Last inputs of the shafts.
     inputs: Vec<f64>,
     cache: Cache,
     now: SimTime,
     ledger: Ledger,
     steps: u64,
     ports: Vec<Port>,
-    wanted: Vec<Signal>,
+    signals: Vec<Signal>,
 }
 
-/// A shaft in motion.
+/// State of a shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-struct Turning {
+struct ShaftState {
     position: f64,
     rate: f64,
-    /// Mean over the last step.
+    /// Mean over the last step \[N·m\].
     torque: f64,
 }
 
-/// A measurement that somebody wants.
+/// Requested measurement.
 #[derive(Debug, Clone, Copy)]
 enum Signal {
     Energy(Entry),
     Position(usize),
     Rate(usize),
     Torque(usize),
-    /// Of the leg whose hip is there.
+    /// Of the leg whose hip has this index.
     Angles(usize),
 }
 
-/// Everything the way ahead depends on.
+/// Serialised state.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
-    shafts: Vec<Turning>,
+    shafts: Vec<ShaftState>,
     inputs: Vec<f64>,
     ledger: Ledger,
     steps: u64,
 }
 
-/// An entry of the books.
+/// Entry of the energy balance.
 type Entry = fn(&EnergyBalance) -> f64;
 
 const ENERGY: [(&str, Entry); 8] = [
@@ -94,10 +94,10 @@ const ENERGY: [(&str, Entry); 8] = [
     ("energy/residual", |balance| balance.residual),
 ];
 
-/// A measurement of the shaft at a place.
-type OfShaft = fn(usize) -> Signal;
+/// Measurement of the shaft with an index.
+type ShaftSignal = fn(usize) -> Signal;
 
-const JOINT: [(&str, Unit, OfShaft); 3] = [
+const JOINT_SIGNALS: [(&str, Unit, ShaftSignal); 3] = [
     ("position", Unit::Radian, Signal::Position),
     ("rate", Unit::RadianPerSecond, Signal::Rate),
     ("torque", Unit::NewtonMeter, Signal::Torque),
@@ -109,35 +109,35 @@ impl MotorBench {
         signals(legs, &|_| true).0
     }
 
-    /// The bench with everything at rest. `wanted` says which of the output signals anybody needs.
+    /// Creates the bench with all shafts at rest. `requested` selects the output signals.
     ///
     /// # Errors
-    /// [`DrivesError`] for a leg named twice, and for a motor or a load that cannot be.
-    pub fn new(motored: &Motored, wanted: &dyn Fn(&str) -> bool) -> Result<Self, DrivesError> {
-        once(&motored.legs)?;
-        let fixtures = [
-            Fixture::new("hip", &motored.hip)?,
-            Fixture::new("knee", &motored.knee)?,
+    /// [`DrivesError`] for duplicate legs, and for invalid motors or loads.
+    pub fn new(motored: &Motored, requested: &dyn Fn(&str) -> bool) -> Result<Self, DrivesError> {
+        reject_duplicates(&motored.legs)?;
+        let models = [
+            ShaftModel::new("hip", &motored.hip)?,
+            ShaftModel::new("knee", &motored.knee)?,
         ];
-        let (ports, wanted) = signals(&motored.legs, wanted);
+        let (ports, signals) = signals(&motored.legs, requested);
         let count = JOINTS.len() * motored.legs.len();
-        let coasting = |shaft: usize| fixtures[shaft % JOINTS.len()].drive(0.0, 0.0);
+        let coasting = |shaft: usize| models[shaft % JOINTS.len()].drive(0.0, 0.0);
         Ok(Self {
-            shafts: vec![Turning::default(); count],
+            shafts: vec![ShaftState::default(); count],
             drives: (0..count).map(coasting).collect(),
             inputs: vec![0.0; 2 * count],
-            fixtures,
+            models,
             cache: Cache::new(),
             now: SimTime::ZERO,
             ledger: Ledger::opened([0.0; 3]),
             steps: 0,
             ports,
-            wanted,
+            signals,
         })
     }
 
-    /// Takes inputs that are others than before.
-    fn follow_command(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
+    /// Sets inputs that differ from the last ones.
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
         if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
             let mut ports = self.ports.iter();
             let port = ports.nth(i).map(|port| port.name.clone());
@@ -150,21 +150,21 @@ impl MotorBench {
         }
         self.inputs.clear();
         self.inputs.extend_from_slice(inputs);
-        self.drive();
+        self.update_drives();
         Ok(())
     }
 
-    /// What the shafts do under their inputs.
-    fn drive(&mut self) {
-        let given = self.inputs.chunks_exact(2).zip(&mut self.drives);
-        for (i, (given, drive)) in given.enumerate() {
-            *drive = self.fixtures[i % JOINTS.len()].drive(given[0], given[1]);
+    /// Computes the torque-rate lines of the shafts from their inputs.
+    fn update_drives(&mut self) {
+        let pairs = self.inputs.chunks_exact(2).zip(&mut self.drives);
+        for (i, (inputs, drive)) in pairs.enumerate() {
+            *drive = self.models[i % JOINTS.len()].drive(inputs[0], inputs[1]);
         }
     }
 }
 
-/// Inputs of hip and knee, leg by leg; then the measurements that are wanted, by port and by what they are.
-fn signals(legs: &[String], wanted: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec<Signal>) {
+/// Inputs of hip and knee, leg by leg; then the requested measurements, as ports and as signals.
+fn signals(legs: &[String], requested: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec<Signal>) {
     let mut ports = Vec::new();
     for leg in legs {
         for joint in JOINTS {
@@ -175,7 +175,7 @@ fn signals(legs: &[String], wanted: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec<Si
     }
     let mut signals = Vec::new();
     let mut offer = |name: &str, unit: Unit, size: usize, signal: Signal| {
-        if wanted(name) {
+        if requested(name) {
             ports.push(Port::output(name, unit, size));
             signals.push(signal);
         }
@@ -185,7 +185,7 @@ fn signals(legs: &[String], wanted: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec<Si
     }
     for (i, leg) in legs.iter().enumerate() {
         for (j, joint) in JOINTS.into_iter().enumerate() {
-            for (what, unit, signal) in JOINT {
+            for (what, unit, signal) in JOINT_SIGNALS {
                 let shaft = JOINTS.len() * i + j;
                 offer(&format!("leg/{leg}/{joint}/{what}"), unit, 1, signal(shaft));
             }
@@ -207,9 +207,9 @@ impl Plant for MotorBench {
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         if inputs != self.inputs {
-            self.follow_command(inputs)?;
+            self.set_inputs(inputs)?;
         }
-        let (seconds, responses) = self.cache.find(to - self.now, &self.fixtures);
+        let (seconds, responses) = self.cache.find(to - self.now, &self.models);
         let mut kinetic = 0.0;
         for (i, (shaft, drive)) in self.shafts.iter_mut().zip(&self.drives).enumerate() {
             if shaft.rate == 0.0 && drive.coasts() {
@@ -217,14 +217,14 @@ impl Plant for MotorBench {
                 continue;
             }
             let joint = i % JOINTS.len();
-            let fixture = &self.fixtures[joint];
-            let turn = fixture.turn(drive, shaft.rate, &responses[joint], seconds);
-            shaft.position += turn.turned;
-            shaft.rate = turn.rate;
-            shaft.torque = turn.torque;
-            self.ledger.actuator += turn.given;
-            self.ledger.dissipated += turn.taken;
-            kinetic += 0.5 * fixture.inertia() * turn.rate * turn.rate;
+            let model = &self.models[joint];
+            let step = model.step(drive, shaft.rate, &responses[joint], seconds);
+            shaft.position += step.travel;
+            shaft.rate = step.rate;
+            shaft.torque = step.torque;
+            self.ledger.actuator += step.motor_work;
+            self.ledger.dissipated += step.friction_work;
+            kinetic += 0.5 * model.inertia() * step.rate * step.rate;
         }
         self.ledger.close_step([kinetic, 0.0, 0.0]);
         self.now = to;
@@ -240,7 +240,7 @@ impl Plant for MotorBench {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         let mut place = 0;
-        for signal in &self.wanted {
+        for signal in &self.signals {
             outputs[place] = match *signal {
                 Signal::Energy(of) => of(&self.ledger.balance()),
                 Signal::Position(shaft) => self.shafts[shaft].position,
@@ -290,7 +290,7 @@ impl Plant for MotorBench {
         }
         (self.now, self.shafts, self.inputs) = (saved.now, saved.shafts, saved.inputs);
         (self.ledger, self.steps) = (saved.ledger, saved.steps);
-        self.drive();
+        self.update_drives();
         Ok(())
     }
 }

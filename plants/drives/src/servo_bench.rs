@@ -1,4 +1,4 @@
-//! Position servos on a bench.
+//! Test bench of position servos.
 
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::PositionServo;
@@ -8,79 +8,79 @@ use twinrig_robot::Servo;
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
-use crate::error::{DrivesError, once};
-use crate::response::settled;
+use crate::error::{DrivesError, reject_duplicates};
+use crate::response::flush_to_zero;
 
-/// Longest step.
+/// Greatest step length.
 const STEP: SimDuration = SimDuration::from_millis(1);
 
-/// The servos of the hip abduction, for plants whose legs do not abduct: they turn, and nothing hangs at them. A plant by the
-/// name of `servos`:
+/// Servos of the hip abduction without load, for plants whose legs do not abduct: a plant named
+/// `servos`, with these ports:
 ///
 /// | port | |
 /// |---|---|
 /// | `leg/LF/abduction/command` | input \[rad\] |
 /// | `leg/LF/abduction/position` | \[rad\] |
 ///
-/// All start at rest at zero.
+/// All servos start at rest at zero.
 #[derive(Debug, Clone)]
 pub struct ServoBench {
     servo: PositionServo,
-    shafts: Vec<Turning>,
+    shafts: Vec<ServoState>,
     now: SimTime,
     ledger: Ledger,
     steps: u64,
     ports: Vec<Port>,
-    /// The shafts whose positions are wanted.
-    wanted: Vec<usize>,
+    /// Indices of the shafts whose positions are requested.
+    observed: Vec<usize>,
 }
 
-/// A servo in motion.
+/// State of a servo.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-struct Turning {
+struct ServoState {
     position: f64,
     rate: f64,
 }
 
-/// Everything the way ahead depends on.
+/// Serialised state.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
-    shafts: Vec<Turning>,
+    shafts: Vec<ServoState>,
     ledger: Ledger,
     steps: u64,
 }
 
 impl ServoBench {
-    /// A servo for each of these legs, all alike. `wanted` says which of the output signals anybody needs.
+    /// Creates a servo for each of these legs, all alike. `requested` selects the output signals.
     ///
     /// # Errors
-    /// [`DrivesError`] for a leg named twice, and for a servo that cannot be.
+    /// [`DrivesError`] for duplicate legs, and for an invalid servo.
     pub fn new(
         legs: &[String],
         servo: &Servo,
-        wanted: &dyn Fn(&str) -> bool,
+        requested: &dyn Fn(&str) -> bool,
     ) -> Result<Self, DrivesError> {
-        once(legs)?;
-        let (mut ports, mut read) = (Vec::new(), Vec::new());
+        reject_duplicates(legs)?;
+        let (mut ports, mut observed) = (Vec::new(), Vec::new());
         for (index, port) in Self::ports_of(legs).into_iter().enumerate() {
             let output = port.direction == Direction::Output;
-            if output && !wanted(&port.name) {
+            if output && !requested(&port.name) {
                 continue;
             }
             ports.push(port);
             if output {
-                read.push(index - legs.len());
+                observed.push(index - legs.len());
             }
         }
         Ok(Self {
             servo: PositionServo::new(servo)?,
-            shafts: vec![Turning::default(); legs.len()],
+            shafts: vec![ServoState::default(); legs.len()],
             now: SimTime::ZERO,
             ledger: Ledger::opened([0.0; 3]),
             steps: 0,
             ports,
-            wanted: read,
+            observed,
         })
     }
 
@@ -94,7 +94,7 @@ impl ServoBench {
         commands.chain(positions).collect()
     }
 
-    /// The legs, in the order of the shafts.
+    /// Names of the legs, in the order of the shafts.
     fn legs(&self) -> impl Iterator<Item = &str> {
         let command = |port: &'_ Port| port.direction == Direction::Input;
         let commands = self.ports.iter().filter(move |port| command(port));
@@ -104,7 +104,7 @@ impl ServoBench {
         })
     }
 
-    /// \[J\]
+    /// Kinetic energy \[J\].
     fn kinetic(&self) -> f64 {
         let inertia = self.servo.inertia();
         let shafts = self.shafts.iter();
@@ -115,16 +115,16 @@ impl ServoBench {
 
     fn step(&mut self, seconds: f64, commands: &[f64]) {
         let servo = &self.servo;
-        let most = servo.torque() * seconds / servo.inertia();
+        let rate_change_max = servo.torque() * seconds / servo.inertia();
         let mut kinetic = 0.0;
         for (shaft, command) in self.shafts.iter_mut().zip(commands) {
             let rate = shaft.rate;
-            let wanted = servo.rate_after(seconds, *command, shaft.position, rate);
-            let gained = (wanted - rate).clamp(-most, most);
-            let mean = rate + 0.5 * gained;
+            let target = servo.rate_after(seconds, *command, shaft.position, rate);
+            let rate_change = (target - rate).clamp(-rate_change_max, rate_change_max);
+            let mean = rate + 0.5 * rate_change;
             shaft.position += seconds * mean;
-            shaft.rate = settled(rate + gained);
-            self.ledger.actuator += servo.inertia() * gained * mean;
+            shaft.rate = flush_to_zero(rate + rate_change);
+            self.ledger.actuator += servo.inertia() * rate_change * mean;
             kinetic += 0.5 * servo.inertia() * shaft.rate * shaft.rate;
         }
         self.ledger.close_step([kinetic, 0.0, 0.0]);
@@ -165,7 +165,7 @@ impl Plant for ServoBench {
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
-        for (output, shaft) in outputs.iter_mut().zip(&self.wanted) {
+        for (output, shaft) in outputs.iter_mut().zip(&self.observed) {
             *output = self.shafts[*shaft].position;
         }
     }
@@ -220,24 +220,21 @@ impl Plant for ServoBench {
                 Some(&[position, rate]) if position.is_finite() && rate.is_finite() => {
                     (shaft.position, shaft.rate) = (position, rate);
                 }
-                _ => lines.push(format!(
-                    "{} is not told, and stays as it is",
-                    abduction(leg)
-                )),
+                _ => lines.push(format!("{} is missing and keeps its value", abduction(leg))),
             }
         }
         let legs: Vec<String> = self.legs().map(abduction).collect();
-        let strange = from
+        let unknown = from
             .iter()
-            .filter(|(name, _)| !legs.iter().any(|own| own == name));
-        lines.extend(strange.map(|(name, _)| format!("{name} has no place here")));
+            .filter(|(name, _)| !legs.iter().any(|known| known == name));
+        lines.extend(unknown.map(|(name, _)| format!("{name} is not a state of this plant")));
         (self.now, self.shafts, self.steps) = (from.time, shafts, 0);
         self.ledger = Ledger::opened([self.kinetic(), 0.0, 0.0]);
         Ok(lines)
     }
 }
 
-/// The name of a leg's abduction in a state: angle and rate.
+/// Name of a leg's abduction in a [`PlantState`]: angle and rate.
 fn abduction(leg: &str) -> String {
     format!("leg/{leg}/abduction")
 }

@@ -1,4 +1,4 @@
-//! A motor with what hangs at its shaft.
+//! Shaft: a motor with its load.
 
 use twinrig_actuator::{DcMotor, MotorLine};
 use twinrig_robot::Motor;
@@ -6,10 +6,10 @@ use twinrig_robot::Motor;
 use crate::error::DrivesError;
 use crate::response::{Course, Response};
 
-/// What hangs at a shaft, behind the gear.
+/// Load of a shaft, behind the gear.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Load {
-    /// Inertia besides the rotor's \[kg·m²\].
+    /// Inertia without the rotor's \[kg·m²\].
     pub inertia: f64,
     /// Viscous friction \[N·m·s/rad\].
     pub friction: f64,
@@ -20,12 +20,12 @@ pub struct Load {
 pub struct Shaft {
     /// The motor with its gear.
     pub motor: Motor,
-    /// What hangs at it.
+    /// The load.
     pub load: Load,
 }
 
 impl Shaft {
-    /// A motor with nothing at its shaft.
+    /// Returns a motor without a load.
     pub const fn bare(motor: Motor) -> Self {
         Self {
             motor,
@@ -37,52 +37,52 @@ impl Shaft {
     }
 }
 
-/// A shaft ready for use: what never changes of it.
+/// Constant data of a shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fixture {
+pub(crate) struct ShaftModel {
     motor: DcMotor,
     inertia: f64,
     friction: f64,
 }
 
-/// How rates decay in a step, bridge open and bridge closed.
+/// Responses of a step, with open and with closed bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Responses {
     open: Response,
     closed: Response,
 }
 
-/// What a shaft does while its inputs stay.
+/// Motion of a shaft under constant inputs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Drive {
     line: MotorLine,
-    /// The rate it tends to \[rad/s\].
-    last: f64,
+    /// Final rate \[rad/s\].
+    final_rate: f64,
     bridge: Bridge,
 }
 
-/// What a bridge does to how rates decay.
+/// State of a bridge, which determines the decay of rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Bridge {
     Open,
     Closed,
-    /// Closed for a share of the time: a decay of its own \[1/s\].
-    Between(f64),
+    /// Closed for a share of the time: decay \[1/s\].
+    Modulated(f64),
 }
 
-/// A step of a shaft.
+/// Result of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Turn {
+pub(crate) struct ShaftStep {
     pub(crate) rate: f64,
-    pub(crate) turned: f64,
+    pub(crate) travel: f64,
     /// Mean torque of the motor at the output \[N·m\].
     pub(crate) torque: f64,
-    /// What the motor gave, and what friction took \[J\].
-    pub(crate) given: f64,
-    pub(crate) taken: f64,
+    /// Work of the motor, and work dissipated by friction \[J\].
+    pub(crate) motor_work: f64,
+    pub(crate) friction_work: f64,
 }
 
-impl Fixture {
+impl ShaftModel {
     pub(crate) fn new(drive: &'static str, shaft: &Shaft) -> Result<Self, DrivesError> {
         let Load { inertia, friction } = shaft.load;
         for (what, value) in [("inertia", inertia), ("friction", friction)] {
@@ -98,7 +98,7 @@ impl Fixture {
         })
     }
 
-    /// All that turns \[kg·m²\].
+    /// Total inertia \[kg·m²\].
     pub(crate) fn inertia(&self) -> f64 {
         self.inertia
     }
@@ -111,12 +111,12 @@ impl Fixture {
         }
     }
 
-    /// Under a voltage \[V\] and a bridge, 0 … 1.
+    /// Motion at a voltage \[V\] and a bridge, 0 … 1.
     pub(crate) fn drive(&self, voltage: f64, bridge: f64) -> Drive {
         let line = self.motor.line(voltage, bridge);
         let damping = line.damping + self.friction;
-        // Nothing drives where nothing damps: then it turns on as it does.
-        let last = if damping > 0.0 {
+        // Without damping there is no torque either, and the rate is constant.
+        let final_rate = if damping > 0.0 {
             line.torque / damping
         } else {
             0.0
@@ -126,42 +126,46 @@ impl Fixture {
         } else if bridge >= 1.0 {
             Bridge::Closed
         } else {
-            Bridge::Between(damping / self.inertia)
+            Bridge::Modulated(damping / self.inertia)
         };
-        Drive { line, last, bridge }
+        Drive {
+            line,
+            final_rate,
+            bridge,
+        }
     }
 
-    /// A step of `seconds` from the rate `from` \[rad/s\].
-    pub(crate) fn turn(
+    /// Advances by `seconds` from the rate `from` \[rad/s\].
+    pub(crate) fn step(
         &self,
         drive: &Drive,
         from: f64,
         responses: &Responses,
         seconds: f64,
-    ) -> Turn {
-        let between;
+    ) -> ShaftStep {
+        let modulated;
         let response = match drive.bridge {
             Bridge::Open => &responses.open,
             Bridge::Closed => &responses.closed,
-            Bridge::Between(decay) => {
-                between = Response::new(decay, seconds);
-                &between
+            Bridge::Modulated(decay) => {
+                modulated = Response::new(decay, seconds);
+                &modulated
             }
         };
-        let course = Course::new(from, drive.last, response, seconds);
+        let course = Course::new(from, drive.final_rate, response, seconds);
         let MotorLine { torque, damping } = drive.line;
-        Turn {
+        ShaftStep {
             rate: course.rate,
-            turned: course.turned,
-            torque: torque - damping * (course.turned / seconds),
-            given: torque * course.turned - damping * course.squares,
-            taken: self.friction * course.squares,
+            travel: course.travel,
+            torque: torque - damping * (course.travel / seconds),
+            motor_work: torque * course.travel - damping * course.squares,
+            friction_work: self.friction * course.squares,
         }
     }
 }
 
 impl Drive {
-    /// Whether a shaft that is at rest stays there, and nobody feels it.
+    /// Whether a shaft at rest stays at rest without effect.
     pub(crate) fn coasts(&self) -> bool {
         self.bridge == Bridge::Open
     }

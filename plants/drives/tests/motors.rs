@@ -1,4 +1,5 @@
-//! Motors on a bench: exact whatever the steps, the same however they are cut, and cheap.
+//! Test bench of motors: exact at any step length, independent of subdivision, and without
+//! allocations.
 
 use std::path::Path;
 
@@ -10,8 +11,8 @@ use twinrig_robot::{Motor, RobotFile};
 use twinrig_runtime::Plant;
 
 fn motor() -> Motor {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let robot = RobotFile::find("oncilla", beside).unwrap().robot().unwrap();
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let robot = RobotFile::find("oncilla", root).unwrap().robot().unwrap();
     robot.motors.unwrap().hip
 }
 
@@ -43,37 +44,37 @@ fn read(bench: &mut MotorBench, signal: &str) -> Vec<f64> {
 }
 
 #[test]
-fn a_step_response_is_the_exponential_of_the_data_sheet() {
+fn step_response_is_the_exponential_of_the_data_sheet() {
     let (sheet, mut bench) = (
         DcMotor::new(&motor()).unwrap(),
         bench(&["LF"], Load::default()),
     );
     let tau = sheet.time_constant();
-    let mut then = 0.0;
+    let mut previous = 0.0;
     for ms in 1..=10 {
         bench
             .advance(at(1_000_000 * ms), &[12.0, 1.0, 0.0, 0.0])
             .unwrap();
         let time = ms as f64 * 1e-3;
-        let risen = -libm::expm1(-time / tau);
-        let (last, rate) = (
+        let rise = -libm::expm1(-time / tau);
+        let (final_rate, rate) = (
             0.5 * sheet.no_load_rate(),
             read(&mut bench, "leg/LF/hip/rate")[0],
         );
-        assert!((rate - last * risen).abs() < 1e-12 * last);
+        assert!((rate - final_rate * rise).abs() < 1e-12 * final_rate);
         let position = read(&mut bench, "leg/LF/hip/position")[0];
-        assert!((position - last * (time - tau * risen)).abs() < 1e-14);
+        assert!((position - final_rate * (time - tau * rise)).abs() < 1e-14);
         let torque = read(&mut bench, "leg/LF/hip/torque")[0];
-        let mean = sheet.torque(12.0, 1.0, (position - then) / 1e-3);
+        let mean = sheet.torque(12.0, 1.0, (position - previous) / 1e-3);
         assert!((torque - mean).abs() < 1e-9, "{torque} {mean}");
-        then = position;
+        previous = position;
         assert_eq!(read(&mut bench, "leg/LF/angles"), [position, 0.0, 0.0]);
     }
     assert_eq!(read(&mut bench, "leg/LF/knee/position"), [0.0]);
 }
 
 #[test]
-fn a_load_slows_the_rise_and_friction_the_last() {
+fn inertia_lengthens_the_rise_and_friction_lowers_the_final_rate() {
     let load = Load {
         inertia: 1e-3,
         friction: 0.02,
@@ -90,7 +91,7 @@ fn a_load_slows_the_rise_and_friction_the_last() {
 }
 
 #[test]
-fn bare_shafts_coast_for_ever_and_brakes_stop_them_for_good() {
+fn bare_shafts_coast_without_loss_and_brake_to_exactly_zero() {
     let mut bench = bench(&["LF"], Load::default());
     bench
         .advance(at(50_000_000), &[24.0, 1.0, 0.0, 0.0])
@@ -110,7 +111,7 @@ fn bare_shafts_coast_for_ever_and_brakes_stop_them_for_good() {
 }
 
 #[test]
-fn only_what_is_wanted_is_there() {
+fn only_requested_outputs_are_ports() {
     let motored = loaded(&["LF", "RH"], Load::default());
     let bench = MotorBench::new(&motored, &|name| name == "leg/RH/knee/position").unwrap();
     let names: Vec<String> = bench.ports().into_iter().map(|port| port.name).collect();
@@ -121,32 +122,32 @@ fn only_what_is_wanted_is_there() {
 }
 
 #[test]
-fn benches_that_cannot_be_are_refused() {
-    let refused = |motored: &Motored| MotorBench::new(motored, &|_| true).unwrap_err();
-    let twice = loaded(&["LF", "LF"], Load::default());
-    assert_eq!(refused(&twice), DrivesError::Twice("LF".to_owned()));
+fn invalid_benches_are_rejected() {
+    let error_of = |motored: &Motored| MotorBench::new(motored, &|_| true).unwrap_err();
+    let duplicate = loaded(&["LF", "LF"], Load::default());
+    assert_eq!(error_of(&duplicate), DrivesError::Twice("LF".to_owned()));
     let negative = Load {
         inertia: -1.0,
         friction: 0.0,
     };
     assert!(matches!(
-        refused(&loaded(&["LF"], negative)),
+        error_of(&loaded(&["LF"], negative)),
         DrivesError::Load {
             drive: "hip",
             what: "inertia",
             ..
         }
     ));
-    let mut dead = loaded(&["LF"], Load::default());
-    dead.knee.motor.resistance = 0.0;
+    let mut without_resistance = loaded(&["LF"], Load::default());
+    without_resistance.knee.motor.resistance = 0.0;
     assert!(matches!(
-        refused(&dead),
+        error_of(&without_resistance),
         DrivesError::Motor { drive: "knee", .. }
     ));
 }
 
 #[test]
-fn an_input_that_is_no_number_is_named_and_nothing_moves() {
+fn non_finite_input_is_a_fault_that_leaves_the_bench_unchanged() {
     let mut bench = bench(&["LF"], Load::default());
     bench
         .advance(at(1_000_000), &[24.0, 1.0, 0.0, 0.0])
@@ -162,7 +163,7 @@ fn an_input_that_is_no_number_is_named_and_nothing_moves() {
     assert_eq!(bench.save(), saved);
 }
 
-/// Steps \[ns\] with the inputs of two motors, and how the steps are cut.
+/// Steps \[ns\] with the inputs of two motors.
 fn motions() -> impl Strategy<Value = Vec<(u64, [f64; 4])>> {
     let bridge = || prop_oneof![Just(0.0), Just(1.0), 0.0..1.0];
     let inputs = (-30.0..30.0, bridge(), -30.0..30.0, bridge());
@@ -177,7 +178,7 @@ fn load() -> impl Strategy<Value = Load> {
 
 proptest! {
     #[test]
-    fn books_close_to_rounding(motion in motions(), load in load()) {
+    fn energy_balance_closes_to_rounding(motion in motions(), load in load()) {
         let (mut bench, mut now) = (bench(&["LF"], load), 0);
         for (step, inputs) in motion {
             now += step;
@@ -189,26 +190,26 @@ proptest! {
     }
 
     #[test]
-    fn steps_may_be_cut_anywhere(motion in motions(), load in load(), share in 0.0..1.0_f64) {
-        let (mut whole, mut cut, mut now) = (bench(&["LF"], load), bench(&["LF"], load), 0);
+    fn subdivided_steps_give_the_same_motion(motion in motions(), load in load(), share in 0.0..1.0_f64) {
+        let (mut single, mut split, mut now) = (bench(&["LF"], load), bench(&["LF"], load), 0);
         for (step, inputs) in motion {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of milliseconds")]
             let part = (share * step as f64) as u64;
             if part > 0 && part < step {
-                cut.advance(at(now + part), &inputs).unwrap();
+                split.advance(at(now + part), &inputs).unwrap();
             }
             now += step;
-            whole.advance(at(now), &inputs).unwrap();
-            cut.advance(at(now), &inputs).unwrap();
+            single.advance(at(now), &inputs).unwrap();
+            split.advance(at(now), &inputs).unwrap();
         }
         for signal in ["leg/LF/hip/position", "leg/LF/hip/rate", "leg/LF/knee/rate"] {
-            let [a, b] = [read(&mut whole, signal)[0], read(&mut cut, signal)[0]];
+            let [a, b] = [read(&mut single, signal)[0], read(&mut split, signal)[0]];
             prop_assert!((a - b).abs() < 1e-10, "{}: {} {}", signal, a, b);
         }
     }
 
     #[test]
-    fn a_restored_bench_goes_on_bit_for_bit_whatever_it_has_seen(
+    fn restored_bench_continues_bit_for_bit(
         before in motions(), after in motions(), other in motions(), load in load(),
     ) {
         let run = |bench: &mut MotorBench, mut now: u64, motion: &[(u64, [f64; 4])]| {
@@ -222,7 +223,7 @@ proptest! {
         let now = run(&mut one, 0, &before);
         run(&mut two, 0, &other);
         two.restore(&one.save()).unwrap();
-        // On with the same inputs, and then with others.
+        // Continues with the same inputs, and then with others.
         let (_, held) = before[before.len() - 1];
         let after = [vec![(777, held)], after].concat();
         run(&mut one, now, &after);
@@ -232,13 +233,13 @@ proptest! {
 }
 
 #[test]
-fn a_snapshot_of_another_bench_is_refused() {
+fn snapshot_of_another_bench_is_rejected() {
     let other = bench(&["LF", "RF"], Load::default()).save();
     assert!(bench(&["LF"], Load::default()).restore(&other).is_err());
 }
 
 #[test]
-fn nothing_under_way_asks_for_memory() {
+fn steps_and_observations_allocate_nothing() {
     let mut bench = bench(&["LF", "RF", "LH", "RH"], Load::default());
     let layout = Layout::of(&bench.ports(), Direction::Output);
     let mut outputs = vec![0.0; layout.len()];

@@ -1,11 +1,11 @@
-//! Servos on a bench.
+//! Test bench of servos.
 
 use twinrig_drives::ServoBench;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_robot::Servo;
 use twinrig_runtime::Plant;
 
-/// Of a Kondo KRS2350's kind.
+/// Similar to a Kondo KRS2350.
 const SERVO: Servo = Servo {
     torque: 2.0,
     speed: 6.545,
@@ -24,22 +24,22 @@ fn at(ms: u64) -> SimTime {
 }
 
 #[test]
-fn servos_go_where_they_are_told_no_faster_than_they_can() {
+fn servos_reach_their_commands_within_the_speed_limit() {
     let mut bench = bench(&["LF", "RF"]);
     let mut positions = [0.0; 2];
     let mut before = positions;
     for ms in 1..=500 {
         bench.advance(at(ms), &[0.5, -0.2]).unwrap();
         bench.observe(&mut positions);
-        for (now, then) in positions.iter().zip(before) {
-            assert!((now - then).abs() <= 6.545e-3 + 1e-9);
+        for (now, previous) in positions.iter().zip(before) {
+            assert!((now - previous).abs() <= 6.545e-3 + 1e-9);
         }
         before = positions;
     }
     // Within the dead band.
     assert!((positions[0] - 0.5).abs() <= 0.006 && (positions[1] + 0.2).abs() <= 0.006);
     assert!(bench.energy().residual.abs() < 1e-12 * bench.energy().exchanged);
-    // At rest for good: nothing moves any more, not even by a bit.
+    // At rest permanently: the positions do not change by a single bit.
     bench.advance(at(10_000), &[0.5, -0.2]).unwrap();
     bench.observe(&mut before);
     bench.advance(at(11_000), &[0.5, -0.2]).unwrap();
@@ -48,7 +48,7 @@ fn servos_go_where_they_are_told_no_faster_than_they_can() {
 }
 
 #[test]
-fn long_steps_are_cut_into_milliseconds() {
+fn long_steps_are_divided_into_milliseconds() {
     let (mut one, mut many) = (bench(&["LF"]), bench(&["LF"]));
     one.advance(at(20), &[0.3]).unwrap();
     for ms in 1..=20 {
@@ -59,7 +59,7 @@ fn long_steps_are_cut_into_milliseconds() {
 }
 
 #[test]
-fn a_torque_that_is_used_up_limits_how_fast_a_servo_gains_speed() {
+fn torque_limit_bounds_the_acceleration() {
     let legs = ["LF".to_owned()];
     let weak = Servo {
         torque: 1e-3,
@@ -74,7 +74,7 @@ fn a_torque_that_is_used_up_limits_how_fast_a_servo_gains_speed() {
 }
 
 #[test]
-fn a_restored_bench_goes_on_bit_for_bit() {
+fn restored_bench_continues_bit_for_bit() {
     let (mut one, mut two) = (bench(&["LF", "RH"]), bench(&["LF", "RH"]));
     one.advance(at(33), &[0.3, 0.1]).unwrap();
     two.restore(&one.save()).unwrap();
@@ -86,7 +86,7 @@ fn a_restored_bench_goes_on_bit_for_bit() {
 }
 
 #[test]
-fn a_command_that_is_no_number_is_named_and_nothing_moves() {
+fn non_finite_command_is_a_fault_that_names_its_port() {
     let mut bench = bench(&["LF", "RF"]);
     let fault = bench.advance(at(1), &[0.0, f64::NAN]).unwrap_err();
     assert_eq!(
@@ -96,10 +96,10 @@ fn a_command_that_is_no_number_is_named_and_nothing_moves() {
 }
 
 #[test]
-fn only_what_is_wanted_is_there() {
+fn only_requested_outputs_are_ports() {
     let legs = ["LF", "RF"].map(str::to_owned);
-    let wanted = |name: &str| name == "leg/RF/abduction/position";
-    let bench = ServoBench::new(&legs, &SERVO, &wanted).unwrap();
+    let requested = |name: &str| name == "leg/RF/abduction/position";
+    let bench = ServoBench::new(&legs, &SERVO, &requested).unwrap();
     assert_eq!(bench.ports().len(), 3);
-    assert!(ServoBench::new(&["LF", "LF"].map(str::to_owned), &SERVO, &wanted).is_err());
+    assert!(ServoBench::new(&["LF", "LF"].map(str::to_owned), &SERVO, &requested).is_err());
 }

@@ -1,9 +1,9 @@
-//! Trunk and legs in one state, and how they answer to forces.
+//! Trunk and legs in one state: inertia, accelerations and responses to forces.
 
-use crate::carried::{COUPLED, Carried, Carrier};
 use crate::chain::Chain;
 use crate::constants::Constants;
-use crate::constraints::{ConstraintSet, Give};
+use crate::constraints::{ConstraintSet, LegMobility};
+use crate::coupling::{COUPLED, LegCoupling, TrunkMotion};
 use crate::model::Model;
 use crate::real::Real;
 use crate::state::State;
@@ -13,36 +13,37 @@ use twinrig_robot::GRAVITY;
 /// Rotation from trunk to world.
 pub(crate) type Rotation<T> = [[T; 3]; 3];
 
-/// Trunk and legs in one state, with what holds inside the legs taken out.
+/// Trunk and legs in one state, with the active constraints inside the legs eliminated.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Articulated<R: Real, const N: usize> {
     pub(crate) chain: Chain<R, N>,
-    pub(crate) give: Give<R, N>,
-    /// Torques on the links: springs, friction, gravity, velocities, motors that are used up.
+    pub(crate) mobility: LegMobility<R, N>,
+    /// Torques on the links: springs, friction, gravity, velocity terms, saturated motors.
     pub(crate) torques: [R; N],
-    /// What a trunk that moves adds.
+    /// Terms of a moving trunk; none where the trunk is fixed.
     pub(crate) base: Option<Floating<R, N>>,
 }
 
-/// A trunk that moves.
+/// Terms of a moving trunk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Floating<R: Real, const N: usize> {
-    pub(crate) carried: Carried<R, N>,
+    pub(crate) coupling: LegCoupling<R, N>,
     pub(crate) trunk: Trunk<R::Sum>,
     pub(crate) schur: Schur<R::Sum>,
     pub(crate) rotation: Rotation<R::Sum>,
 }
 
-/// Accelerations of everything.
+/// Accelerations of trunk and links.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Accelerations<R: Real, const N: usize> {
     pub(crate) trunk: Spatial<R::Sum>,
     pub(crate) links: [R; N],
-    /// Torques that the legs' own equations see: all but the forces of what holds inside them.
+    /// Torques in the equations of the legs: all except the constraint forces inside the legs.
     pub(crate) torques: [R; N],
 }
 
-/// A direction in which something may be pushed: a gap's gradient, by the trunk's and one leg's velocities.
+/// Row of a constraint Jacobian: gradient of a gap with respect to the velocities of the trunk and
+/// of one leg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row<T, const N: usize> {
     pub(crate) leg: usize,
@@ -50,17 +51,17 @@ pub(crate) struct Row<T, const N: usize> {
     pub(crate) links: [T; N],
 }
 
-/// What a unit force along a row does.
+/// Response of trunk and links to a unit force along a row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Response<T, const N: usize> {
-    /// Φ Jᵀ: of the links, with the trunk held.
+    /// Φ Jᵀ: accelerations of the links with the trunk fixed.
     pub(crate) links: [T; N],
-    /// What of it reaches the trunk, w = Jₜ − C Φ Jᵀ, and S⁻¹ w.
+    /// Force on the trunk, w = Jₜ − C Φ Jᵀ, and its acceleration, S⁻¹ w.
     pub(crate) pull: Spatial<T>,
     pub(crate) trunk: Spatial<T>,
 }
 
-/// The rotation of a quaternion that need not have unit length.
+/// Returns the rotation of a quaternion of any length other than zero.
 #[inline(always)]
 pub(crate) fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Rotation<T> {
     let one = T::splat(1.0);
@@ -75,7 +76,7 @@ pub(crate) fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Rotation<T> {
     ]
 }
 
-/// A vector of the world in trunk axes.
+/// Transforms a vector from world to trunk axes.
 #[inline(always)]
 pub(crate) fn into_trunk<T: Real>(rotation: &Rotation<T>, world: [T; 3]) -> [T; 3] {
     std::array::from_fn(|i| {
@@ -83,39 +84,39 @@ pub(crate) fn into_trunk<T: Real>(rotation: &Rotation<T>, world: [T; 3]) -> [T; 
     })
 }
 
-/// A vector in trunk axes, in those of the world.
+/// Transforms a vector from trunk to world axes.
 #[inline(always)]
-pub(crate) fn into_world<T: Real>(rotation: &Rotation<T>, own: [T; 3]) -> [T; 3] {
-    rotation.map(|row| row[0] * own[0] + row[1] * own[1] + row[2] * own[2])
+pub(crate) fn into_world<T: Real>(rotation: &Rotation<T>, vector: [T; 3]) -> [T; 3] {
+    rotation.map(|row| row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2])
 }
 
-/// How fast a unit force along one row moves another: `pushed` is what it does, `pull` what a unit force along the other
-/// brings to the trunk.
+/// Returns the acceleration along `row` per unit force along `other`: `pull` is the force on the
+/// trunk by a unit force along `row`, `response` the response to a unit force along `other`.
 #[inline(always)]
-pub(crate) fn between<T: Real, const N: usize>(
+pub(crate) fn cross_mobility<T: Real, const N: usize>(
     row: &Row<T, N>,
     pull: &Spatial<T>,
     other: &Row<T, N>,
-    pushed: &Response<T, N>,
+    response: &Response<T, N>,
 ) -> T {
     let mut sum = T::zero();
     for i in 0..6 {
-        sum += pull[i] * pushed.trunk[i];
+        sum += pull[i] * response.trunk[i];
     }
-    between_links(sum, row, other, pushed)
+    cross_mobility_links(sum, row, other, response)
 }
 
-/// The same where the trunk's part of it is known.
+/// Adds the links' part to `sum`, the trunk's part of the mobility.
 #[inline(always)]
-pub(crate) fn between_links<T: Real, const N: usize>(
+pub(crate) fn cross_mobility_links<T: Real, const N: usize>(
     mut sum: T,
     row: &Row<T, N>,
     other: &Row<T, N>,
-    pushed: &Response<T, N>,
+    response: &Response<T, N>,
 ) -> T {
     if row.leg == other.leg {
         for i in 0..N {
-            sum += row.links[i] * pushed.links[i];
+            sum += row.links[i] * response.links[i];
         }
     }
     sum
@@ -129,23 +130,28 @@ impl<R: Real, const N: usize> Floating<R, N> {
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
         chain: &Chain<R, N>,
-        give: &Give<R, N>,
+        mobility: &LegMobility<R, N>,
     ) -> Self {
         let none = <R::Sum as Real>::zero();
         let rotation = rotation(state.attitude);
         let weight = into_trunk(&rotation, [none, none, <R::Sum as Real>::splat(-GRAVITY)]);
         let turned = cross(state.turning, state.velocity);
         let field = std::array::from_fn(|i| weight[i] - turned[i]);
-        let carrier = Carrier {
+        let carrier = TrunkMotion {
             turning: state.turning.map(R::broadcast),
             field: field.map(R::broadcast),
         };
-        let mut carried = Carried::new(legs, chain, &carrier);
-        carried.torques[0] += constraint_set.drive.hip_torque;
-        let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), state.turning, field);
-        let schur = Schur::new(&model.trunk, &trunk, &carried, give);
+        let mut coupling = LegCoupling::new(legs, chain, &carrier);
+        coupling.torques[0] += constraint_set.drive.hip_torque;
+        let trunk = Trunk::new(
+            &model.trunk,
+            &summed(&coupling.contribution),
+            state.turning,
+            field,
+        );
+        let schur = Schur::new(&model.trunk, &trunk, &coupling, mobility);
         Self {
-            carried,
+            coupling,
             trunk,
             schur,
             rotation,
@@ -161,37 +167,37 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
     ) -> Self {
-        let (chain, give, torques);
+        let (chain, mobility, torques);
         let mut base = None;
         if model.is_free() {
             chain = Chain::new(legs, &state.angles, &state.rates);
-            give = chain.give(legs, &state.angles, constraint_set);
-            let floating = Floating::new(model, legs, state, constraint_set, &chain, &give);
-            torques = floating.carried.torques;
+            mobility = chain.mobility(legs, &state.angles, constraint_set);
+            let floating = Floating::new(model, legs, state, constraint_set, &chain, &mobility);
+            torques = floating.coupling.torques;
             base = Some(floating);
         } else {
-            (chain, give, torques) = Self::legs(legs, state, constraint_set);
+            (chain, mobility, torques) = Self::legs(legs, state, constraint_set);
         }
         Self {
             chain,
-            give,
+            mobility,
             torques,
             base,
         }
     }
 
-    /// Room for one.
+    /// Storage for [`Articulated::renew`].
     #[inline(always)]
     pub(crate) fn blank() -> Self {
         Self {
             chain: Chain::blank(),
-            give: Give::blank(),
+            mobility: LegMobility::blank(),
             torques: [R::zero(); N],
             base: None,
         }
     }
 
-    /// Another state in its place: what is large is not moved about.
+    /// Computes another state in place, without moving the large struct.
     #[inline(always)]
     pub(crate) fn renew(
         &mut self,
@@ -201,18 +207,26 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         constraint_set: &ConstraintSet<'_, R>,
     ) {
         if !model.is_free() {
-            (self.chain, self.give, self.torques) = Self::legs(legs, state, constraint_set);
+            (self.chain, self.mobility, self.torques) = Self::legs(legs, state, constraint_set);
             self.base = None;
             return;
         }
         self.chain = Chain::new(legs, &state.angles, &state.rates);
-        self.give = self.chain.give(legs, &state.angles, constraint_set);
-        let base = Floating::new(model, legs, state, constraint_set, &self.chain, &self.give);
-        self.torques = base.carried.torques;
+        self.mobility = self.chain.mobility(legs, &state.angles, constraint_set);
+        let base = Floating::new(
+            model,
+            legs,
+            state,
+            constraint_set,
+            &self.chain,
+            &self.mobility,
+        );
+        self.torques = base.coupling.torques;
         self.base = Some(base);
     }
 
-    /// The inertia in another state in its place: nothing pushes, and the trunk stands as the world.
+    /// Computes the inertia of another state in place: no forces, trunk axes parallel to world
+    /// axes.
     #[inline(always)]
     pub(crate) fn unload(
         &mut self,
@@ -222,39 +236,39 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         constraint_set: &ConstraintSet<'_, R>,
     ) {
         self.chain = Chain::new(legs, angles, rates);
-        self.give = self.chain.give(legs, angles, constraint_set);
+        self.mobility = self.chain.mobility(legs, angles, constraint_set);
         self.torques = [R::zero(); N];
         if !model.is_free() {
             self.base = None;
             return;
         }
-        let carried = Carried::unloaded(legs, &self.chain);
-        let trunk = Trunk::unloaded(&model.trunk, &summed(&carried.burden));
-        let schur = Schur::with(&model.trunk, &trunk, &carried, &self.give, trunk.force);
+        let coupling = LegCoupling::unloaded(legs, &self.chain);
+        let trunk = Trunk::unloaded(&model.trunk, &summed(&coupling.contribution));
+        let schur = Schur::with(&model.trunk, &trunk, &coupling, &self.mobility, trunk.force);
         let (none, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
         self.base = Some(Floating {
-            carried,
+            coupling,
             trunk,
             schur,
             rotation: [[one, none, none], [none, one, none], [none, none, one]],
         });
     }
 
-    /// Legs on a trunk that is held, and the torques on their links.
+    /// Computes the legs on a fixed trunk and the torques on their links.
     #[inline(always)]
     pub(crate) fn legs(
         legs: &Constants<R, N>,
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
-    ) -> (Chain<R, N>, Give<R, N>, [R; N]) {
+    ) -> (Chain<R, N>, LegMobility<R, N>, [R; N]) {
         let chain = Chain::new(legs, &state.angles, &state.rates);
-        let give = chain.give(legs, &state.angles, constraint_set);
+        let mobility = chain.mobility(legs, &state.angles, constraint_set);
         let mut torques = chain.torques(legs, [R::zero(), R::splat(-GRAVITY)]);
         torques[0] += constraint_set.drive.hip_torque;
-        (chain, give, torques)
+        (chain, mobility, torques)
     }
 
-    /// Accelerations without any force but its own.
+    /// Returns the accelerations without contact forces.
     #[inline(always)]
     pub(crate) fn accelerations(&self) -> Accelerations<R, N> {
         let trunk = self
@@ -266,7 +280,8 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         self.with_trunk(trunk, &self.torques)
     }
 
-    /// Accelerations of the links under these torques, on a trunk of this acceleration.
+    /// Returns the accelerations of the links under these torques, on a trunk with this
+    /// acceleration.
     #[inline(always)]
     pub(crate) fn with_trunk(
         &self,
@@ -275,7 +290,7 @@ impl<R: Real, const N: usize> Articulated<R, N> {
     ) -> Accelerations<R, N> {
         let mut torques = *torques;
         if let Some(base) = &self.base {
-            for (torque, column) in torques.iter_mut().zip(&base.carried.columns) {
+            for (torque, column) in torques.iter_mut().zip(&base.coupling.columns) {
                 for (c, &row) in column.iter().zip(&COUPLED) {
                     *torque -= *c * R::broadcast(trunk[row]);
                 }
@@ -283,18 +298,18 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         }
         Accelerations {
             trunk,
-            links: self.give.accelerations(&torques),
+            links: self.mobility.accelerations(&torques),
             torques,
         }
     }
 
-    /// What a unit force along a row does.
+    /// Computes the response to a unit force along a row.
     pub(crate) fn response(&self, row: &Row<R::Sum, N>) -> Response<R::Sum, N> {
         let zero = <R::Sum as Real>::zero();
         let mut links = [zero; N];
         for i in 0..N {
             for j in 0..N {
-                links[i] += self.give.mobility[i][j].lane(row.leg) * row.links[j];
+                links[i] += self.mobility.matrix[i][j].lane(row.leg) * row.links[j];
             }
         }
         let Some(base) = &self.base else {
@@ -305,7 +320,7 @@ impl<R: Real, const N: usize> Articulated<R, N> {
             };
         };
         let mut pull = row.trunk;
-        for (link, column) in links.iter().zip(&base.carried.columns) {
+        for (link, column) in links.iter().zip(&base.coupling.columns) {
             for (c, &row_of_trunk) in column.iter().zip(&COUPLED) {
                 pull[row_of_trunk] -= c.lane(row.leg) * *link;
             }
@@ -317,7 +332,7 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         }
     }
 
-    /// Kinetic, spring and gravity energy \[J\].
+    /// Returns kinetic, spring and gravity energy \[J\].
     pub(crate) fn stored(
         &self,
         model: &Model<N>,
@@ -325,19 +340,19 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         state: &State<R, N>,
     ) -> [R::Sum; 3] {
         let base = self.base.as_ref();
-        let base = base.map(|base| (&base.carried, &base.trunk, &base.rotation));
+        let base = base.map(|base| (&base.coupling, &base.trunk, &base.rotation));
         stored(model, legs, state, &self.chain, base)
     }
 }
 
-/// What a trunk that moves has to do with energy.
+/// Terms of a moving trunk in the energy.
 type Base<'a, R, const N: usize> = (
-    &'a Carried<R, N>,
+    &'a LegCoupling<R, N>,
     &'a Trunk<<R as Real>::Sum>,
     &'a Rotation<<R as Real>::Sum>,
 );
 
-/// Kinetic, spring and gravity energy \[J\] of legs in a state, and of a trunk that moves.
+/// Returns kinetic, spring and gravity energy \[J\] of the legs in a state, and of a moving trunk.
 pub(crate) fn stored<R: Real, const N: usize>(
     model: &Model<N>,
     legs: &Constants<R, N>,
@@ -354,7 +369,7 @@ pub(crate) fn stored<R: Real, const N: usize>(
         kinetic += R::splat(0.5 * at_hip) * hip * hip + R::splat(0.5 * at_pulley) * pulley * pulley;
     }
     let springs = chain.spring_energy(legs, &state.angles).sum();
-    let Some((carried, trunk, rotation)) = base else {
+    let Some((coupling, trunk, rotation)) = base else {
         let mut height = R::zero();
         for i in 0..N {
             height -= legs.moments[i] * chain.cosines[i];
@@ -362,7 +377,7 @@ pub(crate) fn stored<R: Real, const N: usize>(
         return [kinetic.sum(), springs, gravity * height.sum()];
     };
     let mut momentum = [R::zero(); 5];
-    for (column, rate) in carried.columns.iter().zip(&state.rates) {
+    for (column, rate) in coupling.columns.iter().zip(&state.rates) {
         for (sum, c) in momentum.iter_mut().zip(column) {
             *sum += *c * *rate;
         }
@@ -386,7 +401,7 @@ pub(crate) fn stored<R: Real, const N: usize>(
     [total, springs, gravity * height]
 }
 
-/// The same, from the state alone.
+/// Returns the same from the state alone.
 pub(crate) fn stored_in<R: Real, const N: usize>(
     model: &Model<N>,
     legs: &Constants<R, N>,
@@ -396,19 +411,19 @@ pub(crate) fn stored_in<R: Real, const N: usize>(
     if !model.is_free() {
         return stored(model, legs, state, &chain, None);
     }
-    let still = [<R::Sum as Real>::zero(); 3];
-    let carrier = Carrier {
-        turning: still.map(R::broadcast),
-        field: still.map(R::broadcast),
+    let zero = [<R::Sum as Real>::zero(); 3];
+    let carrier = TrunkMotion {
+        turning: zero.map(R::broadcast),
+        field: zero.map(R::broadcast),
     };
-    let carried = Carried::new(legs, &chain, &carrier);
-    let trunk = Trunk::new(&model.trunk, &summed(&carried.burden), still, still);
+    let coupling = LegCoupling::new(legs, &chain, &carrier);
+    let trunk = Trunk::new(&model.trunk, &summed(&coupling.contribution), zero, zero);
     let upright = rotation(state.attitude);
     stored(
         model,
         legs,
         state,
         &chain,
-        Some((&carried, &trunk, &upright)),
+        Some((&coupling, &trunk, &upright)),
     )
 }

@@ -1,4 +1,4 @@
-//! A robot in motion, whatever the number of its links.
+//! Interface to a flow, independent of its number of links per leg.
 
 mod numbers;
 
@@ -12,64 +12,66 @@ use twinrig_runtime::{EnergyBalance, PlantState, WorkCounts};
 use crate::articulated::{into_world, rotation};
 use crate::contacts::CONTACTS;
 use crate::flow::{Flow, FlowError, ImpulseSums};
-use crate::log::EventKind;
+use crate::log::LoggedEvent;
 use crate::mode::Contact;
 use crate::model::Model;
 use crate::options::{LcpError, Options};
-use crate::posture::Refused;
+use crate::posture::ResumeError;
 use crate::real::{Lanes, Real};
 use crate::site::{Footing, Site};
 use crate::state::State;
 
-/// What the plant asks of a robot in motion.
+/// Interface of a [`Flow`] to the plant.
 pub(crate) trait Body: Readings + Send {
-    /// Takes what hips and pulleys are given, leg by leg: angles \[rad\], or voltages \[V\] and bridges.
-    fn command(&mut self, inputs: &[f64]);
+    /// Sets the inputs of hips and pulleys, leg by leg: angles \[rad\], or voltages \[V\] and
+    /// bridge states.
+    fn set_inputs(&mut self, inputs: &[f64]);
 
-    /// What they are given before anything is: servos stay where they are, motors coast.
-    fn commands(&self, inputs: &mut [f64]);
+    /// Returns the inputs before the first command: servos keep their position, motors coast.
+    fn first_inputs(&self, inputs: &mut [f64]);
 
-    /// Moves on by `seconds`, or stays where it is.
+    /// Advances by `seconds`, or restores the state before the step on error.
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError>;
 
-    /// Begins to keep what happens, or forgets it.
-    fn keep_log(&mut self, wanted: bool);
+    /// Enables or disables the event log; clears it in both cases.
+    fn set_logging(&mut self, enabled: bool);
 
-    /// What happened after the first so many things, and to the leg of which name.
-    fn log(&self, from: usize) -> Vec<(EventKind, &str)>;
+    /// Returns the logged events from index `from` on, each with the name of its leg.
+    fn log(&self, from: usize) -> Vec<(LoggedEvent, &str)>;
 
-    /// What it has cost.
+    /// Returns the work counters.
     fn counts(&self) -> WorkCounts;
 
-    /// Impulses of the ground on the legs since the start.
+    /// Returns the ground impulses on the legs since the start, world frame \[N·s\].
     fn ground_impulses(&self) -> &[[f64; 3]];
 
-    /// What of the constraints that hold is open \[m\].
+    /// Returns the maximum violation of the active constraints \[m\].
     fn constraint_violation(&self) -> f64;
 
     fn save(&self) -> SavedBody;
 
     fn restore(&mut self, saved: &SavedBody) -> Result<(), String>;
 
-    /// Where it is, in the words of all plants of the robot.
+    /// Returns the state in the coordinates shared by all plants of the robot.
     fn state(&self, time: SimTime) -> PlantState;
 
-    /// Goes on from there; returns what it could not take over.
-    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, Refused>;
+    /// Resumes from the state of another plant; returns a line for each value that was not taken
+    /// over.
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, ResumeError>;
 }
 
-/// A robot at rest, so to say.
+/// Serialised state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct SavedBody {
-    /// State, what holds, sums, in an order of their own.
+    /// State, active constraints and sums, in the order of [`Flow::visit`].
     numbers: Vec<f64>,
     contacts: Vec<(u64, u64, Option<[f64; 2]>)>,
     ledger: Ledger,
     counts: WorkCounts,
 }
 
-/// The robot at its start.
-pub(crate) fn started<const N: usize>(
+/// Builds the flow in the start state.
+pub(crate) fn initial_flow<const N: usize>(
     robot: &Robot,
     options: &Options,
 ) -> Result<Flow<N>, LcpError> {
@@ -86,11 +88,11 @@ pub(crate) fn started<const N: usize>(
         pulley: zero,
         pulley_rate: zero,
     };
-    let mut told = [zero; 2];
+    let mut commands = [zero; 2];
     for (i, leg) in model.legs.iter().enumerate() {
         let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
         for k in 0..N {
-            // An unloaded toe goes with the third segment.
+            // An unloaded toe follows the third segment.
             let (angle, rate) = if k < 3 {
                 (start.angles[k], start.rates[k])
             } else {
@@ -100,17 +102,17 @@ pub(crate) fn started<const N: usize>(
             state.rates[k] = state.rates[k].with_lane(i, rate);
         }
         state.pulley = state.pulley.with_lane(i, start.command.knee);
-        told[0] = told[0].with_lane(i, start.angles[0]);
-        told[1] = told[1].with_lane(i, start.command.knee);
+        commands[0] = commands[0].with_lane(i, start.angles[0]);
+        commands[1] = commands[1].with_lane(i, start.command.knee);
     }
     let mut flow = Flow::new(model, state, options.method, options.tolerance);
     if let Some(Fitted::Servos(_)) = flow.model.drives {
-        [flow.mode.commands.hip, flow.mode.commands.pulley] = told;
+        [flow.mode.commands.hip, flow.mode.commands.pulley] = commands;
     }
     Ok(flow)
 }
 
-/// How high the trunk starts.
+/// Returns the initial height of the trunk \[m\].
 fn height<const N: usize>(robot: &Robot, setup: &Setup) -> Result<f64, LcpError> {
     let lowest = |mount: &twinrig_robot::LegMount, start: &twinrig_legged::LegStart| {
         let foot = Vector3::from(mount.hip) + Vector3::new(start.foot.x, 0.0, start.foot.y);
@@ -125,12 +127,12 @@ fn height<const N: usize>(robot: &Robot, setup: &Setup) -> Result<f64, LcpError>
 }
 
 impl<const N: usize> Flow<N> {
-    /// A point of one leg, which is all that is looked at.
+    /// Returns a contact point of one leg; computes this leg only.
     fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
         let of = |lanes: &[Lanes; N]| lanes.map(|lane| lane.lane(leg));
         let turns = of(&self.state.angles).map(Real::sin_cos);
         let (sines, cosines) = (turns.map(|(sine, _)| sine), turns.map(|(_, cosine)| cosine));
-        Site::turned(
+        Site::from_turns(
             &self.model.legs[leg].constants,
             [&sines, &cosines, &of(&self.state.rates)],
             [self.state.velocity, self.state.turning],
@@ -139,21 +141,22 @@ impl<const N: usize> Flow<N> {
         )
     }
 
-    /// The point of a leg that is nearest to the ground, and how near.
+    /// Returns gap \[m\] and ground normal of the contact point of a leg that is nearest to the
+    /// ground.
     fn nearest(&self, leg: usize) -> Option<(f64, Vector3<f64>)> {
         let ground = self.model.ground.as_ref()?;
         let upright = rotation(self.state.attitude);
         let points = (3..=N).map(|links| {
-            let place = self
+            let point = self
                 .site(leg, links)
                 .in_world(self.state.position, &upright);
-            let below = ground.below(&Vector3::from(place));
+            let below = ground.below(&Vector3::from(point));
             (below.gap, below.normal)
         });
         points.reduce(|a, b| if b.0 < a.0 { b } else { a })
     }
 
-    /// A point of a leg over the ground, and how it moves there; none without ground.
+    /// Returns gap and velocity of a contact point relative to the ground; none without ground.
     pub(crate) fn footing(&self, leg: usize, links: usize) -> Option<Footing<f64>> {
         let ground = self.model.ground.as_ref()?;
         let upright = rotation(self.state.attitude);
@@ -164,8 +167,8 @@ impl<const N: usize> Flow<N> {
     fn mean(&self, of: impl Fn(&ImpulseSums) -> Lanes, leg: usize) -> f64 {
         let [before, after] = [&self.impulse_sums_before, &self.impulse_sums]
             .map(|impulse_sums| of(impulse_sums).lane(leg));
-        if self.tallied > 0.0 {
-            (after - before) / self.tallied
+        if self.run_seconds > 0.0 {
+            (after - before) / self.run_seconds
         } else {
             0.0
         }
@@ -257,27 +260,27 @@ impl<const N: usize> Readings for Flow<N> {
 }
 
 impl<const N: usize> Body for Flow<N> {
-    fn command(&mut self, inputs: &[f64]) {
-        let told = &mut self.mode.commands;
+    fn set_inputs(&mut self, inputs: &[f64]) {
+        let commands = &mut self.mode.commands;
         if let Some(Fitted::Motors(motors)) = &self.model.drives {
-            for (leg, given) in inputs.chunks_exact(4).enumerate() {
-                let hip = motors.hip.line(given[0], given[1]);
-                let knee = motors.knee.line(given[2], given[3]);
-                told.hip = told.hip.with_lane(leg, hip.torque);
-                told.hip_damping = told.hip_damping.with_lane(leg, hip.damping);
-                told.pulley = told.pulley.with_lane(leg, knee.torque);
-                told.pulley_damping = told.pulley_damping.with_lane(leg, knee.damping);
+            for (leg, input) in inputs.chunks_exact(4).enumerate() {
+                let hip = motors.hip.line(input[0], input[1]);
+                let knee = motors.knee.line(input[2], input[3]);
+                commands.hip = commands.hip.with_lane(leg, hip.torque);
+                commands.hip_damping = commands.hip_damping.with_lane(leg, hip.damping);
+                commands.pulley = commands.pulley.with_lane(leg, knee.torque);
+                commands.pulley_damping = commands.pulley_damping.with_lane(leg, knee.damping);
             }
             return;
         }
         for (leg, pair) in inputs.chunks_exact(2).enumerate() {
             let reference = self.model.legs[leg].pantograph.hip_reference();
-            told.hip = told.hip.with_lane(leg, pair[0] + reference);
-            told.pulley = told.pulley.with_lane(leg, pair[1]);
+            commands.hip = commands.hip.with_lane(leg, pair[0] + reference);
+            commands.pulley = commands.pulley.with_lane(leg, pair[1]);
         }
     }
 
-    fn commands(&self, inputs: &mut [f64]) {
+    fn first_inputs(&self, inputs: &mut [f64]) {
         if let Some(Fitted::Motors(_)) = self.model.drives {
             inputs.fill(0.0);
             return;
@@ -289,23 +292,23 @@ impl<const N: usize> Body for Flow<N> {
         }
     }
 
-    fn keep_log(&mut self, wanted: bool) {
-        self.logs = wanted;
+    fn set_logging(&mut self, enabled: bool) {
+        self.logging = enabled;
         self.log.clear();
     }
 
-    fn log(&self, from: usize) -> Vec<(EventKind, &str)> {
-        let named = |event: &EventKind| (*event, self.model.legs[event.leg].name.as_str());
+    fn log(&self, from: usize) -> Vec<(LoggedEvent, &str)> {
+        let named = |event: &LoggedEvent| (*event, self.model.legs[event.leg].name.as_str());
         self.log.iter().skip(from).map(named).collect()
     }
 
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError> {
         self.now_s = now_s;
-        let before = (self.impulse_sums_before, self.tallied);
-        (self.impulse_sums_before, self.tallied) = (self.impulse_sums, seconds);
+        let before = (self.impulse_sums_before, self.run_seconds);
+        (self.impulse_sums_before, self.run_seconds) = (self.impulse_sums, seconds);
         let moved = self.step(seconds);
         if moved.is_err() {
-            (self.impulse_sums_before, self.tallied) = before;
+            (self.impulse_sums_before, self.run_seconds) = before;
         }
         moved
     }
@@ -319,7 +322,7 @@ impl<const N: usize> Body for Flow<N> {
     }
 
     fn constraint_violation(&self) -> f64 {
-        self.open()
+        self.violation()
     }
 
     fn save(&self) -> SavedBody {
@@ -339,33 +342,36 @@ impl<const N: usize> Body for Flow<N> {
         self.visit(&mut |_| expected += 1);
         if saved.numbers.len() != expected {
             return Err(format!(
-                "{} numbers where {expected} are due",
+                "{} numbers, expected {expected}",
                 saved.numbers.len()
             ));
         }
         let mut numbers = saved.numbers.iter();
-        let recalled =
-            self.replace(&mut || *numbers.next().expect("there are as many as were counted"));
+        let cached_recovery =
+            self.replace(&mut || *numbers.next().expect("the number of values was checked"));
         self.mode.contacts.clear();
         if saved.contacts.len() > CONTACTS {
-            return Err(format!("{} contacts", saved.contacts.len()));
+            return Err(format!(
+                "{} contacts, at most {CONTACTS}",
+                saved.contacts.len()
+            ));
         }
         for &(leg, links, slides) in &saved.contacts {
             let contact = usize::try_from(leg).ok().zip(usize::try_from(links).ok());
             let Some((leg, links)) = contact
                 .filter(|&(leg, links)| leg < self.model.legs.len() && (3..=N).contains(&links))
             else {
-                return Err(format!("a contact of leg {leg} at link {links}"));
+                return Err(format!("invalid contact of leg {leg} at link {links}"));
             };
             self.mode.contacts.push(Contact { leg, links, slides });
         }
-        self.mode.recount();
+        self.mode.update_any();
         (self.ledger, self.counts) = (saved.ledger, saved.counts);
         self.instant.iterations = self.counts.solver_iterations;
         self.instant.factorisations = self.counts.factorisations;
-        self.track = None;
-        if recalled > 0.0 {
-            self.recall(recalled);
+        self.buffers = None;
+        if cached_recovery > 0.0 {
+            self.restore_cache(cached_recovery);
         }
         Ok(())
     }
@@ -377,8 +383,8 @@ impl<const N: usize> Body for Flow<N> {
             .fold(state, |state, (name, values)| state.with(name, values))
     }
 
-    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, Refused> {
-        let (next, lines) = self.gone_on_from(from)?;
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, ResumeError> {
+        let (next, lines) = self.resumed_from(from)?;
         *self = next;
         Ok(lines)
     }

@@ -1,18 +1,19 @@
-//! A leg in one state: its inertia, its lengths, and what its springs, joints and velocities do.
+//! One leg in one state: inertia, lengths, and torques of springs, friction and velocities.
 
 use crate::constants::Constants;
 use crate::real::Real;
 
-/// A length of the leg, its rate, and what makes both.
+/// Length between two points of the leg, with its first derivatives.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Length<R> {
     /// \[m\]
     pub(crate) value: R,
-    /// By the angles of the three segments \[m/rad\]; they add up to zero, since turning the whole leg stretches nothing.
+    /// Gradient with respect to the angles of the three segments \[m/rad\]; the components add up
+    /// to zero, as a rotation of the whole leg changes no length.
     pub(crate) gradient: [R; 3],
     /// \[m/s\]
     pub(crate) rate: R,
-    /// Second derivative while all angles move evenly \[m/s²\].
+    /// Second time derivative at constant rates of all angles \[m/s²\].
     pub(crate) curvature: R,
 }
 
@@ -28,15 +29,15 @@ pub(crate) struct Chain<R, const N: usize> {
     pub(crate) swing: [[R; N]; N],
     pub(crate) diagonal: Length<R>,
     pub(crate) parallel: Length<R>,
-    /// Hip to ankle.
+    /// Distance from hip to ankle.
     pub(crate) cable: Length<R>,
-    /// Torques of springs, gravity excluded, and of friction in the joints.
+    /// Torques of the springs, without gravity, and of joint friction \[N·m\].
     pub(crate) springs: [R; N],
     pub(crate) friction: [R; N],
 }
 
 impl<R: Real, const N: usize> Chain<R, N> {
-    /// Room for one.
+    /// Zero-initialised storage.
     #[inline(always)]
     pub(crate) fn blank() -> Self {
         let zero = R::zero();
@@ -60,7 +61,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
         }
     }
 
-    /// The leg at these absolute angles and rates of its links.
+    /// Computes the leg at these absolute angles and rates of its links.
     #[inline(always)]
     pub(crate) fn new(leg: &Constants<R, N>, angles: &[R; N], rates: &[R; N]) -> Self {
         let (mut sines, mut cosines) = ([R::zero(); N], [R::zero(); N]);
@@ -80,7 +81,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
             }
         }
         let [l1, l2] = [leg.links[0], leg.links[1]];
-        let turns = Turns {
+        let segments = SegmentAngles {
             sine: [sine[0][1], sine[0][2], sine[1][2]],
             cosine: [cosine[0][1], cosine[0][2], cosine[1][2]],
             rate: [
@@ -91,15 +92,15 @@ impl<R: Real, const N: usize> Chain<R, N> {
         };
         let ld = leg.l_delta;
         let zero = R::zero();
-        let diagonal = turns.side(ld * ld + l2 * l2, ld * l2);
-        let parallel = turns.length(
+        let diagonal = segments.side(ld * ld + l2 * l2, ld * l2);
+        let parallel = segments.length(
             R::splat(2.0) * ld * ld + l2 * l2,
             [ld * l2, -(ld * ld), -(ld * l2)],
         );
-        let cable = turns.side(l1 * l1 + l2 * l2, l1 * l2);
+        let cable = segments.side(l1 * l1 + l2 * l2, l1 * l2);
         let pull = |length: &Length<R>, spring: [R; 2]| spring[0] * (spring[1] - length.value);
         let (push_d, push_p) = (pull(&diagonal, leg.diagonal), pull(&parallel, leg.parallel));
-        let (mut springs, friction) = ([zero; N], rubbed(leg, rates));
+        let (mut springs, friction) = ([zero; N], friction_torques(leg, rates));
         for i in 0..3 {
             springs[i] = push_d * diagonal.gradient[i] + push_p * parallel.gradient[i];
         }
@@ -122,26 +123,26 @@ impl<R: Real, const N: usize> Chain<R, N> {
         }
     }
 
-    /// Torques that the leg feels in a field that gives every mass the acceleration (x, z) \[m/s²\], with what its own
-    /// rates ask of it: what its inertia answers to.
+    /// Returns the torques on the links in a field that gives every mass the acceleration (x, z)
+    /// \[m/s²\], including centrifugal terms: the right-hand side of H θ̈ = τ.
     #[inline(always)]
     pub(crate) fn torques(&self, leg: &Constants<R, N>, field: [R; 2]) -> [R; N] {
         let mut torques = [R::zero(); N];
         for j in 0..N {
-            let mut own = self.springs[j]
+            let mut torque = self.springs[j]
                 + self.friction[j]
                 + leg.moments[j] * (self.cosines[j] * field[0] + self.sines[j] * field[1]);
             for i in 0..N {
                 if i != j {
-                    own += self.swing[i][j] * (self.rates[i] * self.rates[i]);
+                    torque += self.swing[i][j] * (self.rates[i] * self.rates[i]);
                 }
             }
-            torques[j] = own;
+            torques[j] = torque;
         }
         torques
     }
 
-    /// Energy of the springs \[J\].
+    /// Returns the energy of the springs \[J\].
     pub(crate) fn spring_energy(&self, leg: &Constants<R, N>, angles: &[R; N]) -> R {
         let half = R::splat(0.5);
         let of = |stretch: R, stiffness: R| half * stiffness * stretch * stretch;
@@ -153,7 +154,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
         energy
     }
 
-    /// Power that friction in the joints takes \[W\].
+    /// Returns the power dissipated by joint friction \[W\].
     #[inline(always)]
     pub(crate) fn friction_power(&self) -> R {
         let mut power = R::zero();
@@ -163,7 +164,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
         power
     }
 
-    /// Energy of the leg's motion against the trunk \[J\].
+    /// Returns the kinetic energy of the leg relative to the trunk \[J\].
     pub(crate) fn kinetic_energy(&self) -> R {
         let mut twice = R::zero();
         for i in 0..N {
@@ -175,9 +176,12 @@ impl<R: Real, const N: usize> Chain<R, N> {
     }
 }
 
-/// Torques of friction in the joints at these rates of the links.
+/// Returns the torques of joint friction at these rates of the links.
 #[inline(always)]
-pub(crate) fn rubbed<R: Real, const N: usize>(leg: &Constants<R, N>, rates: &[R; N]) -> [R; N] {
+pub(crate) fn friction_torques<R: Real, const N: usize>(
+    leg: &Constants<R, N>,
+    rates: &[R; N],
+) -> [R; N] {
     let mut torques = [R::zero(); N];
     torques[0] = -(leg.friction[0] * rates[0]);
     for i in 1..N {
@@ -188,15 +192,16 @@ pub(crate) fn rubbed<R: Real, const N: usize>(leg: &Constants<R, N>, rates: &[R;
     torques
 }
 
-/// The angles between the three segments: (1, 2), (1, 3), (2, 3).
-struct Turns<R> {
+/// Differences of the angles of the three segments: (1, 2), (1, 3), (2, 3).
+struct SegmentAngles<R> {
     sine: [R; 3],
     cosine: [R; 3],
     rate: [R; 3],
 }
 
-impl<R: Real> Turns<R> {
-    /// The same of a triangle, which knows the first angle alone.
+impl<R: Real> SegmentAngles<R> {
+    /// Returns the side of a triangle, which depends on the first difference only: ℓ² = square + 2
+    /// · product · cos(angle).
     #[inline(always)]
     fn side(&self, square: R, product: R) -> Length<R> {
         let value = (square + R::splat(2.0) * product * self.cosine[0]).sqrt();
@@ -213,7 +218,7 @@ impl<R: Real> Turns<R> {
         }
     }
 
-    /// The length ℓ with ½ℓ² = ½ square + Σ product · cos(angle).
+    /// Returns the length ℓ with ½ℓ² = ½ square + Σ product · cos(angle).
     #[inline(always)]
     fn length(&self, square: R, product: [R; 3]) -> Length<R> {
         let two = R::splat(2.0);

@@ -1,22 +1,23 @@
-//! The constants of a leg: what its equations need of a robot file.
+//! Constants of the equations of a leg, from the robot file.
 
 use twinrig_leg::Pantograph;
 use twinrig_robot::{Leg, LegMount};
 
 use crate::real::Lanes;
 
-/// Legs that are worked on side by side.
+/// Legs computed side by side in SIMD lanes.
 pub(crate) const LANES: usize = 4;
 
-/// A leg of `N` links: three segments, and the foot where a toe joint makes one of it.
+/// Constants of a leg with `N` links: three segments, and the foot as the fourth where there is a
+/// toe joint.
 ///
-/// Whatever has mass sits at r = hip + Σⱼ cⱼ e(θⱼ), with e the direction of link j and cⱼ constant. So sums over the masses
-/// leave constants alone: M = Σm, bⱼ = Σ m cⱼ and Aᵢⱼ = Σ m cᵢcⱼ.
+/// Every mass is at r = hip + Σⱼ cⱼ e(θⱼ), with e the direction of link j and cⱼ constant.
+/// Therefore the sums over the masses are constants: M = Σm, bⱼ = Σ m cⱼ and Aᵢⱼ = Σ m cᵢcⱼ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Constants<R, const N: usize> {
-    /// Hip in the trunk frame, from the trunk's centre of mass \[m\].
+    /// Position of the hip in the trunk frame, relative to the trunk's centre of mass \[m\].
     pub(crate) hip: [R; 3],
-    /// From joint to joint \[m\].
+    /// Lengths from joint to joint \[m\].
     pub(crate) links: [R; N],
     /// M \[kg\].
     pub(crate) mass: R,
@@ -33,32 +34,33 @@ pub(crate) struct Constants<R, const N: usize> {
     pub(crate) parallel: [R; 2],
     /// Stiffness \[N·m/rad\] and unloaded angle \[rad\] of the toe.
     pub(crate) toe: [R; 2],
-    /// Where the stops are: greatest and least diagonal, greatest parallel rod \[m\].
+    /// Limits of the stops: maximum and minimum diagonal, maximum parallel rod \[m\].
     pub(crate) diagonal_max: R,
     pub(crate) diagonal_min: R,
     pub(crate) parallel_max: R,
-    /// The slack-free cable of a pulley at zero, and its radius \[m\].
+    /// Taut length of the cable with the pulley at zero, and radius of the pulley \[m\].
     pub(crate) cable_max: R,
     pub(crate) pulley_radius: R,
 }
 
-/// Point masses on a leg: mass, and its share of each link.
+/// Point masses of a leg: mass \[kg\] and coefficient cⱼ for each link \[m\].
 struct Masses<const N: usize>(Vec<(f64, [f64; N])>);
 
 impl<const N: usize> Masses<N> {
-    /// A thin uniform rod along link `link`, from `from` to `to` beyond the joints before it: three points, by Simpson's
-    /// rule, which is exact for moments up to the second.
+    /// Adds a thin uniform rod along link `link`, between the distances `from` and `to` from the
+    /// joint at `before`, as three points by Simpson's rule, which is exact for moments up to the
+    /// second.
     fn rod(&mut self, mass: f64, before: [f64; N], link: usize, from: f64, to: f64) {
-        for (share, place) in [(1.0, from), (4.0, 0.5 * (from + to)), (1.0, to)] {
+        for (share, distance) in [(1.0, from), (4.0, 0.5 * (from + to)), (1.0, to)] {
             let mut at = before;
-            at[link] += place;
+            at[link] += distance;
             self.0.push((mass * share / 6.0, at));
         }
     }
 }
 
 impl<const N: usize> Constants<f64, N> {
-    /// The constants of a mounted leg.
+    /// Computes the constants of a mounted leg.
     pub(crate) fn new(mount: &LegMount, pantograph: &Pantograph) -> Self {
         let leg = &mount.leg;
         let masses = masses::<N>(leg);
@@ -105,13 +107,14 @@ impl<const N: usize> Constants<f64, N> {
         }
     }
 
-    /// The least of the inertia matrix's pivots over its diagonal, with all links in line, where it is nearest to singular.
+    /// Returns the minimum ratio of a pivot of the inertia matrix to its diagonal element, with all
+    /// links in line, where the matrix is nearest to singular.
     pub(crate) fn regularity(&self) -> f64 {
         let mut a = self.inertias;
         let mut least = f64::INFINITY;
         for k in 0..N {
-            let own = self.inertias[k][k];
-            least = least.min(a[k][k] / own);
+            let diagonal = self.inertias[k][k];
+            least = least.min(a[k][k] / diagonal);
             for i in k + 1..N {
                 let factor = a[i][k] / a[k][k];
                 for j in k..N {
@@ -123,7 +126,7 @@ impl<const N: usize> Constants<f64, N> {
     }
 }
 
-/// Where a leg's masses sit.
+/// Returns the mass distribution of a leg.
 fn masses<const N: usize>(leg: &Leg) -> Masses<N> {
     let mut masses = Masses(Vec::new());
     let mut joint = [0.0; N];
@@ -131,7 +134,7 @@ fn masses<const N: usize>(leg: &Leg) -> Masses<N> {
     joint[0] = leg.l1;
     masses.rod(leg.mass.l2, joint, 1, 0.0, leg.l2);
     joint[1] = leg.l2;
-    // The third segment reaches up to the parallel rod's end.
+    // The third segment extends upwards to the end of the parallel rod.
     masses.rod(leg.mass.l3, joint, 2, -leg.l_delta, leg.l3 - leg.l_delta);
     joint[2] = leg.l3 - leg.l_delta;
     match leg.toe {
@@ -142,11 +145,11 @@ fn masses<const N: usize>(leg: &Leg) -> Masses<N> {
 }
 
 impl<const N: usize> Constants<f64, N> {
-    /// A leg that is not there: nothing of it reaches the sixteenth digit of anything, and none of its numbers is zero that
-    /// others are divided by.
+    /// Placeholder for an absent leg: its contributions are below round-off (16 digits), and no
+    /// divisor is zero.
     fn absent() -> Self {
-        const NEXT_TO_NOTHING: f64 = 1e-30;
-        let diagonal = |i, j| if i == j { NEXT_TO_NOTHING } else { 0.0 };
+        const NEGLIGIBLE: f64 = 1e-30;
+        let diagonal = |i, j| if i == j { NEGLIGIBLE } else { 0.0 };
         Self {
             hip: [0.0; 3],
             links: [1.0; N],
@@ -168,7 +171,7 @@ impl<const N: usize> Constants<f64, N> {
 }
 
 impl<const N: usize> Constants<Lanes, N> {
-    /// Up to four legs side by side.
+    /// Packs up to four legs into SIMD lanes.
     pub(crate) fn side_by_side(legs: &[Constants<f64, N>]) -> Self {
         let absent = Constants::absent();
         let gather = |of: &dyn Fn(&Constants<f64, N>) -> f64| {

@@ -1,20 +1,22 @@
-//! What holds inside a leg: stops that are closed, a cable that is taut, a motor that follows its command.
+//! Constraints inside a leg: closed stops, a taut cable, a motor that follows its command.
 //!
-//! None of these knows the trunk, so each is taken out of the leg's own equations before anything else is solved: one
-//! direction less in which the leg gives way. With Φ = H⁻¹ to begin with, a constraint J θ̈ = b changes
+//! None of them depends on the trunk, so each is eliminated from the equations of the leg before
+//! the rest is solved, and reduces the rank of the mobility by one. Starting from Φ = H⁻¹ and x =
+//! 0, a constraint J θ̈ = b changes
 //!
 //! ```text
 //! y = Φ Jᵀ    s = J y + c    Φ ← Φ − y yᵀ/s    x ← x + y (b − J x)/s
 //! ```
 //!
-//! after which θ̈ = Φ f + x satisfies it for every f. c is what moves at the far end (a pulley out of torque); it is zero for
-//! a stop. A constraint that those before it imply has s = 0 and takes no part.
+//! after which θ̈ = Φ f + x satisfies it for every f. The compliance c is the mobility at the far
+//! end (a pulley whose motor is saturated); it is zero for a stop. A constraint implied by those
+//! before it has s = 0 and must not be active.
 
 use crate::chain::Chain;
 use crate::constants::Constants;
 use crate::real::Real;
 
-/// The constraints that a leg may have at once: its motor, its pantograph, its diagonal, its cable.
+/// Constraints of a leg that may be active at once: motor, pantograph, diagonal, cable.
 pub(crate) const CONSTRAINTS: usize = 4;
 
 pub(crate) const HIP: usize = 0;
@@ -22,10 +24,10 @@ pub(crate) const PANTOGRAPH: usize = 1;
 pub(crate) const DIAGONAL: usize = 2;
 pub(crate) const CABLE: usize = 3;
 
-/// Which constraints of a leg hold, as ones and zeros.
+/// Active constraints of a leg, as ones and zeros.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ActiveConstraints<R> {
-    /// The hip's motor gives its link the acceleration it wants.
+    /// The hip motor imposes the commanded acceleration on its link.
     pub(crate) hip: R,
     pub(crate) closed: R,
     pub(crate) open: R,
@@ -34,23 +36,26 @@ pub(crate) struct ActiveConstraints<R> {
     pub(crate) cable: R,
 }
 
-/// What the drives of a leg do just now.
+/// Instantaneous action of the drives of a leg.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Driven<R> {
-    /// Acceleration that the hip's motor imposes where [`ActiveConstraints::hip`] holds \[rad/s²\].
+pub(crate) struct DriveAction<R> {
+    /// Acceleration imposed by the hip motor where [`ActiveConstraints::hip`] is one \[rad/s²\].
     pub(crate) hip_acceleration: R,
-    /// Torque and inertia of a hip motor that is used up.
+    /// Torque \[N·m\] and inertia \[kg·m²\] of a saturated hip motor.
     pub(crate) hip_torque: R,
     pub(crate) hip_inertia: R,
-    /// Position, rate, and acceleration of the pulley while no cable pulls at it.
+    /// Angle \[rad\] and rate \[rad/s\] of the pulley, and its acceleration without cable tension
+    /// \[rad/s²\].
     pub(crate) pulley: R,
     pub(crate) pulley_rate: R,
     pub(crate) pulley_acceleration: R,
-    /// Mobility of a pulley whose motor is used up; zero where the motor follows its command \[1/(kg·m²)\].
+    /// Mobility of the pulley of a saturated motor; zero where the motor follows its command
+    /// \[1/(kg·m²)\].
     pub(crate) pulley_mobility: R,
 }
 
-/// One constraint of a leg: gap, rate of the gap, its gradient, and its second derivative while all angles move evenly.
+/// One constraint of a leg: gap, rate of the gap, its gradient, and its second derivative at
+/// constant rates of all angles.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Constraint<R, const N: usize> {
     pub(crate) gradient: [R; N],
@@ -59,8 +64,8 @@ pub(crate) struct Constraint<R, const N: usize> {
     pub(crate) curvature: R,
 }
 
-impl<R: Real> Driven<R> {
-    /// No motors.
+impl<R: Real> DriveAction<R> {
+    /// Action without motors.
     pub(crate) fn none() -> Self {
         let zero = R::zero();
         Self {
@@ -76,7 +81,7 @@ impl<R: Real> Driven<R> {
 }
 
 impl<R: Real, const N: usize> Chain<R, N> {
-    /// The pantograph's lower stop, as a length at its offset.
+    /// Returns the lower stop of the pantograph, as a length at its offset.
     #[inline(always)]
     pub(crate) fn closed(&self, leg: &Constants<R, N>, angles: &[R; N]) -> Constraint<R, N> {
         let mut gradient = [R::zero(); N];
@@ -104,9 +109,9 @@ impl<R: Real, const N: usize> Chain<R, N> {
         Self::at_most(&self.diagonal, leg.diagonal_min).reversed()
     }
 
-    /// The taut cable; its gap closes with the pulley's angle, too.
+    /// Returns the taut cable; the gap also depends on the angle of the pulley.
     #[inline(always)]
-    pub(crate) fn taut(&self, leg: &Constants<R, N>, drive: &Driven<R>) -> Constraint<R, N> {
+    pub(crate) fn taut(&self, leg: &Constants<R, N>, drive: &DriveAction<R>) -> Constraint<R, N> {
         let mut constraint = Self::at_most(
             &self.cable,
             leg.cable_max - leg.pulley_radius * drive.pulley,
@@ -140,7 +145,8 @@ impl<R: Real, const N: usize> Constraint<R, N> {
         }
     }
 
-    /// One of two, by a one and a zero; neither where both are zero.
+    /// Selects one of two constraints by the weights one and zero; the result is zero where both
+    /// weights are.
     fn either(self, one: R, other: &Self, two: R) -> Self {
         let blend = |a: R, b: R| one * a + two * b;
         let mut gradient = self.gradient;
@@ -156,85 +162,85 @@ impl<R: Real, const N: usize> Constraint<R, N> {
     }
 }
 
-/// How a leg gives way to torques: θ̈ = Φ f + x.
+/// Mobility of a leg with constraints eliminated: θ̈ = Φ f + x.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Give<R, const N: usize> {
-    /// Φ, symmetric, of rank N less the constraints.
-    pub(crate) mobility: [[R; N]; N],
-    /// x.
+pub(crate) struct LegMobility<R, const N: usize> {
+    /// Φ, symmetric, of rank N minus the number of active constraints.
+    pub(crate) matrix: [[R; N]; N],
+    /// x: accelerations imposed by the constraints \[rad/s²\].
     pub(crate) imposed: [R; N],
-    taken: [Taken<R, N>; CONSTRAINTS],
+    eliminated: [EliminatedConstraint<R, N>; CONSTRAINTS],
 }
 
-/// How a constraint was taken out: enough to find its force afterwards.
+/// Data of an eliminated constraint, from which its force is recovered.
 #[derive(Debug, Clone, Copy)]
-struct Taken<R, const N: usize> {
+struct EliminatedConstraint<R, const N: usize> {
     gradient: [R; N],
-    /// y, and 1/s where it holds.
+    /// y, and 1/s where it is active.
     response: [R; N],
     inverse: R,
-    /// b − J x before.
+    /// b − J x before the elimination.
     missing: R,
 }
 
-impl<R: Real, const N: usize> Give<R, N> {
-    /// Room for one.
+impl<R: Real, const N: usize> LegMobility<R, N> {
+    /// Zero-initialised storage.
     #[inline(always)]
     pub(crate) fn blank() -> Self {
         let zero = R::zero();
-        let none = Taken {
+        let none = EliminatedConstraint {
             gradient: [zero; N],
             response: [zero; N],
             inverse: zero,
             missing: zero,
         };
         Self {
-            mobility: [[zero; N]; N],
+            matrix: [[zero; N]; N],
             imposed: [zero; N],
-            taken: [none; CONSTRAINTS],
+            eliminated: [none; CONSTRAINTS],
         }
     }
 
-    /// A leg that nothing holds.
+    /// Mobility of a leg without constraints.
     #[inline(always)]
     pub(crate) fn free(inertia: &[[R; N]; N]) -> Self {
         Self {
-            mobility: inverse(inertia),
+            matrix: inverse(inertia),
             ..Self::blank()
         }
     }
 
-    /// Takes out the constraint `J θ̈ = target` where `active` is one. `compliance` is c.
+    /// Eliminates the constraint `J θ̈ = target` where `active` is one. `compliance` is c.
     #[inline(always)]
-    pub(crate) fn take(
+    pub(crate) fn eliminate(
         &mut self,
-        place: usize,
+        index: usize,
         gradient: &[R; N],
         target: R,
         compliance: R,
         active: R,
     ) {
         let mut response = [R::zero(); N];
-        let (mut own, mut missing) = (compliance, target);
+        let (mut denominator, mut missing) = (compliance, target);
         for i in 0..N {
             let mut sum = R::zero();
             for j in 0..N {
-                sum += self.mobility[i][j] * gradient[j];
+                sum += self.matrix[i][j] * gradient[j];
             }
             response[i] = sum;
-            own += gradient[i] * sum;
+            denominator += gradient[i] * sum;
             missing -= gradient[i] * self.imposed[i];
         }
-        // Where it does not hold, s = 1 keeps the quotient a number.
-        let inverse = active / (own * active + (R::splat(1.0) - active));
+        // Where it is inactive, s = 1 keeps the quotient finite.
+        let inverse = active / (denominator * active + (R::splat(1.0) - active));
         for i in 0..N {
             let scaled = response[i] * inverse;
             for j in 0..N {
-                self.mobility[i][j] -= scaled * response[j];
+                self.matrix[i][j] -= scaled * response[j];
             }
             self.imposed[i] += scaled * missing;
         }
-        self.taken[place] = Taken {
+        self.eliminated[index] = EliminatedConstraint {
             gradient: *gradient,
             response,
             inverse,
@@ -242,55 +248,55 @@ impl<R: Real, const N: usize> Give<R, N> {
         };
     }
 
-    /// Accelerations under these torques.
+    /// Returns the accelerations under these torques.
     #[inline(always)]
     pub(crate) fn accelerations(&self, torques: &[R; N]) -> [R; N] {
         let mut accelerations = self.imposed;
         for i in 0..N {
             for j in 0..N {
-                accelerations[i] += self.mobility[i][j] * torques[j];
+                accelerations[i] += self.matrix[i][j] * torques[j];
             }
         }
         accelerations
     }
 
-    /// What torques change of the accelerations: Φ f.
+    /// Returns the change of the accelerations by torques: Φ f.
     #[inline(always)]
-    pub(crate) fn moved(&self, torques: &[R; N]) -> [R; N] {
-        let mut moved = [R::zero(); N];
+    pub(crate) fn change(&self, torques: &[R; N]) -> [R; N] {
+        let mut change = [R::zero(); N];
         for i in 0..N {
             for j in 0..N {
-                moved[i] += self.mobility[i][j] * torques[j];
+                change[i] += self.matrix[i][j] * torques[j];
             }
         }
-        moved
+        change
     }
 
-    /// Forces of the constraints under these torques.
+    /// Returns the constraint forces under these torques.
     #[inline(always)]
     pub(crate) fn forces(&self, torques: &[R; N]) -> [R; CONSTRAINTS] {
         let (mut torques, mut forces) = (*torques, [R::zero(); CONSTRAINTS]);
-        for place in (0..CONSTRAINTS).rev() {
-            let taken = &self.taken[place];
-            let mut missing = taken.missing;
+        for index in (0..CONSTRAINTS).rev() {
+            let eliminated = &self.eliminated[index];
+            let mut missing = eliminated.missing;
             for i in 0..N {
-                missing -= taken.response[i] * torques[i];
+                missing -= eliminated.response[i] * torques[i];
             }
-            let force = missing * taken.inverse;
+            let force = missing * eliminated.inverse;
             for i in 0..N {
-                torques[i] += taken.gradient[i] * force;
+                torques[i] += eliminated.gradient[i] * force;
             }
-            forces[place] = force;
+            forces[index] = force;
         }
         forces
     }
 }
 
-/// The inverse of a symmetric, positive definite matrix.
+/// Returns the inverse of a symmetric, positive definite matrix.
 #[inline(always)]
 fn inverse<R: Real, const N: usize>(a: &[[R; N]; N]) -> [[R; N]; N] {
     let mut out = [[R::zero(); N]; N];
-    // The leading block of three by cofactors, which takes one quotient.
+    // The leading 3 × 3 block by cofactors, which needs a single division.
     let (p, q, r) = (
         a[1][1] * a[2][2] - a[1][2] * a[1][2],
         a[0][2] * a[1][2] - a[0][1] * a[2][2],
@@ -308,7 +314,7 @@ fn inverse<R: Real, const N: usize>(a: &[[R; N]; N]) -> [[R; N]; N] {
             out[i][j] = out[j][i];
         }
     }
-    // Every further row by bordering.
+    // Each further row by bordering.
     for n in 3..N {
         let (mut y, mut s) = ([R::zero(); N], a[n][n]);
         for i in 0..n {
@@ -330,39 +336,41 @@ fn inverse<R: Real, const N: usize>(a: &[[R; N]; N]) -> [[R; N]; N] {
     out
 }
 
-/// How fast an error of a constraint is taken back, critically damped \[1/s\], and which constraints hold.
+/// Active constraints with the parameters of their stabilisation. Errors decay at the rate
+/// `recovery` \[1/s\], critically damped.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ConstraintSet<'a, R> {
     pub(crate) active: &'a ActiveConstraints<R>,
-    pub(crate) drive: &'a Driven<R>,
+    pub(crate) drive: &'a DriveAction<R>,
     pub(crate) recovery: R,
-    /// Seconds over which friction in the joints answers to accelerations: half a step of an implicit rule, or zero.
-    pub(crate) ahead: f64,
-    /// Which kinds of constraints hold in any lane; the others cost nothing.
+    /// Time over which joint friction is implicit in the accelerations \[s\]: half a step of an
+    /// implicit rule, or zero.
+    pub(crate) implicit_seconds: f64,
+    /// Kinds of constraints that are active in at least one lane; the others are skipped.
     pub(crate) any: [bool; CONSTRAINTS],
 }
 
 impl<R: Real, const N: usize> Chain<R, N> {
-    /// How the leg gives way with these constraints taken out.
+    /// Returns the mobility of the leg with these constraints eliminated.
     #[inline(always)]
-    pub(crate) fn give(
+    pub(crate) fn mobility(
         &self,
         leg: &Constants<R, N>,
         angles: &[R; N],
-        held: &ConstraintSet<'_, R>,
-    ) -> Give<R, N> {
+        constraint_set: &ConstraintSet<'_, R>,
+    ) -> LegMobility<R, N> {
         let ConstraintSet {
             active,
             drive,
             recovery,
-            ahead,
+            implicit_seconds,
             any,
-        } = held;
+        } = constraint_set;
         let zero = R::zero();
         let mut inertia = self.inertia;
         inertia[0][0] += drive.hip_inertia;
-        if *ahead > 0.0 {
-            let weight = R::splat(*ahead);
+        if *implicit_seconds > 0.0 {
+            let weight = R::splat(*implicit_seconds);
             for i in 0..N {
                 let friction = weight * leg.friction[i];
                 inertia[i][i] += friction;
@@ -373,7 +381,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
                 }
             }
         }
-        let mut give = Give::free(&inertia);
+        let mut mobility = LegMobility::free(&inertia);
         let target = |constraint: &Constraint<R, N>| {
             -(constraint.curvature
                 + *recovery * (R::splat(2.0) * constraint.rate + *recovery * constraint.gap))
@@ -381,14 +389,14 @@ impl<R: Real, const N: usize> Chain<R, N> {
         if any[HIP] {
             let mut gradient = [zero; N];
             gradient[0] = R::splat(1.0);
-            give.take(HIP, &gradient, drive.hip_acceleration, zero, active.hip);
+            mobility.eliminate(HIP, &gradient, drive.hip_acceleration, zero, active.hip);
         }
         if any[PANTOGRAPH] {
             let constraint =
                 self.closed(leg, angles)
                     .either(active.closed, &self.open(leg), active.open);
             let active = active.closed + active.open;
-            give.take(
+            mobility.eliminate(
                 PANTOGRAPH,
                 &constraint.gradient,
                 target(&constraint),
@@ -400,7 +408,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
             let extended = self.extended(leg);
             let constraint = extended.either(active.extended, &self.bottomed(leg), active.bottomed);
             let active = active.extended + active.bottomed;
-            give.take(
+            mobility.eliminate(
                 DIAGONAL,
                 &constraint.gradient,
                 target(&constraint),
@@ -411,7 +419,7 @@ impl<R: Real, const N: usize> Chain<R, N> {
         if any[CABLE] {
             let constraint = self.taut(leg, drive);
             let radius = leg.pulley_radius;
-            give.take(
+            mobility.eliminate(
                 CABLE,
                 &constraint.gradient,
                 target(&constraint) + radius * drive.pulley_acceleration,
@@ -419,6 +427,6 @@ impl<R: Real, const N: usize> Chain<R, N> {
                 active.cable,
             );
         }
-        give
+        mobility
     }
 }

@@ -1,14 +1,14 @@
-//! The points that stand on the ground.
+//! Contact points on the ground.
 
 use core::ops::{Deref, DerefMut};
 
 use crate::constants::LANES;
 use crate::mode::Contact;
 
-/// Points that may stand at once: two of each leg.
+/// Maximum number of simultaneous contacts: two points of each leg.
 pub(crate) const CONTACTS: usize = 2 * LANES;
 
-/// Points that stand on the ground, in the order in which they were found; copied without asking for memory.
+/// Contact points on the ground in order of detection, in fixed storage without heap allocation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Contacts {
     all: [Contact; CONTACTS],
@@ -28,10 +28,10 @@ impl Contacts {
         }
     }
 
-    /// Adds a point.
+    /// Adds a contact point.
     ///
     /// # Panics
-    /// Where there are [`CONTACTS`] already: a point was taken for another one.
+    /// If there are [`CONTACTS`] already, which requires a duplicate point.
     pub(crate) fn push(&mut self, contact: Contact) {
         self.all[self.count] = contact;
         self.count += 1;
@@ -41,7 +41,7 @@ impl Contacts {
         self.count = 0;
     }
 
-    /// Keeps some, in their order.
+    /// Retains the contacts for which `keep` returns true, in their order.
     pub(crate) fn retain(&mut self, keep: impl Fn(&Contact) -> bool) {
         let mut count = 0;
         for i in 0..self.count {
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn those_that_are_kept_keep_their_order() {
+    fn retain_preserves_order() {
         let mut contacts = Contacts::none();
         for leg in 0..4 {
             contacts.push(Contact {

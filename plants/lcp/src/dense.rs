@@ -1,8 +1,9 @@
-//! Small dense systems in numbers of any kind.
+//! Small dense linear systems over any [`Real`] type.
 
 use crate::real::Real;
 
-/// Solves A x = b by elimination with pivoting; A in rows, both are used up, and b becomes x.
+/// Solves A x = b by Gaussian elimination with partial pivoting; A by rows. Overwrites A, and b
+/// with x.
 pub(crate) fn solve<T: Real>(a: &mut [T], b: &mut [T]) {
     let n = b.len();
     for k in 0..n {

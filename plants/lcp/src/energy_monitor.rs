@@ -1,80 +1,93 @@
-//! The monitor of every method: energy from nowhere, which an unstable step makes, and feet that sink.
+//! Monitor of every method: detects energy gain, which indicates an unstable step, and feet that
+//! sink into the ground.
 //!
-//! No motion holds more energy than it had and was given: d(stored − actuator) ≤ 0, whatever friction and impacts take. A
-//! step's error breaks that now and then by a little, one way and back; a step beyond its limit of stability does so again
-//! and again. So the gains are added up, losses are set against them, and a sum that stands out ends the run:
+//! The stored energy never exceeds the initial energy plus the motor work: d(stored − actuator) ≤
+//! 0, since friction and impacts only dissipate. The error of a step violates this occasionally by
+//! a little, with either sign; a step beyond its limit of stability violates it repeatedly.
+//! Therefore gains are accumulated, losses are subtracted, and a sum above the limit ends the run:
 //!
 //! ```text
-//! gained ← max(0, gained + Δ(stored − actuator)) ≤ share · own    own = kinetic + spring energy − gained + weight · leg length
+//! gained ← max(0, gained + Δ(stored − actuator)) ≤ share · reference
+//! reference = kinetic + spring energy − gained + weight · leg length
 //! ```
 //!
-//! Friction hides a gain that is smaller than what it takes. The books do not: what they have too much, measured by all that
-//! was exchanged, is the error of the motion as a whole.
+//! Friction masks a gain that is smaller than its dissipation. The energy balance does not: its
+//! residual, relative to the exchanged energy, is the error of the motion as a whole.
 
 use twinrig_legged::Ledger;
 
-use crate::flow::{Before, Flow, FlowError, ImpulseSums};
+use crate::flow::{Checkpoint, Flow, FlowError, ImpulseSums};
 use crate::options::Method;
 
-/// The share that a gain may come to: three times what any method gains at the steps that it is good for.
-const SHARE: f64 = 0.05;
+/// Maximum gain as a share of the reference energy: three times the gain of any method at the steps
+/// it is suited for.
+const GAIN_MAX: f64 = 0.05;
 
-/// The thesis' scheme makes energy at every stop, and says so in the books: it has to run away to be stopped.
-const SHARE_OF_THESIS: f64 = 100.0;
+/// The thesis' scheme gains energy at every stop, visible in the energy balance; only divergence
+/// ends the run.
+const GAIN_MAX_THESIS: f64 = 100.0;
 
-/// What the books may have too much, as a share of what was exchanged; and as a share of what is there, below which it is not
-/// worth a word.
-const SURPLUS: f64 = 0.1;
-const WORTH: f64 = 0.02;
+/// Maximum positive residual of the energy balance as a share of the exchanged energy, and, as a
+/// share of the reference energy, the residual below which there is no error.
+const SURPLUS_MAX: f64 = 0.1;
+const SURPLUS_FLOOR: f64 = 0.02;
 
-/// The same of what they may have too little: losses of a method do no harm until they dwarf all there is.
-const DEFICIT: f64 = 0.3;
-const DWARFED: f64 = 10.0;
+/// The same for a negative residual: numerical losses are tolerated until they exceed the reference
+/// energy many times.
+const DEFICIT_MAX: f64 = 0.3;
+const DEFICIT_FLOOR: f64 = 10.0;
 
-/// Gain of a step that shows it to be too long, as a share of what is there.
-const TOO_LONG: f64 = 0.01;
+/// Gain in one step above which the step is too long, as a share of the reference energy.
+const STEP_GAIN_MAX: f64 = 0.01;
 
-/// Depth of a foot in the ground that is an error of a method \[m\], and the rate at which it sinks \[m/s\]: a method that does
-/// not locate its events lets a foot that lands fast be overlapped by half of its way in a step.
-const DEPTH: f64 = 1e-3;
-/// The same of methods for comparison, which do not bring back what drifts while it holds.
-const DRIFTED: f64 = 2e-2;
-const SINKING: f64 = 1e-3;
-const LANDING: f64 = 10.0;
+/// Depth of a foot in the ground above which the method is in error \[m\], and minimum rate of
+/// sinking \[m/s\]. A method without event location lets a fast landing foot penetrate by half of
+/// its travel in a step.
+const DEPTH_MAX: f64 = 1e-3;
+/// The same for the methods for comparison, which do not correct the drift of active contacts.
+const DEPTH_MAX_DRIFTING: f64 = 2e-2;
+const SINK_RATE: f64 = 1e-3;
+const LANDING_SPEED: f64 = 10.0;
 
 impl<const N: usize> Flow<N> {
-    /// Looks at what a step has come to, given what was before it.
-    pub(crate) fn watch(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
-        self.above_ground(&before.impulse_sums, seconds)?;
+    /// Checks the energy and the feet after a step that started from `before`.
+    pub(crate) fn check_step(
+        &mut self,
+        before: &Checkpoint<N>,
+        seconds: f64,
+    ) -> Result<(), FlowError> {
+        self.check_penetration(&before.impulse_sums, seconds)?;
         let before = &before.ledger;
         let gain = self.gain(before);
         if !gain.is_finite() {
             return Err(FlowError::NotFinite);
         }
-        let own = self.own(before);
-        self.gained = (self.gained + gain).max(0.0);
+        let reference = self.reference_energy(before);
+        self.energy_gain = (self.energy_gain + gain).max(0.0);
         let balance = self.ledger.balance();
         let thesis = self.method == Method::Thesis;
-        let share = if thesis { SHARE_OF_THESIS } else { SHARE };
-        let worth = WORTH * own;
-        let surplus = !thesis && balance.residual > worth.max(SURPLUS * balance.exchanged);
-        if self.gained > share * own || surplus {
-            let gained = self.gained.max(balance.residual);
-            return Err(FlowError::Gained { seconds, gained });
+        let gain_max = if thesis { GAIN_MAX_THESIS } else { GAIN_MAX };
+        let floor = SURPLUS_FLOOR * reference;
+        let surplus = !thesis && balance.residual > floor.max(SURPLUS_MAX * balance.exchanged);
+        if self.energy_gain > gain_max * reference || surplus {
+            let gained = self.energy_gain.max(balance.residual);
+            return Err(FlowError::EnergyGain { seconds, gained });
         }
-        if !thesis && -balance.residual > (DWARFED * own).max(DEFICIT * balance.exchanged) {
+        if !thesis
+            && -balance.residual > (DEFICIT_FLOOR * reference).max(DEFICIT_MAX * balance.exchanged)
+        {
             let lost = -balance.residual;
-            return Err(FlowError::Lost { seconds, lost });
+            return Err(FlowError::EnergyLoss { seconds, lost });
         }
         let checked = self.ledger.check();
         checked.map_err(|why| FlowError::Dissipation { seconds, why })
     }
 
-    /// Whether no foot sinks that nothing has held since `before`.
-    fn above_ground(&self, before: &ImpulseSums, seconds: f64) -> Result<(), FlowError> {
+    /// Checks that no foot sinks that received no ground impulse since `before`.
+    fn check_penetration(&self, before: &ImpulseSums, seconds: f64) -> Result<(), FlowError> {
         let least = match self.method {
-            Method::Rk4 | Method::Rodas4 | Method::Moreau => DEPTH,
-            Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => DRIFTED,
+            Method::Rk4 | Method::Rodas4 | Method::Moreau => DEPTH_MAX,
+            Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => DEPTH_MAX_DRIFTING,
         };
         let legs = 0..self.model.legs.len();
         let points = legs.flat_map(|leg| (3..=N).map(move |links| (leg, links)));
@@ -83,26 +96,32 @@ impl<const N: usize> Flow<N> {
                 return Ok(());
             };
             let depth = -footing.gap;
-            let held = self.impulse_sums.ground[leg] != before.ground[leg];
-            if !held && depth > least + LANDING * seconds && footing.velocity[0] < -SINKING {
-                return Err(FlowError::Sinks { leg, depth });
+            let pushed = self.impulse_sums.ground[leg] != before.ground[leg];
+            if !pushed
+                && depth > least + LANDING_SPEED * seconds
+                && footing.velocity[0] < -SINK_RATE
+            {
+                return Err(FlowError::FootSinks { leg, depth });
             }
         }
         Ok(())
     }
 
-    /// Whether what was just stepped, from these books on, was too long a step.
-    pub(crate) fn overshot(&self, before: &Ledger) -> bool {
+    /// Returns whether the steps since `before` gained energy beyond [`STEP_GAIN_MAX`]: the step
+    /// was too long.
+    pub(crate) fn gained_too_much(&self, before: &Ledger) -> bool {
         let gain = self.gain(before);
-        gain.is_nan() || gain > TOO_LONG * self.own(before)
+        gain.is_nan() || gain > STEP_GAIN_MAX * self.reference_energy(before)
     }
 
-    /// Whether a step of finite tolerance has gained or lost more than motors, friction and impacts account for: forces that
-    /// make energy are no solution, however well they hold their constraints.
+    /// Returns whether a step of finite tolerance gained or lost more energy than motors, friction
+    /// and impacts account for: forces that create energy are no solution, even if they satisfy
+    /// their constraints.
     pub(crate) fn is_unbalanced(&self, before: &Ledger) -> bool {
         let [was, is] = [before, &self.ledger].map(|ledger| ledger.balance().residual);
         let missing = (is - was).abs();
-        self.tolerance.is_finite() && (missing.is_nan() || missing > TOO_LONG * self.own(before))
+        self.tolerance.is_finite()
+            && (missing.is_nan() || missing > STEP_GAIN_MAX * self.reference_energy(before))
     }
 
     fn gain(&self, before: &Ledger) -> f64 {
@@ -110,10 +129,11 @@ impl<const N: usize> Flow<N> {
         (after.stored() - after.actuator) - (before.stored() - before.actuator)
     }
 
-    /// What is there by right, and what lifting all that moves by a leg's length would take \[J\].
-    fn own(&self, before: &Ledger) -> f64 {
+    /// Returns the reference energy: energy without numerical gain, plus the energy that lifts all
+    /// moving masses by the leg length \[J\].
+    fn reference_energy(&self, before: &Ledger) -> f64 {
         let balance = before.balance();
-        (balance.kinetic + balance.spring - self.gained).max(0.0) + self.model.moving
+        (balance.kinetic + balance.spring - self.energy_gain).max(0.0) + self.model.moving_energy
     }
 }
 
@@ -123,28 +143,31 @@ mod tests {
     use twinrig_legged::{Base, Drives};
 
     use super::*;
-    use crate::scenes::{self, flow};
+    use crate::fixtures::{self, flow};
 
     #[test]
-    fn a_foot_that_sinks_is_seen_and_one_that_is_pushed_out_is_not() {
+    fn sinking_foot_without_ground_impulse_is_detected() {
         let ground = Ground::new(Terrain::Flat, 0.6, 0.0).unwrap();
         let start = ([0.0, -45.0, 45.0], [0.0; 3]);
-        let robot = scenes::robot();
+        let robot = fixtures::robot();
         let mut flow = flow::<3>(&robot, Base::Free, start, Drives::None, Some(ground));
         let gap = flow.footing(0, 3).unwrap().gap;
-        flow.state.position[2] -= gap + DEPTH + 2e-3 * LANDING + 1e-4;
+        flow.state.position[2] -= gap + DEPTH_MAX + 2e-3 * LANDING_SPEED + 1e-4;
         let before = flow.impulse_sums;
         let mut at = |rate: f64, higher: f64, load: f64| {
             flow.state.velocity[2] = rate;
             flow.state.position[2] += higher;
             flow.impulse_sums = before;
             (0..4).for_each(|leg| flow.impulse_sums.ground[leg][2] += load);
-            flow.above_ground(&before, 2e-3)
+            flow.check_penetration(&before, 2e-3)
         };
         assert_eq!(at(0.0, 0.0, 0.0), Ok(()));
         assert_eq!(at(0.1, 0.0, 0.0), Ok(()));
-        let seen = at(-0.1, 0.0, 0.0).unwrap_err();
-        assert!(matches!(seen, FlowError::Sinks { leg: 0, .. }), "{seen:?}");
+        let found = at(-0.1, 0.0, 0.0).unwrap_err();
+        assert!(
+            matches!(found, FlowError::FootSinks { leg: 0, .. }),
+            "{found:?}"
+        );
         assert_eq!(at(-0.1, 0.0, 1e-3), Ok(()));
         assert_eq!(at(-0.1, 2e-4, 0.0), Ok(()));
     }

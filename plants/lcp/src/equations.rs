@@ -1,11 +1,11 @@
-//! The equations of motion in one state, laid open: for those who hold them against another engine's.
+//! Equations of motion in one state, for comparison with another engine.
 
 use twinrig_legged::Setup;
 use twinrig_robot::Robot;
 
 use crate::articulated::{Articulated, into_trunk};
-use crate::carried::COUPLED;
-use crate::constraints::{CONSTRAINTS, ConstraintSet, Driven};
+use crate::constraints::{CONSTRAINTS, ConstraintSet, DriveAction};
+use crate::coupling::COUPLED;
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::options::LcpError;
@@ -13,41 +13,46 @@ use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State;
 
-/// Where a robot is and how it moves; legs in the order of the robot file, angles as in [`Equations`].
+/// Configuration and velocities of a robot; legs in the order of the robot file, angles as in
+/// [`Equations`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posture {
-    /// Of the trunk's own centre of mass, world frame \[m\].
+    /// Position of the trunk's own centre of mass, world frame \[m\].
     pub position: [f64; 3],
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world.
     pub orientation: [f64; 4],
-    /// Absolute angles of the links of each leg in its plane, zero pointing straight down, positive forward \[rad\].
+    /// Absolute angles of the links of each leg in its plane, zero pointing straight down, positive
+    /// forward \[rad\].
     pub angles: Vec<Vec<f64>>,
-    /// n numbers: velocity and angular velocity of the trunk in its own axes, then the rates of the links, leg by leg.
+    /// Velocity and angular velocity of the trunk in trunk axes, then the rates of the links, leg
+    /// by leg: n values.
     pub velocity: Vec<f64>,
 }
 
-/// M u̇ + bias = generalised force, with nothing that holds: n = 6 + 3 for each leg, or 4 where it has a toe joint.
+/// M u̇ + bias = generalised force, without constraints: n = 6 + 3 for each leg, or 4 where it has
+/// a toe joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equations {
     /// M, n × n, row by row.
     pub inertia: Vec<f64>,
-    /// Gravity and what velocities do; springs and friction are forces.
+    /// Gravity and velocity terms; springs and friction count as forces.
     pub bias: Vec<f64>,
     /// Kinetic, spring and gravity energy \[J\].
     pub energy: [f64; 3],
-    /// What touches the ground, leg by leg: the foot, or the tip of its toe; world frame \[m\].
+    /// Contact points, leg by leg: the foot, or the tip of its toe; world frame \[m\].
     pub feet: Vec<[f64; 3]>,
     /// Jacobian of each foot's velocity in the world, 3 × n, row by row.
     pub jacobians: Vec<Vec<f64>>,
-    /// u̇ under springs, friction of the joints and gravity.
+    /// u̇ under springs, joint friction and gravity.
     pub acceleration: Vec<f64>,
 }
 
 impl Equations {
-    /// The equations of a robot in the air with its drives taken out, with the toe as a link or without.
+    /// Computes the equations of a robot in the air with its drives removed, with or without the
+    /// toe as a link.
     ///
     /// # Errors
-    /// [`LcpError`] where robot and setup do not fit together, or the posture has other legs.
+    /// [`LcpError`] if robot and setup do not match, or the posture has other legs.
     pub fn new(
         robot: &Robot,
         setup: &Setup,
@@ -69,12 +74,12 @@ impl Equations {
         let model = Model::<N>::new(robot, setup)?;
         let state = state(&model, posture)?;
         let mode = Mode::free();
-        let drive = Driven::none();
+        let drive = DriveAction::none();
         let constraint_set = ConstraintSet {
             active: &mode.active,
             drive: &drive,
             recovery: Lanes::zero(),
-            ahead: 0.0,
+            implicit_seconds: 0.0,
             any: [false; CONSTRAINTS],
         };
         let legs = &model.side_by_side;
@@ -82,7 +87,7 @@ impl Equations {
         let Some(base) = &articulated.base else {
             return Err(LcpError::Start("the trunk has to be free".to_owned()));
         };
-        let (chain, carried) = (&articulated.chain, &base.carried);
+        let (chain, coupling) = (&articulated.chain, &base.coupling);
         let count = model.legs.len();
         let n = 6 + N * count;
         let mut inertia = vec![0.0; n * n];
@@ -95,16 +100,16 @@ impl Equations {
         }
         for leg in 0..count {
             for i in 0..N {
-                let own = 6 + N * leg + i;
+                let at = 6 + N * leg + i;
                 for j in 0..N {
-                    inertia[own * n + 6 + N * leg + j] = chain.inertia[i][j].lane(leg);
+                    inertia[at * n + 6 + N * leg + j] = chain.inertia[i][j].lane(leg);
                 }
-                for (column, &row) in carried.columns[i].iter().zip(&COUPLED) {
-                    inertia[own * n + row] = column.lane(leg);
-                    inertia[row * n + own] = column.lane(leg);
+                for (column, &row) in coupling.columns[i].iter().zip(&COUPLED) {
+                    inertia[at * n + row] = column.lane(leg);
+                    inertia[row * n + at] = column.lane(leg);
                 }
                 let forces = chain.springs[i] + chain.friction[i];
-                bias[own] = (forces - carried.torques[i]).lane(leg);
+                bias[at] = (forces - coupling.torques[i]).lane(leg);
                 acceleration.push(accelerations.links[i].lane(leg));
             }
         }
@@ -135,12 +140,12 @@ impl Equations {
     }
 }
 
-/// The posture as a state.
+/// Converts the posture to a state.
 fn state<const N: usize>(model: &Model<N>, posture: &Posture) -> Result<State<Lanes, N>, LcpError> {
     let count = model.legs.len();
     let fits = posture.angles.len() == count && posture.velocity.len() == 6 + N * count;
     if !fits || posture.angles.iter().any(|leg| leg.len() != N) {
-        let why = format!("{count} legs of {N} links have other numbers of angles and rates");
+        let why = format!("the posture does not match {count} legs of {N} links");
         return Err(LcpError::Start(why));
     }
     let zero = Lanes::zero();

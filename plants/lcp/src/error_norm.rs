@@ -1,19 +1,20 @@
-//! The norm by which `rk4` and `rodas4` measure the error of a step against the tolerance.
+//! Error norm that `rk4` and `rodas4` compare with the tolerance.
 
 use crate::flow::Flow;
 use crate::real::Lanes;
 use crate::state::Slope;
 
 impl<const N: usize> Flow<N> {
-    /// By how much an error of the state displaces a foot or the trunk, at most: at once by positions, and, where `velocities`
-    /// count, by these within the time constant of a pendulum as long as a leg \[m\].
+    /// Returns an upper bound on the displacement of a foot or the trunk by an error of the state
+    /// \[m\]: directly by positions and, with `velocities`, by velocities over the time constant of
+    /// a pendulum of leg length.
     pub(crate) fn error_of(&self, error: &Slope<Lanes, N>, velocities: bool) -> Lanes {
-        let attitude = 2.0 * size(&error.attitude);
+        let attitude = 2.0 * norm(&error.attitude);
         let at_once = self.displacement(error.position, attitude, &error.angles, error.pulley);
         if !velocities {
             return at_once;
         }
-        let turning = size(&error.turning);
+        let turning = norm(&error.turning);
         let speed = self.displacement(error.velocity, turning, &error.rates, error.pulley_rate);
         at_once.max(speed * Lanes::splat(self.model.pendulum))
     }
@@ -29,7 +30,7 @@ impl<const N: usize> Flow<N> {
         let reach = Lanes::splat(self.model.reach);
         let mut most = pulley.abs() * self.model.side_by_side.pulley_radius;
         for angle in angles {
-            // Sums keep what is not a number, which a maximum may not.
+            // A sum propagates NaN; a maximum may not.
             most += angle.abs() * reach;
         }
         if !self.model.is_free() {
@@ -37,12 +38,12 @@ impl<const N: usize> Flow<N> {
         }
         let legs = &most.to_array()[..self.model.legs.len()];
         let all = legs.iter().fold(0.0, |sum, leg| sum + leg)
-            + size(&position)
+            + norm(&position)
             + rotation * self.model.reach;
         Lanes::splat(if all.is_finite() { all } else { f64::INFINITY })
     }
 }
 
-fn size(vector: &[f64]) -> f64 {
+fn norm(vector: &[f64]) -> f64 {
     libm::sqrt(vector.iter().map(|x| x * x).sum::<f64>())
 }

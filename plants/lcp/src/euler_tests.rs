@@ -3,30 +3,30 @@ use twinrig_legged::{Base, Ledger};
 use twinrig_robot::Robot;
 
 use super::*;
+use crate::fixtures::{self, HARD, PASSIVE, Pose, flow, hanging, rms, trace};
 use crate::options::Method as Integrator;
-use crate::scenes::{self, HARD, PASSIVE, Pose, flow, hanging, rms, trace};
 
 type Step = fn(&mut Flow<3>, f64) -> Result<(), FlowError>;
 
 const EXPLICIT: Step = Flow::run_explicit_euler;
 const SEMI_IMPLICIT: Step = Flow::run_semi_implicit;
 
-/// Error of the foot over 0.3 s, at these steps \[m\].
+/// Returns the error of the foot over 0.3 s at these steps \[m\].
 fn errors<const M: usize>(robot: &Robot, pose: Pose, step: Step, lengths: [f64; M]) -> [f64; M] {
-    let mut right = hanging(robot, pose);
-    right.method = Integrator::Rk4;
-    let (right, _) = trace(right, 0.3, 1e-4, |flow, h| flow.step(h).unwrap());
+    let mut reference = hanging(robot, pose);
+    reference.method = Integrator::Rk4;
+    let (reference, _) = trace(reference, 0.3, 1e-4, |flow, h| flow.step(h).unwrap());
     lengths.map(|h| {
         let (feet, _) = trace(hanging(robot, pose), 0.3, h, |flow, h| {
             step(flow, h).unwrap();
         });
-        rms(&feet, &right)
+        rms(&feet, &reference)
     })
 }
 
 #[test]
-fn between_stops_both_are_of_first_order() {
-    let (robot, pose) = scenes::between();
+fn both_methods_are_of_first_order_between_stops() {
+    let (robot, pose) = fixtures::between_stops();
     for (step, lengths, most) in [
         (SEMI_IMPLICIT, [2e-3, 1e-3, 5e-4], 1e-4),
         (EXPLICIT, [1e-4, 5e-5, 2.5e-5], 5e-5),
@@ -40,8 +40,8 @@ fn between_stops_both_are_of_first_order() {
 }
 
 #[test]
-fn with_stops_both_converge_however_unevenly() {
-    let robot = scenes::without_toes();
+fn both_methods_converge_with_stops() {
+    let robot = fixtures::without_toes();
     for (pose, step, most, lengths) in [
         (PASSIVE, SEMI_IMPLICIT, 3e-3, [2e-3, 1e-4, 1e-5]),
         (PASSIVE, EXPLICIT, 1e-3, [2e-3, 1e-4, 1e-5]),
@@ -58,15 +58,16 @@ fn with_stops_both_converge_however_unevenly() {
 }
 
 #[test]
-fn the_explicit_method_makes_energy_where_the_other_keeps_it() {
-    let (robot, pose) = scenes::between();
+fn explicit_euler_gains_energy_and_semi_implicit_euler_does_not() {
+    let (robot, pose) = fixtures::between_stops();
     let residual = |step: Step, h: f64| {
         let (_, flow) = trace(hanging(&robot, pose), 0.3, h, |flow, h| {
             step(flow, h).unwrap();
         });
         flow.ledger.balance().residual
     };
-    // Well above 2ζ/ω, and far below what the symplectic method bears.
+    // 2 ms is far above the stability limit 2ζ/ω of the explicit method and far below that of the
+    // symplectic one.
     assert!(residual(EXPLICIT, 2e-3) > 1.0);
     assert!(residual(SEMI_IMPLICIT, 2e-3).abs() < 1e-3);
     let [coarse, fine] = [1e-4, 5e-5].map(|h| residual(EXPLICIT, h));
@@ -77,17 +78,17 @@ fn the_explicit_method_makes_energy_where_the_other_keeps_it() {
 }
 
 #[test]
-fn the_estimate_is_what_one_step_is_wrong_by() {
-    let (robot, pose) = scenes::between();
+fn error_estimate_bounds_the_error_of_one_step() {
+    let (robot, pose) = fixtures::between_stops();
     for step in [EXPLICIT, SEMI_IMPLICIT] {
         let [coarse, fine] = [1e-3, 5e-4].map(|h| {
             let mut flow = hanging(&robot, pose);
             step(&mut flow, h).unwrap();
-            let mut right = hanging(&robot, pose);
-            right.method = Integrator::Rk4;
-            right.step(h).unwrap();
-            let error = rms(&[scenes::foot(&flow)], &[scenes::foot(&right)]);
-            // It adds up what may cancel.
+            let mut reference = hanging(&robot, pose);
+            reference.method = Integrator::Rk4;
+            reference.step(h).unwrap();
+            let error = rms(&[fixtures::foot(&flow)], &[fixtures::foot(&reference)]);
+            // The estimate adds absolute values that may cancel in the error.
             assert!(
                 flow.estimate > error && flow.estimate < 100.0 * error,
                 "{error:e}"
@@ -99,8 +100,8 @@ fn the_estimate_is_what_one_step_is_wrong_by() {
 }
 
 #[test]
-fn stops_take_energy_and_give_none() {
-    let robot = scenes::without_toes();
+fn stops_never_add_energy() {
+    let robot = fixtures::without_toes();
     let mut flow = hanging(&robot, HARD);
     let before: f64 = flow.stored().iter().sum();
     for _ in 0..30_000 {
@@ -116,13 +117,13 @@ fn stops_take_energy_and_give_none() {
     );
 }
 
-/// The robot as it stands on the ground with its motors on.
+/// The robot on the ground with its motors on.
 fn standing(base: Base) -> Flow<3> {
-    let robot = scenes::without_toes();
-    let servos = scenes::driven(&robot);
+    let robot = fixtures::without_toes();
+    let servos = fixtures::servo_drives(&robot);
     let pose = ([0.0; 3], [0.0; 3]);
-    let mut flow = flow::<3>(&robot, base, pose, servos, Some(scenes::flat()));
-    let foot = scenes::foot(&flow);
+    let mut flow = flow::<3>(&robot, base, pose, servos, Some(fixtures::flat()));
+    let foot = fixtures::foot(&flow);
     flow.state.position = [
         0.0,
         0.0,
@@ -134,7 +135,7 @@ fn standing(base: Base) -> Flow<3> {
 }
 
 #[test]
-fn the_ground_bears_a_robot_that_drops_on_it() {
+fn ground_carries_the_weight_after_a_drop() {
     for (base, step, h, count) in [
         (Base::Free, SEMI_IMPLICIT, 1e-3, 500),
         (Base::Planar, SEMI_IMPLICIT, 1e-3, 500),
@@ -174,7 +175,7 @@ fn the_ground_bears_a_robot_that_drops_on_it() {
 }
 
 #[test]
-fn what_bouncing_ground_takes_is_in_the_books() {
+fn energy_balance_includes_impact_losses_with_restitution() {
     let mut flow = standing(Base::Free);
     flow.model.ground = Some(Ground::new(Terrain::Flat, 0.6, 0.5).unwrap());
     flow.state.velocity[2] = -0.5;
@@ -192,23 +193,23 @@ fn what_bouncing_ground_takes_is_in_the_books() {
 }
 
 #[test]
-fn work_is_counted() {
-    let robot = scenes::without_toes();
+fn steps_evaluations_and_events_are_counted() {
+    let robot = fixtures::without_toes();
     for step in [EXPLICIT, SEMI_IMPLICIT] {
         let mut flow = hanging(&robot, PASSIVE);
         for _ in 0..150 {
             step(&mut flow, 2e-3).unwrap();
         }
         assert_eq!((flow.counts.steps, flow.counts.evaluations), (150, 150));
-        // Each leg reaches its end, and then closes.
+        // Two events per leg: the end stop, then the closed stop.
         assert_eq!(flow.counts.events, 8);
     }
 }
 
 #[test]
-fn a_state_that_is_no_number_is_told() {
+fn nan_state_is_an_error() {
     for step in [EXPLICIT, SEMI_IMPLICIT] {
-        let mut flow = hanging(&scenes::without_toes(), PASSIVE);
+        let mut flow = hanging(&fixtures::without_toes(), PASSIVE);
         flow.state.rates[1] = flow.state.rates[1].with_lane(2, f64::NAN);
         assert!(step(&mut flow, 1e-3).is_err());
     }

@@ -1,8 +1,9 @@
-//! Going on in time between events that are found to the instant, in steps as long as their error allows.
+//! Event-driven integration: steps under error control between events, which are located by root
+//! finding.
 //!
-//! A step that an event cuts short is taken again up to the event, where impulses and a new choice of what holds make a new
-//! start. Where legs hang on a trunk that is held they have nothing to do with each other: each then goes its own time, side
-//! by side with the others.
+//! A step with an event is repeated up to the event. Impulses and a new choice of active
+//! constraints restart the integration there. Legs on a fixed trunk are independent of each other:
+//! each has its own time, computed side by side.
 
 mod event_handling;
 mod event_location;
@@ -14,110 +15,111 @@ use crate::constraints::ActiveConstraints;
 use crate::drives::Commands;
 use crate::flow::{Flow, FlowError, ImpulseSums};
 use crate::guards::{GUARDS, Guard, Guards, kind};
-use crate::motion::{Motion, Scene, sliding};
+use crate::motion::{Dynamics, Motion, sliding};
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State;
 
-/// Gaps count as broken beyond this \[m\], slides as reversed below this \[m/s\].
+/// Tolerance of gaps \[m\] and of slide speeds \[m/s\], beyond which a guard is violated.
 const GAP: f64 = 1e-10;
 const SLIDE: f64 = 2e-7;
 
-/// Steps are not made shorter than this to see a gap open \[s\].
+/// Steps are not shortened below this to observe a gap opening \[s\].
 const SHORTEST: f64 = 1e-9;
 
-/// How often the end of a force or a slide is come nearer to, and what is near enough: a share of the guard's tolerance.
+/// Maximum iterations for the end of a force or a slide, and their tolerance as a share of the
+/// guard's tolerance.
 const REFINEMENTS: u32 = 6;
-const NEAR: f64 = 0.1;
+const REFINED: f64 = 0.1;
 
-/// Gaps below this that hardly move may close at once \[m\], \[m/s\].
+/// Gap \[m\] and rate \[m/s\] below which a gap may close at the start of a step.
 const TOUCHING: f64 = 1e-8;
 const AT_REST: f64 = 1e-7;
 
-/// The legs by number.
+/// Indices of the legs.
 pub(crate) const ALL: [usize; 4] = [0, 1, 2, 3];
 
-/// Errors of constraints are taken back at this rate per step.
+/// Decay of constraint errors per step.
 const RECOVERY: f64 = 0.2;
 
-/// Events at one instant, at most.
+/// Maximum number of events at one instant.
 const AT_ONCE_MAX: u32 = 12;
 
-/// A step that is taken in more pieces than this is too stiff for an explicit method.
-const PIECES_MAX: u32 = 160;
+/// Maximum number of substeps; a step that needs more is too stiff for an explicit method.
+const SUBSTEPS_MAX: u32 = 160;
 
-/// Pieces that an event takes besides.
-const PIECES_PER_EVENT: u32 = 4;
+/// Additional substeps per event.
+const SUBSTEPS_PER_EVENT: u32 = 4;
 
-/// The method of the steps.
+/// Integration method of the substeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stepper {
     RungeKutta,
     Rosenbrock,
 }
 
-/// A step as it was made.
+/// Result of a trial step.
 #[derive(Debug, Clone)]
 pub(crate) struct TrialStep<const N: usize> {
     pub(crate) end: State<Lanes, N>,
-    /// The motion at its end, in the same mode.
+    /// The motion at `end`, in the same mode.
     pub(crate) motion: Box<Motion<Lanes, N>>,
-    /// Work that friction took and that motors gave, by leg \[J\].
+    /// Work dissipated by friction and work of the motors, by leg \[J\].
     pub(crate) dissipated: Lanes,
     pub(crate) actuator: Lanes,
-    /// What was felt.
-    pub(crate) forces: ImpulseSums,
-    /// How far a foot may be off \[m\].
+    /// Impulses of drives and ground during the step.
+    pub(crate) impulses: ImpulseSums,
+    /// Error estimate of the foot position \[m\].
     pub(crate) error: Lanes,
 }
 
-/// The memory of a march: large things that are passed on and not copied.
+/// Buffers of the event-driven integrator: large values that are moved instead of copied.
 #[derive(Debug, Clone)]
-pub(crate) struct Track<const N: usize> {
+pub(crate) struct Buffers<const N: usize> {
     start: Box<Motion<Lanes, N>>,
-    /// Guards at the start, and at the end of a piece.
+    /// Guards at the start and at the end of a substep.
     guards: Guards,
     after: Guards,
     trial: TrialStep<N>,
-    /// What the start is known for.
-    known: Option<Known<N>>,
+    /// Arguments for which `start` is valid.
+    key: Option<MotionKey<N>>,
 }
 
-/// All that a motion depends on while no foot stands.
+/// Arguments of a motion without contacts, as a cache key.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Known<const N: usize> {
+struct MotionKey<const N: usize> {
     state: State<Lanes, N>,
     active: ActiveConstraints<Lanes>,
     commands: Commands<Lanes>,
     recovery: f64,
 }
 
-impl<const N: usize> Track<N> {
+impl<const N: usize> Buffers<N> {
     pub(crate) fn new(motion: Motion<Lanes, N>, end: State<Lanes, N>) -> Self {
         let zero = Lanes::zero();
         Self {
             start: Box::new(motion),
-            guards: Guards::none(),
-            after: Guards::none(),
+            guards: Guards::inactive(),
+            after: Guards::inactive(),
             trial: TrialStep {
                 end,
                 motion: Box::new(motion),
                 dissipated: zero,
                 actuator: zero,
-                forces: ImpulseSums::new(),
+                impulses: ImpulseSums::new(),
                 error: zero,
             },
-            known: None,
+            key: None,
         }
     }
 }
 
-/// Why a march ended before its time.
+/// Reason for which the integrator stopped before the end of the step.
 pub(crate) enum Halt {
-    /// Too many pieces.
+    /// Too many substeps.
     Stiff,
     /// Too many events.
-    Crowded,
+    TooManyEvents,
     Failed(FlowError),
 }
 
@@ -127,34 +129,36 @@ impl<E: Into<FlowError>> From<E> for Halt {
     }
 }
 
-/// The next event of an island: when, in seconds from the step's start, and which.
+/// The next event of an island: time from the start of the substep \[s\], guard and leg.
 #[derive(Clone, Copy)]
-struct Due {
+struct LocatedEvent {
     at: f64,
-    place: usize,
+    index: usize,
     leg: usize,
-    /// Times and values between which the guard breaks.
+    /// Bracket of the root: times \[s\] and guard values.
     low: [f64; 2],
     high: [f64; 2],
-    /// Whether it is one: a gap that was closed to begin with tells nothing of when it closed again, only that the step was
-    /// too long to see it.
-    met: bool,
+    /// False where only the step is shortened: a gap closed from the start does not determine when
+    /// it closes again, only that the step was too long to resolve it.
+    is_event: bool,
 }
 
-/// What a march has come to so far.
+/// Progress of the integrator within a step.
 struct Progress {
     remaining: Lanes,
     events: [u32; 4],
     at_once: u32,
-    pieces: u32,
+    substeps: u32,
 }
 
 impl Progress {
-    /// Counts a piece, good or not.
+    /// Counts a substep, accepted or not.
     fn count(&mut self, stepper: Stepper) -> Result<(), Halt> {
-        self.pieces += 1;
+        self.substeps += 1;
         let events = self.events.iter().sum::<u32>();
-        if self.pieces > PIECES_MAX + PIECES_PER_EVENT * events && stepper == Stepper::RungeKutta {
+        if self.substeps > SUBSTEPS_MAX + SUBSTEPS_PER_EVENT * events
+            && stepper == Stepper::RungeKutta
+        {
             return Err(Halt::Stiff);
         }
         Ok(())
@@ -162,75 +166,76 @@ impl Progress {
 }
 
 impl<const N: usize> Flow<N> {
-    /// Moves on by `seconds`.
+    /// Advances by `seconds`.
     pub(crate) fn event_driven(&mut self, stepper: Stepper, seconds: f64) -> Result<(), Halt> {
         let state = self.state;
-        let mut track = self.track.take().unwrap_or_else(|| {
-            // Something to begin with; it takes no part, so it does not count.
+        let mut buffers = self.buffers.take().unwrap_or_else(|| {
+            // Initial content of the buffers; not used, therefore not counted.
             let counts = self.counts;
             let motion = self.motion(&state, 0.0);
             self.counts = counts;
-            Box::new(Track::new(motion, state))
+            Box::new(Buffers::new(motion, state))
         });
-        let marched = self.integrate_on(stepper, seconds, &mut track);
-        self.track = Some(track);
-        marched
+        let done = self.integrate_substeps(stepper, seconds, &mut buffers);
+        self.buffers = Some(buffers);
+        done
     }
 
-    fn integrate_on(
+    fn integrate_substeps(
         &mut self,
         stepper: Stepper,
         seconds: f64,
-        track: &mut Track<N>,
+        buffers: &mut Buffers<N>,
     ) -> Result<(), Halt> {
         let recovery = RECOVERY / seconds;
         self.follow_command();
         let mut progress = Progress {
-            remaining: self.present(seconds),
+            remaining: self.leg_times(seconds),
             events: [0; 4],
             at_once: 0,
-            pieces: 0,
+            substeps: 0,
         };
-        self.start(recovery, track)?;
-        track.known = None;
+        self.start(recovery, buffers)?;
+        buffers.key = None;
         self.estimate = 0.0;
         loop {
             let state = self.state;
             progress.count(stepper)?;
-            let (h, next_event, guarded) =
-                self.piece(stepper, &state, track, &mut progress, recovery)?;
-            self.accept(&track.trial, &state);
+            let (h, events, guarded) =
+                self.substep(stepper, &state, buffers, &mut progress, recovery)?;
+            self.accept(&buffers.trial);
             progress.remaining -= h;
-            core::mem::swap(&mut track.start, &mut track.trial.motion);
-            let met = self.handle_all(&next_event, &mut progress, recovery, seconds)?;
+            core::mem::swap(&mut buffers.start, &mut buffers.trial.motion);
+            let handled = self.handle_events(&events, &mut progress, recovery, seconds)?;
             let state = self.state;
-            if met {
+            if handled {
                 if self.follow_command() {
                     for island in self.islands() {
-                        self.choose(island, recovery)?;
+                        self.select_modes(island, recovery)?;
                     }
                 }
-                self.motion_into(&state, recovery, &mut track.start);
+                self.motion_into(&state, recovery, &mut buffers.start);
             }
-            if guarded && !met {
-                core::mem::swap(&mut track.guards, &mut track.after);
+            if guarded && !handled {
+                core::mem::swap(&mut buffers.guards, &mut buffers.after);
             } else {
-                self.guard(&state, &track.start, &mut track.guards);
+                self.guard(&state, &buffers.start, &mut buffers.guards);
             }
             let left = progress.remaining.to_array();
             if left.iter().all(|&left| left <= 1e-12 * seconds) {
                 self.counts.steps += 1;
-                self.strike_balance(&track.start);
-                self.finite()?;
-                track.known = self.known(recovery);
+                self.close_balance(&buffers.start);
+                self.check_finite()?;
+                buffers.key = self.motion_key(recovery);
                 return Ok(());
             }
         }
     }
 
-    /// What the motion at present depends on, where that is worth while to know.
-    fn known(&self, recovery: f64) -> Option<Known<N>> {
-        self.mode.contacts.is_empty().then_some(Known {
+    /// Returns the cache key of the present motion; none with contacts, where caching is not
+    /// worthwhile.
+    fn motion_key(&self, recovery: f64) -> Option<MotionKey<N>> {
+        self.mode.contacts.is_empty().then_some(MotionKey {
             state: self.state,
             active: self.mode.active,
             commands: self.mode.commands,
@@ -238,26 +243,27 @@ impl<const N: usize> Flow<N> {
         })
     }
 
-    /// The recovery at which the motion of the next march is known already; zero where it is not.
-    pub(crate) fn recalled(&self) -> f64 {
-        let known = self.track.as_ref().and_then(|track| track.known);
-        let known = known.filter(|known| self.known(known.recovery) == Some(*known));
-        known.map_or(0.0, |known| known.recovery)
+    /// Returns the recovery rate for which the motion at the start of the next step is cached; zero
+    /// without a cached motion.
+    pub(crate) fn cached_recovery(&self) -> f64 {
+        let key = self.buffers.as_ref().and_then(|buffers| buffers.key);
+        let key = key.filter(|key| self.motion_key(key.recovery) == Some(*key));
+        key.map_or(0.0, |key| key.recovery)
     }
 
-    /// Finds that motion again: who saved it has it, and has counted it.
-    pub(crate) fn recall(&mut self, recovery: f64) {
+    /// Recomputes that motion after restoring; its evaluation was counted before saving.
+    pub(crate) fn restore_cache(&mut self, recovery: f64) {
         let (state, counts) = (self.state, self.counts);
         let motion = self.motion(&state, recovery);
-        let mut track = Box::new(Track::new(motion, state));
-        self.guard(&state, &motion, &mut track.guards);
-        track.known = self.known(recovery);
-        self.track = Some(track);
+        let mut buffers = Box::new(Buffers::new(motion, state));
+        self.guard(&state, &motion, &mut buffers.guards);
+        buffers.key = self.motion_key(recovery);
+        self.buffers = Some(buffers);
         self.counts = counts;
     }
 
-    /// A time for every leg that is there.
-    fn present(&self, seconds: f64) -> Lanes {
+    /// Returns `seconds` in the lanes of existing legs, and zero in the others.
+    fn leg_times(&self, seconds: f64) -> Lanes {
         let legs = self.model.legs.len();
         if self.model.is_free() {
             return Lanes::splat(seconds);
@@ -267,24 +273,24 @@ impl<const N: usize> Flow<N> {
         ))
     }
 
-    /// A piece of the step, up to the next event or the step's end: its length, the events at its end, and whether the
-    /// guards there are known.
-    fn piece(
+    /// Integrates a substep up to the next event or the end of the step. Returns its length, the
+    /// events at its end, and whether the guards there are already computed.
+    fn substep(
         &mut self,
         stepper: Stepper,
         state: &State<Lanes, N>,
-        track: &mut Track<N>,
+        buffers: &mut Buffers<N>,
         progress: &mut Progress,
         recovery: f64,
-    ) -> Result<(Lanes, [Option<Due>; 4], bool), Halt> {
-        let Track {
+    ) -> Result<(Lanes, [Option<LocatedEvent>; 4], bool), Halt> {
+        let Buffers {
             start,
             guards: before,
             after,
             trial,
             ..
-        } = track;
-        let mut h = progress.remaining.min(self.stride);
+        } = buffers;
+        let mut h = progress.remaining.min(self.step_size);
         self.trial(stepper, state, start, h, recovery, trial);
         while self.shorten(trial, &mut h) {
             progress.count(stepper)?;
@@ -294,31 +300,31 @@ impl<const N: usize> Flow<N> {
             }
             self.trial(stepper, state, start, h, recovery, trial);
         }
-        self.lengthen(trial, h, &progress.remaining);
+        self.propose_step_size(trial, h, &progress.remaining);
         if !self.model_has_guards() {
             return Ok((h, [None; 4], false));
         }
         self.guard(&trial.end, &trial.motion, after);
-        if !after.alarmed(&self.tolerances()) && !dips(before, after, h) {
+        if !after.any_below(&self.tolerances()) && !dips(before, after, h) {
             return Ok((h, [None; 4], true));
         }
-        let next_event = self.next_event(trial, state, start, before, after, h, recovery);
-        for (island, next_event) in self.islands().zip(&next_event) {
-            if let Some(next_event) = next_event {
+        let events = self.locate_events(trial, state, start, before, after, h, recovery);
+        for (island, event) in self.islands().zip(&events) {
+            if let Some(event) = event {
                 for leg in self.lanes_of(island) {
-                    h = h.with_lane(leg, next_event.at);
+                    h = h.with_lane(leg, event.at);
                 }
             }
         }
-        let mut next_event = next_event;
+        let mut events = events;
         self.trial(stepper, state, start, h, recovery, trial);
         for _ in 0..REFINEMENTS {
-            if !self.refine(trial, &mut next_event, &mut h, recovery) {
+            if !self.refine(trial, &mut events, &mut h, recovery) {
                 break;
             }
             self.trial(stepper, state, start, h, recovery, trial);
         }
-        let correction = self.correction(trial, &next_event, h);
+        let correction = self.correction(trial, &events, h);
         if correction.to_array() != [0.0; 4] {
             trial.end = taylor(
                 &trial.end,
@@ -329,42 +335,42 @@ impl<const N: usize> Flow<N> {
             h += correction;
             self.motion_into(&trial.end, recovery, &mut trial.motion);
         }
-        Ok((h, next_event, false))
+        Ok((h, events, false))
     }
 
-    /// Whether anything can happen to this robot at all.
+    /// Returns whether the model has guards.
     fn model_has_guards(&self) -> bool {
-        !self.model.unbounded
+        !self.model.without_stops
     }
 
-    /// The lanes of an island: all of them where the robot moves as a whole.
+    /// Returns the lanes of an island: all lanes where the trunk moves.
     fn lanes_of(&self, island: core::ops::Range<usize>) -> core::ops::Range<usize> {
         if self.model.is_free() { 0..4 } else { island }
     }
 
-    pub(crate) fn scene(&self, recovery: f64) -> Scene<'_, Lanes, N> {
-        Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery)
+    pub(crate) fn dynamics(&self, recovery: f64) -> Dynamics<'_, Lanes, N> {
+        Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, recovery)
     }
 
     fn guard(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, guards: &mut Guards) {
-        guards.renew(&self.scene(0.0), state, motion, &self.bench);
+        guards.renew(&self.dynamics(0.0), state, motion, &self.workspace);
     }
 
     fn guards(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, recovery: f64) -> Guards {
-        Guards::new(&self.scene(recovery), state, motion, &self.bench)
+        Guards::new(&self.dynamics(recovery), state, motion, &self.workspace)
     }
 
-    /// Beyond what guards count as broken.
+    /// Returns the tolerances of the guards.
     fn tolerances(&self) -> [f64; GUARDS] {
         let force = self.model.least_force();
-        std::array::from_fn(|place| match kind(place) {
+        std::array::from_fn(|index| match kind(index) {
             Guard::Gap => GAP,
             Guard::Force | Guard::Friction => force,
             Guard::Slide => SLIDE,
         })
     }
 
-    /// One step, lane by lane of its own length.
+    /// Computes a trial step; its length may differ from lane to lane.
     fn trial(
         &mut self,
         stepper: Stepper,
@@ -378,7 +384,7 @@ impl<const N: usize> Flow<N> {
             Stepper::RungeKutta => self.rk4_step(state, start, h, recovery, trial),
             Stepper::Rosenbrock => {
                 let step = self.rodas4_step(state, start, h, recovery);
-                self.feel_ends([state, &step.end], h, recovery, trial);
+                self.set_trial_impulses([state, &step.end], h, recovery, trial);
                 trial.end = step.end;
                 (trial.dissipated, trial.actuator) = (step.dissipated, step.actuator);
                 trial.error = step.error;
@@ -386,9 +392,10 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    /// Mean forces, and the motion at the end. The ground's are those of the trapezoidal rule: forces that end at zero, a little
-    /// past it by the error of the event's time, have pushed until then.
-    fn feel_ends(
+    /// Sets the impulses of the step and the motion at its end. Ground impulses follow from the
+    /// trapezoidal rule: a force that ends at zero, or slightly beyond by the error of the event
+    /// time, has acted until then.
+    fn set_trial_impulses(
         &mut self,
         [start, end]: [&State<Lanes, N>; 2],
         h: Lanes,
@@ -396,27 +403,26 @@ impl<const N: usize> Flow<N> {
         trial: &mut TrialStep<N>,
     ) {
         let half = h * Lanes::splat(0.5);
-        trial.forces = ImpulseSums::new();
+        trial.impulses = ImpulseSums::new();
         if !self.mode.contacts.is_empty() {
             self.motion_into(start, recovery, &mut trial.motion);
-            self.feel_ground(start, &trial.motion, half, &mut trial.forces);
+            self.add_ground_impulses(start, &trial.motion, half, &mut trial.impulses);
         }
         self.motion_into(end, recovery, &mut trial.motion);
-        self.feel_ground(end, &trial.motion, half, &mut trial.forces);
-        self.feel_motors(&trial.motion.forces, h, &mut trial.forces);
+        self.add_ground_impulses(end, &trial.motion, half, &mut trial.impulses);
+        self.add_drive_impulses(&trial.motion.forces, h, &mut trial.impulses);
     }
 
-    /// Takes the end of a piece for the present, and writes up what has flowed.
-    fn accept(&mut self, trial: &TrialStep<N>, before: &State<Lanes, N>) {
-        let _ = before;
+    /// Accepts the end of a substep and enters its energies and impulses.
+    fn accept(&mut self, trial: &TrialStep<N>) {
         self.ledger.dissipated += trial.dissipated.sum();
         self.ledger.actuator += trial.actuator.sum();
-        self.impulse_sums.add(&trial.forces);
+        self.impulse_sums.add(&trial.impulses);
         self.state = trial.end;
     }
 
-    /// Balances the books, and notes where feet slide to.
-    fn strike_balance(&mut self, end: &Motion<Lanes, N>) {
+    /// Closes the energy balance of the step and stores the directions of sliding feet.
+    fn close_balance(&mut self, end: &Motion<Lanes, N>) {
         let state = self.state;
         let stored = end
             .articulated

@@ -1,6 +1,7 @@
-//! What happens at an instant: impacts, and what holds afterwards.
+//! Events: impacts, and the active constraints after them.
 //!
-//! Both are complementarity problems over the constraints that are closed at that instant ([`twinrig_contact::Problem`]):
+//! Both are complementarity problems over the constraints closed at that instant
+//! ([`twinrig_contact::Problem`]):
 //!
 //! ```text
 //! impulses   q̇⁺ = q̇⁻ + H⁻¹ Jᵀ P    0 ≤ Pₙ ⊥ ġ⁺ + e ġ⁻ ≥ 0    |Pₜ| ≤ µ Pₙ
@@ -14,42 +15,42 @@ mod losses;
 mod reactivate;
 mod resolve_modes;
 
-pub(crate) use closed::{Entry, Feet, PLACES, Role, STOPPED, Stop};
-use impact::Struck;
-pub(crate) use impact::Toll;
-pub(crate) use reactivate::Passed;
-pub(crate) use resolve_modes::Settled;
+pub(crate) use closed::{Entry, Feet, Role, SLOTS, STOPPED, Stop};
+use impact::ImpactRecord;
+pub(crate) use impact::ImpactTotals;
+pub(crate) use reactivate::ExcessViolation;
+pub(crate) use resolve_modes::ModeResolution;
 
 use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
 
-use crate::articulated::{Articulated, Response, between_links};
-use crate::constraints::{ConstraintSet, Driven};
+use crate::articulated::{Articulated, Response, cross_mobility_links};
+use crate::constraints::{ConstraintSet, DriveAction};
 use crate::mode::Mode;
-use crate::motion::Scene;
+use crate::motion::Dynamics;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// Compliance of every constraint, as a share of its mobility, by which those that say the same thing share their force: far
-/// below that of contacts, for a motion's stops have none.
-const ALIKE: f64 = 1e-12;
+/// Compliance of every constraint as a share of its mobility, by which redundant constraints share
+/// their force. It is far below that of contacts, as the stops are rigid during motion.
+const REGULARISATION: f64 = 1e-12;
 
-/// Directions that are worked on side by side.
-const ABREAST: usize = 4;
+/// Directions computed side by side.
+const BLOCK: usize = 4;
 
-/// The memory of impacts and changes of mode.
+/// Workspace of impacts and mode changes.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Instant<const N: usize> {
     pub(crate) entries: Vec<Entry<N>>,
-    rows: Vec<Response<f64, N>>,
-    pub(crate) pushes: Vec<Response<f64, N>>,
+    row_responses: Vec<Response<f64, N>>,
+    pub(crate) force_responses: Vec<Response<f64, N>>,
     pub(crate) problem: Problem,
-    /// The pushes' responses of the trunk, some side by side, component by component.
-    trunks: Vec<[[f64; ABREAST]; 6]>,
+    /// Responses of the trunk to unit forces, in blocks, by component.
+    trunks: Vec<[[f64; BLOCK]; 6]>,
     before: Vec<f64>,
-    /// The impact after which contact modes are resolved next, if there was one.
-    struck: Option<Struck>,
+    /// The impact before the next resolution of contact modes, if any.
+    last_impact: Option<ImpactRecord>,
     coefficients: Vec<f64>,
-    /// Feet that slide and jam, by leg and point of the leg; the same by row.
+    /// Sliding feet that jam, by leg and point of the leg; `marks` is the same by row.
     jammed: [[bool; 2]; 4],
     marks: Vec<bool>,
     pub(crate) iterations: u64,
@@ -57,38 +58,40 @@ pub(crate) struct Instant<const N: usize> {
 }
 
 impl<const N: usize> Instant<N> {
-    /// Fills the problem's matrix and bounds.
+    /// Fills matrix and bounds of the problem.
     pub(crate) fn prepare(&mut self, articulated: &Articulated<Lanes, N>, friction: f64) {
         let n = self.entries.len();
         self.problem.reset(n);
-        self.rows.clear();
-        self.pushes.clear();
+        self.row_responses.clear();
+        self.force_responses.clear();
         for entry in &self.entries {
             let row = articulated.response(&entry.row);
-            self.rows.push(row);
-            self.pushes.push(match entry.role {
+            self.row_responses.push(row);
+            self.force_responses.push(match entry.role {
                 Role::Normal {
                     slides: Some(_), ..
-                } => articulated.response(&entry.push),
+                } => articulated.response(&entry.force_row),
                 _ => row,
             });
         }
         self.trunks.clear();
-        for pushes in self.pushes.chunks(ABREAST) {
+        for chunk in self.force_responses.chunks(BLOCK) {
             self.trunks.push(std::array::from_fn(|k| {
-                std::array::from_fn(|j| pushes.get(j).map_or(0.0, |push| push.trunk[k]))
+                std::array::from_fn(|j| chunk.get(j).map_or(0.0, |response| response.trunk[k]))
             }));
         }
-        for (i, (entry, row)) in self.entries.iter().zip(&self.rows).enumerate() {
-            let mut sums = [0.0; ABREAST];
-            for (j, (other, push)) in self.entries.iter().zip(&self.pushes).enumerate() {
-                if j % ABREAST == 0 {
-                    sums = by_trunk(&row.pull, &self.trunks[j / ABREAST]);
+        for (i, (entry, row)) in self.entries.iter().zip(&self.row_responses).enumerate() {
+            let mut sums = [0.0; BLOCK];
+            for (j, (other, response)) in self.entries.iter().zip(&self.force_responses).enumerate()
+            {
+                if j % BLOCK == 0 {
+                    sums = by_trunk(&row.pull, &self.trunks[j / BLOCK]);
                 }
-                let by_trunk = sums[j % ABREAST];
-                let mut mobility = between_links(by_trunk, &entry.row, &other.push, push);
+                let by_trunk = sums[j % BLOCK];
+                let mut mobility =
+                    cross_mobility_links(by_trunk, &entry.row, &other.force_row, response);
                 if i == j && mobility > 0.0 {
-                    mobility = mobility * (1.0 + ALIKE) + entry.compliance;
+                    mobility = mobility * (1.0 + REGULARISATION) + entry.compliance;
                 }
                 self.problem.set(i, j, mobility);
             }
@@ -103,12 +106,12 @@ impl<const N: usize> Instant<N> {
         }
     }
 
-    /// Solves the problem that was prepared. What neither the method nor pivoting solves is taken as it is where it violates
-    /// no condition by more than `enough`, in units of w: two feet that hold and can only move as one have no solution where
-    /// they are at odds about the last digits.
+    /// Solves the prepared problem. An approximate result of both the method and pivoting is
+    /// accepted if it violates no condition by more than `accepted`, in units of w: two sticking
+    /// feet that can only move together have no exact solution if they differ by round-off.
     pub(crate) fn solve(
         &mut self,
-        enough: f64,
+        accepted: f64,
         method: Method,
         solve_by: impl Fn(&mut Problem, Method) -> Result<Solution, Unsolved>,
     ) -> Result<(), Unsolved> {
@@ -124,8 +127,8 @@ impl<const N: usize> Instant<N> {
                     sweeps, residual, ..
                 }) => {
                     self.iterations += u64::from(sweeps);
-                    // Sweeps that were cut short are taken for what they are.
-                    if residual <= enough || swept && residual.is_finite() {
+                    // Truncated sweeps are accepted as they are.
+                    if residual <= accepted || swept && residual.is_finite() {
                         return Ok(());
                     }
                 }
@@ -144,11 +147,11 @@ impl<const N: usize> Instant<N> {
     }
 }
 
-/// What forces along some directions move along a row by way of the trunk: Σₖ pull[k] · trunks[k], for the directions side by
-/// side.
+/// Returns the acceleration along a row by forces in a block of directions, through the trunk: Σₖ
+/// pull\[k\] · trunks\[k\].
 #[inline(always)]
-fn by_trunk(pull: &[f64; 6], trunks: &[[f64; ABREAST]; 6]) -> [f64; ABREAST] {
-    let mut sums = [0.0; ABREAST];
+fn by_trunk(pull: &[f64; 6], trunks: &[[f64; BLOCK]; 6]) -> [f64; BLOCK] {
+    let mut sums = [0.0; BLOCK];
     for (pull, trunk) in pull.iter().zip(trunks) {
         for (sum, trunk) in sums.iter_mut().zip(trunk) {
             *sum += pull * trunk;
@@ -157,18 +160,18 @@ fn by_trunk(pull: &[f64; 6], trunks: &[[f64; ABREAST]; 6]) -> [f64; ABREAST] {
     sums
 }
 
-impl<const N: usize> Scene<'_, Lanes, N> {
+impl<const N: usize> Dynamics<'_, Lanes, N> {
     fn articulated(
         &self,
         state: &State<Lanes, N>,
         mode: &Mode,
-        drive: &Driven<Lanes>,
+        drive: &DriveAction<Lanes>,
     ) -> Articulated<Lanes, N> {
         let constraint_set = ConstraintSet {
             active: &mode.active,
             drive,
             recovery: Lanes::zero(),
-            ahead: 0.0,
+            implicit_seconds: 0.0,
             any: mode.any,
         };
         Articulated::new(self.model, self.legs, state, &constraint_set)

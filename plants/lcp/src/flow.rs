@@ -1,4 +1,4 @@
-//! The plant in motion.
+//! Time integration of the plant.
 
 use twinrig_contact::Unsolved;
 use twinrig_legged::{Fitted, Ledger, NegativeDissipation, Stored};
@@ -6,61 +6,59 @@ use twinrig_runtime::WorkCounts;
 
 use crate::articulated::{into_world, stored_in};
 use crate::chain::Chain;
-use crate::event_driven::{Halt, Stepper, Track};
+use crate::event_driven::{Buffers, Halt, Stepper};
 use crate::events::Instant;
-use crate::log::EventKind;
+use crate::log::LoggedEvent;
 use crate::mode::Mode;
 use crate::model::Model;
-use crate::moreau::Pushed;
-use crate::motion::{Bench, LegForces, Motion, Scene};
+use crate::moreau::LastImpulses;
+use crate::motion::{Dynamics, LegForces, Motion, Workspace};
 use crate::options::Method;
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::{Slope, State};
 
-/// Why time cannot go on.
+/// Integration errors.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum FlowError {
     #[error(transparent)]
     Unsolved(#[from] Unsolved),
-    #[error(
-        "a foot is pressed into the ground by its own friction, and no impulse keeps it out: {0}"
-    )]
+    #[error("a foot jams under its own friction, and no impulse releases it: {0}")]
     Jammed(Unsolved),
     #[error("the state is not a number")]
     NotFinite,
-    #[error("what is to be closed is open by {by:.3e} m: no forces can close it")]
-    Apart { by: f64 },
+    #[error("active constraints are violated by {by:.3e} m, which no forces can correct")]
+    ConstraintViolation { by: f64 },
     #[error(
-        "the foot of leg {} is {depth:.3e} m below the ground and sinks: nothing holds it",
+        "the foot of leg {} is {depth:.3e} m below the ground and sinks without a ground force",
         leg + 1
     )]
-    Sinks { leg: usize, depth: f64 },
-    #[error("a step of {seconds:e} s would have to be shorter than a billionth of a second")]
+    FootSinks { leg: usize, depth: f64 },
+    #[error("the tolerance requires substeps below 1e-12 s, at present {seconds:e} s")]
     TooStiff { seconds: f64 },
     #[error(
-        "the iteration for the rates of a step of {seconds:e} s does not converge: it turns links by too much"
+        "the iteration for the rates of a step of {seconds:e} s does not converge: links rotate too far"
     )]
-    Unsettled { seconds: f64 },
-    #[error("steps of {seconds} s are unstable: they have made {gained:.3e} J out of nothing")]
-    Gained { seconds: f64, gained: f64 },
+    NotConverged { seconds: f64 },
+    #[error("steps of {seconds} s are unstable: they gained {gained:.3e} J of numerical energy")]
+    EnergyGain { seconds: f64, gained: f64 },
     #[error("steps of {seconds} s are unstable: {why}")]
     Dissipation {
         seconds: f64,
         why: NegativeDissipation,
     },
-    #[error("steps of {seconds} s are too long: they have lost {lost:.3e} J into nothing")]
-    Lost { seconds: f64, lost: f64 },
+    #[error("steps of {seconds} s are too long: they lost {lost:.3e} J of numerical energy")]
+    EnergyLoss { seconds: f64, lost: f64 },
 }
 
-/// What has been felt, summed over time.
+/// Impulses of drives and ground, summed over time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ImpulseSums {
-    /// Of hip motor, knee motor and cable: ∫ τ dt, ∫ F dt.
+    /// Hip motor and knee motor ∫ τ dt \[N·m·s\], cable ∫ F dt \[N·s\].
     pub(crate) hip: Lanes,
     pub(crate) knee: Lanes,
     pub(crate) cable: Lanes,
-    /// Impulses of the ground on each leg, world frame \[N·s\].
+    /// Ground impulses on each leg, world frame \[N·s\].
     pub(crate) ground: [[f64; 3]; 4],
 }
 
@@ -79,11 +77,11 @@ impl ImpulseSums {
         self.hip += other.hip;
         self.knee += other.knee;
         self.cable += other.cable;
-        self.push(&other.ground);
+        self.add_ground(&other.ground);
     }
 
-    /// Adds impulses of the ground.
-    pub(crate) fn push(&mut self, ground: &[[f64; 3]; 4]) {
+    /// Adds ground impulses.
+    pub(crate) fn add_ground(&mut self, ground: &[[f64; 3]; 4]) {
         for (sum, part) in self
             .ground
             .iter_mut()
@@ -95,38 +93,39 @@ impl ImpulseSums {
     }
 }
 
-/// Events of an island in a step, beyond which they crowd: of the default method, and of one that is
-/// chosen for stiff scenes.
+/// Events of an island per step above which they accumulate (chattering): for the default method,
+/// and for the method for stiff robots.
 const EVENTS_PER_STEP_MAX: u32 = 8;
-const CROWD_MAX: u32 = 24;
+const EVENTS_PER_STEP_MAX_STIFF: u32 = 24;
 
-/// Length of a fallback in steps: the first, and at most. A try costs as much as some ten steps of a fallback.
+/// Initial and maximum number of steps of a fallback. An attempt without it costs about as much as
+/// ten of its steps.
 const BACKOFF: u32 = 25;
 const BACKOFF_MAX: u32 = 200;
 
-/// How often its steps are halved there.
+/// Maximum number of halvings of a fallback step.
 const HALVINGS_MAX: u32 = 7;
 
-/// What is to be closed and is open by more than this cannot be closed \[m\].
-const APART_MAX: f64 = 1e-3;
+/// Constraint violation above which no forces can close a constraint \[m\].
+const VIOLATION_MAX: f64 = 1e-3;
 
-/// What a step starts from, kept without asking for memory: all that it changes.
-pub(crate) struct Before<const N: usize> {
+/// All values that a step changes, saved without heap allocation.
+pub(crate) struct Checkpoint<const N: usize> {
     state: State<Lanes, N>,
     mode: Mode,
     pub(crate) ledger: Ledger,
     pub(crate) impulse_sums: ImpulseSums,
-    stride: Lanes,
-    pushed: Pushed,
-    rattles: u32,
+    step_size: Lanes,
+    last_impulses: LastImpulses,
+    fallback_steps: u32,
     backoff: u32,
-    calm: u32,
+    steps_since_fallback: u32,
     counts: WorkCounts,
-    gained: f64,
+    energy_gain: f64,
     events: usize,
 }
 
-/// The plant in motion.
+/// Model, state and integrators of the plant.
 #[derive(Debug, Clone)]
 pub(crate) struct Flow<const N: usize> {
     pub(crate) model: Model<N>,
@@ -135,41 +134,42 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
     pub(crate) impulse_sums: ImpulseSums,
-    /// The sums before the last run, and how long that was \[s\].
+    /// Sums before the last run, and its duration \[s\].
     pub(crate) impulse_sums_before: ImpulseSums,
-    pub(crate) tallied: f64,
-    /// The step that each island found good last \[s\].
-    pub(crate) stride: Lanes,
+    pub(crate) run_seconds: f64,
+    /// Proposed step size of each island \[s\].
+    pub(crate) step_size: Lanes,
     pub(crate) method: Method,
-    /// Error that a step may make \[m\].
+    /// Maximum error of a step \[m\].
     pub(crate) tolerance: f64,
-    pub(crate) bench: Bench<f64, N>,
+    pub(crate) workspace: Workspace<f64, N>,
     pub(crate) instant: Instant<N>,
-    /// Impulses of the last step of [`Method::Moreau`], the first guess of the next; and rates without them.
-    pub(crate) pushed: Pushed,
+    /// Impulses of the last step of [`Method::Moreau`], the initial guess of the next; and rates
+    /// without them.
+    pub(crate) last_impulses: LastImpulses,
     pub(crate) free_rates: Vec<f64>,
-    /// The memory of such a step; gone while there is one.
+    /// Memory of a Moreau step; none while one is in progress.
     pub(crate) midpoint: Option<Box<crate::moreau::Memory<N>>>,
-    /// Steps that are left to Moreau's rule, since events crowd.
-    pub(crate) rattles: u32,
+    /// Remaining steps by Moreau's rule after event accumulation, and length of the next fallback.
+    pub(crate) fallback_steps: u32,
     pub(crate) backoff: u32,
     /// Steps since the last fallback.
-    pub(crate) calm: u32,
-    /// Events of an island in a step, beyond which they crowd.
+    pub(crate) steps_since_fallback: u32,
+    /// Maximum number of events of an island per step.
     pub(crate) events_max: u32,
-    /// Time at the start of the step \[s\], and what happened since somebody wanted to know.
+    /// Time at the start of the step \[s\], and the event log.
     pub(crate) now_s: f64,
-    pub(crate) logs: bool,
-    pub(crate) log: Vec<EventKind>,
+    pub(crate) logging: bool,
+    pub(crate) log: Vec<LoggedEvent>,
     pub(crate) rodas4: crate::rodas4::Memory<N>,
-    /// The memory of a march; gone while there is one.
-    pub(crate) track: Option<Box<Track<N>>>,
-    /// By how much a foot may be wrong after the last step, as the step itself says \[m\].
+    /// Buffers of the event-driven integrator; none while it runs.
+    pub(crate) buffers: Option<Box<Buffers<N>>>,
+    /// Error estimate of the last step for a foot \[m\].
     pub(crate) estimate: f64,
-    /// Energy that steps have made out of nothing of late \[J\].
-    pub(crate) gained: f64,
-    /// Whether it is where another plant was, and what holds there is still to be found.
-    pub(crate) fresh: bool,
+    /// Accumulated numerical energy gain \[J\].
+    pub(crate) energy_gain: f64,
+    /// Whether the state was taken over and the active constraints are still to be found.
+    pub(crate) modes_pending: bool,
 }
 
 impl<const N: usize> Flow<N> {
@@ -184,7 +184,7 @@ impl<const N: usize> Flow<N> {
             None => {}
             Some(Fitted::Servos(_)) => {
                 mode.active.hip = Lanes::splat(1.0);
-                mode.recount();
+                mode.update_any();
             }
             Some(Fitted::Motors(_)) => {
                 mode.commands.hip_saturated = Lanes::splat(1.0);
@@ -199,44 +199,44 @@ impl<const N: usize> Flow<N> {
             counts: WorkCounts::default(),
             impulse_sums: ImpulseSums::new(),
             impulse_sums_before: ImpulseSums::new(),
-            tallied: 0.0,
-            stride: Lanes::splat(f64::INFINITY),
+            run_seconds: 0.0,
+            step_size: Lanes::splat(f64::INFINITY),
             method,
             tolerance,
-            bench: Bench::default(),
+            workspace: Workspace::default(),
             instant: Instant::default(),
-            pushed: Pushed::default(),
+            last_impulses: LastImpulses::default(),
             free_rates: Vec::new(),
             midpoint: None,
-            rattles: 0,
+            fallback_steps: 0,
             backoff: BACKOFF,
-            calm: 0,
+            steps_since_fallback: 0,
             events_max: if method == Method::Rk4 {
                 EVENTS_PER_STEP_MAX
             } else {
-                CROWD_MAX
+                EVENTS_PER_STEP_MAX_STIFF
             },
             now_s: 0.0,
-            logs: false,
+            logging: false,
             log: Vec::new(),
             rodas4: crate::rodas4::Memory::default(),
-            track: None,
+            buffers: None,
             estimate: 0.0,
-            gained: 0.0,
-            fresh: false,
+            energy_gain: 0.0,
+            modes_pending: false,
         };
         flow.ledger = Ledger::opened(flow.stored());
         flow
     }
 
-    /// Moves on by `seconds`, or stays where it is.
+    /// Advances by `seconds`, or restores the state before the step on error.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
-        if self.fresh && self.reactivate().is_err() {
-            // Nothing that holds is to be found, so nothing is known to hold.
-            self.fresh = false;
+        if self.modes_pending && self.reactivate().is_err() {
+            // No consistent set of active constraints exists; the step starts without any.
+            self.modes_pending = false;
         }
-        let before = self.saved();
-        let moved = match self.method {
+        let before = self.checkpoint();
+        let result = match self.method {
             Method::Rk4 => self.run(Stepper::RungeKutta, &before, seconds),
             Method::Rodas4 => self.run(Stepper::Rosenbrock, &before, seconds),
             Method::Moreau => self.run_moreau(seconds),
@@ -244,32 +244,40 @@ impl<const N: usize> Flow<N> {
             Method::ExplicitEuler => self.run_explicit_euler(seconds),
             Method::Thesis => self.run_thesis(seconds),
         };
-        let moved = moved.and_then(|()| self.watch(&before, seconds));
-        if moved.is_err() {
-            self.back_to(&before);
-            (self.stride, self.pushed) = (before.stride, before.pushed);
-            (self.rattles, self.backoff) = (before.rattles, before.backoff);
-            self.calm = before.calm;
-            (self.counts, self.gained) = (before.counts, before.gained);
+        let result = result.and_then(|()| self.check_step(&before, seconds));
+        if result.is_err() {
+            self.roll_back(&before);
+            (self.step_size, self.last_impulses) = (before.step_size, before.last_impulses);
+            (self.fallback_steps, self.backoff) = (before.fallback_steps, before.backoff);
+            self.steps_since_fallback = before.steps_since_fallback;
+            (self.counts, self.energy_gain) = (before.counts, before.energy_gain);
             self.instant.iterations = self.counts.solver_iterations;
             self.instant.factorisations = self.counts.factorisations;
         }
-        moved
+        result
     }
 
-    /// Steps between events, unless they are too short for what is stiff: then of the other kind; or too many for what
-    /// rattles, or without an answer at one of them: then steps by Moreau's rule, which always has one.
-    fn run(&mut self, stepper: Stepper, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
-        if self.rattles > 0 {
-            self.rattles -= 1;
-            self.fresh = self.rattles == 0;
-            return self.moreau_after_chatter(before, seconds);
+    /// Advances by event-driven steps. Falls back from Runge–Kutta to Rosenbrock where a step is
+    /// too stiff or fails, and to Moreau's rule, which always has a solution, where events
+    /// accumulate (chattering), the energy balance does not close, or Rosenbrock fails.
+    fn run(
+        &mut self,
+        stepper: Stepper,
+        before: &Checkpoint<N>,
+        seconds: f64,
+    ) -> Result<(), FlowError> {
+        if self.fallback_steps > 0 {
+            self.fallback_steps -= 1;
+            self.modes_pending = self.fallback_steps == 0;
+            return self.moreau_fallback(before, seconds);
         }
         match self.event_driven(stepper, seconds) {
-            Ok(()) if self.is_unbalanced(&before.ledger) || self.is_restless(before) => {
+            Ok(())
+                if self.is_unbalanced(&before.ledger) || self.had_event_after_fallback(before) =>
+            {
                 self.counts.steps = before.counts.steps;
-                self.fall_back();
-                self.moreau_after_chatter(before, seconds)
+                self.begin_fallback();
+                self.moreau_fallback(before, seconds)
             }
             Ok(()) => {
                 self.reset_backoff();
@@ -277,51 +285,57 @@ impl<const N: usize> Flow<N> {
             }
             Err(Halt::Failed(error @ FlowError::NotFinite)) => Err(error),
             Err(Halt::Stiff | Halt::Failed(_)) if stepper == Stepper::RungeKutta => {
-                self.back_to(before);
+                self.roll_back(before);
                 self.counts.fallbacks += 1;
                 self.run(Stepper::Rosenbrock, before, seconds)
             }
             Err(_) => {
-                self.fall_back();
-                self.moreau_after_chatter(before, seconds)
+                self.begin_fallback();
+                self.moreau_fallback(before, seconds)
             }
         }
     }
 
-    /// Leaves the next steps to Moreau's rule: twice as many each time, as long as the method itself gets nowhere.
-    fn fall_back(&mut self) {
-        self.rattles = self.backoff;
+    /// Starts a fallback of `backoff` steps of Moreau's rule, and doubles the length of the next
+    /// one.
+    fn begin_fallback(&mut self) {
+        self.fallback_steps = self.backoff;
         self.backoff = (2 * self.backoff).min(BACKOFF_MAX);
-        self.calm = 0;
+        self.steps_since_fallback = 0;
     }
 
-    /// Whether a first step after a fallback has had events. Then their cause is not gone, and what Moreau's rule has left
-    /// overlapping has been made an impact of.
-    fn is_restless(&self, before: &Before<N>) -> bool {
-        self.backoff > BACKOFF && self.calm == 0 && self.counts.events > before.counts.events
+    /// Returns whether the first step after a fallback had events. Then their cause persists: an
+    /// overlap left by Moreau's rule has become an impact.
+    fn had_event_after_fallback(&self, before: &Checkpoint<N>) -> bool {
+        self.backoff > BACKOFF
+            && self.steps_since_fallback == 0
+            && self.counts.events > before.counts.events
     }
 
     /// Halves the length of the next fallback after as many steps without one.
     fn reset_backoff(&mut self) {
-        self.calm += 1;
-        if self.calm.is_multiple_of(self.backoff) {
+        self.steps_since_fallback += 1;
+        if self.steps_since_fallback.is_multiple_of(self.backoff) {
             self.backoff = (self.backoff / 2).max(BACKOFF);
         }
     }
 
-    /// Moreau's rule in the place of another method, in as many steps as it takes to make no energy.
-    fn moreau_after_chatter(&mut self, before: &Before<N>, seconds: f64) -> Result<(), FlowError> {
+    /// Advances by Moreau's rule in place of another method, in as many substeps as needed to avoid
+    /// an energy gain.
+    fn moreau_fallback(&mut self, before: &Checkpoint<N>, seconds: f64) -> Result<(), FlowError> {
         self.counts.fallbacks += 1;
         for halvings in 0..=HALVINGS_MAX {
-            let pieces = 1 << halvings;
-            self.back_to(before);
-            self.pushed = before.pushed;
-            for _ in 0..pieces {
-                self.run_moreau(seconds / f64::from(pieces))?;
+            let substeps = 1 << halvings;
+            self.roll_back(before);
+            self.last_impulses = before.last_impulses;
+            for _ in 0..substeps {
+                self.run_moreau(seconds / f64::from(substeps))?;
             }
-            if !self.overshot(&before.ledger) {
-                if halvings > 0 && self.open() > APART_MAX {
-                    return Err(FlowError::Apart { by: self.open() });
+            if !self.gained_too_much(&before.ledger) {
+                if halvings > 0 && self.violation() > VIOLATION_MAX {
+                    return Err(FlowError::ConstraintViolation {
+                        by: self.violation(),
+                    });
                 }
                 return Ok(());
             }
@@ -329,8 +343,8 @@ impl<const N: usize> Flow<N> {
         Ok(())
     }
 
-    /// Whether every number of the state is one.
-    pub(crate) fn finite(&self) -> Result<(), FlowError> {
+    /// Returns an error if a number of the state is not finite.
+    pub(crate) fn check_finite(&self) -> Result<(), FlowError> {
         let legs = self.model.legs.len();
         let rates = self.state.rates.iter().chain(&self.state.angles);
         let sum = rates.fold(self.state.pulley, |sum, rate| sum + *rate);
@@ -343,45 +357,48 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    /// The part of the flow that a step changes.
-    fn saved(&self) -> Before<N> {
-        Before {
+    /// Saves the values that a step changes.
+    fn checkpoint(&self) -> Checkpoint<N> {
+        Checkpoint {
             state: self.state,
             mode: self.mode,
             ledger: self.ledger,
             impulse_sums: self.impulse_sums,
-            stride: self.stride,
-            pushed: self.pushed,
-            rattles: self.rattles,
+            step_size: self.step_size,
+            last_impulses: self.last_impulses,
+            fallback_steps: self.fallback_steps,
             backoff: self.backoff,
-            calm: self.calm,
+            steps_since_fallback: self.steps_since_fallback,
             counts: self.counts,
-            gained: self.gained,
+            energy_gain: self.energy_gain,
             events: self.log.len(),
         }
     }
 
-    fn back_to(&mut self, before: &Before<N>) {
+    fn roll_back(&mut self, before: &Checkpoint<N>) {
         self.state = before.state;
         self.mode = before.mode;
         (self.ledger, self.impulse_sums) = (before.ledger, before.impulse_sums);
         self.log.truncate(before.events);
-        self.stride = Lanes::splat(f64::INFINITY);
+        self.step_size = Lanes::splat(f64::INFINITY);
     }
 
-    /// How far constraints that hold are open \[m\].
-    pub(crate) fn open(&self) -> f64 {
-        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
-        let chain = Chain::new(scene.legs, &self.state.angles, &self.state.rates);
-        let drive = scene.drive(&self.state);
+    /// Returns the maximum violation of the active constraints \[m\].
+    pub(crate) fn violation(&self) -> f64 {
+        let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
+        let chain = Chain::new(dynamics.legs, &self.state.angles, &self.state.rates);
+        let drive = dynamics.drive(&self.state);
         let active = &self.mode.active;
         let mut worst = 0.0_f64;
         for (constraint, active) in [
-            (chain.closed(scene.legs, &self.state.angles), active.closed),
-            (chain.open(scene.legs), active.open),
-            (chain.extended(scene.legs), active.extended),
-            (chain.bottomed(scene.legs), active.bottomed),
-            (chain.taut(scene.legs, &drive), active.cable),
+            (
+                chain.closed(dynamics.legs, &self.state.angles),
+                active.closed,
+            ),
+            (chain.open(dynamics.legs), active.open),
+            (chain.extended(dynamics.legs), active.extended),
+            (chain.bottomed(dynamics.legs), active.bottomed),
+            (chain.taut(dynamics.legs, &drive), active.cable),
         ] {
             for leg in 0..self.model.legs.len() {
                 worst = worst.max((constraint.gap * active).lane(leg).abs());
@@ -390,46 +407,48 @@ impl<const N: usize> Flow<N> {
         worst
     }
 
-    /// What moves by itself: the robot, or each of its legs where the trunk is held. Legs, one after the other.
+    /// Returns the islands, which move independently, as ranges of legs: the whole robot, or each
+    /// leg on a fixed trunk.
     pub(crate) fn islands(&self) -> impl Iterator<Item = core::ops::Range<usize>> + use<N> {
         let (legs, free) = (self.model.legs.len(), self.model.is_free());
         let islands = if free { 1 } else { legs };
         (0..islands).map(move |i| if free { 0..legs } else { i..i + 1 })
     }
 
-    /// The right-hand side in a state, without what it was made from. Adds what is felt to sums, as many seconds of it.
+    /// Returns the right-hand side in a state without intermediate results. Adds the impulses over
+    /// the given time \[s\] to the sums.
     #[inline(never)]
     pub(crate) fn stage(
         &mut self,
         state: &State<Lanes, N>,
         recovery: f64,
-        felt_for: Option<(Lanes, &mut ImpulseSums)>,
+        accumulate: Option<(Lanes, &mut ImpulseSums)>,
     ) -> Slope<Lanes, N> {
         if !self.mode.contacts.is_empty() {
             let motion = self.motion(state, recovery);
-            if let Some((seconds, impulse_sums)) = felt_for {
-                self.feel(state, &motion, seconds, impulse_sums);
+            if let Some((seconds, impulse_sums)) = accumulate {
+                self.add_impulses(state, &motion, seconds, impulse_sums);
             }
             return motion.slope;
         }
         self.counts.evaluations += 1;
-        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
-        let (slope, forces) = scene.slope_aloft(state);
-        if let Some((seconds, impulse_sums)) = felt_for {
-            self.feel_motors(&forces, seconds, impulse_sums);
+        let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
+        let (slope, forces) = dynamics.slope_without_contacts(state);
+        if let Some((seconds, impulse_sums)) = accumulate {
+            self.add_drive_impulses(&forces, seconds, impulse_sums);
         }
         slope
     }
 
-    /// The right-hand side in a state.
+    /// Returns the right-hand side in a state with its intermediate results.
     #[inline(never)]
     pub(crate) fn motion(&mut self, state: &State<Lanes, N>, recovery: f64) -> Motion<Lanes, N> {
         self.counts.evaluations += 1;
-        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
-        scene.motion(state, &mut self.bench)
+        let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
+        dynamics.motion(state, &mut self.workspace)
     }
 
-    /// The same in the place of another.
+    /// Computes the same in place.
     #[inline(never)]
     pub(crate) fn motion_into(
         &mut self,
@@ -438,30 +457,31 @@ impl<const N: usize> Flow<N> {
         motion: &mut Motion<Lanes, N>,
     ) {
         self.counts.evaluations += 1;
-        let scene = Scene::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
-        scene.motion_into(state, &mut self.bench, motion);
+        let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, recovery);
+        dynamics.motion_into(state, &mut self.workspace, motion);
     }
 
-    /// Kinetic, spring and gravity energy \[J\].
+    /// Returns kinetic, spring and gravity energy \[J\].
     pub(crate) fn stored(&self) -> Stored {
         stored_in(&self.model, &self.model.side_by_side, &self.state)
     }
 
-    /// Adds what a motion feels to sums, `weight` seconds of it. The feet's forces are those on the bench.
+    /// Adds the impulses of a motion over `weight` seconds. The contact forces are those in the
+    /// workspace.
     #[inline(always)]
-    pub(crate) fn feel(
+    pub(crate) fn add_impulses(
         &self,
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
         weight: Lanes,
         impulse_sums: &mut ImpulseSums,
     ) {
-        self.feel_motors(&motion.forces, weight, impulse_sums);
-        self.feel_ground(state, motion, weight, impulse_sums);
+        self.add_drive_impulses(&motion.forces, weight, impulse_sums);
+        self.add_ground_impulses(state, motion, weight, impulse_sums);
     }
 
     #[inline(always)]
-    pub(crate) fn feel_motors(
+    pub(crate) fn add_drive_impulses(
         &self,
         forces: &LegForces<Lanes>,
         weight: Lanes,
@@ -470,14 +490,15 @@ impl<const N: usize> Flow<N> {
         if self.model.drives.is_some() {
             impulse_sums.hip += weight * forces.hip_torque;
             impulse_sums.knee += weight * forces.knee_torque;
-            // A motion ends past an event by the error of its time. Nothing pushes there.
+            // The error of the event time extends the motion past the event, where a cable does not
+            // push.
             let tension = forces.forces[crate::constraints::CABLE];
             impulse_sums.cable +=
                 weight * tension.clamped(Lanes::zero(), Lanes::splat(f64::INFINITY));
         }
     }
 
-    pub(crate) fn feel_ground(
+    pub(crate) fn add_ground_impulses(
         &self,
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
@@ -491,7 +512,7 @@ impl<const N: usize> Flow<N> {
             return;
         }
         let rotation = motion.articulated.rotation();
-        let mut forces = self.bench.forces.as_slice();
+        let mut forces = self.workspace.forces.as_slice();
         for contact in &self.mode.contacts {
             let legs = &self.model.side_by_side;
             let site = Site::new(
@@ -507,10 +528,11 @@ impl<const N: usize> Flow<N> {
             let (of_contact, others) = forces.split_at(rows);
             forces = others;
             if of_contact[0] <= 0.0 {
-                // The motion ends past an event by the error of its time. Nothing pulls.
+                // The error of the event time extends the motion past the event, where the ground
+                // does not pull.
                 continue;
             }
-            let own: [f64; 3] = if let Some(last) = contact.slides {
+            let force: [f64; 3] = if let Some(last) = contact.slides {
                 let s = crate::motion::sliding(&footing, last);
                 let along = |i: usize| s[0] * a[i] + s[1] * b[i];
                 std::array::from_fn(|i| of_contact[0] * (n[i] - ground.friction * along(i)))
@@ -522,7 +544,7 @@ impl<const N: usize> Flow<N> {
             let seconds = weight.lane(contact.leg);
             for (sum, part) in impulse_sums.ground[contact.leg]
                 .iter_mut()
-                .zip(into_world(&rotation, own))
+                .zip(into_world(&rotation, force))
             {
                 *sum += seconds * part;
             }

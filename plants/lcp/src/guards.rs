@@ -1,57 +1,58 @@
-//! What ends a smooth stretch: a gap that closes, a force that would have to pull, a foot that starts or stops to slide.
+//! Guards of the events: a gap that closes, a force that changes sign, a foot that starts or stops
+//! sliding.
 
 use nalgebra::Vector3;
 
 use crate::constraints::{CABLE, DIAGONAL, PANTOGRAPH};
-use crate::motion::{Bench, Motion, Scene};
+use crate::motion::{Dynamics, Motion, Workspace};
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State;
 
-/// Guards of a leg: five stops that are open, three holds that push, and four for each of its two points that may touch the
-/// ground.
-pub(crate) const GUARDS: usize = STOPS + HELD + 2 * FOOT;
+/// Number of guards of a leg: five open stops, three constraint forces, and four for each of its
+/// two contact points.
+pub(crate) const GUARDS: usize = STOPS + FORCES + 2 * FOOT;
 pub(crate) const STOPS: usize = 5;
-const HELD: usize = 3;
+const FORCES: usize = 3;
 const FOOT: usize = 4;
 
-/// How far friction presses a foot down that has jammed beyond doubt: a share of its normal's mobility.
+/// Margin below zero at which a sliding foot jams, as a share of its normal's mobility.
 const JAMMED: f64 = 1e-6;
 
-/// A guard that stands for nothing.
-const AT_EASE: f64 = f64::MAX;
+/// Value of an inactive guard.
+const INACTIVE: f64 = f64::MAX;
 
-/// Guards by leg: what they stand for lasts while they are positive.
+/// Guards by leg. An event occurs where a value becomes negative.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Guards {
     pub(crate) values: [Lanes; GUARDS],
-    /// Rates of the gaps, where the guard is a gap.
+    /// Rates of the gaps, for guards that are gaps \[m/s\].
     pub(crate) rates: [Lanes; GUARDS],
 }
 
-/// What a guard stands for.
+/// Quantity of a guard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
-    /// A gap, in metres.
+    /// Gap \[m\].
     Gap,
-    /// A force, in newtons.
+    /// Force \[N\].
     Force,
-    /// What friction has to spare, in newtons; of a foot that slides, the share of its normal's mobility that friction leaves,
-    /// in weights of the robot.
+    /// Friction reserve of a sticking foot \[N\]; of a sliding foot, the share of its normal's
+    /// mobility left by friction, times the weight of the robot \[N\].
     Friction,
-    /// The speed of a slide along the direction it had, in metres per second.
+    /// Speed of a slide along its last direction \[m/s\].
     Slide,
 }
 
-/// What the guard at a place stands for.
-pub(crate) const fn kind(place: usize) -> Guard {
-    if place < STOPS {
+/// Returns the quantity of the guard with this index.
+pub(crate) const fn kind(index: usize) -> Guard {
+    if index < STOPS {
         return Guard::Gap;
     }
-    if place < STOPS + HELD {
+    if index < STOPS + FORCES {
         return Guard::Force;
     }
-    match (place - STOPS - HELD) % FOOT {
+    match (index - STOPS - FORCES) % FOOT {
         0 => Guard::Gap,
         1 => Guard::Force,
         2 => Guard::Friction,
@@ -59,69 +60,69 @@ pub(crate) const fn kind(place: usize) -> Guard {
     }
 }
 
-/// The guard's place for the `which`-th of a point's four guards.
+/// Returns the index of the `which`-th of the four guards of a contact point.
 pub(crate) const fn at_foot(links: usize, which: usize) -> usize {
-    STOPS + HELD + FOOT * (links - 3) + which
+    STOPS + FORCES + FOOT * (links - 3) + which
 }
 
-/// The links above the point on the ground whose guard this is.
-pub(crate) const fn links_of(place: usize) -> usize {
-    3 + (place - STOPS - HELD) / FOOT
+/// Returns the number of links above the contact point of a guard.
+pub(crate) const fn links_of(index: usize) -> usize {
+    3 + (index - STOPS - FORCES) / FOOT
 }
 
 impl Guards {
-    /// Guards that stand for nothing.
-    pub(crate) fn none() -> Self {
+    /// Returns guards that are all inactive.
+    pub(crate) fn inactive() -> Self {
         Self {
-            values: [Lanes::splat(AT_EASE); GUARDS],
+            values: [Lanes::splat(INACTIVE); GUARDS],
             rates: [Lanes::zero(); GUARDS],
         }
     }
 
-    /// The guards in a state.
+    /// Computes the guards in a state.
     pub(crate) fn new<const N: usize>(
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
-        bench: &Bench<f64, N>,
+        workspace: &Workspace<f64, N>,
     ) -> Self {
-        let mut guards = Self::none();
-        guards.renew(scene, state, motion, bench);
+        let mut guards = Self::inactive();
+        guards.renew(dynamics, state, motion, workspace);
         guards
     }
 
-    /// The guards in a state, in the place of others.
+    /// Computes the guards in a state in place.
     #[inline(never)]
     pub(crate) fn renew<const N: usize>(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
-        bench: &Bench<f64, N>,
+        workspace: &Workspace<f64, N>,
     ) {
         let guards = self;
-        let ease = Lanes::splat(AT_EASE);
-        guards.values = [ease; GUARDS];
+        let inactive = Lanes::splat(INACTIVE);
+        guards.values = [inactive; GUARDS];
         guards.rates = [Lanes::zero(); GUARDS];
-        let (chain, active) = (&motion.articulated.chain, &scene.active);
+        let (chain, active) = (&motion.articulated.chain, &dynamics.active);
         let gaps = [
-            (chain.closed(scene.legs, &state.angles), active.closed),
-            (chain.open(scene.legs), active.open),
-            (chain.extended(scene.legs), active.extended),
-            (chain.bottomed(scene.legs), active.bottomed),
-            (chain.taut(scene.legs, &motion.drive), active.cable),
+            (chain.closed(dynamics.legs, &state.angles), active.closed),
+            (chain.open(dynamics.legs), active.open),
+            (chain.extended(dynamics.legs), active.extended),
+            (chain.bottomed(dynamics.legs), active.bottomed),
+            (chain.taut(dynamics.legs, &motion.drive), active.cable),
         ];
-        let stops = if scene.model.drives.is_some() {
+        let stops = if dynamics.model.drives.is_some() {
             STOPS
         } else {
             STOPS - 1
         };
-        for (place, (constraint, active)) in gaps.into_iter().enumerate().take(stops) {
-            guards.values[place] = constraint.gap + active * ease;
-            guards.rates[place] = constraint.rate;
+        for (index, (constraint, active)) in gaps.into_iter().enumerate().take(stops) {
+            guards.values[index] = constraint.gap + active * inactive;
+            guards.rates[index] = constraint.rate;
         }
         let forces = &motion.forces.forces;
-        for (place, (constraint, active)) in [
+        for (index, (constraint, active)) in [
             (PANTOGRAPH, active.closed + active.open),
             (DIAGONAL, active.extended + active.bottomed),
             (CABLE, active.cable),
@@ -129,79 +130,86 @@ impl Guards {
         .into_iter()
         .enumerate()
         {
-            if scene.mode.any[constraint] {
-                guards.values[STOPS + place] =
-                    forces[constraint] + (Lanes::splat(1.0) - active) * ease;
+            if dynamics.mode.any[constraint] {
+                guards.values[STOPS + index] =
+                    forces[constraint] + (Lanes::splat(1.0) - active) * inactive;
             }
         }
-        guards.of_feet(scene, state, motion, bench);
+        guards.of_feet(dynamics, state, motion, workspace);
     }
 
     fn of_feet<const N: usize>(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         motion: &Motion<Lanes, N>,
-        bench: &Bench<f64, N>,
+        workspace: &Workspace<f64, N>,
     ) {
-        let Some(ground) = &scene.model.ground else {
+        let Some(ground) = &dynamics.model.ground else {
             return;
         };
         let rotation = motion.articulated.rotation();
-        for leg in 0..scene.model.legs.len() {
+        for leg in 0..dynamics.model.legs.len() {
             for links in 3..=N {
-                let standing = scene.mode.contacts.iter();
+                let standing = dynamics.mode.contacts.iter();
                 let mut standing = standing.filter(|c| (c.leg, c.links) == (leg, links));
                 if standing.next().is_some() {
                     continue;
                 }
-                let site = Site::new(scene.legs, &motion.articulated.chain, state, leg, links);
+                let site = Site::new(dynamics.legs, &motion.articulated.chain, state, leg, links);
                 let surface =
                     ground.below(&Vector3::from(site.in_world(state.position, &rotation)));
                 let moved = crate::articulated::into_world(&rotation, site.velocity);
-                let place = at_foot(links, 0);
-                self.put(place, leg, surface.gap);
+                let index = at_foot(links, 0);
+                self.set(index, leg, surface.gap);
                 let rate =
-                    self.rates[place].with_lane(leg, surface.normal.dot(&Vector3::from(moved)));
-                self.rates[place] = rate;
+                    self.rates[index].with_lane(leg, surface.normal.dot(&Vector3::from(moved)));
+                self.rates[index] = rate;
             }
         }
-        let (mut forces, mut lifts) = (bench.forces.as_slice(), bench.lifts.as_slice());
-        let weight = scene.model.energy_scale / scene.model.reach;
-        for contact in &scene.mode.contacts {
+        let (mut forces, mut shares) = (
+            workspace.forces.as_slice(),
+            workspace.normal_shares.as_slice(),
+        );
+        let weight = dynamics.model.energy_scale / dynamics.model.reach;
+        for contact in &dynamics.mode.contacts {
             let (leg, links) = (contact.leg, contact.links);
-            let site = Site::new(scene.legs, &motion.articulated.chain, state, leg, links);
+            let site = Site::new(dynamics.legs, &motion.articulated.chain, state, leg, links);
             match contact.slides {
                 None => {
-                    let held = libm::hypot(forces[1], forces[2]);
-                    self.put(at_foot(links, 1), leg, forces[0]);
-                    self.put(at_foot(links, 2), leg, ground.friction * forces[0] - held);
-                    (forces, lifts) = (&forces[3..], &lifts[3..]);
+                    let tangential = libm::hypot(forces[1], forces[2]);
+                    self.set(at_foot(links, 1), leg, forces[0]);
+                    self.set(
+                        at_foot(links, 2),
+                        leg,
+                        ground.friction * forces[0] - tangential,
+                    );
+                    (forces, shares) = (&forces[3..], &shares[3..]);
                 }
                 Some(last) => {
                     let footing = site.footing(ground, state.position, &rotation);
                     let [_, a, b] = footing.velocity;
-                    self.put(at_foot(links, 1), leg, forces[0]);
-                    self.put(at_foot(links, 2), leg, (lifts[0] + JAMMED) * weight);
+                    self.set(at_foot(links, 1), leg, forces[0]);
+                    self.set(at_foot(links, 2), leg, (shares[0] + JAMMED) * weight);
                     if ground.friction > 0.0 {
-                        self.put(at_foot(links, 3), leg, a * last[0] + b * last[1]);
+                        self.set(at_foot(links, 3), leg, a * last[0] + b * last[1]);
                     }
-                    (forces, lifts) = (&forces[1..], &lifts[1..]);
+                    (forces, shares) = (&forces[1..], &shares[1..]);
                 }
             }
         }
     }
 
-    fn put(&mut self, place: usize, leg: usize, value: f64) {
-        self.values[place] = self.values[place].with_lane(leg, value);
+    fn set(&mut self, index: usize, leg: usize, value: f64) {
+        self.values[index] = self.values[index].with_lane(leg, value);
     }
 
-    /// The least guard of each kind, over all legs: where nothing is amiss, nothing more has to be looked at.
-    pub(crate) fn alarmed(&self, tolerances: &[f64; GUARDS]) -> bool {
-        let mut alarm = Lanes::zero();
+    /// Returns whether any guard of any leg is below minus its tolerance.
+    pub(crate) fn any_below(&self, tolerances: &[f64; GUARDS]) -> bool {
+        let mut below = Lanes::zero();
         for (guard, tolerance) in self.values.iter().zip(tolerances) {
-            alarm |= guard.simd_lt(Lanes::splat(-tolerance));
+            below |= guard.simd_lt(Lanes::splat(-tolerance));
         }
-        alarm.any()
+        below.any()
     }
 }

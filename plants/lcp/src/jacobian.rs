@@ -1,12 +1,13 @@
-//! Derivatives of the right-hand side: a column of the Jacobian is the right-hand side in dual numbers, and exact.
+//! Exact derivatives of the right-hand side: a column of the Jacobian is the right-hand side in
+//! dual numbers.
 
 use crate::constants::Constants;
 use crate::flow::Flow;
-use crate::motion::{Bench, Scene};
+use crate::motion::{Dynamics, Workspace};
 use crate::real::{Dual, Lanes, Real, Wide};
 use crate::state::{Slope, State};
 
-/// A direction in which a state may change.
+/// Coordinate direction of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Direction {
     Position(usize),
@@ -20,39 +21,39 @@ pub(crate) enum Direction {
 }
 
 impl<const N: usize> Constants<Lanes, N> {
-    /// The same numbers, none of which changes.
-    pub(crate) fn still(&self) -> Constants<Dual<Lanes>, N> {
-        let still = |x: Lanes| Dual::of(x);
+    /// Returns the same constants with zero derivatives.
+    pub(crate) fn as_dual(&self) -> Constants<Dual<Lanes>, N> {
+        let constant = |x: Lanes| Dual::of(x);
         Constants {
-            hip: self.hip.map(still),
-            links: self.links.map(still),
-            mass: still(self.mass),
-            moments: self.moments.map(still),
-            inertias: self.inertias.map(|row| row.map(still)),
-            friction: self.friction.map(still),
-            l_delta: still(self.l_delta),
-            diagonal: self.diagonal.map(still),
-            parallel: self.parallel.map(still),
-            toe: self.toe.map(still),
-            diagonal_max: still(self.diagonal_max),
-            diagonal_min: still(self.diagonal_min),
-            parallel_max: still(self.parallel_max),
-            cable_max: still(self.cable_max),
-            pulley_radius: still(self.pulley_radius),
+            hip: self.hip.map(constant),
+            links: self.links.map(constant),
+            mass: constant(self.mass),
+            moments: self.moments.map(constant),
+            inertias: self.inertias.map(|row| row.map(constant)),
+            friction: self.friction.map(constant),
+            l_delta: constant(self.l_delta),
+            diagonal: self.diagonal.map(constant),
+            parallel: self.parallel.map(constant),
+            toe: self.toe.map(constant),
+            diagonal_max: constant(self.diagonal_max),
+            diagonal_min: constant(self.diagonal_min),
+            parallel_max: constant(self.parallel_max),
+            cable_max: constant(self.cable_max),
+            pulley_radius: constant(self.pulley_radius),
         }
     }
 }
 
 impl<const N: usize> State<Lanes, N> {
-    /// The state as it sets out in a direction, as fast in each leg as `seed` says; of the trunk's directions, as its first
-    /// lane says.
-    fn towards(&self, direction: Direction, seed: Lanes) -> State<Dual<Lanes>, N> {
-        let still = |value: f64| Dual { value, slope: 0.0 };
+    /// Returns the state as dual numbers with a derivative in one direction: `seed` by leg, and its
+    /// first lane for directions of the trunk.
+    fn seeded(&self, direction: Direction, seed: Lanes) -> State<Dual<Lanes>, N> {
+        let constant = |value: f64| Dual { value, slope: 0.0 };
         let mut state = State {
-            position: self.position.map(still),
-            attitude: self.attitude.map(still),
-            velocity: self.velocity.map(still),
-            turning: self.turning.map(still),
+            position: self.position.map(constant),
+            attitude: self.attitude.map(constant),
+            velocity: self.velocity.map(constant),
+            turning: self.turning.map(constant),
             angles: self.angles.map(Dual::of),
             rates: self.rates.map(Dual::of),
             pulley: Dual::of(self.pulley),
@@ -74,8 +75,8 @@ impl<const N: usize> State<Lanes, N> {
 }
 
 impl<const N: usize> Slope<Dual<Lanes>, N> {
-    /// How fast it changes.
-    fn change(&self) -> Slope<Lanes, N> {
+    /// Returns the derivative parts.
+    fn derivative(&self) -> Slope<Lanes, N> {
         let slope = |x: Dual<f64>| x.slope;
         let slopes = |x: Dual<Lanes>| x.slope;
         Slope {
@@ -94,8 +95,9 @@ impl<const N: usize> Slope<Dual<Lanes>, N> {
 }
 
 impl<const N: usize> Flow<N> {
-    /// The derivative of the right-hand side in one direction. On a trunk that is held, each leg has one of its own for the
-    /// price of one; otherwise a leg moves the others, and `seed` picks the leg.
+    /// Returns the derivative of the right-hand side in one direction. On a fixed trunk one
+    /// evaluation yields the derivative of each leg; on a moving trunk the legs are coupled, and
+    /// `seed` selects the leg.
     #[inline(never)]
     pub(crate) fn column(
         &mut self,
@@ -104,11 +106,11 @@ impl<const N: usize> Flow<N> {
         direction: Direction,
         seed: Lanes,
         recovery: f64,
-        bench: &mut Bench<Dual<f64>, N>,
+        workspace: &mut Workspace<Dual<f64>, N>,
     ) -> Slope<Lanes, N> {
         self.counts.evaluations += 1;
-        let scene = Scene::new(&self.model, legs, &self.mode, recovery);
-        let motion = scene.motion(&state.towards(direction, seed), bench);
-        motion.slope.change()
+        let dynamics = Dynamics::new(&self.model, legs, &self.mode, recovery);
+        let motion = dynamics.motion(&state.seeded(direction, seed), workspace);
+        motion.slope.derivative()
     }
 }

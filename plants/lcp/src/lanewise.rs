@@ -1,30 +1,31 @@
-//! Small dense systems, one in each lane.
+//! Small dense linear systems, one per lane.
 
 use crate::real::{Lanes, Real};
 
-/// Rows of a system at most: four links and a pulley.
+/// Maximum number of rows: four links and a pulley.
 pub(crate) const ROWS: usize = 5;
 
-/// As many numbers as there may be rows, of which those of the system count.
+/// Vector of [`ROWS`] values, of which the first `n` belong to the system.
 pub(crate) type Column = [Lanes; ROWS];
 
-/// An LU decomposition with pivoting, in which each lane chooses its own pivots.
+/// LU decomposition with partial pivoting; each lane selects its own pivots.
 #[derive(Debug, Clone)]
 pub(crate) struct LaneFactors {
     n: usize,
-    /// L below the diagonal, U above it, the inverse of its diagonal on it.
+    /// L below the diagonal, U above it, and the inverse of U's diagonal on it.
     matrix: [Column; ROWS],
-    /// Where rows k and i changed places in step k.
+    /// Masks of the exchanges of rows k and i in step k.
     swapped: [Column; ROWS],
 }
 
-/// Two numbers, in either order.
+/// Exchanges two values in the lanes of `swap`.
 fn ordered(swap: Lanes, a: Lanes, b: Lanes) -> (Lanes, Lanes) {
     (swap.bitselect(b, a), swap.bitselect(a, b))
 }
 
 impl LaneFactors {
-    /// Decomposes the leading `n` rows and columns. A lane whose matrix has no inverse ends in what is not a number.
+    /// Decomposes the leading `n` rows and columns. The factors of a lane with a singular matrix
+    /// are not finite.
     pub(crate) fn new(mut a: [Column; ROWS], n: usize) -> Self {
         let mut swapped = [[Lanes::zero(); ROWS]; ROWS];
         for k in 0..n {
@@ -86,7 +87,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn solves_a_system_in_each_lane(
+        fn each_lane_solves_its_system(
             entries in proptest::collection::vec(-1.0..1.0_f64, 4 * ROWS * ROWS),
             right in proptest::collection::vec(-1.0..1.0_f64, 4 * ROWS),
             n in 1..=ROWS,
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zero_on_the_diagonal_of_one_lane_is_no_obstacle() {
+    fn zero_diagonal_in_one_lane_is_pivoted() {
         let [zero, one] = [0.0, 1.0].map(Lanes::splat);
         let mut a = [[zero; ROWS]; ROWS];
         (a[0][0], a[0][1]) = (Lanes::new([0.0, 1.0, 1.0, 1.0]), one);

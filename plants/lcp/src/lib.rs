@@ -1,9 +1,10 @@
-//! The robot with legs of full inertia, in generalised coordinates.
+//! Plant with legs of full inertia, in generalised coordinates.
 //!
-//! Trunk and every segment have mass; springs, stops, the knee's cable, motors with their torque limits and the ground act on
-//! them (thesis, chapter 2, with its formulas corrected). What happens at an instant, such as a stop that is reached or a foot
-//! that lands, is found to that instant and solved as a complementarity problem, so that the default method keeps its fourth
-//! order across it. The equations are in the project's ARCHITECTURE.md, with the symbols of the code.
+//! Trunk and every segment have mass. Springs, stops, the cable of the knee, motors with torque
+//! limits and the ground act on them (thesis, chapter 2, with its formulas corrected). Events, such
+//! as a stop that is reached or a foot that lands, are located in time and solved as
+//! complementarity problems, so that the default method keeps its fourth order across them. The
+//! equations are in the project's ARCHITECTURE.md, with the symbols of the code.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
@@ -14,7 +15,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let text = include_str!("../../../robots/cheetah-cub.toml");
 //! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
-//! // The legs hang from a trunk that is held, are let go, and swing (thesis, section 2.5.1).
+//! // The legs hang from a fixed trunk, are released, and swing (thesis, section 2.5.1).
 //! let (hip, knee) = (10_f64.to_radians(), -9.5_f64.to_radians());
 //! let options = Options {
 //!     setup: Setup {
@@ -33,15 +34,16 @@
 //! plant.advance(SimTime::ZERO + SimDuration::from_millis(300), &[])?;
 //! let mut foot = [0.0; 3];
 //! plant.observe(&mut foot);
-//! let books = plant.energy();
-//! assert!(books.residual.abs() < 1e-4 * books.exchanged);
+//! let balance = plant.energy();
+//! assert!(balance.residual.abs() < 1e-4 * balance.exchanged);
 //! assert!(plant.work().events > 0, "stops were reached");
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! What is not here: abduction of the hips, bending of segments, collisions of anything but the feet, the drives'
-//! electronics, and the reaction of a drive's own rotor on the trunk, which is small behind a gear.
+//! Not modelled: hip abduction, bending of segments, collisions of other parts than the feet, the
+//! electronics of the drives, and the reaction of a drive's rotor on the trunk, which is small
+//! behind a gear.
 
 #![allow(
     clippy::needless_range_loop,
@@ -49,16 +51,16 @@
 )]
 #![allow(
     clippy::inline_always,
-    reason = "only inlined does a literal length reach the loops, and do numbers stay in registers"
+    reason = "inlining exposes literal loop lengths and keeps values in registers"
 )]
 
 mod articulated;
 mod body;
-mod carried;
 mod chain;
 mod constants;
 mod constraints;
 mod contacts;
+mod coupling;
 mod dense;
 mod drives;
 mod energy_monitor;
@@ -67,6 +69,8 @@ mod error_norm;
 mod euler;
 mod event_driven;
 mod events;
+#[cfg(test)]
+mod fixtures;
 mod flow;
 mod guards;
 mod jacobian;
@@ -84,8 +88,6 @@ mod real;
 mod rk4;
 mod rodas4;
 mod root;
-#[cfg(test)]
-mod scenes;
 mod site;
 mod state;
 mod thesis;

@@ -1,13 +1,13 @@
-//! What has happened, for those who want to know.
+//! Event log.
 
 use crate::events::Stop;
 use crate::flow::Flow;
 use crate::mode::{Contact, Mode};
 use crate::real::Real;
 
-/// A stop or a foot that was reached or let go.
+/// Activation or deactivation of a stop or a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct EventKind {
+pub(crate) struct LoggedEvent {
     pub(crate) at_s: f64,
     pub(crate) leg: usize,
     pub(crate) what: &'static str,
@@ -27,17 +27,18 @@ impl Stop {
 }
 
 impl<const N: usize> Flow<N> {
-    /// Notes what the new mode holds that the old one does not, and the other way round.
-    pub(crate) fn note_events(&mut self, next: &Mode, at_s: f64) {
-        if !self.logs {
+    /// Logs the differences between the present mode and `next`.
+    pub(crate) fn log_changes(&mut self, next: &Mode, at_s: f64) {
+        if !self.logging {
             return;
         }
         for leg in 0..self.model.legs.len() {
             for stop in Stop::ALL {
-                let [was, is] = [&self.mode, next].map(|mode| stop.held(mode).lane(leg) != 0.0);
+                let [was, is] =
+                    [&self.mode, next].map(|mode| stop.active_in(mode).lane(leg) != 0.0);
                 if was != is {
                     let (what, reached) = (stop.name(), is);
-                    self.log.push(EventKind {
+                    self.log.push(LoggedEvent {
                         at_s,
                         leg,
                         what,
@@ -53,7 +54,7 @@ impl<const N: usize> Flow<N> {
                 if stands(&self.mode) != stands(next) {
                     let what = if links == 3 { "ground" } else { "toe" };
                     let reached = stands(next);
-                    self.log.push(EventKind {
+                    self.log.push(LoggedEvent {
                         at_s,
                         leg,
                         what,

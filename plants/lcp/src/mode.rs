@@ -1,32 +1,35 @@
-//! What holds while the robot moves smoothly: stops and cables inside the legs, motors, feet on the ground.
+//! Contact mode: the active stops and cables inside the legs, the motors, and the contacts on the
+//! ground.
 
 use crate::constraints::{ActiveConstraints, CABLE, CONSTRAINTS, DIAGONAL, HIP, PANTOGRAPH};
 use crate::contacts::Contacts;
 use crate::drives::Commands;
 use crate::real::{Lanes, Real, Wide};
 
-/// A point of a leg on the ground.
+/// Contact point on the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Contact {
     pub(crate) leg: usize,
-    /// The joints above it: three for the end of the third segment, four for the tip of the toe.
+    /// Number of links above it: three for the end of the third segment, four for the tip of the
+    /// toe.
     pub(crate) links: usize,
-    /// None while it holds; where it slides, the direction it went last, in the ground's tangents.
+    /// None for a sticking foot; otherwise the last direction of sliding, in the tangents of the
+    /// ground.
     pub(crate) slides: Option<[f64; 2]>,
 }
 
-/// What holds.
+/// Active constraints, commands and contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Mode {
     pub(crate) active: ActiveConstraints<Lanes>,
     pub(crate) commands: Commands<Lanes>,
-    /// Kinds of constraints that hold in any leg.
+    /// Kinds of constraints that are active in at least one leg.
     pub(crate) any: [bool; CONSTRAINTS],
     pub(crate) contacts: Contacts,
 }
 
 impl Mode {
-    /// Nothing holds, and there are no motors.
+    /// Mode without constraints and without motors.
     pub(crate) fn free() -> Self {
         let none = Lanes::zero();
         Self {
@@ -51,16 +54,16 @@ impl Mode {
         }
     }
 
-    /// The motors alone.
-    pub(crate) fn clone_without_stops(&self) -> Self {
+    /// Returns the mode of the motors only.
+    pub(crate) fn drives_only(&self) -> Self {
         let mut mode = Self::free();
         mode.active.hip = self.active.hip;
         mode.commands = self.commands;
         mode
     }
 
-    /// Finds again which kinds of constraints hold in any leg.
-    pub(crate) fn recount(&mut self) {
+    /// Recomputes the kinds of constraints that are active in at least one leg.
+    pub(crate) fn update_any(&mut self) {
         let in_any = |lanes: Lanes| lanes.to_array().iter().any(|&active| active != 0.0);
         let active = &self.active;
         self.any[HIP] = in_any(active.hip);
@@ -71,7 +74,7 @@ impl Mode {
 }
 
 impl<R> ActiveConstraints<R> {
-    /// The same in numbers of another kind.
+    /// Converts to another number type.
     pub(crate) fn map<S>(&self, of: impl Fn(&R) -> S) -> ActiveConstraints<S> {
         ActiveConstraints {
             hip: of(&self.hip),
@@ -85,8 +88,8 @@ impl<R> ActiveConstraints<R> {
 }
 
 impl Commands<Lanes> {
-    /// The same in numbers of another kind.
-    pub(crate) fn raised<R: Wide>(&self) -> Commands<R> {
+    /// Converts to another number type.
+    pub(crate) fn widened<R: Wide>(&self) -> Commands<R> {
         Commands {
             hip: R::of(self.hip),
             pulley: R::of(self.pulley),

@@ -1,4 +1,4 @@
-//! The constant part of the plant: masses, geometry, drives, and what of it is simulated.
+//! Constant part of the plant: masses, geometry, drives, and base.
 
 use twinrig_contact::Ground;
 use twinrig_leg::Pantograph;
@@ -9,10 +9,11 @@ use crate::constants::Constants;
 use crate::real::Lanes;
 use crate::trunk::TrunkConstants;
 
-/// Where all links in line leave less than this of a link's inertia to itself, it has none to speak of.
-const REGULAR: f64 = 1e-9;
+/// Minimum ratio of a pivot of the inertia matrix to its diagonal element with all links in line;
+/// below, the matrix is singular.
+const REGULARITY_MIN: f64 = 1e-9;
 
-/// One leg.
+/// Model of one leg.
 #[derive(Debug, Clone)]
 pub(crate) struct LegModel<const N: usize> {
     pub(crate) name: String,
@@ -20,7 +21,7 @@ pub(crate) struct LegModel<const N: usize> {
     pub(crate) pantograph: Pantograph,
 }
 
-/// The constant part of the plant, with legs of `N` links.
+/// Constant part of the plant, with legs of `N` links.
 #[derive(Debug, Clone)]
 pub(crate) struct Model<const N: usize> {
     pub(crate) base: Base,
@@ -29,16 +30,17 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) side_by_side: Constants<Lanes, N>,
     pub(crate) drives: Option<Fitted>,
     pub(crate) ground: Option<Ground>,
-    /// Weight times leg length: the energy by which others are measured \[J\].
+    /// Weight times leg length: the reference of energies \[J\].
     pub(crate) energy_scale: f64,
-    /// The same of what moves \[J\].
-    pub(crate) moving: f64,
-    /// Greatest leg length \[m\].
+    /// The same for the moving masses \[J\].
+    pub(crate) moving_energy: f64,
+    /// Maximum leg length \[m\].
     pub(crate) reach: f64,
-    /// Time constant of a pendulum of that length: by it errors of velocities are measured against those of positions \[s\].
+    /// Time constant of a pendulum of that length, which weights errors of velocities against those
+    /// of positions \[s\].
     pub(crate) pendulum: f64,
-    /// Whether stops are left out, for comparison with what has none.
-    pub(crate) unbounded: bool,
+    /// Whether stops are disabled, for comparison with models without them.
+    pub(crate) without_stops: bool,
 }
 
 impl<const N: usize> Model<N> {
@@ -54,7 +56,7 @@ impl<const N: usize> Model<N> {
             )?;
             positive(
                 &format!("regularity of the inertia of leg {}", mount.name),
-                (constants.regularity() - REGULAR).max(0.0),
+                (constants.regularity() - REGULARITY_MIN).max(0.0),
             )?;
             legs.push(LegModel {
                 name: mount.name.clone(),
@@ -70,9 +72,10 @@ impl<const N: usize> Model<N> {
                 positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
             }
         }
-        let carried = legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
-        let mass = robot.trunk.mass + carried;
-        // What is small is measured by the whole robot, so that no leg that is left out changes it for the others.
+        let legs_mass = legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
+        let mass = robot.trunk.mass + legs_mass;
+        // Scales refer to the whole robot, so that omitting a leg does not change them for the
+        // others.
         let all = robot.legs.iter();
         let all = all.filter_map(|mount| Pantograph::new(&mount.leg).ok());
         let reach = all.map(|leg| leg.length_max()).fold(0.0, f64::max);
@@ -96,30 +99,30 @@ impl<const N: usize> Model<N> {
             drives: setup.fitted(robot)?,
             ground: setup.ground.clone(),
             energy_scale: robot.mass() * GRAVITY * reach,
-            moving: if free || planar { mass } else { carried } * GRAVITY * reach,
+            moving_energy: if free || planar { mass } else { legs_mass } * GRAVITY * reach,
             reach,
             pendulum: libm::sqrt(reach / GRAVITY),
-            unbounded: false,
+            without_stops: false,
         })
     }
 
-    /// A force too small to tell from none \[N\].
+    /// Returns the force below which a force counts as zero \[N\].
     pub(crate) fn least_force(&self) -> f64 {
         /// Share of the robot's weight.
         const SHARE: f64 = 1e-8;
         SHARE * self.energy_scale / self.reach
     }
 
-    /// Compliance of a foot's contact, by which redundant contacts share their load: the same in the
-    /// choice of what is active and in the motion, which else would not agree on the signs of forces
-    /// \[m/s² N⁻¹\].
+    /// Returns the compliance of a foot contact, by which redundant contacts share their load
+    /// \[m/s² N⁻¹\]. Mode selection and motion use the same value; otherwise the signs of their
+    /// forces would disagree.
     pub(crate) fn contact_compliance(&self) -> f64 {
-        /// Share of the whole robot's mobility.
+        /// Share of the mobility of the whole robot.
         const SHARE: f64 = 1e-8;
         SHARE * GRAVITY * self.reach / self.energy_scale
     }
 
-    /// Whether the trunk moves at all.
+    /// Returns whether the trunk moves.
     pub(crate) fn is_free(&self) -> bool {
         self.base != Base::Fixed
     }

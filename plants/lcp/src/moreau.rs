@@ -1,4 +1,5 @@
-//! Moreau's midpoint rule: constraints as impulses over a step, no matter when in it they act.
+//! Moreau's midpoint rule: constraints as impulses over a step, independent of their time within
+//! it.
 //!
 //! ```text
 //! q̄ = q ⊕ ½h u_a                                               q⁺ = q̄ ⊕ ½h u_b
@@ -6,13 +7,13 @@
 //! 0 ≤ P ⊥ J u_b + γ g/h ≥ 0      D: friction of the joints, damping of the motors
 //! ```
 //!
-//! In the half steps momenta stay as they are ([`drift`]), in the middle forces and impulses change
-//! them ([`kick`]). Without impulses this is the generalised leapfrog: of second order, symplectic,
-//! the same backwards in time. Momentum is balanced to round-off; energy swings by an error of
-//! second order and does not drift. J, P and the gaps g are those at q̄.
+//! Momenta are constant in the half steps ([`drift`]); forces and impulses change them in the
+//! middle ([`kick`]). Without impulses this is the generalised leapfrog: second order, symplectic,
+//! time-reversible. Momentum is balanced to round-off; the energy oscillates by an error of second
+//! order and does not drift. J, P and the gaps g are those at q̄.
 //!
-//! No event is looked for, so a step costs the same whatever happens in it, and is of first order
-//! where something opens or closes.
+//! Without event location a step has constant cost, and is of first order where a constraint opens
+//! or closes.
 
 mod drift;
 mod drives;
@@ -23,90 +24,90 @@ use twinrig_contact::Method;
 use twinrig_legged::Fitted;
 
 use crate::articulated::{Accelerations, Articulated, rotation};
-use crate::chain::rubbed;
-use crate::constraints::{ConstraintSet, Driven, HIP};
-use crate::events::{Entry, Feet, PLACES, Role, Stop};
+use crate::chain::friction_torques;
+use crate::constraints::{ConstraintSet, DriveAction, HIP};
+use crate::events::{Entry, Feet, Role, SLOTS, Stop};
 use crate::flow::{Flow, FlowError};
-use crate::motion::Scene;
+use crate::motion::Dynamics;
 use crate::motors::Effort;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-use drift::{Ahead, Momentum, Rates, bend, turned};
-use drives::{Demand, Lines};
+use drift::{HalfStep, Momentum, Rates, advance_joints, rotated};
+use drives::{MeanDrive, TorqueSpeedLines};
 use kick::Kick;
 use momentum::{Geometry, Momenta};
 
-/// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint
-/// holds: as large as leaves an overlap decaying without a swing, since positions move by the mean
-/// of the velocities at both ends.
+/// Share γ of a gap that a step closes, or of an overlap that it corrects, at an active constraint:
+/// the maximum for which an overlap decays without oscillation, as positions advance by the mean of
+/// the velocities at both ends.
 const RECOVERY: f64 = 1.0 / 3.0;
 
-/// Approach below which an impact gives nothing back, and the speed at which overlaps are \[m/s\].
+/// Approach velocity below which an impact has no restitution, and maximum velocity of the
+/// correction of an overlap \[m/s\].
 const RESTING: f64 = 0.05;
 
-/// Gaps that come nearer than this count as closing \[m\].
-const TOUCHING: f64 = 1e-6;
+/// Predicted gap below which a constraint enters the problem \[m\].
+const CLOSING: f64 = 1e-6;
 
-/// Gaps farther from closing than this after a step are not looked at \[m\].
-const REACH: f64 = 2e-3;
+/// Predicted gap above which a constraint is ignored \[m\].
+const SEARCH_DISTANCE: f64 = 2e-3;
 
-/// Tolerances of the impulses, relative to the greatest speed and in m/s.
+/// Tolerances of the impulses, relative to the maximum speed, and in m/s.
 const TOLERANCE: [f64; 2] = [1e-6, 1e-7];
 
-/// Violation that is accepted where no method comes nearer \[m/s\]: over a step of a millisecond a
-/// hundredth of a micrometre, which the next step gives back.
-const ENOUGH: f64 = 1e-5;
+/// Violation that is accepted if no method finds a better solution \[m/s\]: a hundredth of a
+/// micrometre over a step of a millisecond, which the next step corrects.
+const VIOLATION_ACCEPTED: f64 = 1e-5;
 
-/// A motor that changes its mind more often is on the border of its torque; either answer is right
-/// there.
+/// A motor that changes more often is at the limit of its torque, where both modes are valid.
 const CHANGES_MAX: u32 = 4;
 
-/// Halvings of a step whose impulses are not to be found, at most.
+/// Maximum number of halvings of a step whose impulses are not found.
 const HALVINGS_MAX: u32 = 8;
 
-/// Impulses of a step, from which the next one begins to look for its own.
+/// Impulses of a step, the initial guess of the next one.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Pushed {
-    /// By leg and place \[N·s, N·m·s\].
-    pub(crate) impulses: [[f64; PLACES]; 4],
+pub(crate) struct LastImpulses {
+    /// By leg and slot \[N·s, N·m·s\].
+    pub(crate) impulses: [[f64; SLOTS]; 4],
     /// Length of that step \[s\].
     pub(crate) seconds: f64,
 }
 
-impl Pushed {
-    /// Mean force of that step at one place.
-    fn force(&self, leg: usize, place: usize) -> f64 {
-        let impulse = self.impulses[leg][place];
-        // Nothing was pushed before the first step, which had no length.
+impl LastImpulses {
+    /// Returns the mean force of that step in a slot.
+    fn force(&self, leg: usize, slot: usize) -> f64 {
+        let impulse = self.impulses[leg][slot];
+        // Before the first step all impulses are zero, and so is its length.
         if impulse == 0.0 {
             return 0.0;
         }
         impulse / self.seconds
     }
 
-    /// Forces to expect in a step of length `seconds`: those of that step, but never with more of an
-    /// impulse. An impact in a short step is no force that goes on in a long one.
-    fn forces_over(&self, seconds: f64) -> [[f64; PLACES]; 4] {
+    /// Returns the expected forces in a step of length `seconds`: those of the last step, limited
+    /// to its impulses. The impact in a short step is not a force that persists in a long one.
+    fn forces_over(&self, seconds: f64) -> [[f64; SLOTS]; 4] {
         let longer = self.seconds.max(seconds);
         self.impulses
-            .map(|places| places.map(|impulse| impulse / longer))
+            .map(|slots| slots.map(|impulse| impulse / longer))
     }
 }
 
-/// The robot's inertia at an end of a step.
+/// Inertia of the robot at one end of a step.
 #[derive(Debug, Clone)]
 struct Node<const N: usize> {
     angles: [Lanes; N],
-    /// Which hips follow their commands, and the inertia of the motors at the others.
+    /// Mask of the hips that follow their commands, and inertia of the motors at the others.
     hips: [Lanes; 2],
     inertia: Articulated<Lanes, N>,
     geometry: Geometry<N>,
-    /// Whether it has been found at all.
+    /// Whether it is computed.
     known: bool,
 }
 
-/// The memory of a step: what is large, and passed on rather than copied.
+/// Memory of a step: large values that are swapped instead of copied.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory<const N: usize> {
     start: Box<Node<N>>,
@@ -136,33 +137,34 @@ impl<const N: usize> Default for Memory<N> {
     }
 }
 
-/// A step as it is solved.
-struct Solved<const N: usize> {
+/// Solution of a step.
+struct SolvedStep<const N: usize> {
     after: State<Lanes, N>,
     /// Means of the rates before and after the impulses.
     mean: [Lanes; N],
-    /// Tension of the cables and torques of the motors, mean over the step, and the work of the
-    /// hips' \[J\].
+    /// Tension of the cables and torques of the motors, mean over the step, and work of the hip
+    /// motors \[J\].
     tension: Lanes,
     torques: [Lanes; 2],
     hip_work: Lanes,
 }
 
-/// The hips over a step.
+/// Hips over a step.
 struct Hip {
-    /// Rates before and after the forces of the middle.
+    /// Rates before and after the forces in the middle.
     rates: [Lanes; 2],
     acceleration: Lanes,
     /// Damping of motors that impose no acceleration \[N·m·s/rad\].
     damping: Lanes,
-    /// Torque that imposes the acceleration of the others \[N·m\].
-    held: Lanes,
-    /// Changes of momentum in the half steps before and after, as legs bend \[kg·m²/s\].
-    bent: [Lanes; 2],
+    /// Torque that imposes the acceleration of the other motors \[N·m\].
+    imposed_torque: Lanes,
+    /// Changes of momentum in the half steps before and after, due to the change of the legs'
+    /// configuration \[kg·m²/s\].
+    momentum_change: [Lanes; 2],
 }
 
 impl<const N: usize> Flow<N> {
-    /// Moves on by `seconds`, in halves where the impulses of a whole step are not to be found.
+    /// Advances by `seconds`; halves a step whose impulses are not found.
     pub(crate) fn run_moreau(&mut self, seconds: f64) -> Result<(), FlowError> {
         self.moreau_halved(seconds, HALVINGS_MAX)
     }
@@ -172,7 +174,7 @@ impl<const N: usize> Flow<N> {
         let done = self.moreau_step(seconds, &mut memory);
         self.midpoint = Some(memory);
         match done {
-            Err(FlowError::Unsolved(_) | FlowError::Unsettled { .. }) if halvings > 0 => {
+            Err(FlowError::Unsolved(_) | FlowError::NotConverged { .. }) if halvings > 0 => {
                 self.counts.fallbacks += 1;
                 self.moreau_halved(0.5 * seconds, halvings - 1)?;
                 self.moreau_halved(0.5 * seconds, halvings - 1)
@@ -183,71 +185,71 @@ impl<const N: usize> Flow<N> {
 
     fn moreau_step(&mut self, seconds: f64, memory: &mut Memory<N>) -> Result<(), FlowError> {
         let before = self.state;
-        let wanted = self.wanted_over(&before, seconds);
-        let mut lines = self.lines([before.rates[0], before.pulley_rate]);
+        let commanded = self.mean_commanded(&before, seconds);
+        let mut lines = self.torque_speed_lines([before.rates[0], before.pulley_rate]);
         for change in 0.. {
-            let solved = self.solve_step(memory, &before, wanted, &lines, seconds)?;
+            let solved = self.solve_step(memory, &before, commanded, &lines, seconds)?;
             let (half, per) = (Lanes::splat(0.5), Lanes::splat(1.0 / seconds));
             let after = &solved.after;
             let effort = Effort {
                 torques: solved.torques,
-                given: [
+                actual: [
                     (after.rates[0] - before.rates[0]) * per,
                     (after.pulley_rate - before.pulley_rate) * per,
                 ],
-                wanted,
+                commanded,
                 rates: [
                     solved.mean[0],
                     half * (before.pulley_rate + after.pulley_rate),
                 ],
             };
             let saturated = self.saturate(&effort);
-            let now = self.lines(effort.rates);
+            let now = self.torque_speed_lines(effort.rates);
             if change == CHANGES_MAX || !saturated && now == lines {
                 self.finish(&before, &solved, memory, seconds);
                 break;
             }
             lines = now;
         }
-        self.finite()
+        self.check_finite()
     }
 
-    /// The inertia with links at these angles, motors as they are.
+    /// Computes the inertia with links at these angles, in the present mode of the motors.
     fn renew(&self, node: &mut Node<N>, angles: &[Lanes; N]) {
-        let mut drive = Driven::none();
-        // What hips that follow their commands impose is for one radian a second.
+        let mut drive = DriveAction::none();
+        // Hips that follow their commands impose a unit rate of 1 rad/s.
         drive.hip_acceleration = Lanes::splat(1.0);
         if let Some(drives) = &self.model.drives {
             let saturated = self.mode.commands.hip_saturated;
             drive.hip_inertia = saturated * saturated * Lanes::splat(drives.inertias()[0]);
         }
-        let mode = self.mode.clone_without_stops();
+        let mode = self.mode.drives_only();
         let hips = [mode.active.hip, drive.hip_inertia];
         if node.known && node.angles == *angles && node.hips == hips {
             return;
         }
         let mut mode = mode;
-        mode.recount();
+        mode.update_any();
         let constraint_set = ConstraintSet {
             active: &mode.active,
             drive: &drive,
             recovery: Lanes::zero(),
-            ahead: 0.0,
+            implicit_seconds: 0.0,
             any: mode.any,
         };
-        let still = [Lanes::zero(); N];
+        let zero_rates = [Lanes::zero(); N];
         let inertia = &mut node.inertia;
         inertia.unload(
             &self.model,
             &self.model.side_by_side,
-            [angles, &still],
+            [angles, &zero_rates],
             &constraint_set,
         );
         node.geometry = Geometry::of(&self.model, inertia);
         (node.angles, node.hips, node.known) = (*angles, hips, true);
     }
 
-    /// The end of a step from here under these drives.
+    /// Computes the end of a step under these drives.
     #[expect(
         clippy::too_many_lines,
         reason = "the stages of one step, in the order of the equations"
@@ -256,52 +258,52 @@ impl<const N: usize> Flow<N> {
         &mut self,
         memory: &mut Memory<N>,
         before: &State<Lanes, N>,
-        wanted: [Lanes; 2],
-        lines: &Lines,
+        commanded: [Lanes; 2],
+        lines: &TorqueSpeedLines,
         seconds: f64,
-    ) -> Result<Solved<N>, FlowError> {
+    ) -> Result<SolvedStep<N>, FlowError> {
         self.counts.evaluations += 1;
         let half = 0.5 * seconds;
         self.renew(&mut memory.start, &before.angles);
         let (start, legs) = (&memory.start.geometry, &self.model.side_by_side);
         let from = start.momenta(legs, &before.rates, before.turning);
         let hip_inertia = memory.start.hips[1];
-        let ahead = Ahead {
+        let half_step = HalfStep {
             model: &self.model,
             inertia: &memory.start.inertia,
             hip_inertia,
             seconds: half,
         };
-        let begun = Rates {
+        let initial = Rates {
             links: before.rates,
             turning: before.turning,
         };
-        let (rates, here) = ahead.rates(&before.angles, begun, &from)?;
+        let (rates, last_momenta) = half_step.rates(&before.angles, initial, &from)?;
         let mut middle = *before;
         (middle.rates, middle.turning) = (rates.links, rates.turning);
-        bend(&mut middle, half);
+        advance_joints(&mut middle, half);
 
-        let scene = Scene::new(&self.model, legs, &self.mode, 0.0);
-        let Demand { drive, hip_damping } =
-            self.drive_over(&scene, &middle, wanted, lines, seconds);
+        let dynamics = Dynamics::new(&self.model, legs, &self.mode, 0.0);
+        let MeanDrive { drive, hip_damping } =
+            self.drive_over(&dynamics, &middle, commanded, lines, seconds);
         self.unload_middle(&mut memory.middle, &middle, &drive, half);
         let geometry = Geometry::of(&self.model, &memory.middle);
         let mut momentum = None;
-        if let Some((base, (body, there))) = memory
+        if let Some((base, (body, middle_body))) = memory
             .middle
             .base
             .as_mut()
             .zip(start.body.zip(geometry.body))
         {
-            let mut own = Momentum::of(&self.model, before, &body, from.relative, from.spin);
-            own.drift(half);
-            middle.attitude = turned(before.attitude, rates.turning, half);
+            let mut robot = Momentum::of(&self.model, before, &body, from.relative, from.spin);
+            robot.drift(half);
+            middle.attitude = rotated(before.attitude, rates.turning, half);
             let relative = geometry.relative(legs, &rates.links, rates.turning);
-            own.carry(&mut middle, &there, relative);
+            robot.place_trunk(&mut middle, &middle_body, relative);
             base.rotation = rotation(middle.attitude);
-            momentum = Some((own, there));
+            momentum = Some((robot, middle_body));
         }
-        let kick = (&geometry, &rates, &here);
+        let kick = (&geometry, &rates, &last_momenta);
         let (accelerations, torques) =
             self.impulses(&mut memory.middle, &middle, &drive, kick, seconds)?;
         let tension = self.tension(seconds);
@@ -323,45 +325,46 @@ impl<const N: usize> Flow<N> {
             links: after.rates,
             turning: after.turning,
         };
-        // Momenta of the links, by all that acts on them.
+        // Momenta of the links under all forces.
         let change = std::array::from_fn(|i| last.links[i] - rates.links[i]);
-        let rubbed = rubbed(legs, &change);
+        let damping = friction_torques(legs, &change);
         let mut momenta: [Lanes; N] = std::array::from_fn(|i| {
-            from.links[i] + h * torques[i] + Lanes::splat(half) * rubbed[i]
+            from.links[i] + h * torques[i] + Lanes::splat(half) * damping[i]
         });
         momenta[0] += hip_inertia * before.rates[0] - Lanes::splat(half) * hip_damping * change[0];
 
-        bend(&mut after, half);
+        advance_joints(&mut after, half);
         self.renew(&mut memory.end, &after.angles);
         let (end, legs) = (&memory.end.geometry, &self.model.side_by_side);
         let mut spin = [0.0; 3];
-        if let Some(((own, body), there)) = momentum.as_mut().zip(end.body) {
-            let pushed = own.push(&self.instant.wrench(), &memory.middle, body, seconds);
-            let [forward, _, up] = pushed.map(Lanes::splat);
+        if let Some(((robot, body), end_body)) = momentum.as_mut().zip(end.body) {
+            let velocity_change =
+                robot.apply(&self.instant.wrench(), &memory.middle, body, seconds);
+            let [forward, _, up] = velocity_change.map(Lanes::splat);
             let chain = &memory.middle.chain;
             for i in 0..N {
                 let along = chain.cosines[i] * forward + chain.sines[i] * up;
                 momenta[i] -= legs.moments[i] * along;
             }
-            own.drift(half);
-            after.attitude = turned(middle.attitude, last.turning, half);
-            spin = own.spin_in(after.attitude);
-            *body = there;
+            robot.drift(half);
+            after.attitude = rotated(middle.attitude, last.turning, half);
+            spin = robot.spin_in(after.attitude);
+            *body = end_body;
         }
         let rates_after = memory.end.inertia.rates_of(&momenta, spin, last.links[0]);
         (after.rates, after.turning) = (rates_after.links, rates_after.turning);
-        if let Some((own, body)) = momentum {
+        if let Some((robot, body)) = momentum {
             let relative = end.relative(legs, &after.rates, after.turning);
-            own.carry(&mut after, &body, relative);
+            robot.place_trunk(&mut after, &body, relative);
         }
-        let mut solved = Solved {
+        let mut solved = SolvedStep {
             after,
             mean,
             tension,
             torques: [Lanes::zero(); 2],
             hip_work: Lanes::zero(),
         };
-        // A hip that turns evenly changes its momentum where its leg bends.
+        // A hip at constant rate changes its momentum as its leg bends.
         let at = |geometry: &Geometry<N>, rates: &Rates<N>| {
             let momenta = geometry.momenta(legs, &rates.links, rates.turning);
             momenta.links[0]
@@ -375,8 +378,8 @@ impl<const N: usize> Flow<N> {
                 rates: [rates.links[0], last.links[0]],
                 acceleration: accelerations.links[0],
                 damping: hip_damping,
-                held: memory.middle.give.forces(&accelerations.torques)[HIP],
-                bent: [
+                imposed_torque: memory.middle.mobility.forces(&accelerations.torques)[HIP],
+                momentum_change: [
                     at(&geometry, &rates) - from.links[0],
                     at(end, &ends) - at(&geometry, &last),
                 ],
@@ -386,21 +389,21 @@ impl<const N: usize> Flow<N> {
         Ok(solved)
     }
 
-    /// The inertia in the middle of a step, with the drives in what holds.
+    /// Computes the inertia in the middle of a step, with the drives as constraints.
     fn unload_middle(
         &self,
         articulated: &mut Articulated<Lanes, N>,
         middle: &State<Lanes, N>,
-        drive: &Driven<Lanes>,
+        drive: &DriveAction<Lanes>,
         half: f64,
     ) {
-        let mut mode = self.mode.clone_without_stops();
-        mode.recount();
+        let mut mode = self.mode.drives_only();
+        mode.update_any();
         let constraint_set = ConstraintSet {
             active: &mode.active,
             drive,
             recovery: Lanes::zero(),
-            ahead: half,
+            implicit_seconds: half,
             any: mode.any,
         };
         let moving = [&middle.angles, &middle.rates];
@@ -412,11 +415,11 @@ impl<const N: usize> Flow<N> {
         );
     }
 
-    /// The torques of the motors, mean over a step, and the work of the hips'.
+    /// Computes the torques of the motors, mean over a step, and the work of the hip motors.
     fn drive_torques(
         &self,
-        solved: &mut Solved<N>,
-        drive: &Driven<Lanes>,
+        solved: &mut SolvedStep<N>,
+        drive: &DriveAction<Lanes>,
         hip: &Hip,
         winding: Lanes,
         seconds: f64,
@@ -432,8 +435,8 @@ impl<const N: usize> Flow<N> {
         if let Fitted::Servos(_) = drives {
             let saturated = self.mode.commands.hip_saturated;
             let follows = Lanes::splat(1.0) - saturated * saturated;
-            let kick = h * (inertia[0] * hip.acceleration + hip.held);
-            let ([behind, beyond], [first, last]) = (hip.bent, hip.rates);
+            let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
+            let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
             torque += follows * (behind + kick + beyond) / h;
             solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
         }
@@ -441,12 +444,12 @@ impl<const N: usize> Flow<N> {
         solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
     }
 
-    /// Finds the impulses; returns the accelerations with them, and the torques on the links.
+    /// Solves for the impulses; returns the accelerations under them, and the torques on the links.
     fn impulses(
         &mut self,
         articulated: &mut Articulated<Lanes, N>,
         middle: &State<Lanes, N>,
-        drive: &Driven<Lanes>,
+        drive: &DriveAction<Lanes>,
         (geometry, rates, before): (&Geometry<N>, &Rates<N>, &Momenta<N>),
         seconds: f64,
     ) -> Result<(Accelerations<Lanes, N>, [Lanes; N]), FlowError> {
@@ -455,15 +458,23 @@ impl<const N: usize> Flow<N> {
             mode,
             instant,
             free_rates,
-            pushed,
+            last_impulses,
             counts,
             ..
         } = self;
-        let scene = Scene::new(model, &model.side_by_side, mode, 0.0);
-        let near = |gap: f64, rate: f64| gap + 0.5 * seconds * rate.min(0.0) < REACH;
+        let dynamics = Dynamics::new(model, &model.side_by_side, mode, 0.0);
+        let near = |gap: f64, rate: f64| gap + 0.5 * seconds * rate.min(0.0) < SEARCH_DISTANCE;
         let legs = [0, 1, 2, 3];
         let legs = &legs[..model.legs.len()];
-        instant.find(&scene, middle, articulated, drive, legs, Feet::Held, &near);
+        instant.find_entries(
+            &dynamics,
+            middle,
+            articulated,
+            drive,
+            legs,
+            Feet::WithTangents,
+            &near,
+        );
         let kick = Kick {
             model,
             geometry,
@@ -472,14 +483,17 @@ impl<const N: usize> Flow<N> {
             before,
             seconds,
         };
-        kick.load(articulated, &instant.load(&pushed.forces_over(seconds)))?;
+        kick.apply(
+            articulated,
+            &instant.load(&last_impulses.forces_over(seconds)),
+        )?;
         let accelerations = articulated.accelerations();
         free_rates.clear();
         let mut kept = false;
         instant.entries.retain(|entry| {
-            let free = entry.rate + seconds * pushed_by(entry, &accelerations);
+            let free = entry.rate + seconds * gap_acceleration(entry, &accelerations);
             if !entry.role.is_tangent() {
-                kept = entry.gap + 0.5 * seconds * entry.rate.min(free) < TOUCHING;
+                kept = entry.gap + 0.5 * seconds * entry.rate.min(free) < CLOSING;
             }
             if kept {
                 free_rates.push(free);
@@ -493,33 +507,42 @@ impl<const N: usize> Flow<N> {
         for (i, (entry, free)) in instant.entries.iter().zip(free_rates.iter()).enumerate() {
             instant
                 .problem
-                .offset(i, free + allowed(entry, restitution, seconds));
-            let last = pushed.force(entry.row.leg, entry.role.place());
+                .offset(i, free + rate_offset(entry, restitution, seconds));
+            let last = last_impulses.force(entry.row.leg, entry.role.slot());
             instant.problem.guess(i, last * seconds);
         }
-        instant.solve(ENOUGH, Method::Newton, |problem, method| match method {
-            Method::Newton => problem.solve_within(TOLERANCE[0], TOLERANCE[1]),
-            _ => problem.solve_by(method),
-        })?;
+        instant.solve(
+            VIOLATION_ACCEPTED,
+            Method::Newton,
+            |problem, method| match method {
+                Method::Newton => problem.solve_within(TOLERANCE[0], TOLERANCE[1]),
+                _ => problem.solve_by(method),
+            },
+        )?;
         instant.problem.keep_within_bounds();
         (counts.solver_iterations, counts.factorisations) =
             (instant.iterations, instant.factorisations);
         let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);
         let impulses = instant.problem.unknowns();
-        for ((entry, push), impulse) in instant.entries.iter().zip(&instant.pushes).zip(impulses) {
+        for ((entry, response), impulse) in instant
+            .entries
+            .iter()
+            .zip(&instant.force_responses)
+            .zip(impulses)
+        {
             let force = impulse / seconds;
-            for (a, r) in trunk.iter_mut().zip(&push.trunk) {
+            for (a, r) in trunk.iter_mut().zip(&response.trunk) {
                 *a += r * force;
             }
-            for (torque, arm) in torques.iter_mut().zip(&entry.push.links) {
-                let own = torque.lane(entry.row.leg) + arm * force;
-                *torque = torque.with_lane(entry.row.leg, own);
+            for (torque, arm) in torques.iter_mut().zip(&entry.force_row.links) {
+                let sum = torque.lane(entry.row.leg) + arm * force;
+                *torque = torque.with_lane(entry.row.leg, sum);
             }
         }
         Ok((articulated.with_trunk(trunk, &torques), torques))
     }
 
-    /// Tension of each leg's cable, mean over the step.
+    /// Returns the tension of each leg's cable, mean over the step \[N\].
     fn tension(&self, seconds: f64) -> Lanes {
         let mut tension = Lanes::zero();
         let impulses = self.instant.problem.unknowns();
@@ -531,11 +554,11 @@ impl<const N: usize> Flow<N> {
         tension
     }
 
-    /// Takes the step's end as the present and enters its work in the energy balance.
+    /// Accepts the end of the step and enters its work in the energy balance.
     fn finish(
         &mut self,
         before: &State<Lanes, N>,
-        solved: &Solved<N>,
+        solved: &SolvedStep<N>,
         memory: &mut Memory<N>,
         seconds: f64,
     ) {
@@ -547,11 +570,11 @@ impl<const N: usize> Flow<N> {
         self.impulse_sums.cable += h * solved.tension;
         let wound = half * (before.pulley_rate + after.pulley_rate);
         self.ledger.actuator += (solved.hip_work + knee * wound).sum();
-        let torques = rubbed(&self.model.side_by_side, &solved.mean);
+        let torques = friction_torques(&self.model.side_by_side, &solved.mean);
         for i in 0..N {
             self.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
         }
-        self.take_toll(seconds);
+        self.record_impulses(seconds);
         let end = &mut memory.end.inertia;
         end.chain.rates = after.rates;
         if let Some(base) = &mut end.base {
@@ -564,36 +587,38 @@ impl<const N: usize> Flow<N> {
         self.counts.steps += 1;
     }
 
-    /// Enters the work of the impulses in the energy balance, and the ground's impulses in the
-    /// sums.
-    fn take_toll(&mut self, seconds: f64) {
+    /// Enters the work of the impulses in the energy balance, and the ground impulses in the sums.
+    fn record_impulses(&mut self, seconds: f64) {
         let restitution = self
             .model
             .ground
             .as_ref()
             .map_or(0.0, |ground| ground.restitution);
-        let before = core::mem::take(&mut self.pushed).impulses;
-        self.pushed.seconds = seconds;
+        let before = core::mem::take(&mut self.last_impulses).impulses;
+        self.last_impulses.seconds = seconds;
         let losses = self.instant.losses(1.0, |row| {
             let entry = &self.instant.entries[row];
-            self.instant.problem.w(row) - allowed(entry, restitution, seconds)
+            self.instant.problem.w(row) - rate_offset(entry, restitution, seconds)
         });
         self.ledger.impact += losses.impact;
         self.ledger.dissipated += losses.friction;
         let impulses = self.instant.problem.unknowns();
         for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
-            let (leg, place) = (entry.row.leg, entry.role.place());
-            self.pushed.impulses[leg][place] = *impulse;
-            let met = *impulse > 0.0 && before[leg][place] <= 0.0;
-            self.counts.events += u64::from(met && !entry.role.is_tangent());
+            let (leg, slot) = (entry.row.leg, entry.role.slot());
+            self.last_impulses.impulses[leg][slot] = *impulse;
+            let activated = *impulse > 0.0 && before[leg][slot] <= 0.0;
+            self.counts.events += u64::from(activated && !entry.role.is_tangent());
         }
         let ground = self.instant.ground();
-        self.impulse_sums.push(&ground);
+        self.impulse_sums.add_ground(&ground);
     }
 }
 
-/// Acceleration of a gap by everything but the constraints.
-fn pushed_by<const N: usize>(entry: &Entry<N>, accelerations: &Accelerations<Lanes, N>) -> f64 {
+/// Returns the acceleration of a gap without constraint forces.
+fn gap_acceleration<const N: usize>(
+    entry: &Entry<N>,
+    accelerations: &Accelerations<Lanes, N>,
+) -> f64 {
     let mut sum = entry.winding;
     for (j, a) in entry.row.trunk.iter().zip(&accelerations.trunk) {
         sum += j * a;
@@ -604,11 +629,11 @@ fn pushed_by<const N: usize>(entry: &Entry<N>, accelerations: &Accelerations<Lan
     sum
 }
 
-/// What a gap's rate at the end of the step may fall short of zero by, for the gap there is or the
-/// rebound there shall be.
-fn allowed<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64) -> f64 {
+/// Returns the offset of a gap's rate at the end of the step, for the correction of the gap or the
+/// rebound of an impact.
+fn rate_offset<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64) -> f64 {
     let start = entry.gap - 0.5 * seconds * entry.rate;
-    // An overlap is given back slowly, or an impact would rebound with what its step overlapped.
+    // Slow correction; otherwise an impact would rebound by the overlap of its step.
     let recovered = (RECOVERY * start / seconds).max(-RESTING);
     match entry.role {
         Role::Tangent { .. } => 0.0,

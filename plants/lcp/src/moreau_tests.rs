@@ -1,23 +1,23 @@
-//! The promises of the midpoint rule: second order where nothing opens or closes, momentum to
-//! round-off, energy without drift, overlaps that are given back as documented.
+//! Properties of the midpoint rule: second order for smooth motion, momentum to round-off, energy
+//! without drift, overlaps that decay as documented.
 
 use twinrig_legged::{Base, Drives, Ledger};
 use twinrig_robot::{GRAVITY, Robot, RobotFile};
 
-use super::{Geometry, Momentum, Pushed, RECOVERY};
-use crate::events::PLACES;
+use super::{Geometry, LastImpulses, Momentum, RECOVERY};
+use crate::events::SLOTS;
+use crate::fixtures::{self, HARD, PASSIVE, between_stops, distance, flow, tumbling};
 use crate::flow::Flow;
 use crate::options::Method;
 use crate::real::{Lanes, Real};
-use crate::scenes::{self, HARD, PASSIVE, between, distance, flow, tumbling};
 use crate::state::State;
 
-/// The same robot by another method, to 1e-12 m where it has a tolerance.
-fn by<const N: usize>(start: &Flow<N>, method: Method) -> Flow<N> {
+/// Returns the same robot with another method, with a tolerance of 1e-12 m where it has one.
+fn with_method<const N: usize>(start: &Flow<N>, method: Method) -> Flow<N> {
     let mut flow = Flow::new(start.model.clone(), start.state, method, 1e-12);
     flow.mode.commands = start.mode.commands;
     flow.mode.active.hip = start.mode.active.hip;
-    flow.mode.recount();
+    flow.mode.update_any();
     flow
 }
 
@@ -27,8 +27,8 @@ fn run<const N: usize>(flow: &mut Flow<N>, seconds: f64, steps: u32) {
     }
 }
 
-/// Legs that swing, each its own way, and slack cables.
-fn unlike<const N: usize>(flow: &mut Flow<N>) {
+/// Swings each leg at its own rates, with slack cables.
+fn set_unequal_rates<const N: usize>(flow: &mut Flow<N>) {
     let rates = [
         [1.0, 0.3, -0.5, 0.8],
         [0.2, 1.0, 0.6, -0.4],
@@ -43,11 +43,11 @@ fn unlike<const N: usize>(flow: &mut Flow<N>) {
     flow.ledger = Ledger::opened(stored);
 }
 
-/// The robot of [`between`], with the toes of its file where legs have four links, and with this
-/// friction in its joints.
+/// Returns the robot of [`between_stops`], with the toes of its file for legs with four links, and
+/// with this joint friction.
 fn undamped<const N: usize>(friction: f64) -> Robot {
-    let (mut robot, _) = between();
-    for (mount, file) in robot.legs.iter_mut().zip(scenes::robot().legs) {
+    let (mut robot, _) = between_stops();
+    for (mount, file) in robot.legs.iter_mut().zip(fixtures::robot().legs) {
         let leg = &mut mount.leg;
         leg.toe = file.leg.toe.filter(|_| N > 3);
         leg.parallel_travel = 0.02;
@@ -59,45 +59,45 @@ fn undamped<const N: usize>(friction: f64) -> Robot {
     robot
 }
 
-/// A robot whose legs swing between their stops.
+/// Returns a robot whose legs swing between their stops.
 fn swinging<const N: usize>(robot: &Robot, base: Base, drives: Drives) -> Flow<N> {
-    let mut flow = flow::<N>(robot, base, between().1, drives, None);
-    unlike(&mut flow);
+    let mut flow = flow::<N>(robot, base, between_stops().1, drives, None);
+    set_unequal_rates(&mut flow);
     flow
 }
 
-/// Thrown, too.
+/// Returns the same robot with a tumbling trunk.
 fn thrown<const N: usize>(robot: &Robot) -> Flow<N> {
     let mut flow = swinging(robot, Base::Free, Drives::None);
     tumbling(&mut flow);
     flow
 }
 
-/// Robots for which nothing opens or closes for a while, by name.
+/// Returns named robots with smooth motion for a while.
 fn smooth<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     let robot = undamped::<N>(0.0);
-    let servos = scenes::driven(&robot);
+    let servos = fixtures::servo_drives(&robot);
     let mut driven = swinging(&robot, Base::Free, Drives::Ideal { period: 0.03 });
     driven.mode.commands.hip += Lanes::new([0.1, -0.1, 0.05, 0.0]);
     driven.mode.commands.pulley -= Lanes::splat(0.5);
-    // Servos on the line of their torque over their rate, for good.
+    // Servos that stay saturated, on their torque–speed line.
     let mut saturated = swinging(&robot, Base::Free, weak(servos));
     saturated.mode.commands.hip += Lanes::splat(50.0);
     saturated.mode.commands.hip_saturated = Lanes::splat(1.0);
     saturated.mode.active.hip = Lanes::zero();
     saturated.mode.commands.pulley -= Lanes::splat(0.5);
     vec![
-        ("held", swinging(&robot, Base::Fixed, Drives::None)),
+        ("fixed", swinging(&robot, Base::Fixed, Drives::None)),
         ("planar", swinging(&robot, Base::Planar, Drives::None)),
         ("thrown", thrown(&robot)),
         ("damped", thrown(&undamped::<N>(2e-3))),
         ("driven", driven),
-        ("spent", saturated),
+        ("saturated", saturated),
         ("motors", motorised(&robot)),
     ]
 }
 
-/// The same drives with hips of next to no torque, and fast.
+/// Returns the same drives with weak and fast hips.
 fn weak(drives: Drives) -> Drives {
     let Drives::Servos { mut hip, knee } = drives else {
         return drives;
@@ -106,7 +106,7 @@ fn weak(drives: Drives) -> Drives {
     Drives::Servos { hip, knee }
 }
 
-/// Motors of another robot, each under its own voltage.
+/// Returns a robot with the motors of another robot file, each at its own voltage.
 fn motorised<const N: usize>(robot: &Robot) -> Flow<N> {
     let text = include_str!("../../../robots/oncilla.toml");
     let file = RobotFile::parse("oncilla.toml", text).unwrap();
@@ -121,20 +121,20 @@ fn motorised<const N: usize>(robot: &Robot) -> Flow<N> {
     flow
 }
 
-fn errors_fall_with_the_square_of_the_step<const N: usize>() {
+fn error_is_of_second_order<const N: usize>() {
     let seconds = 0.128;
     for (name, start) in smooth::<N>() {
-        let mut right = by(&start, Method::Rodas4);
-        run(&mut right, seconds, 64);
+        let mut reference = with_method(&start, Method::Rodas4);
+        run(&mut reference, seconds, 64);
         let [coarse, fine] = [128, 256].map(|steps| {
-            let mut flow = by(&start, Method::Moreau);
+            let mut flow = with_method(&start, Method::Moreau);
             run(&mut flow, seconds, steps);
             assert_eq!(
                 (flow.counts.events, flow.counts.fallbacks),
                 (0, 0),
                 "{name}"
             );
-            distance(&flow.state, &right.state)
+            distance(&flow.state, &reference.state)
         });
         let order = libm::log2(coarse / fine);
         assert!(
@@ -145,16 +145,16 @@ fn errors_fall_with_the_square_of_the_step<const N: usize>() {
 }
 
 #[test]
-fn errors_fall_with_the_square_of_the_step_with_points_for_feet() {
-    errors_fall_with_the_square_of_the_step::<3>();
+fn error_is_of_second_order_with_point_feet() {
+    error_is_of_second_order::<3>();
 }
 
 #[test]
-fn errors_fall_with_the_square_of_the_step_with_toes() {
-    errors_fall_with_the_square_of_the_step::<4>();
+fn error_is_of_second_order_with_toes() {
+    error_is_of_second_order::<4>();
 }
 
-/// The momentum of a robot whose trunk moves.
+/// Returns the momentum of a robot with a moving trunk.
 fn momentum<const N: usize>(flow: &Flow<N>) -> Momentum {
     let state = &flow.state;
     let geometry = Geometry::at(&flow.model, &state.angles);
@@ -165,10 +165,10 @@ fn momentum<const N: usize>(flow: &Flow<N>) -> Momentum {
 }
 
 #[test]
-fn in_flight_momentum_is_kept_to_round_off_whatever_strikes_inside() {
+fn flight_momentum_is_conserved_to_round_off() {
     let hard = {
         let mut flow = flow::<3>(
-            &scenes::without_toes(),
+            &fixtures::without_toes(),
             Base::Free,
             HARD,
             Drives::None,
@@ -178,7 +178,7 @@ fn in_flight_momentum_is_kept_to_round_off_whatever_strikes_inside() {
         flow
     };
     for (name, start) in [("smooth", thrown(&undamped::<3>(0.0))), ("hard", hard)] {
-        let mut flow = by(&start, Method::Moreau);
+        let mut flow = with_method(&start, Method::Moreau);
         let before = momentum(&flow);
         let size = |v: [f64; 3]| libm::sqrt(v.iter().map(|x| x * x).sum());
         for step in 1..=500 {
@@ -200,22 +200,22 @@ fn in_flight_momentum_is_kept_to_round_off_whatever_strikes_inside() {
 }
 
 #[test]
-fn impulses_of_the_ground_are_what_momentum_changes_by() {
-    let robot = scenes::without_toes();
-    let ground = Some(scenes::flat());
-    let servos = scenes::driven(&robot);
+fn ground_impulses_equal_the_momentum_change() {
+    let robot = fixtures::without_toes();
+    let ground = Some(fixtures::flat());
+    let servos = fixtures::servo_drives(&robot);
     let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, ground);
     start.state.position[2] = 0.2;
     start.state.turning = [1.0, -2.0, 0.5];
-    let mut flow = by(&start, Method::Moreau);
+    let mut flow = with_method(&start, Method::Moreau);
     let mass = flow.model.trunk.mass;
     let mut greatest = 0.0_f64;
     for _ in 0..300 {
-        let (before, given) = (momentum(&flow), flow.impulse_sums.ground);
+        let (before, sums_before) = (momentum(&flow), flow.impulse_sums.ground);
         flow.step(2e-3).unwrap();
         let after = momentum(&flow);
         for i in 0..3 {
-            let legs = flow.impulse_sums.ground.iter().zip(&given);
+            let legs = flow.impulse_sums.ground.iter().zip(&sums_before);
             let impulse: f64 = legs.map(|(now, before)| now[i] - before[i]).sum();
             let weight = if i == 2 { mass * GRAVITY * 2e-3 } else { 0.0 };
             let gained = mass * (after.velocity[i] - before.velocity[i]) + weight;
@@ -226,38 +226,38 @@ fn impulses_of_the_ground_are_what_momentum_changes_by() {
     assert!(greatest > 0.1, "{greatest}");
 }
 
-/// Feet that land while they move sideways, slide, and are turned back by their legs.
+/// Feet land with lateral velocity, slide, and are reversed by their legs.
 #[test]
-fn friction_takes_energy_in_every_step_and_gives_none() {
-    let robot = scenes::without_toes();
+fn friction_work_never_decreases() {
+    let robot = fixtures::without_toes();
     for sideways in [-1.5, -0.5, 0.5, 1.5] {
-        let servos = scenes::driven(&robot);
-        let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, Some(scenes::flat()));
+        let servos = fixtures::servo_drives(&robot);
+        let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, Some(fixtures::flat()));
         start.state.position[2] = 0.2;
         start.state.velocity = [sideways, 0.3, 0.0];
         start.state.turning = [1.0, -2.0, 0.5];
-        let mut flow = by(&start, Method::Moreau);
-        let mut taken = 0.0;
+        let mut flow = with_method(&start, Method::Moreau);
+        let mut dissipated = 0.0;
         for step in 0..300 {
             flow.step(2e-3).unwrap();
             let now = flow.ledger.balance().dissipated;
             assert!(
-                now >= taken,
+                now >= dissipated,
                 "{sideways}: {:e} J in step {step}",
-                now - taken
+                now - dissipated
             );
-            taken = now;
+            dissipated = now;
         }
-        assert!(taken > 1e-3, "{sideways}: {taken}");
+        assert!(dissipated > 1e-3, "{sideways}: {dissipated}");
     }
 }
 
 #[test]
 fn energy_does_not_drift_in_twenty_seconds() {
     let robot = undamped::<3>(0.0);
-    let held = swinging::<3>(&robot, Base::Fixed, Drives::None);
-    for (name, start) in [("held", held), ("thrown", thrown(&robot))] {
-        let mut flow = by(&start, Method::Moreau);
+    let fixed = swinging::<3>(&robot, Base::Fixed, Drives::None);
+    for (name, start) in [("fixed", fixed), ("thrown", thrown(&robot))] {
+        let mut flow = with_method(&start, Method::Moreau);
         let mut mean = |seconds: u32| {
             let (mut sum, mut low, mut high) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
             for _ in 0..500 * seconds {
@@ -287,54 +287,54 @@ fn reversed<const N: usize>(state: &State<Lanes, N>) -> State<Lanes, N> {
 }
 
 #[test]
-fn steps_back_undo_steps() {
+fn steps_are_reversible_in_time() {
     let robot = undamped::<3>(0.0);
-    let held = swinging::<3>(&robot, Base::Fixed, Drives::None);
-    for (name, start) in [("held", held), ("thrown", thrown(&robot))] {
-        let mut flow = by(&start, Method::Moreau);
+    let fixed = swinging::<3>(&robot, Base::Fixed, Drives::None);
+    for (name, start) in [("fixed", fixed), ("thrown", thrown(&robot))] {
+        let mut flow = with_method(&start, Method::Moreau);
         run(&mut flow, 0.2, 100);
         assert!(distance(&flow.state, &start.state) > 1.0, "{name}");
         flow.state = reversed(&flow.state);
         run(&mut flow, 0.2, 100);
         let off = distance(&reversed(&flow.state), &start.state);
-        // What the iteration leaves, ten times as much with every swing.
+        // The tolerance of the iteration, amplified tenfold by every swing.
         assert!(off < 1e-4, "{name}: {off:e}");
     }
 }
 
 #[test]
-fn legs_on_a_held_trunk_do_not_see_each_other() {
+fn legs_on_a_fixed_trunk_are_independent() {
     let robot = undamped::<3>(1e-3);
     let mut start = swinging::<3>(&robot, Base::Fixed, Drives::None);
-    let mut alone = by(&start, Method::Moreau);
+    let mut unperturbed = with_method(&start, Method::Moreau);
     for lane in [1, 2, 3] {
         start.state.rates[1] = start.state.rates[1].with_lane(lane, -7.0);
         start.state.angles[2] += Lanes::zero().with_lane(lane, 0.05);
     }
-    let mut beside = by(&start, Method::Moreau);
+    let mut perturbed = with_method(&start, Method::Moreau);
     for _ in 0..20 {
-        for flow in [&mut alone, &mut beside] {
+        for flow in [&mut unperturbed, &mut perturbed] {
             flow.step(2e-3).unwrap();
         }
         let bits = |flow: &Flow<3>| {
             let numbers = flow.state.angles.iter().chain(&flow.state.rates);
             numbers.map(|x| x.lane(0).to_bits()).collect::<Vec<_>>()
         };
-        assert_eq!(bits(&alone), bits(&beside));
+        assert_eq!(bits(&unperturbed), bits(&perturbed));
     }
 }
 
-/// ġ⁺ = −γ g/h, and gaps go by the mean of the rates at both ends.
+/// ġ⁺ = −γ g/h, and gaps advance by the mean of the rates at both ends.
 #[test]
-fn an_overlap_is_given_back_by_the_share_of_a_step_that_is_promised() {
+fn overlap_decays_by_the_recovery_share_per_step() {
     let start = flow::<3>(
-        &scenes::without_toes(),
+        &fixtures::without_toes(),
         Base::Fixed,
         PASSIVE,
         Drives::None,
         None,
     );
-    let mut flow = by(&start, Method::Moreau);
+    let mut flow = with_method(&start, Method::Moreau);
     run(&mut flow, 0.02, 40);
     let (h, reach) = (5e-4, flow.model.side_by_side.l_delta.lane(0));
     let overlap = -2e-7;
@@ -353,13 +353,14 @@ fn an_overlap_is_given_back_by_the_share_of_a_step_that_is_promised() {
     assert!(expected.abs() < 5e-9);
 }
 
-/// Else a foot that lands in a step of microseconds throws the robot away in the next.
+/// Without the limit, a foot that lands in a step of microseconds launches the robot in the next
+/// step.
 #[test]
-fn an_impact_in_a_short_step_is_no_force_to_expect_in_a_long_one() {
-    let mut impact = Pushed::default();
+fn expected_force_after_an_impact_is_limited_by_its_impulse() {
+    let mut impact = LastImpulses::default();
     impact.impulses[0][0] = 0.1;
     impact.seconds = 1e-6;
     assert_eq!(impact.forces_over(1e-3)[0][0], 0.1 / 1e-3);
     assert_eq!(impact.forces_over(1e-7)[0][0], 0.1 / 1e-6);
-    assert_eq!(Pushed::default().forces_over(1e-3), [[0.0; PLACES]; 4]);
+    assert_eq!(LastImpulses::default().forces_over(1e-3), [[0.0; SLOTS]; 4]);
 }

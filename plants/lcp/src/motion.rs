@@ -1,46 +1,48 @@
-//! How the state changes while what holds goes on holding: the right-hand side of the equations of motion.
+//! Right-hand side of the equations of motion for constant active constraints.
 
 use twinrig_legged::Fitted;
 
 use crate::articulated::{
-    Accelerations, Articulated, Floating, Response, Row, between, into_world,
+    Accelerations, Articulated, Floating, Response, Row, cross_mobility, into_world,
 };
 use crate::constants::Constants;
-use crate::constraints::{ActiveConstraints, CABLE, CONSTRAINTS, ConstraintSet, Driven, Give, HIP};
+use crate::constraints::{
+    ActiveConstraints, CABLE, CONSTRAINTS, ConstraintSet, DriveAction, HIP, LegMobility,
+};
 use crate::dense::solve;
-use crate::drives::{Commands, Turned, driven, greatest};
+use crate::drives::{Commands, DriveCoordinates, drive_action, saturation_torque};
 use crate::mode::Mode;
 use crate::model::Model;
 use crate::real::{Real, Wide};
 use crate::site::{Footing, Site};
 use crate::state::{Slope, State};
 
-/// The memory of a right-hand side.
+/// Workspace of a right-hand side.
 #[derive(Debug, Clone)]
-pub(crate) struct Bench<T, const N: usize> {
+pub(crate) struct Workspace<T, const N: usize> {
     rows: Vec<Row<T, N>>,
-    pushes: Vec<Row<T, N>>,
+    force_rows: Vec<Row<T, N>>,
     responses: Vec<Response<T, N>>,
     matrix: Vec<T>,
     pub(crate) forces: Vec<T>,
-    /// By row, the share of a normal's mobility that the friction of its slide leaves it; one where nothing slides.
-    pub(crate) lifts: Vec<f64>,
+    /// By row, the share of a normal's mobility that sliding friction leaves; one without sliding.
+    pub(crate) normal_shares: Vec<f64>,
 }
 
-impl<T, const N: usize> Default for Bench<T, N> {
+impl<T, const N: usize> Default for Workspace<T, N> {
     fn default() -> Self {
         Self {
             rows: Vec::new(),
-            pushes: Vec::new(),
+            force_rows: Vec::new(),
             responses: Vec::new(),
             matrix: Vec::new(),
             forces: Vec::new(),
-            lifts: Vec::new(),
+            normal_shares: Vec::new(),
         }
     }
 }
 
-/// What is felt while things move: forces of what holds inside the legs, torques of the motors.
+/// Forces inside the legs during motion: constraint forces and motor torques.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegForces<R> {
     pub(crate) forces: [R; CONSTRAINTS],
@@ -48,17 +50,17 @@ pub(crate) struct LegForces<R> {
     pub(crate) knee_torque: R,
 }
 
-/// The right-hand side, with what it was made from.
+/// Right-hand side with its intermediate results.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motion<R: Real, const N: usize> {
     pub(crate) slope: Slope<R, N>,
     pub(crate) forces: LegForces<R>,
     pub(crate) articulated: Articulated<R, N>,
-    pub(crate) drive: Driven<R>,
+    pub(crate) drive: DriveAction<R>,
 }
 
 impl<R: Real, const N: usize> Motion<R, N> {
-    /// No motion: room for one.
+    /// Zero-initialised storage.
     pub(crate) fn blank() -> Self {
         Self {
             slope: Slope::zero(),
@@ -68,24 +70,24 @@ impl<R: Real, const N: usize> Motion<R, N> {
                 knee_torque: R::zero(),
             },
             articulated: Articulated::blank(),
-            drive: Driven::none(),
+            drive: DriveAction::none(),
         }
     }
 }
 
-/// A model in numbers of one kind, and what holds of it.
+/// Dynamics of a model in one number type, with the active constraints of a mode.
 #[derive(Debug, Clone)]
-pub(crate) struct Scene<'a, R, const N: usize> {
+pub(crate) struct Dynamics<'a, R, const N: usize> {
     pub(crate) model: &'a Model<N>,
     pub(crate) legs: &'a Constants<R, N>,
     pub(crate) mode: &'a Mode,
     pub(crate) active: ActiveConstraints<R>,
     pub(crate) commands: Commands<R>,
-    /// How fast errors of constraints are taken back \[1/s\].
+    /// Decay rate of constraint errors \[1/s\].
     pub(crate) recovery: f64,
 }
 
-impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
+impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
     pub(crate) fn new(
         model: &'a Model<N>,
         legs: &'a Constants<R, N>,
@@ -97,72 +99,79 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             legs,
             mode,
             active: mode.active.map(|&lanes| R::of(lanes)),
-            commands: mode.commands.raised(),
+            commands: mode.commands.widened(),
             recovery,
         }
     }
 
-    /// What the drives do in a state.
+    /// Returns the action of the drives in a state.
     #[inline(always)]
-    pub(crate) fn drive(&self, state: &State<R, N>) -> Driven<R> {
+    pub(crate) fn drive(&self, state: &State<R, N>) -> DriveAction<R> {
         let Some(drives) = &self.model.drives else {
-            return Driven::none();
+            return DriveAction::none();
         };
-        let turned = Turned {
+        let coordinates = DriveCoordinates {
             hip: state.angles[0],
             hip_rate: state.rates[0],
             pulley: state.pulley,
             pulley_rate: state.pulley_rate,
         };
-        driven(drives, &self.commands, &turned)
+        drive_action(drives, &self.commands, &coordinates)
     }
 
-    /// The right-hand side in a state where no foot stands, and no more than that: what it is made from never leaves the
-    /// registers, and half of it is not needed.
+    /// Returns the right-hand side in a state without contacts, and no intermediate results, which
+    /// stay in registers or are not computed.
     #[inline(always)]
-    pub(crate) fn slope_aloft(&self, state: &State<R, N>) -> (Slope<R, N>, LegForces<R>) {
+    pub(crate) fn slope_without_contacts(
+        &self,
+        state: &State<R, N>,
+    ) -> (Slope<R, N>, LegForces<R>) {
         let drive = self.drive(state);
         let constraint_set = ConstraintSet {
             active: &self.active,
             drive: &drive,
             recovery: R::splat(self.recovery),
-            ahead: 0.0,
+            implicit_seconds: 0.0,
             any: self.mode.any,
         };
         if self.model.is_free() {
             let articulated = Articulated::new(self.model, self.legs, state, &constraint_set);
             let accelerations = articulated.accelerations();
-            let forces = self.feel(&articulated, &accelerations, &drive);
+            let forces = self.leg_forces(&articulated, &accelerations, &drive);
             let mut slope = self.slope(state, &articulated, &accelerations, &drive, &forces);
             slope.dissipated = articulated.chain.friction_power();
             return (slope, forces);
         }
-        let (chain, give, torques) = Articulated::legs(self.legs, state, &constraint_set);
+        let (chain, mobility, torques) = Articulated::legs(self.legs, state, &constraint_set);
         let accelerations = Accelerations {
             trunk: [<R::Sum as Real>::zero(); 6],
-            links: give.accelerations(&torques),
+            links: mobility.accelerations(&torques),
             torques,
         };
-        let forces = self.feel_legs(&give, &accelerations, &drive);
+        let forces = self.leg_forces_of(&mobility, &accelerations, &drive);
         let mut slope = self.slope_of(state, None, &accelerations, &drive, &forces);
         slope.dissipated = chain.friction_power();
         (slope, forces)
     }
 
-    /// The right-hand side in a state.
+    /// Returns the right-hand side in a state.
     #[inline(always)]
-    pub(crate) fn motion(&self, state: &State<R, N>, bench: &mut Bench<R::Sum, N>) -> Motion<R, N> {
+    pub(crate) fn motion(
+        &self,
+        state: &State<R, N>,
+        workspace: &mut Workspace<R::Sum, N>,
+    ) -> Motion<R, N> {
         let mut motion = Motion::blank();
-        self.motion_into(state, bench, &mut motion);
+        self.motion_into(state, workspace, &mut motion);
         motion
     }
 
-    /// The same in the place of another.
+    /// Computes the same in place.
     #[inline(always)]
     pub(crate) fn motion_into(
         &self,
         state: &State<R, N>,
-        bench: &mut Bench<R::Sum, N>,
+        workspace: &mut Workspace<R::Sum, N>,
         motion: &mut Motion<R, N>,
     ) {
         let drive = self.drive(state);
@@ -170,7 +179,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             active: &self.active,
             drive: &drive,
             recovery: R::splat(self.recovery),
-            ahead: 0.0,
+            implicit_seconds: 0.0,
             any: self.mode.any,
         };
         let articulated = &mut motion.articulated;
@@ -178,28 +187,29 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         let mut accelerations = articulated.accelerations();
         let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {
-            self.stand(
+            self.add_contact_forces(
                 state,
                 articulated,
                 &mut accelerations,
-                bench,
+                workspace,
                 &mut dissipated,
             );
         }
-        motion.forces = self.feel(articulated, &accelerations, &drive);
+        motion.forces = self.leg_forces(articulated, &accelerations, &drive);
         motion.slope = self.slope(state, articulated, &accelerations, &drive, &motion.forces);
         motion.slope.dissipated = dissipated;
         motion.drive = drive;
     }
 
-    /// How the state changes with these accelerations; what friction takes is left open.
+    /// Returns the slope of the state under these accelerations; the dissipated power is left at
+    /// zero.
     #[inline(always)]
     pub(crate) fn slope(
         &self,
         state: &State<R, N>,
         articulated: &Articulated<R, N>,
         accelerations: &Accelerations<R, N>,
-        drive: &Driven<R>,
+        drive: &DriveAction<R>,
         forces: &LegForces<R>,
     ) -> Slope<R, N> {
         self.slope_of(
@@ -217,7 +227,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         state: &State<R, N>,
         base: Option<&Floating<R, N>>,
         accelerations: &Accelerations<R, N>,
-        drive: &Driven<R>,
+        drive: &DriveAction<R>,
         forces: &LegForces<R>,
     ) -> Slope<R, N> {
         let mut slope = Slope::zero();
@@ -240,23 +250,23 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         slope
     }
 
-    /// Forces of what holds, and torques of the motors.
+    /// Returns constraint forces and motor torques.
     #[inline(always)]
-    pub(crate) fn feel(
+    pub(crate) fn leg_forces(
         &self,
         articulated: &Articulated<R, N>,
         accelerations: &Accelerations<R, N>,
-        drive: &Driven<R>,
+        drive: &DriveAction<R>,
     ) -> LegForces<R> {
-        self.feel_legs(&articulated.give, accelerations, drive)
+        self.leg_forces_of(&articulated.mobility, accelerations, drive)
     }
 
     #[inline(always)]
-    fn feel_legs(
+    fn leg_forces_of(
         &self,
-        give: &Give<R, N>,
+        mobility: &LegMobility<R, N>,
         accelerations: &Accelerations<R, N>,
-        drive: &Driven<R>,
+        drive: &DriveAction<R>,
     ) -> LegForces<R> {
         let zero = R::zero();
         let mut forces = LegForces {
@@ -265,7 +275,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             knee_torque: zero,
         };
         if self.mode.any.contains(&true) {
-            forces.forces = give.forces(&accelerations.torques);
+            forces.forces = mobility.forces(&accelerations.torques);
         }
         match &self.model.drives {
             None => {}
@@ -285,19 +295,19 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                 forces.knee_torque = follows
                     * (R::splat(servos.knee.inertia()) * drive.pulley_acceleration
                         + self.legs.pulley_radius * forces.forces[CABLE])
-                    + greatest(&servos.knee, hip.pulley_saturated, drive.pulley_rate);
+                    + saturation_torque(&servos.knee, hip.pulley_saturated, drive.pulley_rate);
             }
         }
         forces
     }
 
-    /// The feet on the ground: their forces, and what those change.
-    fn stand(
+    /// Solves for the contact forces and adds their effect to accelerations and dissipated power.
+    fn add_contact_forces(
         &self,
         state: &State<R, N>,
         articulated: &Articulated<R, N>,
         accelerations: &mut Accelerations<R, N>,
-        bench: &mut Bench<R::Sum, N>,
+        workspace: &mut Workspace<R::Sum, N>,
         dissipated: &mut R,
     ) {
         let Some(ground) = &self.model.ground else {
@@ -305,11 +315,11 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
         };
         let friction = <R::Sum as Real>::splat(ground.friction);
         let upright = articulated.rotation();
-        bench.rows.clear();
-        bench.pushes.clear();
-        bench.responses.clear();
-        bench.forces.clear();
-        bench.lifts.clear();
+        workspace.rows.clear();
+        workspace.force_rows.clear();
+        workspace.responses.clear();
+        workspace.forces.clear();
+        workspace.normal_shares.clear();
         for contact in &self.mode.contacts {
             let site = Site::new(
                 self.legs,
@@ -322,7 +332,7 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
             let count = if contact.slides.is_some() { 1 } else { 3 };
             for k in 0..count {
                 let row = site.row(footing.directions[k]);
-                let push = match contact.slides {
+                let force_row = match contact.slides {
                     Some(last) => {
                         let slide = sliding(&footing, last);
                         let [n, a, b] = footing.directions;
@@ -333,33 +343,36 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                     None => row,
                 };
                 let free = row_acceleration(&row, accelerations);
-                let back = <R::Sum as Real>::splat(self.recovery);
-                let mut missing = -(free + footing.bias[k]) - back * footing.velocity[k];
+                let recovery = <R::Sum as Real>::splat(self.recovery);
+                let mut missing = -(free + footing.bias[k]) - recovery * footing.velocity[k];
                 if k == 0 {
-                    missing -= back * (footing.velocity[0] + back * footing.gap);
+                    missing -= recovery * (footing.velocity[0] + recovery * footing.gap);
                 }
-                bench.responses.push(articulated.response(&push));
-                bench.rows.push(row);
-                bench.pushes.push(push);
-                bench.forces.push(missing);
-                bench
-                    .lifts
+                workspace.responses.push(articulated.response(&force_row));
+                workspace.rows.push(row);
+                workspace.force_rows.push(force_row);
+                workspace.forces.push(missing);
+                workspace
+                    .normal_shares
                     .push(if contact.slides.is_some() { 0.0 } else { 1.0 });
             }
         }
-        bench.fill(articulated, self.model.contact_compliance());
-        solve(&mut bench.matrix, &mut bench.forces);
+        workspace.fill(articulated, self.model.contact_compliance());
+        solve(&mut workspace.matrix, &mut workspace.forces);
         let mut trunk = accelerations.trunk;
         let mut torques = articulated.torques;
-        for ((push, response), &force) in
-            bench.pushes.iter().zip(&bench.responses).zip(&bench.forces)
+        for ((force_row, response), &force) in workspace
+            .force_rows
+            .iter()
+            .zip(&workspace.responses)
+            .zip(&workspace.forces)
         {
             for (a, r) in trunk.iter_mut().zip(&response.trunk) {
                 *a += *r * force;
             }
-            for (torque, arm) in torques.iter_mut().zip(&push.links) {
-                let own = torque.lane(push.leg) + *arm * force;
-                *torque = torque.with_lane(push.leg, own);
+            for (torque, arm) in torques.iter_mut().zip(&force_row.links) {
+                let sum = torque.lane(force_row.leg) + *arm * force;
+                *torque = torque.with_lane(force_row.leg, sum);
             }
         }
         *accelerations = articulated.with_trunk(trunk, &torques);
@@ -376,36 +389,36 @@ impl<'a, R: Wide, const N: usize> Scene<'a, R, N> {
                 let footing = site.footing(ground, state.position, &upright);
                 let slide = sliding(&footing, last);
                 let speed = slide[0] * footing.velocity[1] + slide[1] * footing.velocity[2];
-                let taken = friction * bench.forces[next] * speed;
-                let own = dissipated.lane(contact.leg) + taken;
-                *dissipated = dissipated.with_lane(contact.leg, own);
+                let friction_power = friction * workspace.forces[next] * speed;
+                let sum = dissipated.lane(contact.leg) + friction_power;
+                *dissipated = dissipated.with_lane(contact.leg, sum);
             }
             next += if contact.slides.is_some() { 1 } else { 3 };
         }
     }
 }
 
-impl<T: Real, const N: usize> Bench<T, N> {
-    /// The matrix: accelerations along every row by a unit of every force.
+impl<T: Real, const N: usize> Workspace<T, N> {
+    /// Fills the matrix: accelerations along each row by unit forces.
     fn fill<R: Wide<Sum = T>>(&mut self, articulated: &Articulated<R, N>, compliance: f64) {
         let n = self.rows.len();
         self.matrix.clear();
         for row in 0..n {
             let response = articulated.response(&self.rows[row]);
             for column in 0..n {
-                let mut entry = between(
+                let mut entry = cross_mobility(
                     &self.rows[row],
                     &response.pull,
-                    &self.pushes[column],
+                    &self.force_rows[column],
                     &self.responses[column],
                 );
                 if row == column {
-                    if self.lifts[row] == 0.0 {
+                    if self.normal_shares[row] == 0.0 {
                         let (upright, pull) = (&self.rows[row], &response.pull);
-                        let own = between(upright, pull, upright, &response);
-                        self.lifts[row] = entry.plain() / own.plain();
+                        let normal = cross_mobility(upright, pull, upright, &response);
+                        self.normal_shares[row] = entry.plain() / normal.plain();
                     }
-                    // Constraints that say the same thing twice share their force; one that nothing moves has none.
+                    // Redundant constraints share their force; a row without mobility has none.
                     entry += T::splat(compliance);
                     if entry.plain() <= compliance {
                         entry = T::splat(1.0);
@@ -419,7 +432,7 @@ impl<T: Real, const N: usize> Bench<T, N> {
 }
 
 impl<R: Real, const N: usize> Articulated<R, N> {
-    /// Rotation from trunk to world; none for a trunk that is held.
+    /// Returns the rotation from trunk to world; the identity for a fixed trunk.
     pub(crate) fn rotation(&self) -> [[R::Sum; 3]; 3] {
         let (zero, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
         self.base.as_ref().map_or(
@@ -429,7 +442,7 @@ impl<R: Real, const N: usize> Articulated<R, N> {
     }
 }
 
-/// Acceleration along a row, velocities aside.
+/// Returns the acceleration along a row without velocity terms.
 fn row_acceleration<R: Real, const N: usize>(
     row: &Row<R::Sum, N>,
     accelerations: &Accelerations<R, N>,
@@ -444,10 +457,10 @@ fn row_acceleration<R: Real, const N: usize>(
     sum
 }
 
-/// The direction in which a foot slides, in the ground's tangents; `last` where it hardly moves, and beyond where a slide
-/// has come to its end, so that its end shows.
+/// Returns the direction in which a foot slides, in the tangents of the ground. It is `last` at
+/// small speeds, and after a reversal, so that the guard observes the sign change.
 pub(crate) fn sliding<T: Real>(footing: &Footing<T>, last: [f64; 2]) -> [T; 2] {
-    /// Slower than this a foot has no direction of its own \[m/s\].
+    /// Speed below which the direction is undefined \[m/s\].
     const STILL: f64 = 1e-7;
     let [_, a, b] = footing.velocity;
     let speed = (a * a + b * b).sqrt();

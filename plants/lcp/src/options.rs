@@ -1,27 +1,29 @@
-//! What to simulate, and how.
+//! Options of the plant.
 
 use twinrig_legged::{LeggedError, Setup};
 
-/// How time is integrated.
+/// Time integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Method {
-    /// The classical Runge–Kutta method of fourth order between events that are found to the instant; the default.
+    /// Classical fourth-order Runge–Kutta method between located events; the default.
     Rk4,
-    /// Rosenbrock's method of fourth order, L-stable and adaptive: for stiff robots and for references.
+    /// Fourth-order Rosenbrock method, L-stable and adaptive: for stiff robots and reference
+    /// solutions.
     Rodas4,
-    /// Moreau's midpoint rule: constraints at velocity level, no events; for gaits that rattle.
+    /// Moreau's midpoint rule: constraints at velocity level, no events; for gaits with chattering
+    /// contacts.
     Moreau,
     /// Symplectic Euler with constraints at velocity level.
     SemiImplicit,
     /// Explicit Euler, for comparison.
     ExplicitEuler,
-    /// As the thesis has it, signs corrected: explicit Euler, constraints at acceleration level, rates set to zero at stops.
-    /// For comparison: it makes energy.
+    /// Scheme of the thesis with corrected signs: explicit Euler, constraints at acceleration
+    /// level, rates set to zero at stops. For comparison: it creates energy.
     Thesis,
 }
 
 impl Method {
-    /// All of them, the default first.
+    /// All methods, the default first.
     pub const ALL: [Self; 6] = [
         Self::Rk4,
         Self::Rodas4,
@@ -31,7 +33,7 @@ impl Method {
         Self::Thesis,
     ];
 
-    /// Its name in scenarios.
+    /// Returns the name used in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rk4 => "rk4",
@@ -44,50 +46,51 @@ impl Method {
     }
 }
 
-/// What to simulate of a robot, and how.
+/// Options of the plant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// What every plant of the robot is told.
+    /// Setup common to all plants of the robot.
     pub setup: Setup,
-    /// How time is integrated.
+    /// Time integration method.
     pub method: Method,
-    /// Error that a step of [`Method::Rk4`] or [`Method::Rodas4`] may make in the place of a foot or the trunk, by its own
-    /// estimate: at its end, and by its velocities within the time constant of a pendulum as long as a leg. What makes more is
-    /// taken in shorter steps \[m\]. Infinite: none is.
+    /// Maximum estimated error of a step of [`Method::Rk4`] or [`Method::Rodas4`] in the position
+    /// of a foot or the trunk \[m\]: at its end, and by its velocities over the time constant of a
+    /// pendulum of leg length. Steps with larger errors are shortened. Infinite disables the
+    /// control.
     pub tolerance: f64,
-    /// Whether the foot is a segment of its own where the robot has a toe joint; a point at the end of the third segment
-    /// otherwise.
+    /// Whether the foot is a separate segment where the robot has a toe joint; otherwise it is a
+    /// point at the end of the third segment.
     pub toe: bool,
 }
 
 impl Options {
-    /// A tolerance that keeps a foot right to 1e-6 m over 0.3 s at 2 ms, however hard it hits, and to 1e-5 m with springs a
-    /// hundred times as stiff \[m\].
+    /// Tolerance that keeps the error of a foot below 1e-6 m over 0.3 s at steps of 2 ms, also with
+    /// hard impacts, and below 1e-5 m with springs a hundred times as stiff \[m\].
     pub const TOLERANCE: f64 = 3e-7;
 }
 
-/// Why a plant cannot be built.
+/// Errors in building a plant.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LcpError {
-    /// Robot and setup do not fit together.
+    /// Robot and setup do not match.
     #[error(transparent)]
     Legged(#[from] LeggedError),
-    /// Some legs have a toe joint and some have none.
-    #[error("leg {leg} has no toe joint and others have; simulate them without (`toe = false`)")]
+    /// Some legs have a toe joint and others have none.
+    #[error("leg {leg} has no toe joint but others have one; simulate all without (`toe = false`)")]
     Toe {
-        /// The leg without.
+        /// The leg without toe joint.
         leg: String,
     },
-    /// A method that has no motors.
+    /// The method does not support motors.
     #[error(
-        "the method `thesis` has no motors: it sets the rate of a joint whose stop is reached to zero and lets its drive turn on; \
-         choose servos, or another method"
+        "the method `thesis` does not support motors: it sets the rate of a joint at a reached stop to zero \
+         while the drive keeps turning; choose servos or another method"
     )]
     Motors,
-    /// A tolerance that is no tolerance.
+    /// The tolerance is not positive.
     #[error("the tolerance is {0} m; it has to be positive")]
     Tolerance(f64),
-    /// The start cannot be taken.
-    #[error("the start cannot be taken: {0}")]
+    /// The start state is invalid.
+    #[error("invalid start state: {0}")]
     Start(String),
 }

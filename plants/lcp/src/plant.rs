@@ -1,4 +1,4 @@
-//! The plant as the rig sees it.
+//! Implementation of [`Plant`].
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
@@ -9,12 +9,12 @@ use twinrig_runtime::{
     EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
 };
 
-use crate::body::{Body, SavedBody, started};
+use crate::body::{Body, SavedBody, initial_flow};
 use crate::flow::FlowError;
 use crate::options::{LcpError, Method, Options};
-use crate::posture::Refused;
+use crate::posture::ResumeError;
 
-/// A robot whose every segment has inertia.
+/// Plant in which every segment of the robot has inertia.
 pub struct Lcp {
     body: Box<dyn Body>,
     now: SimTime,
@@ -24,7 +24,7 @@ pub struct Lcp {
     events: Vec<PlantEvent>,
 }
 
-/// Everything the way ahead depends on.
+/// Serialised state.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
@@ -33,16 +33,16 @@ struct Saved {
 }
 
 impl Lcp {
-    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
-    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
-    /// needs.
+    /// Builds the plant with the trunk level and at rest, the legs in their start pose, and the
+    /// lowest foot at height zero, or on the ground where that is higher; onto lower ground the
+    /// robot falls. `selected` selects the output signals.
     ///
     /// # Errors
-    /// [`LcpError`] where robot and options do not fit together.
+    /// [`LcpError`] if robot and options do not match.
     pub fn new(
         robot: &Robot,
         options: &Options,
-        wanted: &dyn Fn(&str) -> bool,
+        selected: &dyn Fn(&str) -> bool,
     ) -> Result<Self, LcpError> {
         if options.tolerance.is_nan() || options.tolerance <= 0.0 {
             return Err(LcpError::Tolerance(options.tolerance));
@@ -59,15 +59,15 @@ impl Lcp {
         }
         let names: Vec<&str> = chosen.iter().map(|mount| mount.name.as_str()).collect();
         let body: Box<dyn Body> = if toes {
-            Box::new(started::<4>(robot, options)?)
+            Box::new(initial_flow::<4>(robot, options)?)
         } else {
-            Box::new(started::<3>(robot, options)?)
+            Box::new(initial_flow::<3>(robot, options)?)
         };
         Ok(Self {
             body,
             now: SimTime::ZERO,
             step: options.setup.step,
-            signals: Signals::new(&names, &options.setup, wanted),
+            signals: Signals::new(&names, &options.setup, selected),
             window: Window::default(),
             events: Vec::new(),
         })
@@ -86,10 +86,10 @@ impl Lcp {
         }
     }
 
-    /// Tells what has happened since it told last.
-    fn tell(&mut self) {
-        let fresh = self.body.log(self.events.len());
-        let told = fresh.iter().map(|(event, leg)| PlantEvent {
+    /// Appends the events logged since the last call.
+    fn collect_events(&mut self) {
+        let logged = self.body.log(self.events.len());
+        let new_events = logged.iter().map(|(event, leg)| PlantEvent {
             at_s: event.at_s,
             part: format!("leg/{leg}/{}", event.what),
             kind: if event.reached {
@@ -98,8 +98,8 @@ impl Lcp {
                 PlantEventKind::Released
             },
         });
-        let told: Vec<_> = told.collect();
-        self.events.extend(told);
+        let new_events: Vec<_> = new_events.collect();
+        self.events.extend(new_events);
     }
 
     fn inputs(&self) -> usize {
@@ -121,13 +121,13 @@ impl Plant for Lcp {
 
     fn first_inputs(&self, inputs: &mut [f64]) {
         let count = self.inputs().min(inputs.len());
-        self.body.commands(&mut inputs[..count]);
+        self.body.first_inputs(&mut inputs[..count]);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.signals
             .check_inputs(inputs, self.now, || self.energy().stored())?;
-        self.body.command(inputs);
+        self.body.set_inputs(inputs);
         let mut steps = LongLoop::default();
         while self.now < to {
             if steps.is_interrupted() {
@@ -141,7 +141,7 @@ impl Plant for Lcp {
             }
             self.now = next;
         }
-        self.tell();
+        self.collect_events();
         Ok(())
     }
 
@@ -168,8 +168,8 @@ impl Plant for Lcp {
         Some(self.body.constraint_violation())
     }
 
-    fn log_events(&mut self, wanted: bool) {
-        self.body.keep_log(wanted);
+    fn log_events(&mut self, enabled: bool) {
+        self.body.set_logging(enabled);
         self.events.clear();
     }
 
@@ -202,8 +202,8 @@ impl Plant for Lcp {
     }
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        let taken = self.body.resume_from(from);
-        let lines = taken.map_err(|Refused { part, why }| PlantFault {
+        let resumed = self.body.resume_from(from);
+        let lines = resumed.map_err(|ResumeError { part, why }| PlantFault {
             time: from.time,
             part,
             energy: self.energy().stored(),

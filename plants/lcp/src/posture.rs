@@ -1,25 +1,25 @@
-//! Where the plant is, in the words that all plants of a robot share, and how it goes on from where another is.
+//! Conversion between the plant's state and the coordinates shared by all plants of a robot.
 
 use twinrig_legged::{Fitted, LegPosture, Posture, Readings};
 use twinrig_runtime::PlantState;
 
 use crate::articulated::{into_trunk, rotation};
 use crate::event_driven::ALL;
-use crate::events::Passed;
+use crate::events::ExcessViolation;
 use crate::flow::{Flow, FlowError};
 use crate::mode::Mode;
 use crate::options::Method;
 use crate::real::{Lanes, Real};
 
-/// Why it cannot be where another plant is: what of it, and why.
+/// Reason for which a state of another plant is rejected: the part of the robot, and the cause.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Refused {
+pub(crate) struct ResumeError {
     pub(crate) part: String,
     pub(crate) why: String,
 }
 
 impl<const N: usize> Flow<N> {
-    /// Where it is. The last link of a leg with a toe is not in it.
+    /// Returns the posture, without the last link of a leg with a toe.
     pub(crate) fn posture(&self) -> Posture {
         let legs = self.model.legs.iter().enumerate();
         let legs = legs.map(|(i, leg)| {
@@ -41,7 +41,7 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    /// The last link of each leg with a toe: its name in a state, and its angle and rate.
+    /// Returns the last link of each leg with a toe: its name in a state, its angle and its rate.
     pub(crate) fn toes(&self) -> Vec<(String, [f64; 2])> {
         let legs = self.model.legs.iter().enumerate();
         let toe = |(i, leg): (usize, &crate::model::LegModel<N>)| {
@@ -54,9 +54,13 @@ impl<const N: usize> Flow<N> {
         legs.filter(|_| N > 3).map(toe).collect()
     }
 
-    /// The same robot where a state has it, with all its books and counts new; and a line on what it could not take over.
-    pub(crate) fn gone_on_from(&self, from: &PlantState) -> Result<(Self, Vec<String>), Refused> {
-        let body = |why: String| Refused {
+    /// Returns the same robot in the given state, with new energy balance and counters; and a line
+    /// for each value that was not taken over.
+    pub(crate) fn resumed_from(
+        &self,
+        from: &PlantState,
+    ) -> Result<(Self, Vec<String>), ResumeError> {
+        let body = |why: String| ResumeError {
             part: "body".to_owned(),
             why,
         };
@@ -64,91 +68,99 @@ impl<const N: usize> Flow<N> {
         let mut lines = posture.resume_from(from);
         posture.sound().map_err(body)?;
         lines.extend(posture.keep_to(self.model.base));
-        let mut next = self.at(&posture);
+        let mut next = self.in_posture(&posture);
         for (i, (name, _)) in self.toes().iter().enumerate() {
-            let told = from.get(name).filter(|told| told.len() == 2);
+            let values = from.get(name).filter(|values| values.len() == 2);
             lines.retain(|line| !line.starts_with(&format!("{name} ")));
-            if let Some(told) = told.filter(|told| told.iter().all(|value| value.is_finite())) {
-                next.state.angles[N - 1] = next.state.angles[N - 1].with_lane(i, told[0]);
-                next.state.rates[N - 1] = next.state.rates[N - 1].with_lane(i, told[1]);
+            if let Some(values) =
+                values.filter(|values| values.iter().all(|value| value.is_finite()))
+            {
+                next.state.angles[N - 1] = next.state.angles[N - 1].with_lane(i, values[0]);
+                next.state.rates[N - 1] = next.state.rates[N - 1].with_lane(i, values[1]);
             } else {
                 lines.push(format!(
-                    "{name} is not told, and goes with the third segment"
+                    "{name} is missing; the toe follows the third segment"
                 ));
             }
         }
-        next.check()?;
+        next.check_violation()?;
         next.ledger = twinrig_legged::Ledger::opened(next.stored());
         Ok((next, lines))
     }
 
-    /// The same robot in a posture; servos are told to stay there, motors coast, and nothing holds yet. Toes go unloaded with
-    /// the third segments.
-    fn at(&self, posture: &Posture) -> Self {
+    /// Returns the same robot in a posture; servos are commanded to stay there, motors coast, and
+    /// no constraint is active. Toes follow the third segments without load.
+    fn in_posture(&self, posture: &Posture) -> Self {
         let mut state = self.state;
         state.position = posture.position.into();
         state.attitude = posture.attitude;
-        let turned = rotation(state.attitude);
-        state.velocity = into_trunk(&turned, posture.velocity.into());
+        let trunk_to_world = rotation(state.attitude);
+        state.velocity = into_trunk(&trunk_to_world, posture.velocity.into());
         state.turning = posture.angular_velocity.into();
-        for (i, (leg, (_, of))) in self.model.legs.iter().zip(&posture.legs).enumerate() {
+        for (i, (leg, (_, from))) in self.model.legs.iter().zip(&posture.legs).enumerate() {
             for k in 0..N {
                 let toe = if k > 2 { leg.constants.toe[1] } else { 0.0 };
-                let (angle, rate) = (of.angles[k.min(2)] + toe, of.rates[k.min(2)]);
+                let (angle, rate) = (from.angles[k.min(2)] + toe, from.rates[k.min(2)]);
                 state.angles[k] = state.angles[k].with_lane(i, angle);
                 state.rates[k] = state.rates[k].with_lane(i, rate);
             }
-            state.pulley = state.pulley.with_lane(i, of.pulley);
-            state.pulley_rate = state.pulley_rate.with_lane(i, of.pulley_rate);
+            state.pulley = state.pulley.with_lane(i, from.pulley);
+            state.pulley_rate = state.pulley_rate.with_lane(i, from.pulley_rate);
         }
         let mut next = Self::new(self.model.clone(), state, self.method, self.tolerance);
         if let Some(Fitted::Servos(_)) = next.model.drives {
             (next.mode.commands.hip, next.mode.commands.pulley) = (state.angles[0], state.pulley);
         }
-        next.logs = self.logs;
+        next.logging = self.logging;
         next
     }
 
-    /// Looks whether what is to hold can, and has it found when there are commands.
-    fn check(&mut self) -> Result<(), Refused> {
+    /// Checks the violation of the constraints, and schedules the search for the active ones at the
+    /// next step, when the commands are known.
+    fn check_violation(&mut self) -> Result<(), ResumeError> {
         let mut mode = self.mode;
-        self.mark(&mut mode).map_err(|passed| Refused {
-            part: format!("leg/{}/{}", self.model.legs[passed.leg].name, passed.what),
-            why: format!(
-                "it is passed by {:.3e} m, which no force makes good",
-                passed.by
-            ),
-        })?;
-        self.fresh = matches!(self.method, Method::Rk4 | Method::Rodas4);
+        self.mark_closed(&mut mode)
+            .map_err(|violation| ResumeError {
+                part: format!(
+                    "leg/{}/{}",
+                    self.model.legs[violation.leg].name, violation.what
+                ),
+                why: format!(
+                    "the limit is passed by {:.3e} m, which no force can correct",
+                    violation.by
+                ),
+            })?;
+        self.modes_pending = matches!(self.method, Method::Rk4 | Method::Rodas4);
         Ok(())
     }
 
-    fn mark(&mut self, mode: &mut Mode) -> Result<(), Passed> {
+    fn mark_closed(&mut self, mode: &mut Mode) -> Result<(), ExcessViolation> {
         let legs = self.model.legs.len();
         let mut instant = core::mem::take(&mut self.instant);
-        let marked = instant.reactivate(&self.scene(0.0), &self.state, &ALL[..legs], mode);
+        let done = instant.reactivate(&self.dynamics(0.0), &self.state, &ALL[..legs], mode);
         self.instant = instant;
-        marked
+        done
     }
 
-    /// Finds the active constraints in a state of another model or method, once the commands of the drives are known: what
-    /// pushes under one command lets go under another. Methods that look for them in every step have no need of it.
+    /// Finds the active constraints in a state of another model or method, once the commands of the
+    /// drives are known: the sign of a constraint force depends on them. Methods that select the
+    /// active constraints in every step do not need it.
     pub(crate) fn reactivate(&mut self) -> Result<(), FlowError> {
         let mut mode = self.mode;
-        self.mark(&mut mode)
-            .map_err(|Passed { by, .. }| FlowError::Apart { by })?;
-        mode.recount();
+        self.mark_closed(&mut mode)
+            .map_err(|ExcessViolation { by, .. }| FlowError::ConstraintViolation { by })?;
+        mode.update_any();
         let before = core::mem::replace(&mut self.mode, mode);
-        let logs = core::mem::take(&mut self.logs);
-        let mut chosen = Ok(());
+        let logging = core::mem::take(&mut self.logging);
+        let mut selected = Ok(());
         for island in self.islands() {
-            chosen = chosen.and_then(|()| self.choose(island, 0.0));
+            selected = selected.and_then(|()| self.select_modes(island, 0.0));
         }
-        self.logs = logs;
+        self.logging = logging;
         let mode = core::mem::replace(&mut self.mode, before);
-        chosen?;
-        self.note_events(&mode, self.now_s);
-        (self.mode, self.fresh) = (mode, false);
+        selected?;
+        self.log_changes(&mode, self.now_s);
+        (self.mode, self.modes_pending) = (mode, false);
         Ok(())
     }
 }

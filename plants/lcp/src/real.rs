@@ -1,4 +1,4 @@
-//! Numbers that the equations of a leg are written in: one leg, four legs side by side, or either with a derivative.
+//! Number types of the equations: one leg, four legs in lanes, or either with a derivative.
 
 mod dual;
 
@@ -7,7 +7,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 pub(crate) use dual::Dual;
 pub(crate) use wide::f64x4 as Lanes;
 
-/// A number, or several that are worked on alike; what one lane holds never shows in another.
+/// A number, or several in independent lanes.
 pub(crate) trait Real:
     Copy
     + Add<Output = Self>
@@ -19,43 +19,43 @@ pub(crate) trait Real:
     + SubAssign
     + core::fmt::Debug
 {
-    /// The same number in all lanes.
+    /// Returns the same number in all lanes.
     fn splat(value: f64) -> Self;
 
-    /// Square root.
+    /// Returns the square root.
     fn sqrt(self) -> Self;
 
-    /// Sum over the lanes, in an order that does not change.
+    /// Returns the sum over the lanes, in a fixed order.
     fn sum(self) -> Self::Sum;
 
-    /// Sine and cosine, to a unit in the last place for arguments up to 1e5 or so.
+    /// Returns sine and cosine, to a unit in the last place for arguments up to about 1e5.
     fn sin_cos(self) -> (Self, Self);
 
-    /// The number itself between two others.
+    /// Returns the number limited to an interval.
     fn clamped(self, low: Self, high: Self) -> Self;
 
-    /// The number itself where it is farther from zero than `width`, else zero.
+    /// Returns the number where its magnitude exceeds `width`, else zero.
     fn beyond(self, width: Self) -> Self;
 
-    /// Zero for zero, one for everything else.
-    fn is_other_than_zero(self) -> Self;
+    /// Returns zero for zero, one otherwise.
+    fn nonzero_mask(self) -> Self;
 
-    /// A single number of this kind: what the lanes add up to.
+    /// Scalar of this type: the sum of the lanes.
     type Sum: Real<Sum = Self::Sum>;
 
-    /// The plain number of the first lane.
+    /// Returns the plain number of the first lane.
     fn plain(self) -> f64;
 
-    /// One number for all lanes.
+    /// Returns one scalar in all lanes.
     fn broadcast(value: Self::Sum) -> Self;
 
-    /// The number of one lane.
+    /// Returns the scalar of one lane.
     fn lane(self, lane: usize) -> Self::Sum;
 
-    /// The same with another number in one lane.
+    /// Returns the same with another scalar in one lane.
     fn with_lane(self, lane: usize, value: Self::Sum) -> Self;
 
-    /// Zero.
+    /// Returns zero.
     fn zero() -> Self {
         Self::splat(0.0)
     }
@@ -88,7 +88,7 @@ impl Real for f64 {
         if self.abs() > width { self } else { 0.0 }
     }
 
-    fn is_other_than_zero(self) -> Self {
+    fn nonzero_mask(self) -> Self {
         if self == 0.0 { 0.0 } else { 1.0 }
     }
 
@@ -144,7 +144,7 @@ impl Real for Lanes {
     }
 
     #[inline(always)]
-    fn is_other_than_zero(self) -> Self {
+    fn nonzero_mask(self) -> Self {
         let zero = Self::splat(0.0);
         self.simd_eq(zero).bitselect(zero, Self::splat(1.0))
     }
@@ -174,7 +174,7 @@ impl Real for Lanes {
 
 /// Numbers of all legs at once.
 pub(crate) trait Wide: Real {
-    /// From plain numbers.
+    /// Converts from plain numbers.
     fn of(lanes: Lanes) -> Self;
 }
 
@@ -194,13 +194,14 @@ impl Wide for Dual<Lanes> {
     }
 }
 
-/// Sine and cosine by reduction to an eighth of a turn and the polynomials of fdlibm. Quadrants are told apart by products
-/// with zeros and ones, which lanes can do and which is exact.
+/// Returns sine and cosine by reduction to an eighth of a turn and the polynomials of fdlibm.
+/// Quadrants are selected by exact products with zeros and ones, which are available in lanes.
 #[inline(always)]
 fn sin_cos<R: Real>(x: R) -> (R, R) {
-    /// Adding and subtracting this rounds to a whole number.
+    /// Adding and subtracting this constant rounds to an integer.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
-    /// π/2 in three parts of 33 bits and the rest: a product with a number of quarters below 2²⁰ is exact.
+    /// π/2 in three parts of 33 bits and a remainder: the product with a number of quarters below
+    /// 2²⁰ is exact.
     const QUARTER: [f64; 3] = [
         1.570_796_326_734_125_6,
         6.077_100_506_303_966e-11,
@@ -223,7 +224,7 @@ fn sin_cos<R: Real>(x: R) -> (R, R) {
     )
 }
 
-/// Sine and cosine of at most π/4.
+/// Returns sine and cosine of at most π/4.
 #[inline(always)]
 fn near_zero<R: Real>(r: R) -> (R, R) {
     const SINE: [f64; 6] = [
@@ -263,14 +264,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn sine_and_cosine_are_those_of_the_library(x in -1000.0..1000.0_f64) {
+        fn sin_cos_matches_libm(x in -1000.0..1000.0_f64) {
             let (sine, cosine) = Real::sin_cos(x);
-            // Two units in the last place of one: the library's own error is below one.
+            // Two units in the last place of one: the error of libm is below one.
             prop_assert!((sine - libm::sin(x)).abs() < 3e-16 && (cosine - libm::cos(x)).abs() < 3e-16);
         }
 
         #[test]
-        fn lanes_compute_what_single_numbers_do(x in proptest::array::uniform4(-10.0..10.0_f64)) {
+        fn lanes_match_scalars(x in proptest::array::uniform4(-10.0..10.0_f64)) {
             let (sines, cosines) = Real::sin_cos(Lanes::new(x));
             for (i, x) in x.into_iter().enumerate() {
                 let (sine, cosine) = Real::sin_cos(x);
@@ -279,7 +280,7 @@ mod tests {
         }
 
         #[test]
-        fn slopes_are_derivatives(x in 0.1..3.0_f64) {
+        fn dual_slopes_match_differences(x in 0.1..3.0_f64) {
             let f = |x: Dual<f64>| { let (s, c) = x.sin_cos(); (s * s * x.sqrt() - c / x) * Dual::splat(0.5) };
             let at = |value| f(Dual { value, slope: 1.0 });
             let difference = (at(x + 1e-6).value - at(x - 1e-6).value) / 2e-6;

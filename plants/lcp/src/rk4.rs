@@ -1,4 +1,4 @@
-//! A step of the classical Runge–Kutta method of fourth order.
+//! Step of the classical Runge–Kutta method of fourth order.
 
 use crate::event_driven::TrialStep;
 use crate::flow::{Flow, ImpulseSums};
@@ -7,11 +7,14 @@ use crate::real::Lanes;
 use crate::state::{Slope, State, normalised};
 
 impl<const N: usize> Flow<N> {
-    /// One step, of its own length in each lane where the trunk is held. `start` is the motion at `state`.
+    /// Computes one step; on a fixed trunk its length may differ from lane to lane. `start` is the
+    /// motion at `state`.
     ///
-    /// The error is that of the method of third order which has the slope at the step's end in place of the last stage's. Errors
-    /// of velocities count, too: friction and motors do work by velocities, and where friction is strong these may be wrong by
-    /// much while positions are right. They do not while a foot slides, whose friction has no derivative where it comes to rest.
+    /// The error is that of the third-order method with the slope at the end of the step in place
+    /// of the last stage. Errors of velocities are included: friction and motors do work by
+    /// velocities, which under strong friction may be inaccurate while positions are accurate. They
+    /// are excluded while a foot slides, as friction has no derivative where the foot comes to
+    /// rest.
     #[inline(never)]
     pub(crate) fn rk4_step(
         &mut self,
@@ -23,14 +26,14 @@ impl<const N: usize> Flow<N> {
     ) {
         let free = self.model.is_free();
         let half = h * Lanes::splat(0.5);
-        let mut forces = ImpulseSums::new();
+        let mut impulses = ImpulseSums::new();
         let mut mean = Slope::zero();
         mean.add(1.0 / 6.0, &start.slope, free);
         let second = state.along(half, &start.slope, free);
         let second = self.stage(&second, recovery, None);
         mean.add(1.0 / 3.0, &second, free);
         let middle = state.along(half, &second, free);
-        let third = Some((h * Lanes::splat(2.0 / 3.0), &mut forces));
+        let third = Some((h * Lanes::splat(2.0 / 3.0), &mut impulses));
         let third = self.stage(&middle, recovery, third);
         mean.add(1.0 / 3.0, &third, free);
         let fourth = state.along(h, &third, free);
@@ -38,11 +41,11 @@ impl<const N: usize> Flow<N> {
         mean.add(1.0 / 6.0, &fourth, free);
         trial.end = normalised(&state.along(h, &mean, free), free);
         self.motion_into(&trial.end, recovery, &mut trial.motion);
-        self.feel(
+        self.add_impulses(
             &trial.end,
             &trial.motion,
             h * Lanes::splat(1.0 / 3.0),
-            &mut forces,
+            &mut impulses,
         );
         let mut off = Slope::zero();
         off.add(1.0 / 6.0, &fourth, free);
@@ -50,6 +53,6 @@ impl<const N: usize> Flow<N> {
         let slides = self.mode.contacts.iter().any(|foot| foot.slides.is_some());
         trial.error = self.error_of(&off, !slides) * h;
         (trial.dissipated, trial.actuator) = (h * mean.dissipated, h * mean.actuator);
-        trial.forces = forces;
+        trial.impulses = impulses;
     }
 }

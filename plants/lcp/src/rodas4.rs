@@ -1,28 +1,31 @@
-//! RODAS: a Rosenbrock method of six stages and order 4 with one of order 3 in it, L-stable and stiffly accurate (Hairer and
-//! Wanner, *Solving Ordinary Differential Equations II*, 1996, section IV.7; the coefficients are those of their code of
-//! that name, in the variables U of equation 7.25).
+//! RODAS: a six-stage Rosenbrock method of order 4 with an embedded method of order 3, L-stable and
+//! stiffly accurate (Hairer and Wanner, *Solving Ordinary Differential Equations II*, 1996, section
+//! IV.7; the coefficients are those of their code of that name, in the variables U of equation
+//! 7.25).
 //!
 //! ```text
 //! (I − hγ J) Uᵢ = hγ f(y + Σⱼ aᵢⱼ Uⱼ) + γ Σⱼ cᵢⱼ Uⱼ        y⁺ = y + Σⱼ mⱼ Uⱼ        y⁺ − ŷ⁺ = U₆
 //! ```
 //!
-//! Within a step nothing depends on time: commands are constant. Of the state y = (x, v), angles and rates of links and
-//! pulleys obey ẋ = v, so that U = (X, V) with the right-hand side (r, s) follows from half as many equations:
+//! Within a step the system is autonomous, as commands are constant. Of the state y = (x, v),
+//! angles and rates of links and pulleys satisfy ẋ = v, so that U = (X, V) with the right-hand side
+//! (r, s) follows from half as many equations:
 //!
 //! ```text
 //! X = r + hγ V        (I − hγ ∂a/∂v − h²γ² ∂a/∂x) V = s + hγ ∂a/∂x r        a = v̇
 //! ```
 //!
-//! The trunk's attitude goes as a quaternion, four numbers whose length the equations leave alone, and is brought back to
-//! unit length after the step; that changes nothing below the method's own error. The work of friction and motors are two
-//! more states which nothing depends on: their rows are filled in afterwards, and the books are of the method's order.
+//! The attitude of the trunk is integrated as a quaternion, whose length is not determined by the
+//! equations, and normalised after the step; the change is below the error of the method. The work
+//! of friction and the work of the motors are two more states on which nothing depends: their rows
+//! are filled in afterwards, and the energy balance has the order of the method.
 
 use twinrig_contact::Factors;
 
 use crate::flow::Flow;
 use crate::jacobian::Direction;
 use crate::lanewise::{Column, LaneFactors, ROWS};
-use crate::motion::{Bench, Motion};
+use crate::motion::{Motion, Workspace};
 use crate::real::{Dual, Lanes, Real};
 use crate::state::{Slope, State, normalised};
 
@@ -31,7 +34,8 @@ const STAGES: usize = 6;
 /// γ.
 const GAMMA: f64 = 0.25;
 
-/// aᵢⱼ of the second to the last stage. That of the solution is the last stage's plus one more: mⱼ = a₆ⱼ, m₆ = 1.
+/// aᵢⱼ of the second to the last stage. The solution is that of the last stage plus U₆: mⱼ = a₆ⱼ,
+/// m₆ = 1.
 const A: [[f64; STAGES - 1]; STAGES - 1] = [
     [1.544, 0.0, 0.0, 0.0, 0.0],
     [
@@ -97,27 +101,27 @@ const C: [[f64; STAGES - 1]; STAGES - 1] = [
     ],
 ];
 
-/// Numbers of the trunk: position, attitude, velocity, turning.
+/// Number of trunk coordinates: position, attitude, velocity, angular velocity.
 const TRUNK: usize = 13;
 
-/// What a step came to.
+/// Result of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rodas<const N: usize> {
     pub(crate) end: State<Lanes, N>,
-    /// Work that friction took and that motors gave, by leg \[J\].
+    /// Work dissipated by friction and work of the motors, by leg \[J\].
     pub(crate) dissipated: Lanes,
     pub(crate) actuator: Lanes,
-    /// Difference of the two methods, as the foot or the trunk would be displaced by it \[m\]. Infinite where the step came to
-    /// nothing, as where I − hγJ has no inverse; a shorter one then may.
+    /// Difference of the two methods as a displacement of a foot or the trunk \[m\]. Infinite for a
+    /// failed step, for instance where I − hγJ is singular; a shorter step may succeed.
     pub(crate) error: Lanes,
 }
 
-/// The memory of a step.
+/// Memory of a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory<const N: usize> {
-    bench: Bench<Dual<f64>, N>,
-    /// Derivatives of the right-hand side by the trunk's numbers, by the legs' positions, and by their velocities with what
-    /// these do to positions.
+    workspace: Workspace<Dual<f64>, N>,
+    /// Derivatives of the right-hand side with respect to the trunk's coordinates, to the legs'
+    /// positions, and to their velocities including their effect on positions.
     columns: Vec<Slope<Lanes, N>>,
     factors: Factors,
 }
@@ -125,35 +129,35 @@ pub(crate) struct Memory<const N: usize> {
 impl<const N: usize> Default for Memory<N> {
     fn default() -> Self {
         Self {
-            bench: Bench::default(),
+            workspace: Workspace::default(),
             columns: Vec::new(),
             factors: Factors::default(),
         }
     }
 }
 
-/// I − hγJ in a form that solves for it.
+/// Factorisation of I − hγJ.
 #[expect(
     clippy::large_enum_variant,
-    reason = "there is one, for the length of a step, and memory must not be asked for"
+    reason = "one instance per step; heap allocation must be avoided"
 )]
 enum System<'a, const N: usize> {
     Islands(Islands),
-    Whole(&'a Memory<N>),
+    Coupled(&'a Memory<N>),
 }
 
-/// Legs that have nothing to do with each other.
+/// Factorisations of independent legs.
 struct Islands {
     factors: LaneFactors,
     /// ∂a/∂x by columns.
     stiffness: [Column; ROWS],
-    /// Derivatives of dissipated and actuator power by positions and by velocities.
+    /// Derivatives of dissipated and actuator power with respect to positions and velocities.
     powers: [[[Lanes; 2]; ROWS]; 2],
 }
 
 impl<const N: usize> Flow<N> {
-    /// One step, of its own length in each lane where the trunk is held, of one length otherwise. `start` is the motion at
-    /// `state`, in the present mode.
+    /// Computes one step; its length may differ from lane to lane on a fixed trunk only. `start` is
+    /// the motion at `state`, in the present mode.
     pub(crate) fn rodas4_step(
         &mut self,
         state: &State<Lanes, N>,
@@ -162,25 +166,25 @@ impl<const N: usize> Flow<N> {
         recovery: f64,
     ) -> Rodas<N> {
         let free = self.model.is_free();
-        let places = self.places();
+        let coordinates = self.coordinates();
         let mut memory = core::mem::take(&mut self.rodas4);
         self.instant.factorisations += 1;
         self.counts.factorisations = self.instant.factorisations;
         let system = if free {
-            if !self.whole(state, h.lane(0), recovery, &mut memory) {
+            if !self.factor_coupled(state, h.lane(0), recovery, &mut memory) {
                 self.rodas4 = memory;
                 return Rodas::failed(state);
             }
-            System::Whole(&memory)
+            System::Coupled(&memory)
         } else {
-            System::Islands(self.separate(state, h, recovery, &mut memory))
+            System::Islands(self.factor_islands(state, h, recovery, &mut memory))
         };
         let mut stages = [Slope::zero(); STAGES];
         let mut sum = Slope::zero();
         for i in 0..STAGES {
             let mut right;
             if i == 0 {
-                right = timed(&start.slope, h, free);
+                right = scaled(&start.slope, h, free);
             } else {
                 sum = Slope::zero();
                 let mut linear = Slope::zero();
@@ -188,20 +192,22 @@ impl<const N: usize> Flow<N> {
                     sum.add(A[i - 1][j], &stages[j], free);
                     linear.add(C[i - 1][j], &stages[j], free);
                 }
-                let there = state.along(Lanes::splat(1.0), &sum, free);
-                right = timed(&self.motion(&there, recovery).slope, h, free);
+                let at = state.along(Lanes::splat(1.0), &sum, free);
+                right = scaled(&self.motion(&at, recovery).slope, h, free);
                 right.add(GAMMA, &linear, free);
             }
             stages[i] = match &system {
-                System::Islands(islands) => islands.solve(&right, h * Lanes::splat(GAMMA), places),
-                System::Whole(memory) => {
-                    memory.solve(right, h.lane(0) * GAMMA, places, self.model.legs.len())
+                System::Islands(islands) => {
+                    islands.solve(&right, h * Lanes::splat(GAMMA), coordinates)
+                }
+                System::Coupled(memory) => {
+                    memory.solve(right, h.lane(0) * GAMMA, coordinates, self.model.legs.len())
                 }
             };
         }
         self.rodas4 = memory;
-        // With feet on the ground the estimate for velocities falls more slowly than the method's order, and steps would shrink
-        // to nothing for its sake.
+        // With feet on the ground the estimate for velocities converges more slowly than the
+        // method, and would reduce the step size without need.
         let in_flight = self.mode.contacts.iter().next().is_none();
         let last = &stages[STAGES - 1];
         sum.add(1.0, last, free);
@@ -213,13 +219,14 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    /// Positions of a leg: its links, and its pulley where there are drives.
-    fn places(&self) -> usize {
+    /// Returns the number of coordinates of a leg: its links, and its pulley where there are
+    /// drives.
+    fn coordinates(&self) -> usize {
         N + usize::from(self.model.drives.is_some())
     }
 
-    /// The legs' own systems, on a trunk that is held.
-    fn separate(
+    /// Factors the systems of the legs on a fixed trunk.
+    fn factor_islands(
         &mut self,
         state: &State<Lanes, N>,
         h: Lanes,
@@ -228,17 +235,17 @@ impl<const N: usize> Flow<N> {
     ) -> Islands {
         let (zero, one) = (Lanes::zero(), Lanes::splat(1.0));
         let step = h * Lanes::splat(GAMMA);
-        let places = self.places();
-        let legs = self.model.side_by_side.still();
+        let coordinates = self.coordinates();
+        let legs = self.model.side_by_side.as_dual();
         let mut matrix = [[zero; ROWS]; ROWS];
         let mut stiffness = [[zero; ROWS]; ROWS];
         let mut powers = [[[zero; 2]; ROWS]; 2];
-        for k in 0..places {
+        for k in 0..coordinates {
             let [by_x, by_v] = directions::<N>(k)
-                .map(|to| self.column(&legs, state, to, one, recovery, &mut memory.bench));
+                .map(|to| self.column(&legs, state, to, one, recovery, &mut memory.workspace));
             stiffness[k] = velocities(&by_x);
             let damping = velocities(&by_v);
-            for i in 0..places {
+            for i in 0..coordinates {
                 matrix[i][k] = -(step * (damping[i] + step * stiffness[k][i]));
             }
             matrix[k][k] += one;
@@ -246,14 +253,14 @@ impl<const N: usize> Flow<N> {
             powers[1][k] = [by_v.dissipated, by_v.actuator];
         }
         Islands {
-            factors: LaneFactors::new(matrix, places),
+            factors: LaneFactors::new(matrix, coordinates),
             stiffness,
             powers,
         }
     }
 
-    /// The system of trunk and legs. False where it has no solution.
-    fn whole(
+    /// Factors the system of trunk and legs; returns false if it is singular.
+    fn factor_coupled(
         &mut self,
         state: &State<Lanes, N>,
         h: f64,
@@ -261,49 +268,56 @@ impl<const N: usize> Flow<N> {
         memory: &mut Memory<N>,
     ) -> bool {
         let step = h * GAMMA;
-        let legs = self.model.side_by_side.still();
-        let (places, count) = (self.places(), self.model.legs.len());
+        let legs = self.model.side_by_side.as_dual();
+        let (coordinates, count) = (self.coordinates(), self.model.legs.len());
         let one = Lanes::splat(1.0);
         memory.columns.clear();
         for number in 0..TRUNK {
             let direction = trunk_direction(number);
-            // Only ground tells one place from another.
-            let alike =
+            // Without contacts the dynamics are invariant under translation.
+            let invariant =
                 matches!(direction, Direction::Position(_)) && self.mode.contacts.is_empty();
-            let column = if alike {
+            let column = if invariant {
                 Slope::zero()
             } else {
-                self.column(&legs, state, direction, one, recovery, &mut memory.bench)
+                self.column(
+                    &legs,
+                    state,
+                    direction,
+                    one,
+                    recovery,
+                    &mut memory.workspace,
+                )
             };
             memory.columns.push(column);
         }
         for which in 0..2 {
             for leg in 0..count {
                 let seed = Lanes::zero().with_lane(leg, 1.0);
-                for k in 0..places {
+                for k in 0..coordinates {
                     let to = directions::<N>(k)[which];
                     let mut column =
-                        self.column(&legs, state, to, seed, recovery, &mut memory.bench);
+                        self.column(&legs, state, to, seed, recovery, &mut memory.workspace);
                     if which == 1 {
-                        let by_x = memory.columns[TRUNK + leg * places + k];
+                        let by_x = memory.columns[TRUNK + leg * coordinates + k];
                         column.add(step, &by_x, true);
                     }
                     memory.columns.push(column);
                 }
             }
         }
-        let rows = TRUNK + count * places;
+        let rows = TRUNK + count * coordinates;
         let matrix = memory.factors.matrix(rows);
         let stride = matrix.len() / rows;
         for row in 0..rows {
             for column in 0..rows {
-                // The legs' velocities stand behind their positions.
+                // The columns of the legs' velocities follow those of their positions.
                 let from = if column < TRUNK {
                     column
                 } else {
-                    column + count * places
+                    column + count * coordinates
                 };
-                let entry = -step * number(&memory.columns[from], row, places);
+                let entry = -step * number(&memory.columns[from], row, coordinates);
                 matrix[row * stride + column] = entry + if row == column { 1.0 } else { 0.0 };
             }
         }
@@ -312,7 +326,7 @@ impl<const N: usize> Flow<N> {
 }
 
 impl<const N: usize> Rodas<N> {
-    /// A step that came to nothing.
+    /// Returns a failed step.
     fn failed(state: &State<Lanes, N>) -> Self {
         Self {
             end: *state,
@@ -329,20 +343,20 @@ impl Islands {
         &self,
         right: &Slope<Lanes, N>,
         step: Lanes,
-        places: usize,
+        coordinates: usize,
     ) -> Slope<Lanes, N> {
         let mut x = positions(right);
         let mut v = velocities(right);
-        for i in 0..places {
-            let mut pushed = Lanes::zero();
-            for (column, r) in self.stiffness.iter().zip(&x).take(places) {
-                pushed += column[i] * *r;
+        for i in 0..coordinates {
+            let mut stiff = Lanes::zero();
+            for (column, r) in self.stiffness.iter().zip(&x).take(coordinates) {
+                stiff += column[i] * *r;
             }
-            v[i] += step * pushed;
+            v[i] += step * stiff;
         }
         v = self.factors.solve(v);
         let mut powers = [right.dissipated, right.actuator];
-        for k in 0..places {
+        for k in 0..coordinates {
             x[k] += step * v[k];
             for (p, power) in powers.iter_mut().enumerate() {
                 *power += step * (self.powers[0][k][p] * x[k] + self.powers[1][k][p] * v[k]);
@@ -352,7 +366,7 @@ impl Islands {
         for k in 0..N {
             (solution.angles[k], solution.rates[k]) = (x[k], v[k]);
         }
-        if places > N {
+        if coordinates > N {
             (solution.pulley, solution.pulley_rate) = (x[N], v[N]);
         }
         [solution.dissipated, solution.actuator] = powers;
@@ -366,18 +380,18 @@ impl<const N: usize> Memory<N> {
         &self,
         mut right: Slope<Lanes, N>,
         step: f64,
-        places: usize,
+        coordinates: usize,
         legs: usize,
     ) -> Slope<Lanes, N> {
-        let size = legs * places;
+        let size = legs * coordinates;
         let known = right;
         for (at, column) in self.columns[TRUNK..TRUNK + size].iter().enumerate() {
-            let r = positions(&known)[at % places].lane(at / places);
+            let r = positions(&known)[at % coordinates].lane(at / coordinates);
             right.add(step * r, column, true);
         }
-        let mut numbers = [0.0; ALL];
+        let mut numbers = [0.0; NUMBERS_MAX];
         for (row, to) in numbers.iter_mut().enumerate().take(TRUNK + size) {
-            *to = number(&right, row, places);
+            *to = number(&right, row, coordinates);
         }
         let padded = self.factors.stride();
         self.factors.solve(&mut numbers[..padded]);
@@ -393,7 +407,7 @@ impl<const N: usize> Memory<N> {
                 *trunk = u;
                 continue;
             }
-            let (leg, k) = ((row - TRUNK) / places, (row - TRUNK) % places);
+            let (leg, k) = ((row - TRUNK) / coordinates, (row - TRUNK) % coordinates);
             let x = positions(&known)[k].lane(leg) + step * u;
             let [to_x, to_v] = if k < N {
                 [&mut solution.angles[k], &mut solution.rates[k]]
@@ -407,11 +421,11 @@ impl<const N: usize> Memory<N> {
     }
 }
 
-/// Numbers of trunk and legs' velocities, at most, in whole rows of four.
-const ALL: usize = 36;
-const _: () = assert!(ALL >= TRUNK + 4 * ROWS);
+/// Maximum number of trunk coordinates and leg velocities, in blocks of four.
+const NUMBERS_MAX: usize = 36;
+const _: () = assert!(NUMBERS_MAX >= TRUNK + 4 * ROWS);
 
-/// Position and velocity of a place in a leg.
+/// Returns the directions of position and velocity of a leg coordinate.
 fn directions<const N: usize>(k: usize) -> [Direction; 2] {
     if k < N {
         [Direction::Angle(k), Direction::Rate(k)]
@@ -429,7 +443,7 @@ fn trunk_direction(number: usize) -> Direction {
     }
 }
 
-/// A number of the trunk, in the order of [`trunk_direction`].
+/// Returns a coordinate of the trunk, in the order of [`trunk_direction`].
 fn trunk_number<const N: usize>(slope: &mut Slope<Lanes, N>, number: usize) -> Option<&mut f64> {
     Some(match number {
         0..3 => &mut slope.position[number],
@@ -440,15 +454,16 @@ fn trunk_number<const N: usize>(slope: &mut Slope<Lanes, N>, number: usize) -> O
     })
 }
 
-/// A row of the whole: the trunk's numbers, then the legs' velocities, leg by leg.
-fn number<const N: usize>(slope: &Slope<Lanes, N>, row: usize, places: usize) -> f64 {
+/// Returns a row of the coupled system: the trunk's coordinates, then the legs' velocities, leg by
+/// leg.
+fn number<const N: usize>(slope: &Slope<Lanes, N>, row: usize, coordinates: usize) -> f64 {
     match row {
         0..3 => slope.position[row],
         3..7 => slope.attitude[row - 3],
         7..10 => slope.velocity[row - 7],
         10..TRUNK => slope.turning[row - 10],
         _ => {
-            let (leg, k) = ((row - TRUNK) / places, (row - TRUNK) % places);
+            let (leg, k) = ((row - TRUNK) / coordinates, (row - TRUNK) % coordinates);
             let lanes = if k < N {
                 slope.rates[k]
             } else {
@@ -459,22 +474,22 @@ fn number<const N: usize>(slope: &Slope<Lanes, N>, row: usize, places: usize) ->
     }
 }
 
-/// What angles, and the pulley, change by.
+/// Returns the slopes of angles and pulley angle.
 fn positions<const N: usize>(slope: &Slope<Lanes, N>) -> Column {
     let mut column = [slope.pulley; ROWS];
     column[..N].copy_from_slice(&slope.angles);
     column
 }
 
-/// What rates, and the pulley's, change by.
+/// Returns the slopes of rates and pulley rate.
 fn velocities<const N: usize>(slope: &Slope<Lanes, N>) -> Column {
     let mut column = [slope.pulley_rate; ROWS];
     column[..N].copy_from_slice(&slope.rates);
     column
 }
 
-/// hγ times a slope.
-fn timed<const N: usize>(slope: &Slope<Lanes, N>, h: Lanes, free: bool) -> Slope<Lanes, N> {
+/// Returns hγ times a slope.
+fn scaled<const N: usize>(slope: &Slope<Lanes, N>, h: Lanes, free: bool) -> Slope<Lanes, N> {
     let h = h * Lanes::splat(GAMMA);
     let mut change = Slope::zero();
     if free {

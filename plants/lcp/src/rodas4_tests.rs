@@ -1,13 +1,13 @@
 use twinrig_legged::{Base, Drives};
 
 use super::*;
+use crate::fixtures::{self, PASSIVE, distance, flow, robot};
 use crate::mode::Contact;
-use crate::scenes::{self, PASSIVE, distance, flow, robot};
 
 type Matrix = [[f64; STAGES]; STAGES];
 
-/// αᵢⱼ, βᵢⱼ = αᵢⱼ + γᵢⱼ and weights of both methods, from the coefficients in U: with C = I/γ − Γ⁻¹ these are A Γ, A Γ + Γ
-/// and m Γ.
+/// Returns αᵢⱼ, βᵢⱼ = αᵢⱼ + γᵢⱼ and the weights of both methods, from the coefficients in U: with C
+/// = I/γ − Γ⁻¹ these are A Γ, A Γ + Γ and m Γ.
 fn classical() -> (Matrix, Matrix, [[f64; STAGES]; 2]) {
     let mut gammas = [[0.0; STAGES]; STAGES];
     // Γ⁻¹ = I/γ − C is triangular.
@@ -37,7 +37,7 @@ fn classical() -> (Matrix, Matrix, [[f64; STAGES]; 2]) {
 }
 
 #[test]
-fn coefficients_meet_the_conditions_of_order_four_and_three() {
+fn coefficients_satisfy_order_conditions_four_and_three() {
     let (alphas, betas, [full, embedded]) = classical();
     let sums = |m: &Matrix| m.map(|row| row.iter().sum::<f64>());
     let of = |m: &Matrix, v: [f64; STAGES]| -> [f64; STAGES] {
@@ -46,7 +46,7 @@ fn coefficients_meet_the_conditions_of_order_four_and_three() {
     let (alpha, beta) = (sums(&alphas), sums(&betas));
     let product = |a: [f64; STAGES], b: [f64; STAGES]| std::array::from_fn(|i| a[i] * b[i]);
     let squares = product(alpha, alpha);
-    // Each tree, with what its weighted sum has to be.
+    // Each tree with the inverse of its weighted sum.
     let third: [([f64; STAGES], f64); 4] = [
         ([1.0; STAGES], 1.0),
         (beta, 2.0),
@@ -81,7 +81,7 @@ fn coefficients_meet_the_conditions_of_order_four_and_three() {
 }
 
 #[test]
-fn the_method_is_stiffly_accurate_and_stable_in_the_left_half_plane() {
+fn method_is_stiffly_accurate_and_l_stable() {
     let (_, betas, [full, _]) = classical();
     for (weight, beta) in full.iter().zip(&betas[STAGES - 1]) {
         assert!((weight - beta).abs() < 1e-13);
@@ -115,7 +115,7 @@ fn the_method_is_stiffly_accurate_and_stable_in_the_left_half_plane() {
     assert!(growth([-1e8, 0.0]) < 1e-6 && growth([0.0, 1e8]) < 1e-6);
 }
 
-/// One step of the classical Runge–Kutta method.
+/// Computes one step of the classical Runge–Kutta method.
 fn runge_kutta<const N: usize>(
     flow: &mut Flow<N>,
     state: &State<Lanes, N>,
@@ -124,17 +124,17 @@ fn runge_kutta<const N: usize>(
     let free = flow.model.is_free();
     let mut sum = Slope::zero();
     let mut slope = flow.motion(state, 0.0).slope;
-    for (weight, ahead) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0)] {
+    for (weight, share) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0)] {
         sum.add(weight / 6.0, &slope, free);
         slope = flow
-            .motion(&state.along(Lanes::splat(ahead * h), &slope, free), 0.0)
+            .motion(&state.along(Lanes::splat(share * h), &slope, free), 0.0)
             .slope;
     }
     sum.add(1.0 / 6.0, &slope, free);
     normalised(&state.along(Lanes::splat(h), &sum, free), free)
 }
 
-/// `steps` steps, and the work of friction and motors in them.
+/// Advances by `steps` steps; returns the work of friction and motors.
 fn steps<const N: usize>(flow: &mut Flow<N>, h: f64, steps: u32) -> [f64; 2] {
     let mut work = [0.0; 2];
     for _ in 0..steps {
@@ -149,10 +149,10 @@ fn steps<const N: usize>(flow: &mut Flow<N>, h: f64, steps: u32) -> [f64; 2] {
     work
 }
 
-/// A leg's start without any stop near.
-const OPEN: scenes::Pose = ([15.0, -20.0, 28.0], [2.0, -3.0, 4.0]);
+/// Start pose of a leg away from all stops.
+const OPEN: fixtures::Pose = ([15.0, -20.0, 28.0], [2.0, -3.0, 4.0]);
 
-/// Robots that fall freely or hang, with and without motors, toes, and constraints.
+/// Returns named robots that fall freely or hang, with and without motors, toes, and constraints.
 fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     let mut robot = robot();
     if N < 4 {
@@ -160,24 +160,24 @@ fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
             mount.leg.toe = None;
         }
     }
-    let servos = scenes::driven(&robot);
+    let servos = fixtures::servo_drives(&robot);
     let mut tumbling = flow::<N>(&robot, Base::Free, OPEN, Drives::None, None);
-    scenes::tumbling(&mut tumbling);
-    let mut held = flow::<N>(&robot, Base::Fixed, OPEN, servos, None);
-    held.state.pulley_rate = Lanes::new([1.0, 2.0, 0.5, 3.0]);
-    // Beyond the dead band, below the greatest speed.
-    held.mode.commands.hip += Lanes::splat(0.1);
-    held.mode.commands.pulley += Lanes::splat(0.1);
-    held.mode.active.closed = Lanes::new([1.0, 0.0, 0.0, 1.0]);
-    held.mode.active.cable = Lanes::new([1.0, 1.0, 0.0, 0.0]);
-    held.mode.recount();
-    let mut standing = flow::<N>(&robot, Base::Free, OPEN, servos, Some(scenes::flat()));
-    scenes::tumbling(&mut standing);
+    fixtures::tumbling(&mut tumbling);
+    let mut fixed = flow::<N>(&robot, Base::Fixed, OPEN, servos, None);
+    fixed.state.pulley_rate = Lanes::new([1.0, 2.0, 0.5, 3.0]);
+    // Outside the dead band, below the maximum speed.
+    fixed.mode.commands.hip += Lanes::splat(0.1);
+    fixed.mode.commands.pulley += Lanes::splat(0.1);
+    fixed.mode.active.closed = Lanes::new([1.0, 0.0, 0.0, 1.0]);
+    fixed.mode.active.cable = Lanes::new([1.0, 1.0, 0.0, 0.0]);
+    fixed.mode.update_any();
+    let mut standing = flow::<N>(&robot, Base::Free, OPEN, servos, Some(fixtures::flat()));
+    fixtures::tumbling(&mut standing);
     standing.state.attitude = [0.995_037_438, 0.07, -0.05, 0.05];
     standing.state = normalised(&standing.state, true);
     standing.mode.active.open = Lanes::new([0.0, 1.0, 0.0, 1.0]);
     standing.mode.active.cable = Lanes::new([1.0, 0.0, 0.0, 1.0]);
-    standing.mode.recount();
+    standing.mode.update_any();
     for (leg, slides) in [(0, None), (1, Some([1.0, 0.0])), (3, None)] {
         let links = 3;
         standing.mode.contacts.push(Contact { leg, links, slides });
@@ -187,13 +187,13 @@ fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
             "hanging",
             flow(&robot, Base::Fixed, OPEN, Drives::None, None),
         ),
-        ("held", held),
+        ("fixed", fixed),
         ("tumbling", tumbling),
         ("standing", standing),
     ]
 }
 
-/// The right-hand side, and where it is: every number in a fixed order.
+/// Returns the right-hand side as a list in a fixed order.
 fn listed<const N: usize>(slope: &Slope<Lanes, N>) -> Vec<f64> {
     let mut all = [
         &slope.position[..],
@@ -214,20 +214,20 @@ fn listed<const N: usize>(slope: &Slope<Lanes, N>) -> Vec<f64> {
     all
 }
 
-fn derivatives_are_those_of_differences<const N: usize>() {
+fn jacobian_matches_differences<const N: usize>() {
     const RECOVERY: f64 = 20.0;
     for (name, mut flow) in assorted::<N>() {
         let state = flow.state;
         let free = flow.model.is_free();
-        let legs = flow.model.side_by_side.still();
-        let mut bench = Bench::default();
+        let legs = flow.model.side_by_side.as_dual();
+        let mut workspace = Workspace::default();
         let trunk = (0..TRUNK).map(|i| (trunk_direction(i), Lanes::splat(1.0)));
-        let leg = (0..flow.places())
+        let leg = (0..flow.coordinates())
             .flat_map(directions::<N>)
             .flat_map(|to| (0..4).map(move |lane| (to, Lanes::zero().with_lane(lane, 1.0))));
         let trunk: Vec<_> = trunk.filter(|_| free).collect();
         for (to, seed) in trunk.into_iter().chain(leg) {
-            let exact = listed(&flow.column(&legs, &state, to, seed, RECOVERY, &mut bench));
+            let exact = listed(&flow.column(&legs, &state, to, seed, RECOVERY, &mut workspace));
             let mut difference = |e: f64| {
                 let mut moved = state;
                 let by = seed * Lanes::splat(e);
@@ -257,35 +257,35 @@ fn derivatives_are_those_of_differences<const N: usize>() {
 }
 
 #[test]
-fn derivatives_are_those_of_differences_with_points_for_feet() {
-    derivatives_are_those_of_differences::<3>();
+fn jacobian_matches_differences_with_point_feet() {
+    jacobian_matches_differences::<3>();
 }
 
 #[test]
-fn derivatives_are_those_of_differences_with_toes() {
-    derivatives_are_those_of_differences::<4>();
+fn jacobian_matches_differences_with_toes() {
+    jacobian_matches_differences::<4>();
 }
 
-/// U with the smaller system put into (I − hγJ) U = R, column by column.
+/// Substitutes U of the reduced system into (I − hγJ) U = R, column by column.
 fn solves_the_full_system<const N: usize>() {
     const RECOVERY: f64 = 20.0;
     let h = 3e-3;
     for (name, mut flow) in assorted::<N>() {
         let state = flow.state;
-        let (free, places) = (flow.model.is_free(), flow.places());
+        let (free, coordinates) = (flow.model.is_free(), flow.coordinates());
         let slope = flow.motion(&state, RECOVERY).slope;
-        let right = timed(&slope, Lanes::splat(h), free);
+        let right = scaled(&slope, Lanes::splat(h), free);
         let mut memory = Memory::default();
         let u = if free {
-            assert!(flow.whole(&state, h, RECOVERY, &mut memory));
-            memory.solve(right, h * GAMMA, places, 4)
+            assert!(flow.factor_coupled(&state, h, RECOVERY, &mut memory));
+            memory.solve(right, h * GAMMA, coordinates, 4)
         } else {
-            let islands = flow.separate(&state, Lanes::splat(h), RECOVERY, &mut memory);
-            islands.solve(&right, Lanes::splat(h * GAMMA), places)
+            let islands = flow.factor_islands(&state, Lanes::splat(h), RECOVERY, &mut memory);
+            islands.solve(&right, Lanes::splat(h * GAMMA), coordinates)
         };
         let mut left = u;
-        let legs = flow.model.side_by_side.still();
-        let mut bench = Bench::default();
+        let legs = flow.model.side_by_side.as_dual();
+        let mut workspace = Workspace::default();
         for row in 0..if free { TRUNK } else { 0 } {
             let one = Lanes::splat(1.0);
             let column = flow.column(
@@ -294,18 +294,18 @@ fn solves_the_full_system<const N: usize>() {
                 trunk_direction(row),
                 one,
                 RECOVERY,
-                &mut bench,
+                &mut workspace,
             );
-            left.add(-h * GAMMA * number(&u, row, places), &column, true);
+            left.add(-h * GAMMA * number(&u, row, coordinates), &column, true);
         }
-        for k in 0..places {
+        for k in 0..coordinates {
             for lane in 0..4 {
                 let seed = Lanes::zero().with_lane(lane, 1.0);
                 for (to, by) in directions::<N>(k)
                     .into_iter()
                     .zip([positions(&u)[k], velocities(&u)[k]])
                 {
-                    let column = flow.column(&legs, &state, to, seed, RECOVERY, &mut bench);
+                    let column = flow.column(&legs, &state, to, seed, RECOVERY, &mut workspace);
                     left.add(-h * GAMMA * by.lane(lane), &column, free);
                 }
             }
@@ -319,16 +319,16 @@ fn solves_the_full_system<const N: usize>() {
 }
 
 #[test]
-fn the_smaller_system_solves_the_larger_one() {
+fn reduced_system_solves_the_full_system() {
     solves_the_full_system::<3>();
     solves_the_full_system::<4>();
 }
 
 #[test]
-fn errors_fall_with_the_fourth_power_of_the_step() {
+fn error_is_of_fourth_order() {
     for (name, start) in assorted::<3>() {
         if name == "standing" {
-            // Its pose does not satisfy its constraints: it would be torn into place.
+            // Its pose violates its constraints, which would be corrected abruptly.
             continue;
         }
         let ends = [16_u32, 32, 512].map(|count| {
@@ -352,7 +352,7 @@ fn errors_fall_with_the_fourth_power_of_the_step() {
 }
 
 #[test]
-fn short_steps_agree_with_those_of_runge_and_kutta() {
+fn short_steps_agree_with_runge_kutta() {
     for (name, mut flow) in assorted::<3>() {
         if name == "standing" {
             continue;
@@ -364,18 +364,18 @@ fn short_steps_agree_with_those_of_runge_and_kutta() {
             let state = other.state;
             other.state = runge_kutta(&mut other, &state, h);
         }
-        let apart = distance(&flow.state, &other.state);
+        let deviation = distance(&flow.state, &other.state);
         // Rates are of the order of ten.
-        assert!(apart < 1e-10, "{name}: {apart:e}");
-        let [a, b] = [&flow, &other].map(scenes::foot);
-        assert!(scenes::rms(&[a], &[b]) < 1e-11, "{name}");
+        assert!(deviation < 1e-10, "{name}: {deviation:e}");
+        let [a, b] = [&flow, &other].map(fixtures::foot);
+        assert!(fixtures::rms(&[a], &[b]) < 1e-11, "{name}");
     }
 }
 
 #[test]
-fn the_energy_books_close_with_the_methods_order() {
+fn energy_balance_closes_with_the_order_of_the_method() {
     for (name, start) in assorted::<4>() {
-        if name == "standing" || name == "held" {
+        if name == "standing" || name == "fixed" {
             continue;
         }
         let residual = |count: u32| {
@@ -392,7 +392,7 @@ fn the_energy_books_close_with_the_methods_order() {
     }
 }
 
-/// Moves on with steps that err by less than a nanometre. Gives the last one's length.
+/// Advances with steps whose error is below a nanometre; returns the length of the last one.
 fn adaptively(flow: &mut Flow<3>, seconds: f64, longest: f64) -> f64 {
     let (mut h, mut left) = (longest, seconds);
     while left > 0.0 {
@@ -415,8 +415,9 @@ fn adaptively(flow: &mut Flow<3>, seconds: f64, longest: f64) -> f64 {
 }
 
 #[test]
-fn a_stiff_leg_is_followed_with_steps_at_which_explicit_ones_explode() {
-    // Segments of next to no mass; springs, and friction in the joints, ten thousand times as strong.
+fn stiff_leg_is_integrated_with_steps_unstable_for_rk4() {
+    // Segments of negligible mass; stiff springs; joint friction, up to ten thousand times the
+    // normal values.
     for (mass, stiffness, friction) in [(1e-6, 1.0, 1.0), (1.0, 1e4, 100.0), (1.0, 1.0, 1e4)] {
         let mut robot = robot();
         for mount in &mut robot.legs {
@@ -457,12 +458,12 @@ fn a_stiff_leg_is_followed_with_steps_at_which_explicit_ones_explode() {
 }
 
 #[test]
-fn legs_on_a_held_trunk_do_not_see_each_other() {
+fn legs_on_a_fixed_trunk_are_independent() {
     let (_, mut flow) = assorted::<4>().swap_remove(1);
     let state = flow.state;
     let h = Lanes::new([2e-3, 1e-3, 3e-3, 0.0]);
     let start = flow.motion(&state, 10.0);
-    let alone = flow.rodas4_step(&state, &start, h, 10.0);
+    let unperturbed = flow.rodas4_step(&state, &start, h, 10.0);
     let mut other = state;
     for lane in [1, 2, 3] {
         other.angles[1] = other.angles[1].with_lane(lane, 0.3 * lane as f64);
@@ -471,7 +472,7 @@ fn legs_on_a_held_trunk_do_not_see_each_other() {
     }
     let start = flow.motion(&other, 10.0);
     let h = Lanes::new([2e-3, 5e-3, 1e-4, 1e-3]);
-    let beside = flow.rodas4_step(&other, &start, h, 10.0);
+    let perturbed = flow.rodas4_step(&other, &start, h, 10.0);
     let bits = |step: &Rodas<4>| {
         let end = &step.end;
         let legs = end.angles.iter().chain(&end.rates);
@@ -486,19 +487,19 @@ fn legs_on_a_held_trunk_do_not_see_each_other() {
             .map(|x| x.lane(0).to_bits())
             .collect::<Vec<_>>()
     };
-    assert_eq!(bits(&alone), bits(&beside));
+    assert_eq!(bits(&unperturbed), bits(&perturbed));
 }
 
 #[test]
-fn the_work_of_motors_and_taut_cables_is_in_the_books() {
-    let robot = scenes::without_toes();
+fn energy_balance_closes_under_motors_and_taut_cables() {
+    let robot = fixtures::without_toes();
     let pose = (OPEN.0, [0.0; 3]);
     for taut in [false, true] {
         let residual = |count: u32| {
-            let servos = scenes::driven(&robot);
+            let servos = fixtures::servo_drives(&robot);
             let mut flow = flow::<3>(&robot, Base::Fixed, pose, servos, None);
             flow.mode.active.cable = Lanes::splat(if taut { 1.0 } else { 0.0 });
-            flow.mode.recount();
+            flow.mode.update_any();
             flow.mode.commands.hip += Lanes::splat(0.1);
             flow.mode.commands.pulley += Lanes::splat(0.1);
             let before: f64 = flow.stored().iter().sum();
@@ -507,7 +508,7 @@ fn the_work_of_motors_and_taut_cables_is_in_the_books() {
             flow.stored().iter().sum::<f64>() + dissipated - actuator - before
         };
         let [coarse, fine] = [10, 100].map(residual);
-        // The fourth power, and more.
+        // Fourth order or higher.
         assert!(
             fine.abs() < 1e-11 && coarse.abs() < 1e-6,
             "{coarse:e} {fine:e}"
@@ -516,7 +517,7 @@ fn the_work_of_motors_and_taut_cables_is_in_the_books() {
 }
 
 #[test]
-fn a_step_of_no_length_changes_nothing() {
+fn zero_length_step_changes_nothing() {
     for (name, mut flow) in assorted::<3>() {
         let state = flow.state;
         let start = flow.motion(&state, 10.0);
@@ -527,7 +528,7 @@ fn a_step_of_no_length_changes_nothing() {
 }
 
 #[test]
-fn the_estimate_is_of_order_four_and_no_less_than_the_error() {
+fn error_estimate_is_of_fourth_order_and_bounds_the_error() {
     let (_, mut flow) = assorted::<3>().swap_remove(0);
     let state = flow.state;
     let start = flow.motion(&state, 0.0);
@@ -541,14 +542,14 @@ fn the_estimate_is_of_order_four_and_no_less_than_the_error() {
     let error = flow
         .error_of(&difference(&long.end, &flow.state), true)
         .lane(0);
-    // The estimate is that of the method of third order.
+    // The estimate is that of the third-order method.
     assert!(
         error < estimate && estimate < 1e3 * error,
         "{estimate:e} of {error:e}"
     );
 }
 
-/// One state less another, as an error.
+/// Returns the difference of two states as an error.
 fn difference<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>) -> Slope<Lanes, N> {
     let less = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] - b[i]);
     Slope {
@@ -565,7 +566,7 @@ fn difference<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>) -> Slope
 }
 
 #[test]
-fn a_step_into_nowhere_has_an_infinite_error() {
+fn nan_step_has_infinite_error() {
     for which in [0, 2] {
         let (name, mut flow) = assorted::<3>().swap_remove(which);
         let mut state = flow.state;
@@ -582,17 +583,17 @@ fn a_step_into_nowhere_has_an_infinite_error() {
 }
 
 #[test]
-fn work_is_counted() {
+fn evaluations_and_factorisations_are_counted() {
     for (name, mut flow) in assorted::<3>() {
         let state = flow.state;
         let start = flow.motion(&state, 0.0);
         let before = flow.counts;
         let _ = flow.rodas4_step(&state, &start, Lanes::splat(1e-3), 0.0);
-        // Five stages, and a column for each number: of one leg for all, or of trunk and all legs, where position counts on
-        // the ground alone.
+        // Five stages, and one column per coordinate: of one leg for all legs, or of the trunk and
+        // all legs, where the position counts only with contacts.
         let columns = match name {
             "hanging" => 6,
-            "held" => 8,
+            "fixed" => 8,
             "tumbling" => 10 + 24,
             _ => 13 + 32,
         };
@@ -610,11 +611,11 @@ fn work_is_counted() {
 }
 
 #[test]
-fn two_legs_leave_two_lanes_empty() {
+fn lanes_without_a_leg_stay_zero() {
     let mut robot = robot();
     robot.legs.truncate(2);
     for base in [Base::Fixed, Base::Planar] {
-        let mut flow = flow::<4>(&robot, base, PASSIVE, scenes::driven(&robot), None);
+        let mut flow = flow::<4>(&robot, base, PASSIVE, fixtures::servo_drives(&robot), None);
         steps(&mut flow, 1e-3, 10);
         assert_eq!(flow.state.angles[0].lane(3), 0.0);
     }

@@ -1,4 +1,4 @@
-//! A point of a leg that may touch the ground.
+//! Contact point of a leg.
 
 use nalgebra::Vector3;
 use twinrig_contact::{Ground, Surface};
@@ -10,33 +10,35 @@ use crate::real::Real;
 use crate::state::State;
 use crate::trunk::cross;
 
-/// A point of a leg: where it is and how it moves, in trunk axes, seen from the trunk's centre of mass.
+/// Position, velocity and bias acceleration of a leg point, in trunk axes, relative to the trunk's
+/// centre of mass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Site<T, const N: usize> {
     pub(crate) leg: usize,
-    pub(crate) place: [T; 3],
+    pub(crate) point: [T; 3],
     pub(crate) velocity: [T; 3],
-    /// Its acceleration while trunk and links move evenly.
+    /// Acceleration at constant velocities of trunk and links.
     pub(crate) bias: [T; 3],
-    /// Its velocity per rate of each link: forward and up.
+    /// Velocity per unit rate of each link: forward and up.
     arms: [[T; 2]; N],
 }
 
-/// The ground under a site.
+/// Ground below a site.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Footing<T> {
     pub(crate) gap: T,
-    /// Normal and two tangents, trunk axes.
+    /// Normal and two tangents of the ground, trunk axes.
     pub(crate) directions: [[T; 3]; 3],
-    /// Velocity of the site along them.
+    /// Velocity of the site along `directions`.
     pub(crate) velocity: [T; 3],
-    /// Acceleration of the site along them while trunk and links move evenly, the ground's curvature included.
+    /// Acceleration of the site along `directions` at constant velocities of trunk and links,
+    /// including the curvature of the ground.
     pub(crate) bias: [T; 3],
     pub(crate) surface: Surface,
 }
 
 impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
-    /// The end of the first `links` links of a leg. The trunk's velocity is zero where it is held.
+    /// Computes the end of the first `links` links of a leg. The velocity of a fixed trunk is zero.
     pub(crate) fn new<R: Real<Sum = T>>(
         legs: &Constants<R, N>,
         chain: &Chain<R, N>,
@@ -45,18 +47,19 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
         links: usize,
     ) -> Self {
         let turns = [&chain.sines, &chain.cosines, &chain.rates];
-        Self::turned(legs, turns, [state.velocity, state.turning], leg, links)
+        Self::from_turns(legs, turns, [state.velocity, state.turning], leg, links)
     }
 
-    /// The same from sines, cosines and rates of the links, and the trunk's velocities.
-    pub(crate) fn turned<R: Real<Sum = T>>(
+    /// Computes the same from sines, cosines and rates of the links, and the velocities of the
+    /// trunk.
+    pub(crate) fn from_turns<R: Real<Sum = T>>(
         legs: &Constants<R, N>,
         [sines, cosines, rates]: [&[R; N]; 3],
         [v, w]: [[T; 3]; 2],
         leg: usize,
         links: usize,
     ) -> Self {
-        let mut place = legs.hip.map(|x| x.lane(leg));
+        let mut point = legs.hip.map(|x| x.lane(leg));
         let (mut relative, mut inward) = ([T::zero(); 3], [T::zero(); 2]);
         let mut arms = [[T::zero(); 2]; N];
         for (i, arm) in arms.iter_mut().enumerate().take(links) {
@@ -64,33 +67,33 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
             let (s, c) = (sines[i].lane(leg), cosines[i].lane(leg));
             let rate = rates[i].lane(leg);
             *arm = [length * c, length * s];
-            place[0] += length * s;
-            place[2] -= length * c;
+            point[0] += length * s;
+            point[2] -= length * c;
             relative[0] += arm[0] * rate;
             relative[2] += arm[1] * rate;
             inward[0] -= length * s * rate * rate;
             inward[1] += length * c * rate * rate;
         }
-        let carried = cross(w, place);
-        let sums: [T; 3] = std::array::from_fn(|i| v[i] + carried[i] + relative[i]);
+        let rotational = cross(w, point);
+        let sums: [T; 3] = std::array::from_fn(|i| v[i] + rotational[i] + relative[i]);
         // ω × v + ω × (ω × r) + 2 ω × ṙ
         let twice: [T; 3] =
-            std::array::from_fn(|i| v[i] + carried[i] + T::splat(2.0) * relative[i]);
+            std::array::from_fn(|i| v[i] + rotational[i] + T::splat(2.0) * relative[i]);
         let mut bias = cross(w, twice);
         bias[0] += inward[0];
         bias[2] += inward[1];
         Self {
             leg,
-            place,
+            point,
             velocity: sums,
             bias,
             arms,
         }
     }
 
-    /// The row of a direction in trunk axes.
+    /// Returns the Jacobian row of a direction in trunk axes.
     pub(crate) fn row(&self, direction: [T; 3]) -> Row<T, N> {
-        let turn = cross(self.place, direction);
+        let turn = cross(self.point, direction);
         let [x, y, z] = direction;
         Row {
             leg: self.leg,
@@ -99,13 +102,14 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
         }
     }
 
-    /// Where the site is in the world.
+    /// Returns the position of the site in the world frame.
     pub(crate) fn in_world(&self, position: [T; 3], rotation: &Rotation<T>) -> [T; 3] {
-        let own = into_world(rotation, self.place);
-        std::array::from_fn(|i| position[i] + own[i])
+        let offset = into_world(rotation, self.point);
+        std::array::from_fn(|i| position[i] + offset[i])
     }
 
-    /// The ground under it. Seen from here, the ground is its tangent plane: derivatives know its slope and not its bend.
+    /// Returns the ground below the site, as its tangent plane: derivatives include its slope and
+    /// exclude its curvature.
     pub(crate) fn footing(
         &self,
         ground: &Ground,

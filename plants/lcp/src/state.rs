@@ -2,17 +2,17 @@
 
 use crate::real::{Lanes, Real};
 
-/// Positions and velocities. `R` is a number for each leg, `R::Sum` one for the trunk.
+/// Positions and velocities. `R` is the number type of the legs, `R::Sum` that of the trunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct State<R: Real, const N: usize> {
-    /// Trunk's own centre of mass, world frame \[m\].
+    /// Position of the trunk's own centre of mass, world frame \[m\].
     pub(crate) position: [R::Sum; 3],
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world.
     pub(crate) attitude: [R::Sum; 4],
-    /// Velocity of the trunk's centre of mass, and its angular velocity, trunk axes.
+    /// Velocity of the trunk's centre of mass \[m/s\] and angular velocity \[rad/s\], trunk axes.
     pub(crate) velocity: [R::Sum; 3],
     pub(crate) turning: [R::Sum; 3],
-    /// Absolute angles of the links in the leg plane, zero straight down \[rad\].
+    /// Absolute angles of the links in the leg plane, zero straight down \[rad\], and their rates.
     pub(crate) angles: [R; N],
     pub(crate) rates: [R; N],
     /// Angle of the cable's pulley \[rad\].
@@ -20,7 +20,7 @@ pub(crate) struct State<R: Real, const N: usize> {
     pub(crate) pulley_rate: R,
 }
 
-/// How fast a state changes, and what flows meanwhile.
+/// Time derivative of a state, with powers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slope<R: Real, const N: usize> {
     pub(crate) position: [R::Sum; 3],
@@ -31,7 +31,7 @@ pub(crate) struct Slope<R: Real, const N: usize> {
     pub(crate) rates: [R; N],
     pub(crate) pulley: R,
     pub(crate) pulley_rate: R,
-    /// Power that friction takes and that motors give, by leg \[W\].
+    /// Power dissipated by friction and power of the motors, by leg \[W\].
     pub(crate) dissipated: R,
     pub(crate) actuator: R,
 }
@@ -43,7 +43,7 @@ fn axpy<R: Real, const M: usize>(x: &mut [R; M], h: R, slope: &[R; M]) {
 }
 
 impl<R: Real, const N: usize> State<R, N> {
-    /// Moves along a slope for `h` seconds, which may differ from leg to leg where the trunk is held.
+    /// Advances along a slope by `h` seconds, which may differ between legs on a fixed trunk.
     #[inline(always)]
     pub(crate) fn along(&self, h: R, slope: &Slope<R, N>, free: bool) -> Self {
         let mut next = *self;
@@ -62,7 +62,7 @@ impl<R: Real, const N: usize> State<R, N> {
     }
 }
 
-/// The same with an attitude of unit length.
+/// Returns the state with its attitude normalised.
 #[inline(always)]
 pub(crate) fn normalised<const N: usize>(state: &State<Lanes, N>, free: bool) -> State<Lanes, N> {
     let mut next = *state;

@@ -1,20 +1,21 @@
-//! The trunk's own equations, with the legs taken out of them (Schur complement): six rows, whatever the number of legs.
+//! Equations of the trunk with the legs eliminated (Schur complement): six rows, for any number of
+//! legs.
 
-use crate::carried::{Burden, COUPLED, Carried};
-use crate::constraints::Give;
+use crate::constraints::LegMobility;
+use crate::coupling::{COUPLED, LegContribution, LegCoupling};
 use crate::real::Real;
 
-/// A vector of the trunk: linear, then angular, trunk axes.
+/// Spatial vector of the trunk: linear, then angular, trunk axes.
 pub(crate) type Spatial<T> = [T; 6];
 
-/// What does not depend on the state.
+/// Constants of the trunk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrunkConstants {
     /// Mass of trunk and legs \[kg\].
     pub(crate) mass: f64,
     /// Principal moments of the trunk alone \[kg·m²\].
     pub(crate) inertia: [f64; 3],
-    /// Which of its directions it may move in: forward, left, up, roll, pitch, yaw.
+    /// Directions in which the trunk may move: forward, left, up, roll, pitch, yaw.
     pub(crate) moves: [bool; 6],
 }
 
@@ -26,44 +27,44 @@ pub(crate) fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     ]
 }
 
-/// The trunk in one state, legs included.
+/// Trunk in one state, legs included.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Trunk<T> {
     /// Σ m r of the legs.
     pub(crate) moment: [T; 3],
     /// Moments of inertia about the trunk's centre of mass, all masses, symmetric.
     pub(crate) inertia: [[T; 3]; 3],
-    /// Force and torque on it: gravity, and what velocities do.
+    /// Force and torque on the trunk: gravity and velocity terms.
     pub(crate) force: Spatial<T>,
 }
 
 impl<T: Real<Sum = T>> Trunk<T> {
-    /// The inertia alone, from the burdens of the legs, already summed over the lanes.
-    pub(crate) fn unloaded(constants: &TrunkConstants, burden: &Burden<T>) -> Self {
-        let [xx, yy, zz, xy, xz, yz] = burden.spread;
-        let own = constants.inertia.map(T::splat);
+    /// Computes the inertia only, from the contributions of the legs summed over the lanes.
+    pub(crate) fn unloaded(constants: &TrunkConstants, contribution: &LegContribution<T>) -> Self {
+        let [xx, yy, zz, xy, xz, yz] = contribution.spread;
+        let trunk = constants.inertia.map(T::splat);
         Self {
-            moment: burden.moment,
+            moment: contribution.moment,
             inertia: [
-                [own[0] + yy + zz, -xy, -xz],
-                [-xy, own[1] + xx + zz, -yz],
-                [-xz, -yz, own[2] + xx + yy],
+                [trunk[0] + yy + zz, -xy, -xz],
+                [-xy, trunk[1] + xx + zz, -yz],
+                [-xz, -yz, trunk[2] + xx + yy],
             ],
             force: [T::zero(); 6],
         }
     }
 
-    /// With forces. `field` is g − ω × v.
+    /// Computes inertia and forces. `field` is g − ω × v.
     pub(crate) fn new(
         constants: &TrunkConstants,
-        burden: &Burden<T>,
+        contribution: &LegContribution<T>,
         turning: [T; 3],
         field: [T; 3],
     ) -> Self {
         let Self {
             moment, inertia, ..
-        } = Self::unloaded(constants, burden);
-        let drift = [burden.drift[0], T::zero(), burden.drift[1]];
+        } = Self::unloaded(constants, contribution);
+        let drift = [contribution.drift[0], T::zero(), contribution.drift[1]];
         let two = T::splat(2.0);
         let inward = cross(turning, cross(turning, moment));
         let coriolis = cross(turning, drift);
@@ -71,11 +72,11 @@ impl<T: Real<Sum = T>> Trunk<T> {
             inertia.map(|row| row[0] * turning[0] + row[1] * turning[1] + row[2] * turning[2]);
         let (gyro, weight) = (cross(turning, spin), cross(moment, field));
         let mass = T::splat(constants.mass);
-        let pushed = [burden.force[0], T::zero(), burden.force[1]];
+        let leg_force = [contribution.force[0], T::zero(), contribution.force[1]];
         let mut force = [T::zero(); 6];
         for i in 0..3 {
-            force[i] = mass * field[i] - inward[i] - two * coriolis[i] + pushed[i];
-            force[3 + i] = weight[i] - gyro[i] + burden.torque[i];
+            force[i] = mass * field[i] - inward[i] - two * coriolis[i] + leg_force[i];
+            force[3 + i] = weight[i] - gyro[i] + contribution.torque[i];
         }
         Self {
             moment,
@@ -84,7 +85,7 @@ impl<T: Real<Sum = T>> Trunk<T> {
         }
     }
 
-    /// The inertia matrix of the trunk's rows.
+    /// Returns the inertia matrix of the trunk's rows.
     pub(crate) fn matrix(&self, mass: f64) -> [[T; 6]; 6] {
         let mut m = [[T::zero(); 6]; 6];
         let [x, y, z] = self.moment;
@@ -103,38 +104,38 @@ impl<T: Real<Sum = T>> Trunk<T> {
     }
 }
 
-/// Sums a burden over the lanes.
-pub(crate) fn summed<R: Real>(burden: &Burden<R>) -> Burden<R::Sum> {
-    Burden {
-        moment: burden.moment.map(R::sum),
-        spread: burden.spread.map(R::sum),
-        drift: burden.drift.map(R::sum),
-        force: burden.force.map(R::sum),
-        torque: burden.torque.map(R::sum),
+/// Sums a contribution over the lanes.
+pub(crate) fn summed<R: Real>(contribution: &LegContribution<R>) -> LegContribution<R::Sum> {
+    LegContribution {
+        moment: contribution.moment.map(R::sum),
+        spread: contribution.spread.map(R::sum),
+        drift: contribution.drift.map(R::sum),
+        force: contribution.force.map(R::sum),
+        torque: contribution.torque.map(R::sum),
     }
 }
 
-/// The force on the trunk that is left where the links accelerate so against it: F − Σ C θ̈.
+/// Returns the force on the trunk reduced by these relative accelerations of the links: F − Σ C θ̈.
 #[inline(always)]
 pub(crate) fn reduced<R: Real, const N: usize>(
     mut force: Spatial<R::Sum>,
-    carried: &Carried<R, N>,
+    coupling: &LegCoupling<R, N>,
     relative: &[R; N],
 ) -> Spatial<R::Sum> {
     for (a, &row) in COUPLED.iter().enumerate() {
         let mut pull = R::zero();
         for i in 0..N {
-            pull += carried.columns[i][a] * relative[i];
+            pull += coupling.columns[i][a] * relative[i];
         }
         force[row] -= pull.sum();
     }
     force
 }
 
-/// The trunk's equations as they are left: S a = f, factored.
+/// Reduced equations of the trunk: S a = f, factored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Schur<T> {
-    /// L and D of S = L D Lᵀ, D inverted; rows that do not move have a zero in place of the inverse.
+    /// L and inverse of D of S = L D Lᵀ; the inverse is zero in rows of fixed directions.
     lower: [[T; 6]; 6],
     inverse: [T; 6],
     /// f.
@@ -142,26 +143,27 @@ pub(crate) struct Schur<T> {
 }
 
 impl<T: Real<Sum = T>> Schur<T> {
-    /// Takes the legs out of the trunk's equations: S = M − Σ C Φ Cᵀ, f = F − Σ C (Φ τ + x).
+    /// Eliminates the legs from the equations of the trunk: S = M − Σ C Φ Cᵀ, f = F − Σ C (Φ τ +
+    /// x).
     #[inline(always)]
     pub(crate) fn new<R: Real<Sum = T>, const N: usize>(
         constants: &TrunkConstants,
         trunk: &Trunk<T>,
-        carried: &Carried<R, N>,
-        give: &Give<R, N>,
+        coupling: &LegCoupling<R, N>,
+        mobility: &LegMobility<R, N>,
     ) -> Self {
-        let relative = give.accelerations(&carried.torques);
-        let force = reduced(trunk.force, carried, &relative);
-        Self::with(constants, trunk, carried, give, force)
+        let relative = mobility.accelerations(&coupling.torques);
+        let force = reduced(trunk.force, coupling, &relative);
+        Self::with(constants, trunk, coupling, mobility, force)
     }
 
-    /// The same for a force that is known: F − Σ C (Φ τ + x), or one that is to follow.
+    /// Does the same with a given force: F − Σ C (Φ τ + x), or a placeholder.
     #[inline(always)]
     pub(crate) fn with<R: Real<Sum = T>, const N: usize>(
         constants: &TrunkConstants,
         trunk: &Trunk<T>,
-        carried: &Carried<R, N>,
-        give: &Give<R, N>,
+        coupling: &LegCoupling<R, N>,
+        mobility: &LegMobility<R, N>,
         force: Spatial<T>,
     ) -> Self {
         let mut matrix = trunk.matrix(constants.mass);
@@ -169,8 +171,8 @@ impl<T: Real<Sum = T>> Schur<T> {
         let mut moved = [[R::zero(); 5]; N];
         for i in 0..N {
             for j in 0..N {
-                for (m, c) in moved[i].iter_mut().zip(&carried.columns[j]) {
-                    *m += give.mobility[i][j] * *c;
+                for (m, c) in moved[i].iter_mut().zip(&coupling.columns[j]) {
+                    *m += mobility.matrix[i][j] * *c;
                 }
             }
         }
@@ -178,7 +180,7 @@ impl<T: Real<Sum = T>> Schur<T> {
             for (b, &column) in COUPLED.iter().enumerate().take(a + 1) {
                 let mut sum = R::zero();
                 for i in 0..N {
-                    sum += carried.columns[i][a] * moved[i][b];
+                    sum += coupling.columns[i][a] * moved[i][b];
                 }
                 matrix[row][column] -= sum.sum();
             }
@@ -215,7 +217,7 @@ impl<T: Real<Sum = T>> Schur<T> {
         }
     }
 
-    /// S⁻¹ b.
+    /// Returns S⁻¹ b.
     #[inline(always)]
     pub(crate) fn solve(&self, mut b: Spatial<T>) -> Spatial<T> {
         for i in 0..6 {

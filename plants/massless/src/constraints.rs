@@ -1,4 +1,4 @@
-//! The one-sided constraints of a step: stops, cables and contacts within reach, and the impulses that keep them.
+//! Unilateral constraints of a step (stops, cables, contacts within reach) and their impulses.
 
 use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
 use twinrig_leg::Stop;
@@ -10,29 +10,32 @@ use crate::model::Model;
 use crate::rows::Row;
 use crate::state::State;
 
-/// Share γ of a gap that a step takes away, or of an overlap that it gives back, where a constraint holds. The positions
-/// move by the mean of the velocities at both ends of a step, so that an overlap goes as g ← g − γ (g + g₋)/2, whose roots
-/// λ² − (1 − γ/2) λ + γ/2 = 0 are real, and the overlap does not swing, up to γ = 6 − √32 ≈ 0.343; at 1/3 they are 1/2, 1/3.
+/// Share γ of a gap that a step closes, or of an overlap that it removes, while a constraint is
+/// active. Positions advance by the mean of the velocities at both ends of a step, so an overlap g
+/// follows g ← g − γ (g + g₋)/2. The roots of λ² − (1 − γ/2) λ + γ/2 = 0 are real, and the overlap
+/// does not oscillate, up to γ = 6 − √32 ≈ 0.343; at 1/3 they are 1/2 and 1/3.
 const RECOVERY: f64 = 1.0 / 3.0;
 
-/// Approach below which an impact gives nothing back, and the speed at which overlaps are \[m/s\].
-const RESTING: f64 = 0.05;
+/// Approach speed below which an impact does not rebound, and limit of the speed at which overlaps
+/// are removed \[m/s\].
+const RESTING_SPEED: f64 = 0.05;
 
-/// Impulses of a leg's constraints in the last step, per second: stops in the order of [`Stop::ALL`], the ankle's, then the
-/// ground's along normal and tangents \[N\].
+/// Impulses of a leg's constraints in the last step, per second \[N\]: stops in the order of
+/// [`Stop::ALL`], the ankle's, then the ground's along normal and tangents.
 pub(crate) type LegForces = [f64; GROUND + 3];
 
-/// Where the ankle's force is in [`LegForces`].
+/// Index of the ankle's force in [`LegForces`].
 const ANKLE: usize = Stop::ALL.len();
 
-/// Where the ground's forces begin in [`LegForces`].
+/// Index of the first of the ground's forces in [`LegForces`].
 pub(crate) const GROUND: usize = ANKLE + 1;
 
-/// What a row stands for.
+/// Constraint that a row represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Stop(Stop),
-    /// The ankle folds up no farther than hip angle and foot tell the pose.
+    /// Limit of the ankle's flexion: hip angle and foot position determine the pose only up to
+    /// there.
     Ankle,
     Normal,
     First,
@@ -40,8 +43,8 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// Its place among the forces of its leg.
-    const fn place(self) -> usize {
+    /// Index among the forces of its leg.
+    const fn index(self) -> usize {
         match self {
             Self::Stop(stop) => stop as usize,
             Self::Ankle => ANKLE,
@@ -57,13 +60,13 @@ impl Role {
 struct Entry {
     row: Row,
     role: Role,
-    /// Gap at the start of the step.
+    /// Gap at the start of the step \[m\].
     gap: f64,
-    /// Rate of the gap at the start of the step.
+    /// Rate of the gap at the start of the step \[m/s\].
     rate: f64,
 }
 
-/// The constraints of one step, with the memory they need.
+/// Constraints of one step and the workspace of their solution.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Constraints {
     entries: Vec<Entry>,
@@ -74,7 +77,8 @@ pub(crate) struct Constraints {
 }
 
 impl Constraints {
-    /// Finds the constraints that the step may reach. `motion` is the acceleration without any.
+    /// Collects the constraints that may close in the step. `motion` is the acceleration without
+    /// constraints.
     pub(crate) fn find(
         &mut self,
         model: &Model,
@@ -89,7 +93,7 @@ impl Constraints {
             let constants = &model.legs[i];
             let cable = constants.pantograph.cable_length(before.pulley(i));
             for stop in Stop::ALL {
-                // There is no cable without a drive that winds it.
+                // Without a drive that winds it there is no cable.
                 if stop == Stop::Cable && model.drives.is_none() {
                     continue;
                 }
@@ -97,31 +101,32 @@ impl Constraints {
                 let rate = leg.gap_rate(constants, stop, before.pulley_rate(i));
                 if gap + seconds * rate < REACH {
                     let row = leg.stop_row(constants, stop, i);
-                    self.consider(&[(row, Role::Stop(stop))], gap, before, motion, seconds);
+                    self.add_if_closing(&[(row, Role::Stop(stop))], gap, before, motion, seconds);
                 }
             }
             let pose = &start.poses[i];
             if pose.along[1].dot(&pose.along[2]) < FOLDING {
                 let gap = constants.pantograph.unfolded(pose);
                 let rows = [(leg.ankle_row(constants, i), Role::Ankle)];
-                self.consider(&rows, gap, before, motion, seconds);
+                self.add_if_closing(&rows, gap, before, motion, seconds);
             }
             let surface = &start.surfaces[i];
-            if surface.gap < REACH_OF_FOOT {
+            if surface.gap < FOOT_REACH {
                 let [normal, first, second] = leg.contact_rows(surface, &middle.rotation, i);
                 let rows = [
                     (normal, Role::Normal),
                     (first, Role::First),
                     (second, Role::Second),
                 ];
-                self.consider(&rows, surface.gap, before, motion, seconds);
+                self.add_if_closing(&rows, surface.gap, before, motion, seconds);
             }
         }
     }
 
-    /// Takes up a constraint whose gap would close by the end of the step, be it at the present velocity or with what the
-    /// springs would do to it. The springs alone do not tell: another constraint may hold them off.
-    fn consider(
+    /// Adds a constraint whose gap would close by the end of the step, at the present velocity or
+    /// with the velocity change due to the springs. The latter alone is not sufficient: another
+    /// constraint may balance the springs.
+    fn add_if_closing(
         &mut self,
         rows: &[(Row, Role)],
         gap: f64,
@@ -130,8 +135,8 @@ impl Constraints {
         seconds: f64,
     ) {
         let rate = rows[0].0.rate(before);
-        let pushed = 0.5 * seconds * motion.along(&rows[0].0);
-        if gap + seconds * (rate + pushed.min(0.0)) < TOUCHING {
+        let velocity_change = 0.5 * seconds * motion.along(&rows[0].0);
+        if gap + seconds * (rate + velocity_change.min(0.0)) < TOUCHING {
             self.entries.extend(rows.iter().map(|&(row, role)| Entry {
                 row,
                 role,
@@ -141,7 +146,7 @@ impl Constraints {
         }
     }
 
-    /// Prepares the problem's matrix; the forces of the last step are the first guess.
+    /// Assembles the problem's matrix; the forces of the last step are the initial guess.
     pub(crate) fn prepare(
         &mut self,
         model: &Model,
@@ -165,7 +170,7 @@ impl Constraints {
                 .enumerate()
                 .take(i + 1)
             {
-                let mobile = mobility.between(&entry.row, &other.row, response);
+                let mobile = mobility.delassus_entry(&entry.row, &other.row, response);
                 self.problem.set(i, j, mobile);
                 self.problem.set(j, i, mobile);
             }
@@ -183,30 +188,31 @@ impl Constraints {
                 Role::Second => {}
             }
             self.problem
-                .guess(i, last[entry.row.leg][entry.role.place()] * seconds);
+                .guess(i, last[entry.row.leg][entry.role.index()] * seconds);
         }
         self.problem.soften(model.compliance);
     }
 
-    /// Solves the problem: by pivoting where Newton's method gets nowhere, and nearly where neither gets there.
+    /// Solves the problem: by pivoting where Newton's method fails, and approximately where both
+    /// fail.
     fn impulses(&mut self, [relative, absolute]: [f64; 2]) -> Result<Solution, Unsolved> {
-        /// Violation that is accepted where no method comes nearer \[m/s\]: over a step of a millisecond a hundredth of a
-        /// micrometre, which the next step gives back.
-        const ENOUGH: f64 = 1e-5;
+        /// Residual that is accepted where no method converges further \[m/s\]: a hundredth of a
+        /// micrometre over a step of a millisecond, which the next step removes.
+        const RESIDUAL_ACCEPTED: f64 = 1e-5;
         let solved = self.problem.solve_within(relative, absolute);
         let Err(Unsolved::Violated { .. }) = solved else {
             return solved;
         };
         match self.problem.solve_by(Method::Direct) {
-            Err(Unsolved::Violated { residual, .. }) if residual <= ENOUGH => {
+            Err(Unsolved::Violated { residual, .. }) if residual <= RESIDUAL_ACCEPTED => {
                 Ok(Solution::default())
             }
             pivoted => pivoted,
         }
     }
 
-    /// Finds the impulses, and adds what they do to the motion (per second of the step). The tolerances are relative to the
-    /// greatest speed, and in m/s.
+    /// Computes the impulses and adds their effect to the motion (per second of the step). The
+    /// tolerances are relative to the greatest speed, and absolute in m/s.
     pub(crate) fn solve(
         &mut self,
         model: &Model,
@@ -221,11 +227,12 @@ impl Constraints {
             .map_or(0.0, |ground| ground.restitution);
         for (i, entry) in self.entries.iter().enumerate() {
             let free = entry.rate + seconds * motion.along(&entry.row);
-            // An overlap is given back slowly, or an impact would rebound with what its step overlapped.
-            let recovered = (RECOVERY * entry.gap / seconds).max(-RESTING);
+            // Overlaps are removed slowly: otherwise an impact would rebound by the overlap of its
+            // step.
+            let recovered = (RECOVERY * entry.gap / seconds).max(-RESTING_SPEED);
             let allowed = match entry.role {
                 Role::First | Role::Second => 0.0,
-                Role::Normal if restitution > 0.0 && entry.rate < -RESTING => {
+                Role::Normal if restitution > 0.0 && entry.rate < -RESTING_SPEED => {
                     (restitution * entry.rate).min(recovered)
                 }
                 Role::Stop(_) | Role::Ankle | Role::Normal => recovered,
@@ -234,7 +241,7 @@ impl Constraints {
         }
         let solution = self.impulses(tolerance)?;
         if self.problem.keep_within_bounds() {
-            // More exactly, so that what is cut off is no creep.
+            // To a tighter tolerance, so that clamping to the bounds causes no creep.
             let finer = tolerance.map(|tolerance| 1e-4 * tolerance);
             let polished = self.problem.solve_within(finer[0], finer[1]);
             self.problem.keep_within_bounds();
@@ -250,13 +257,13 @@ impl Constraints {
             .zip(&self.responses)
             .zip(self.problem.unknowns())
         {
-            motion.push(&entry.row, response, mobility, impulse / seconds);
+            motion.add_force(&entry.row, response, mobility, impulse / seconds);
         }
         Ok(())
     }
 
-    /// Torque impulse of the constraints on a drive (0 the hip, 1 the pulley).
-    pub(crate) fn on_drive(&self, leg: usize, drive: usize) -> f64 {
+    /// Torque impulse of the constraints on a drive (0: hip, 1: pulley) \[N·m·s\].
+    pub(crate) fn drive_impulse(&self, leg: usize, drive: usize) -> f64 {
         self.entries
             .iter()
             .zip(self.problem.unknowns())
@@ -272,7 +279,8 @@ impl Constraints {
             .sum()
     }
 
-    /// Energy that impacts and sliding have taken in the step, from the velocities at its end \[J\].
+    /// Energy dissipated by impacts and by sliding in the step, from the velocities at its end
+    /// \[J\].
     pub(crate) fn losses(&self, after: &State) -> (f64, f64) {
         let (mut impact, mut sliding) = (0.0, 0.0);
         let impulses = self.problem.unknowns();
@@ -298,37 +306,39 @@ impl Constraints {
         (impact, sliding)
     }
 
-    /// How many constraints push that did not in the step before: touch-downs, stops reached, cables pulled taut.
-    pub(crate) fn met(&self, before: &[LegForces; LEGS]) -> u64 {
-        let met = self
-            .entries
-            .iter()
-            .zip(self.problem.unknowns())
-            .filter(|(entry, impulse)| {
-                let gap = matches!(entry.role, Role::Stop(_) | Role::Ankle | Role::Normal);
-                gap && **impulse > 0.0 && before[entry.row.leg][entry.role.place()] <= 0.0
-            });
-        met.count() as u64
+    /// Number of constraints that became active in this step: touch-downs, stops reached, cables
+    /// pulled taut.
+    pub(crate) fn activations(&self, before: &[LegForces; LEGS]) -> u64 {
+        let activated =
+            self.entries
+                .iter()
+                .zip(self.problem.unknowns())
+                .filter(|(entry, impulse)| {
+                    let gap = matches!(entry.role, Role::Stop(_) | Role::Ankle | Role::Normal);
+                    gap && **impulse > 0.0 && before[entry.row.leg][entry.role.index()] <= 0.0
+                });
+        activated.count() as u64
     }
 
-    /// Mean forces over the step.
+    /// Mean forces over the step \[N\].
     pub(crate) fn forces(&self, seconds: f64) -> [LegForces; LEGS] {
         let mut forces = [LegForces::default(); LEGS];
         for (entry, &impulse) in self.entries.iter().zip(self.problem.unknowns()) {
-            forces[entry.row.leg][entry.role.place()] = impulse / seconds;
+            forces[entry.row.leg][entry.role.index()] = impulse / seconds;
         }
         forces
     }
 }
 
-/// Gaps that come nearer than this count as closing \[m\].
+/// Gaps predicted to fall below this count as closing \[m\].
 const TOUCHING: f64 = 1e-6;
 
-/// Gaps farther from closing than this after a step are not looked at \[m\].
+/// Gaps predicted to exceed this after a step are skipped \[m\].
 const REACH: f64 = 2e-3;
 
-/// Ankles with a greater cosine from the second to the third segment are not folded up in a step.
+/// Cosine of the angle from the second to the third segment above which an ankle cannot fold up in
+/// a step.
 const FOLDING: f64 = -0.8;
 
-/// Feet higher than this cannot reach the ground in a step \[m\].
-const REACH_OF_FOOT: f64 = 2e-2;
+/// Height above which a foot cannot reach the ground in a step \[m\].
+const FOOT_REACH: f64 = 2e-2;

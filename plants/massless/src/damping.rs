@@ -1,12 +1,14 @@
 //! Viscous friction of the joints as a part of the inertia.
 //!
-//! Friction acts by the mean velocities of a step, v + ½h a, so that its force is f = −D v − ½h D a. The second part belongs
-//! beside the inertia, M + K with K = ½h D: no friction is too stiff for a step then. The K of a leg is over the velocities
-//! of its foot relative to the trunk and of its hip, **x** = (**u** − C **y**, θ̇); C **y** is the part of the trunk's velocity
-//! **y** that carries the foot. With the legs taken out, six rows of the trunk are left:
+//! Friction acts at the mean velocities of a step, v + ½h a, so its force is f = −D v − ½h D a. The
+//! second term is moved to the side of the inertia, M + K with K = ½h D, which makes steps stable
+//! at any friction. The K of a leg acts on the velocities of its foot relative to the trunk and of
+//! its hip, **x** = (**u** − C **y**, θ̇); C **y** is the part of the trunk's velocity **y** that
+//! carries the foot. Eliminating the legs leaves six equations of the trunk:
 //!
 //! ```text
-//!  L = (M + K)⁻¹    G = Kₓ C    T = M_t + Σ (Cᵀ Kₓₓ C − Gᵀ L G)        ẏ = T⁻¹ (F_t + Σ Gᵀ L F)    (u̇, θ̈) = L (F + G ẏ)
+//! L = (M + K)⁻¹    G = Kₓ C    T = M_t + Σ (Cᵀ Kₓₓ C − Gᵀ L G)
+//! ẏ = T⁻¹ (F_t + Σ Gᵀ L F)    (u̇, θ̈) = L (F + G ẏ)
 //! ```
 
 use nalgebra::{Matrix2x6, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
@@ -18,7 +20,7 @@ use crate::model::{LegModel, Model};
 use crate::rows::{LegKinematics, Row};
 use crate::state::State;
 
-/// The friction of one leg's joints over half a step.
+/// Friction of one leg's joints over half a step.
 #[derive(Debug, Clone, Copy)]
 struct LegDamping {
     /// K, over x and z of the foot and the hip.
@@ -31,19 +33,20 @@ struct LegDamping {
     coupling: Matrix3x6<f64>,
 }
 
-/// The friction of all joints beside the inertia, in one middle of a step.
+/// Friction of all joints, as a part of the inertia at the midpoint of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Damping {
     legs: [LegDamping; LEGS],
-    /// `M_t`, of the first estimate.
+    /// `M_t`, of the first iterate.
     inertia: Matrix6<f64>,
-    /// T⁻¹; zero where the trunk is held.
+    /// T⁻¹; zero where the base holds the trunk.
     trunk: Matrix6<f64>,
-    /// What makes a force of K and velocities: 2/h \[1/s\].
-    per_half: f64,
+    /// Factor from K and velocities to a force: 2/h \[1/s\].
+    force_scale: f64,
 }
 
-/// Accelerations of the trunk (x, z, pitch, y, roll, yaw) and of all legs (x and z of the foot, hip) by one force.
+/// Accelerations of the trunk (x, z, pitch, y, roll, yaw) and of all legs (x and z of the foot,
+/// hip) due to one force.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Coupled {
     pub(crate) trunk: Vector6<f64>,
@@ -73,12 +76,12 @@ impl LegDamping {
         }
     }
 
-    /// Finds what foot and hip of these mobilities do beside their friction.
+    /// Computes L for the given mobilities of foot and hip.
     fn factor(&mut self, foot: f64, hip: f64) {
         let k = &self.matrix;
         self.mobility = if hip > 0.0 {
-            let own = Vector3::new(1.0 / foot, 1.0 / foot, 1.0 / hip);
-            inverse_of_symmetric(&(k + Matrix3::from_diagonal(&own)))
+            let inertia = Vector3::new(1.0 / foot, 1.0 / foot, 1.0 / hip);
+            inverse_of_symmetric(&(k + Matrix3::from_diagonal(&inertia)))
         } else {
             let (a, b, d) = (k[(0, 0)] + 1.0 / foot, k[(0, 1)], k[(1, 1)] + 1.0 / foot);
             let scale = 1.0 / (a * d - b * b);
@@ -95,7 +98,7 @@ impl LegDamping {
 }
 
 impl Damping {
-    /// The friction in a middle of a step of `seconds`.
+    /// Assembles the friction at the midpoint of a step of `seconds`.
     pub(crate) fn new(model: &Model, legs: &[LegKinematics], seconds: f64) -> Self {
         let none = LegDamping {
             matrix: Matrix3::zeros(),
@@ -107,7 +110,7 @@ impl Damping {
             legs: [none; LEGS],
             inertia: Mobility::trunk_inertia(model, legs),
             trunk: Matrix6::zeros(),
-            per_half: 2.0 / seconds,
+            force_scale: 2.0 / seconds,
         };
         let each = damping.legs.iter_mut().zip(&model.legs).zip(legs);
         for ((damping, model_of_leg), leg) in each {
@@ -116,15 +119,16 @@ impl Damping {
         damping
     }
 
-    /// The same in another middle of the same step, whose inertia is that of the first.
-    pub(crate) fn again(&self, model: &Model, legs: &[LegKinematics], seconds: f64) -> Self {
+    /// Reassembles the friction at another midpoint of the same step; the inertia stays that of the
+    /// first.
+    pub(crate) fn reassembled(&self, model: &Model, legs: &[LegKinematics], seconds: f64) -> Self {
         Self {
             inertia: self.inertia,
             ..Self::new(model, legs, seconds)
         }
     }
 
-    /// Takes the mobilities of all drives into account; none where the inertia is not one.
+    /// Factors T for the mobilities of feet and drives; `None` if it is not positive definite.
     pub(crate) fn factor(
         &mut self,
         model: &Model,
@@ -146,16 +150,16 @@ impl Damping {
         Some(())
     }
 
-    /// The friction of a leg's joints at the velocities of a state.
+    /// Friction of a leg's joints at the velocities of a state.
     pub(crate) fn friction_at(&self, state: &State, leg: usize) -> Gradient {
         let (v, w) = (state.velocity(), state.rate());
         let trunk = Vector6::new(v.x, v.z, w.y, v.y, w.x, w.z);
         let of = &self.legs[leg];
         let x = of.relative(&trunk, state.foot_velocity(leg), state.hip_rate(leg));
-        gradient(&(of.matrix * x * -self.per_half))
+        gradient(&(of.matrix * x * -self.force_scale))
     }
 
-    /// What accelerations add to that, mean over the step.
+    /// Change of that friction due to accelerations, mean over the step.
     pub(crate) fn friction_by(&self, motion: &Motion, leg: usize) -> Gradient {
         gradient(&-self.resistance(&motion.trunk(), motion, leg))
     }
@@ -166,8 +170,8 @@ impl Damping {
         of.matrix * of.relative(trunk, motion.foot[leg], motion.drive[leg][0])
     }
 
-    /// Makes accelerations without K those with it: (M + K) a = M a₀.
-    pub(crate) fn hold_back(&self, motion: &mut Motion, legs: usize) {
+    /// Converts accelerations a₀ without K to accelerations a with it: (M + K) a = M a₀.
+    pub(crate) fn apply_damping(&self, motion: &mut Motion, legs: usize) {
         let before = motion.trunk();
         let mut on_legs = [Vector3::zeros(); LEGS];
         let mut on_trunk = Vector6::zeros();
@@ -178,7 +182,7 @@ impl Damping {
         motion.add(&self.coupled(&on_trunk, &on_legs));
     }
 
-    /// What a unit force along a row does.
+    /// Accelerations due to a unit force along a row.
     pub(crate) fn response(&self, row: &Row) -> Coupled {
         let (s, l) = (&row.sagittal, &row.lateral);
         let mut on_legs = [Vector3::zeros(); LEGS];
@@ -201,7 +205,7 @@ impl Damping {
     }
 }
 
-/// Velocities of the trunk that its base holds, by their place.
+/// Indices of the trunk's velocities that the base holds.
 fn held(base: Base) -> core::ops::Range<usize> {
     match base {
         Base::Free => 6..6,

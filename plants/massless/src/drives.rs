@@ -1,4 +1,4 @@
-//! The drives in one step: the rates that servos want and what their torque leaves of them; the torque of motors. Hips
+//! Drives in one step: target rates of servos within their torque limits, torques of motors. Hips
 //! without drives turn freely.
 
 use twinrig_actuator::MotorLine;
@@ -10,31 +10,31 @@ use crate::mobility::{Mobility, Motion};
 use crate::model::Model;
 use crate::state::State;
 
-/// What the drives of each leg are given, in the order of the ports: hip and pulley of servos \[rad\], or voltage \[V\] and
-/// bridge of the hip's motor and of the pulley's.
+/// Inputs of the drives of each leg, in the order of the ports: hip and pulley of servos \[rad\],
+/// or voltage \[V\] and bridge of the hip's motor and of the pulley's.
 pub(crate) type Inputs = [[f64; 4]; LEGS];
 
-/// Whether a drive has torque to spare.
+/// State of a drive relative to its torque limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Limit {
-    /// It has the rate it wants.
+    /// Below its torque limit: it attains its target rate.
     Within,
-    /// It pushes forwards with all it has.
+    /// At its greatest positive torque.
     Upper,
-    /// It pushes backwards with all it has.
+    /// At its greatest negative torque.
     Lower,
 }
 
 /// Hip and pulley drives of all legs during a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DriveStep {
-    /// Rates before the step, and those wanted at its end.
+    /// Rates before the step, and target rates at its end \[rad/s\].
     before: [[f64; 2]; LEGS],
-    wanted: [[f64; 2]; LEGS],
+    target: [[f64; 2]; LEGS],
     limits: [[Limit; 2]; LEGS],
-    /// What motors do under their voltages.
+    /// Torque-rate lines of the motors at their voltages.
     lines: [[MotorLine; 2]; LEGS],
-    /// Mean torques over the step.
+    /// Mean torques over the step \[N·m\].
     pub(crate) torques: [[f64; 2]; LEGS],
     seconds: f64,
 }
@@ -43,7 +43,7 @@ impl DriveStep {
     pub(crate) fn new(model: &Model, state: &State, inputs: &Inputs, seconds: f64) -> Self {
         let mut step = Self {
             before: [[0.0; 2]; LEGS],
-            wanted: [[0.0; 2]; LEGS],
+            target: [[0.0; 2]; LEGS],
             limits: [[Limit::Within; 2]; LEGS],
             lines: [[MotorLine::default(); 2]; LEGS],
             torques: [[0.0; 2]; LEGS],
@@ -56,7 +56,7 @@ impl DriveStep {
                 Some(Fitted::Servos(servos)) => {
                     let [hip, pulley, ..] = inputs[i];
                     let absolute = hip + leg.pantograph.hip_reference();
-                    step.wanted[i] = [
+                    step.target[i] = [
                         servos
                             .hip
                             .rate_after(seconds, absolute, state.hip(i), hip_rate),
@@ -78,8 +78,9 @@ impl DriveStep {
         step
     }
 
-    /// Gives each drive its acceleration: the one a servo wants, or what its greatest torque leaves; the one that a motor's
-    /// voltage makes. A hip without a drive gets what springs and friction give it.
+    /// Sets the acceleration of each drive: of a servo, that which attains its target rate, or that
+    /// of its greatest torque; of a motor, that of its voltage; of a hip without a drive, that of
+    /// springs and friction.
     pub(crate) fn impose(
         &self,
         model: &Model,
@@ -88,11 +89,11 @@ impl DriveStep {
         motion: &mut Motion,
     ) {
         match &model.drives {
-            Some(Fitted::Servos(servos)) => self.serve(servos, middle, mobility, motion),
-            Some(Fitted::Motors(motors)) => self.run(motors, middle, mobility, motion),
+            Some(Fitted::Servos(servos)) => self.impose_servos(servos, middle, mobility, motion),
+            Some(Fitted::Motors(motors)) => self.impose_motors(motors, middle, mobility, motion),
             None => {
                 for (i, leg) in middle.legs.iter().enumerate() {
-                    let [inertia, _] = model.turning(i);
+                    let [inertia, _] = model.drive_inertias(i);
                     mobility.drive[i][0] = 1.0 / inertia;
                     motion.drive[i][0] = leg.load(0) / inertia;
                 }
@@ -100,7 +101,7 @@ impl DriveStep {
         }
     }
 
-    fn serve(
+    fn impose_servos(
         &self,
         servos: &Servos,
         middle: &Midpoint,
@@ -113,7 +114,7 @@ impl DriveStep {
                     Limit::Within => {
                         mobility.drive[i][drive] = 0.0;
                         motion.drive[i][drive] =
-                            (self.wanted[i][drive] - self.before[i][drive]) / self.seconds;
+                            (self.target[i][drive] - self.before[i][drive]) / self.seconds;
                         continue;
                     }
                     Limit::Upper => servo.torque(),
@@ -125,9 +126,9 @@ impl DriveStep {
         }
     }
 
-    /// A motor's mean torque is the one at its mean rate, τ₀ − c(ω + ½ h a): what damps it stands beside its inertia, and
-    /// steps far beyond its time constant are stable.
-    fn run(
+    /// The mean torque of a motor is the one at its mean rate, τ₀ − c(ω + ½ h a): its damping is
+    /// added to its inertia, so steps far longer than its time constant are stable.
+    fn impose_motors(
         &self,
         motors: &Motors,
         middle: &Midpoint,
@@ -137,16 +138,17 @@ impl DriveStep {
         for (i, leg) in middle.legs.iter().enumerate() {
             for (drive, motor) in motors.both().into_iter().enumerate() {
                 let line = self.lines[i][drive];
-                let ahead = motor.inertia() + 0.5 * self.seconds * line.damping;
+                let effective_inertia = motor.inertia() + 0.5 * self.seconds * line.damping;
                 let torque = line.torque_at(self.before[i][drive]);
-                mobility.drive[i][drive] = 1.0 / ahead;
-                motion.drive[i][drive] = (torque + leg.load(drive)) / ahead;
+                mobility.drive[i][drive] = 1.0 / effective_inertia;
+                motion.drive[i][drive] = (torque + leg.load(drive)) / effective_inertia;
             }
         }
     }
 
-    /// Finds the torque each drive needs for a motion; says whether that of a servo is used up, or has some to spare again.
-    pub(crate) fn exhausted(
+    /// Computes the torque that each drive needs for a motion; returns whether a servo has reached
+    /// or left its torque limit.
+    pub(crate) fn update_limits(
         &mut self,
         model: &Model,
         middle: &Midpoint,
@@ -160,20 +162,20 @@ impl DriveStep {
         for (i, leg) in middle.legs.iter().enumerate() {
             for (drive, inertia) in drives.inertias().into_iter().enumerate() {
                 let acceleration = motion.drive[i][drive];
-                let held = constraints.on_drive(i, drive) / self.seconds;
-                let torque = inertia * acceleration - leg.load(drive) - held;
+                let constraint_torque = constraints.drive_impulse(i, drive) / self.seconds;
+                let torque = inertia * acceleration - leg.load(drive) - constraint_torque;
                 self.torques[i][drive] = torque;
                 let Fitted::Servos(servos) = drives else {
                     continue;
                 };
                 let servo = servos.both()[drive];
                 let reached = self.before[i][drive] + self.seconds * acceleration;
-                let wanted = self.wanted[i][drive];
+                let target = self.target[i][drive];
                 let next = match self.limits[i][drive] {
                     Limit::Within if torque > servo.torque() => Limit::Upper,
                     Limit::Within if torque < -servo.torque() => Limit::Lower,
-                    Limit::Upper if reached > wanted => Limit::Within,
-                    Limit::Lower if reached < wanted => Limit::Within,
+                    Limit::Upper if reached > target => Limit::Within,
+                    Limit::Lower if reached < target => Limit::Within,
                     same => same,
                 };
                 changed |= next != self.limits[i][drive];

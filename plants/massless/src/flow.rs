@@ -1,4 +1,4 @@
-//! The plant in motion: what of it is saved, and how far a step leads.
+//! Island of the plant with its state: steps with subdivision, snapshots, stored energy.
 
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Unsolved;
@@ -11,10 +11,10 @@ use crate::midpoint::{Midpoint, NoPose, Placement};
 use crate::model::{GRAVITY, Model};
 use crate::state::State;
 
-/// Halvings of a step that leads out of a leg's reach, at most.
+/// Maximum number of halvings of a step that fails.
 const HALVINGS_MAX: u32 = 8;
 
-/// Why time cannot go on.
+/// Reason why a step fails.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum FlowError {
     #[error(transparent)]
@@ -24,15 +24,15 @@ pub(crate) enum FlowError {
     #[error("the state is not a number")]
     NotFinite,
     #[error(
-        "the end of a step of {seconds:e} s does not converge: its springs' energy is open by {energy:e} J, its feet by {metres:e} m"
+        "the step of {seconds:e} s does not converge: the energy of its springs is off by {energy:e} J, its feet by {metres:e} m"
     )]
     NotConverged {
         seconds: f64,
         energy: f64,
         metres: f64,
     },
-    #[error("a step of {seconds:e} s is too long: a foot goes {metres:e} m deep")]
-    Deep { seconds: f64, metres: f64 },
+    #[error("a step of {seconds:e} s is too long: a foot penetrates the ground by {metres:e} m")]
+    Penetration { seconds: f64, metres: f64 },
     #[error("a step of {seconds:e} s is too long: {why}")]
     Dissipation {
         seconds: f64,
@@ -40,7 +40,7 @@ pub(crate) enum FlowError {
     },
 }
 
-/// A [`Flow`] at rest, so to say.
+/// Serialised state of a [`Flow`].
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct SavedFlow {
     state: State,
@@ -48,42 +48,44 @@ pub(crate) struct SavedFlow {
     forces: [LegForces; LEGS],
     torques: [[f64; 2]; LEGS],
     impulses: [[f64; 3]; LEGS],
-    owed: [f64; LEGS],
+    energy_defect: [f64; LEGS],
     damped: bool,
     ledger: Ledger,
     counts: WorkCounts,
 }
 
-/// The plant in motion.
+/// Island: coordinates that interact, with all that a step needs.
 #[derive(Debug, Clone)]
 pub(crate) struct Flow {
     pub(crate) model: Model,
     pub(crate) state: State,
-    /// What the drives of each leg are given.
+    /// Inputs of the drives of each leg.
     pub(crate) inputs: Inputs,
-    /// Forces of the constraints in the last step.
+    /// Forces of the constraints in the last step \[N\].
     pub(crate) forces: [LegForces; LEGS],
-    /// Mean torques of the drives in the last step.
+    /// Mean torques of the drives in the last step \[N·m\].
     pub(crate) torques: [[f64; 2]; LEGS],
-    /// Impulses of the ground on the feet since the start, world frame.
+    /// Impulses of the ground on the feet since the start, world frame \[N·s\].
     pub(crate) impulses: [[f64; 3]; LEGS],
-    /// What the springs of each leg have lost beyond the work they did \[J\]; the next step makes up for it.
-    pub(crate) owed: [f64; LEGS],
-    /// Whether the friction of the joints is too stiff for repetition and counts as a part of the inertia.
+    /// Energy that the springs of each leg released beyond the work they did \[J\]; the next step
+    /// compensates it.
+    pub(crate) energy_defect: [f64; LEGS],
+    /// Whether the friction of the joints is a part of the inertia, because it is too stiff for
+    /// fixed-point iteration.
     pub(crate) damped: bool,
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
-    /// Where things are now.
-    pub(crate) here: Placement,
-    pub(crate) there: Placement,
+    /// Placement of the present state.
+    pub(crate) placement: Placement,
+    pub(crate) next_placement: Placement,
     pub(crate) middle: Midpoint,
     pub(crate) constraints: Constraints,
 }
 
 impl Flow {
-    /// Starts at a state.
+    /// Creates the island in a state.
     pub(crate) fn new(model: Model, state: &State, inputs: Inputs) -> Result<Self, FlowError> {
-        // A hip without a drive has next to no inertia beside its friction.
+        // Apart from its friction, a hip without a drive has almost no inertia.
         let damped = model.drives.is_none();
         let mut flow = Self {
             model,
@@ -92,12 +94,12 @@ impl Flow {
             forces: [LegForces::default(); LEGS],
             torques: [[0.0; 2]; LEGS],
             impulses: [[0.0; 3]; LEGS],
-            owed: [0.0; LEGS],
+            energy_defect: [0.0; LEGS],
             damped,
             ledger: Ledger::default(),
             counts: WorkCounts::default(),
-            here: Placement::new(),
-            there: Placement::new(),
+            placement: Placement::new(),
+            next_placement: Placement::new(),
             middle: Midpoint::new(),
             constraints: Constraints::default(),
         };
@@ -106,26 +108,26 @@ impl Flow {
         Ok(flow)
     }
 
-    /// Puts another state in place of the present one.
+    /// Replaces the present state.
     pub(crate) fn replace(&mut self, state: &State) -> Result<(), NoPose> {
         self.state = *state;
-        self.here.place(&self.model, state)
+        self.placement.place(&self.model, state)
     }
 
-    /// What the drives of the legs that are there are given, in the order of the ports.
-    pub(crate) fn given(&self) -> impl Iterator<Item = &f64> {
+    /// Inputs of the legs that are present, in the order of the ports.
+    pub(crate) fn port_inputs(&self) -> impl Iterator<Item = &f64> {
         let legs = self.inputs[..self.model.legs.len()].iter();
         legs.flat_map(|leg| &leg[..self.model.inputs])
     }
 
-    /// The same, to be given anew.
-    pub(crate) fn given_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+    /// Mutable inputs, in the same order.
+    pub(crate) fn port_inputs_mut(&mut self) -> impl Iterator<Item = &mut f64> {
         let (legs, inputs) = (self.model.legs.len(), self.model.inputs);
         let legs = self.inputs[..legs].iter_mut();
         legs.flat_map(move |leg| &mut leg[..inputs])
     }
 
-    /// Everything the way ahead depends on.
+    /// Serialisable state: everything that later steps depend on.
     pub(crate) fn save(&self) -> SavedFlow {
         let Self {
             state,
@@ -133,7 +135,7 @@ impl Flow {
             forces,
             torques,
             impulses,
-            owed,
+            energy_defect,
             damped,
             ledger,
             counts,
@@ -145,26 +147,27 @@ impl Flow {
             forces: *forces,
             torques: *torques,
             impulses: *impulses,
-            owed: *owed,
+            energy_defect: *energy_defect,
             damped: *damped,
             ledger: *ledger,
             counts: *counts,
         }
     }
 
-    /// Goes back to what was saved.
+    /// Restores a saved state.
     pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), NoPose> {
         self.replace(&saved.state)?;
         (self.inputs, self.forces, self.torques) = (saved.inputs, saved.forces, saved.torques);
-        (self.impulses, self.owed, self.ledger) = (saved.impulses, saved.owed, saved.ledger);
+        (self.impulses, self.energy_defect, self.ledger) =
+            (saved.impulses, saved.energy_defect, saved.ledger);
         (self.damped, self.counts) = (saved.damped, saved.counts);
         self.constraints.sweeps = saved.counts.solver_iterations;
         self.constraints.factorisations = saved.counts.factorisations;
         Ok(())
     }
 
-    /// Moves on by `seconds`, in halves where a whole step leads out of a leg's reach. Where even those fail, everything
-    /// stays as it was.
+    /// Advances by `seconds`, in halves if the whole step fails. The state is unchanged if these
+    /// fail, too.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
         let Err(error) = self.step(seconds) else {
             return Ok(());
@@ -173,12 +176,13 @@ impl Flow {
         let halved = self.run_halves(seconds, HALVINGS_MAX, error);
         if halved.is_err() {
             self.restore(&before)
-                .expect("the plant has just been there, so its legs have that pose");
+                .expect("the legs have a pose in every state that was saved");
         }
         halved
     }
 
-    /// Both halves of a step that failed with `error`, each in halves again where it fails, too.
+    /// Advances by both halves of a step that failed with `error`, each subdivided again if it
+    /// fails.
     fn run_halves(
         &mut self,
         seconds: f64,
@@ -203,31 +207,31 @@ impl Flow {
         let height = self.state.position().z;
         let mut twice = self.model.mass * velocity.norm_squared()
             + rate.dot(&rate.component_mul(&self.model.inertia));
-        // A trunk that is held has no energy to speak of.
+        // The energy of a fixed trunk is constant, and counts as zero.
         let held = self.model.base == Base::Fixed;
         let (mut springs, mut gravity) = (0.0, if held { 0.0 } else { self.model.mass * height });
         for (i, leg) in self.model.legs.iter().enumerate() {
             let foot = leg.foot_in_trunk(self.state.foot(i));
-            let own = self.state.foot_velocity(i);
+            let foot_velocity = self.state.foot_velocity(i);
             let sideways = velocity.y + rate.z * foot.x - rate.x * foot.z;
             let (hip, pulley) = (self.state.hip_rate(i), self.state.pulley_rate(i));
-            let [at_hip, at_pulley] = self.model.turning(i);
-            twice += leg.mass * (own.norm_squared() + sideways * sideways)
+            let [at_hip, at_pulley] = self.model.drive_inertias(i);
+            twice += leg.mass * (foot_velocity.norm_squared() + sideways * sideways)
                 + at_hip * hip * hip
                 + at_pulley * pulley * pulley;
-            springs += self.here.springs[i];
-            gravity += leg.mass * (height + (self.here.rotation * foot).z);
+            springs += self.placement.springs[i];
+            gravity += leg.mass * (height + (self.placement.rotation * foot).z);
         }
         [0.5 * twice, springs, gravity * GRAVITY]
     }
 
-    /// Where the energy is and where it went.
+    /// Energy balance.
     pub(crate) fn energy(&self) -> EnergyBalance {
         self.ledger.balance()
     }
 }
 
-/// The ground's force on a foot along normal and tangents \[N\].
+/// Force of the ground on a foot along normal and tangents \[N\].
 pub(crate) fn ground_force(forces: &LegForces) -> [f64; 3] {
     [forces[GROUND], forces[GROUND + 1], forces[GROUND + 2]]
 }

@@ -1,9 +1,9 @@
-//! The robot with mass-less legs.
+//! Plant with massless legs.
 //!
-//! Trunk and feet have mass, the segments between them have none (thesis, section 2.7): hip angle and foot position fix
-//! the pose of a leg in closed form, and its springs push on foot and trunk as the gradient of their energy says. What the
-//! thesis' version lacked is here: a knee cable that pulls and never pushes, friction in the joints, Coulomb friction and
-//! slip on the ground.
+//! Trunk and feet have mass, the segments between them have none (thesis, section 2.7): hip angle
+//! and foot position determine the pose of a leg in closed form, and its springs act on foot and
+//! trunk by the gradient of their energy. Extensions of the thesis' version: a knee cable that
+//! pulls but never pushes, friction in the joints, Coulomb friction and slip on the ground.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
@@ -33,9 +33,10 @@
 //! # }
 //! ```
 //!
-//! What is not here: inertia of the segments (the full plant has it), ankles folded up to the second segment (hip and foot do
-//! not tell the pose there; a stop is before it), the toe (its spring stays unloaded under a point
-//! foot), abduction of the hips, collisions of anything but the feet, and the drives' electronics.
+//! Not modelled: inertia of the segments (the full plant has it), ankles folded up to the second
+//! segment (where hip and foot do not determine the pose; a stop precedes it), the toe (its spring
+//! stays unloaded under a point foot), abduction of the hips, collisions other than of the feet,
+//! and the drives' electronics.
 
 mod constraints;
 mod damping;

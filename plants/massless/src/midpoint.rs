@@ -1,4 +1,4 @@
-//! The middle of a step: where the state is then, and what it would do without constraints.
+//! Midpoint of a step: its state, and the accelerations there without constraints.
 
 use libm::sincos;
 use nalgebra::{Matrix3, Vector3};
@@ -11,7 +11,7 @@ use crate::model::{GRAVITY, LegModel, Model};
 use crate::rows::LegKinematics;
 use crate::state::State;
 
-/// A leg that has no pose.
+/// Error: a leg has no pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{why}")]
 pub(crate) struct NoPose {
@@ -19,7 +19,7 @@ pub(crate) struct NoPose {
     pub(crate) why: LegError,
 }
 
-/// Positions at one instant: what springs and gaps depend on.
+/// Configuration at one instant: the arguments of spring forces and gaps.
 #[derive(Debug, Clone)]
 pub(crate) struct Placement {
     pub(crate) rotation: Matrix3<f64>,
@@ -31,14 +31,14 @@ pub(crate) struct Placement {
 
 impl Placement {
     pub(crate) fn new() -> Self {
-        let nowhere = Surface {
+        let no_surface = Surface {
             gap: f64::INFINITY,
             normal: Vector3::z(),
         };
         Self {
             rotation: Matrix3::identity(),
             poses: Vec::with_capacity(LEGS),
-            surfaces: [nowhere; LEGS],
+            surfaces: [no_surface; LEGS],
             springs: [0.0; LEGS],
         }
     }
@@ -66,15 +66,16 @@ impl Placement {
 }
 
 impl LegModel {
-    /// Foot from the centre of mass, trunk frame, from the foot in the hip frame.
+    /// Foot from the centre of mass, trunk frame, for a foot in the hip frame \[m\].
     pub(crate) fn foot_in_trunk(&self, foot: Planar) -> Vector3<f64> {
         self.hip + Vector3::new(foot.x, 0.0, foot.y)
     }
 }
 
-/// Moves the positions of `from` on by `seconds` at the velocities of `mean`. Feet move relative to the trunk as seen
-/// from where `mean` has them, so that a spring's work is what its energy loses.
-pub(crate) fn carried(model: &Model, from: &State, mean: &State, seconds: f64) -> State {
+/// Advances the positions of `from` by `seconds` at the velocities of `mean`. Foot velocities
+/// relative to the trunk are taken at the foot positions of `mean`, so that a spring's work equals
+/// its loss of energy.
+pub(crate) fn advance_positions(model: &Model, from: &State, mean: &State, seconds: f64) -> State {
     let mut to = *mean;
     let (velocity, rate) = (mean.velocity(), mean.rate());
     to.set_attitude(from.attitude());
@@ -84,10 +85,11 @@ pub(crate) fn carried(model: &Model, from: &State, mean: &State, seconds: f64) -
     to.set_position(from.position() + rotation * velocity * seconds);
     for (i, leg) in model.legs.iter().enumerate() {
         let carried = velocity + rate.cross(&leg.foot_in_trunk(mean.foot(i)));
-        let own = mean.foot_velocity(i);
+        let foot_velocity = mean.foot_velocity(i);
         to.set_foot(
             i,
-            from.foot(i) + Planar::new(own.x - carried.x, own.y - carried.z) * seconds,
+            from.foot(i)
+                + Planar::new(foot_velocity.x - carried.x, foot_velocity.y - carried.z) * seconds,
         );
         to.set_hip(i, from.hip(i) + mean.hip_rate(i) * seconds);
         to.set_pulley(i, from.pulley(i) + mean.pulley_rate(i) * seconds);
@@ -95,7 +97,7 @@ pub(crate) fn carried(model: &Model, from: &State, mean: &State, seconds: f64) -
     to
 }
 
-/// Legs and forces at the middle of a step.
+/// Kinematics and forces of the legs at the midpoint of a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Midpoint {
     pub(crate) state: State,
@@ -112,7 +114,7 @@ impl Midpoint {
         }
     }
 
-    /// Finds the middle between `before` and an estimate of the end.
+    /// Computes the midpoint between `before` and an iterate of the end.
     pub(crate) fn place(
         &mut self,
         model: &Model,
@@ -121,12 +123,12 @@ impl Midpoint {
         seconds: f64,
     ) -> Result<(), NoPose> {
         let mut mean = *before;
-        // The feet of the estimate's middle; the first estimate is the start itself.
+        // Foot positions at the midpoint of the iterate; the first iterate is the start itself.
         for i in 0..model.legs.len() {
             mean.set_foot(i, (before.foot(i) + after.foot(i)) * 0.5);
         }
-        mean.take_mean_velocities(before, after, model.legs.len());
-        self.state = carried(model, before, &mean, 0.5 * seconds);
+        mean.set_mean_velocities(before, after, model.legs.len());
+        self.state = advance_positions(model, before, &mean, 0.5 * seconds);
         self.rotation = self.state.rotation();
         self.legs.clear();
         for (i, leg) in model.legs.iter().enumerate() {
@@ -137,31 +139,31 @@ impl Midpoint {
         Ok(())
     }
 
-    /// Bends the springs' gradients so that their work over the step is exactly what their energy loses (Gonzalez'
-    /// discrete gradient), and what is owed from the steps before. `stiffest`: how stiff the force that makes up for what is
-    /// owed may be \[N/m\].
+    /// Corrects the springs' gradients so that their work over the step is exactly the energy they
+    /// release (Gonzalez' discrete gradient) plus the energy defect of earlier steps.
+    /// `stiffness_max` limits the stiffness of the force that compensates the defect \[N/m\].
     pub(crate) fn conserve(
         &mut self,
         model: &Model,
         before: &State,
         after: &State,
-        lost: &[f64; LEGS],
-        owed: &[f64; LEGS],
-        stiffest: f64,
+        released: &[f64; LEGS],
+        energy_defect: &[f64; LEGS],
+        stiffness_max: f64,
     ) {
-        /// Moves shorter than this \[m\] leave no work to speak of.
-        const STILL: f64 = 1e-12;
+        /// Motion below which the work of springs is negligible \[m\].
+        const NEGLIGIBLE_MOTION: f64 = 1e-12;
         for (i, leg) in self.legs.iter_mut().enumerate() {
             let foot = after.foot(i) - before.foot(i);
             let hip = after.hip(i) - before.hip(i);
-            // The hip's radians count as metres at the foot.
+            // A radian of the hip counts as one leg length at the foot.
             let lever = model.legs[i].pantograph.length_max();
             let square = foot.norm_squared() + hip * hip * lever * lever;
-            if square > STILL * STILL {
-                let most = stiffest * square;
-                let due = lost[i] + owed[i].clamp(-most, most);
-                let missing = -due - leg.spring.foot.dot(&foot) - leg.spring.hip * hip;
-                let share = missing / square;
+            if square > NEGLIGIBLE_MOTION * NEGLIGIBLE_MOTION {
+                let defect_max = stiffness_max * square;
+                let work = released[i] + energy_defect[i].clamp(-defect_max, defect_max);
+                let residual = -work - leg.spring.foot.dot(&foot) - leg.spring.hip * hip;
+                let share = residual / square;
                 leg.spring = leg.spring
                     + Gradient {
                         hip: share * lever * lever * hip,
@@ -171,7 +173,8 @@ impl Midpoint {
         }
     }
 
-    /// Where the friction of the joints is a part of the inertia: takes its force at the start of the step.
+    /// Sets the friction of the joints to that at the start of the step, where it is a part of the
+    /// inertia.
     pub(crate) fn begin_friction(&mut self, before: &State, mobility: &Mobility) {
         let Some(damping) = &mobility.damping else {
             return;
@@ -181,7 +184,7 @@ impl Midpoint {
         }
     }
 
-    /// And adds what the motion does to it, which is the mean force then.
+    /// Adds the change of the friction due to the motion, which gives its mean over the step.
     pub(crate) fn end_friction(&mut self, motion: &Motion, mobility: &Mobility) {
         let Some(damping) = &mobility.damping else {
             return;
@@ -191,7 +194,8 @@ impl Midpoint {
         }
     }
 
-    /// Accelerations of trunk and feet without constraints; the drives' are left to others.
+    /// Accelerations of trunk and feet without constraints; those of the drives are set by
+    /// `DriveStep`.
     pub(crate) fn free_motion(&self, model: &Model, mobility: &Mobility) -> Motion {
         let gravity = self.rotation.tr_mul(&Vector3::new(0.0, 0.0, -GRAVITY));
         let (velocity, rate) = (self.state.velocity(), self.state.rate());

@@ -1,4 +1,5 @@
-//! The inverse of the mass matrix. Nothing but the feet's sideways inertia couples the coordinates, so it is short.
+//! Inverse mass matrix. Only the feet's sideways inertia couples coordinates, so it is nearly
+//! diagonal.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use twinrig_leg::Planar;
@@ -9,7 +10,7 @@ use crate::model::Model;
 use crate::rows::{LegKinematics, Row};
 use crate::state::State;
 
-/// Inverse mass matrix: what an impulse along a row does to each velocity.
+/// Inverse mass matrix: velocity changes per impulse along a row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Mobility {
     sagittal: Vector3<f64>,
@@ -17,7 +18,7 @@ pub(crate) struct Mobility {
     pub(crate) foot: [f64; LEGS],
     /// Of hip and pulley; zero where the drive imposes its acceleration.
     pub(crate) drive: [[f64; 2]; LEGS],
-    /// The friction of the joints, where it counts as a part of the inertia.
+    /// Friction of the joints, where it is a part of the inertia.
     pub(crate) damping: Option<Damping>,
 }
 
@@ -30,7 +31,7 @@ pub(crate) struct Motion {
     pub(crate) drive: [[f64; 2]; LEGS],
 }
 
-/// A force's effect on the trunk, kept from the matrix to the accelerations.
+/// Accelerations due to a unit force, kept from the assembly of the matrix to the solution.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Response {
     sagittal: Vector3<f64>,
@@ -64,16 +65,16 @@ impl Mobility {
         }
     }
 
-    /// Takes the friction of the joints as a part of the inertia from now on, in the middle of a step.
+    /// Includes the friction of the joints in the inertia, at the midpoint of a step.
     pub(crate) fn damp(&mut self, model: &Model, legs: &[LegKinematics], seconds: f64) {
         self.damping = Some(match &self.damping {
             None => Damping::new(model, legs, seconds),
-            Some(damping) => damping.again(model, legs, seconds),
+            Some(damping) => damping.reassembled(model, legs, seconds),
         });
     }
 
-    /// Factors the inertia with the friction of the joints in it, for the present mobilities of the drives; none where that
-    /// is no inertia.
+    /// Factors the inertia with the joint friction in it, for the present mobilities of the drives;
+    /// `None` if it is not positive definite.
     pub(crate) fn factor(&mut self, model: &Model) -> Option<()> {
         let Some(damping) = &mut self.damping else {
             return Some(());
@@ -81,21 +82,23 @@ impl Mobility {
         damping.factor(model, &self.foot, &self.drive)
     }
 
-    /// Lets the friction of the joints resist accelerations that were found without it.
-    pub(crate) fn hold_back(&self, motion: &mut Motion, legs: usize) {
+    /// Applies the friction of the joints to accelerations computed without it.
+    pub(crate) fn apply_damping(&self, motion: &mut Motion, legs: usize) {
         if let Some(damping) = &self.damping {
-            damping.hold_back(motion, legs);
+            damping.apply_damping(motion, legs);
         }
     }
 
-    /// The inertia of the trunk, with the sideways inertia of the feet: x, z, pitch, y, roll, yaw. Of one that is held it is one.
+    /// Inertia of the trunk with the sideways inertia of the feet: x, z, pitch, y, roll, yaw.
+    /// Coordinates that the base holds have an inertia of 1.
     pub(crate) fn trunk_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix6<f64> {
         let mut inertia = Matrix6::identity();
         if model.base != Base::Fixed {
-            let own = [model.mass, model.mass, model.inertia.y];
-            own.into_iter()
+            let diagonal = [model.mass, model.mass, model.inertia.y];
+            diagonal
+                .into_iter()
                 .enumerate()
-                .for_each(|(i, own)| inertia[(i, i)] = own);
+                .for_each(|(i, entry)| inertia[(i, i)] = entry);
         }
         if model.base == Base::Free {
             let lateral = lateral_inertia(model, legs);
@@ -104,7 +107,7 @@ impl Mobility {
         inertia
     }
 
-    /// What the trunk does about forces on it.
+    /// Accelerations of the trunk due to forces on it.
     pub(crate) fn trunk(
         &self,
         sagittal: &Vector3<f64>,
@@ -116,7 +119,7 @@ impl Mobility {
         )
     }
 
-    /// What the trunk does about a unit force along a row.
+    /// Accelerations due to a unit force along a row.
     pub(crate) fn response(&self, row: &Row) -> Response {
         let Some(damping) = &self.damping else {
             let (sagittal, lateral) = self.trunk(&row.sagittal, &row.lateral);
@@ -135,8 +138,9 @@ impl Mobility {
         }
     }
 
-    /// Acceleration along `row` of a unit force along `force`, whose response is given.
-    pub(crate) fn between(&self, row: &Row, force: &Row, response: &Response) -> f64 {
+    /// Entry of the Delassus matrix: acceleration along `row` due to a unit force along `force`,
+    /// whose response is `response`.
+    pub(crate) fn delassus_entry(&self, row: &Row, force: &Row, response: &Response) -> f64 {
         let trunk = row.sagittal.dot(&response.sagittal) + row.lateral.dot(&response.lateral);
         if self.damping.is_some() {
             let leg = &response.legs[row.leg];
@@ -170,13 +174,13 @@ impl Motion {
         }
     }
 
-    /// The trunk's: x, z, pitch, y, roll, yaw.
+    /// Accelerations of the trunk: x, z, pitch, y, roll, yaw.
     pub(crate) fn trunk(&self) -> Vector6<f64> {
         let (s, l) = (&self.sagittal, &self.lateral);
         Vector6::new(s.x, s.y, s.z, l.x, l.y, l.z)
     }
 
-    /// Adds what forces do to trunk and legs together.
+    /// Adds the accelerations of trunk and legs due to coupled forces.
     pub(crate) fn add(&mut self, coupled: &Coupled) {
         self.sagittal += coupled.trunk.fixed_rows::<3>(0);
         self.lateral += coupled.trunk.fixed_rows::<3>(3);
@@ -200,8 +204,8 @@ impl Motion {
             + pulley * row.pulley
     }
 
-    /// Adds what a force along a row does.
-    pub(crate) fn push(
+    /// Adds the accelerations due to a force along a row.
+    pub(crate) fn add_force(
         &mut self,
         force: &Row,
         response: &Response,
@@ -222,7 +226,7 @@ impl Motion {
         drive[1] += mobility.drive[force.leg][1] * force.pulley * magnitude;
     }
 
-    /// Adds the motion, `seconds` long, to a state's velocities.
+    /// Adds the velocity changes of `seconds` of this motion to a state.
     pub(crate) fn apply(&self, state: &mut State, seconds: f64, legs: usize) {
         let [x, z, pitch] = self.sagittal.into();
         let [y, roll, yaw] = self.lateral.into();
@@ -236,7 +240,7 @@ impl Motion {
     }
 }
 
-/// Inertia of the trunk sideways, in roll and in yaw, with that of the feet, which move sideways with it.
+/// Inertia of the trunk sideways, in roll and in yaw, with the feet, which move sideways with it.
 fn lateral_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix3<f64> {
     let mut inertia =
         Matrix3::from_diagonal(&Vector3::new(model.mass, model.inertia.x, model.inertia.z));
@@ -247,7 +251,7 @@ fn lateral_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix3<f64> {
     inertia
 }
 
-/// Inverse by cofactors; the matrix is an inertia, so its determinant is positive.
+/// Inverse by cofactors; the matrix is an inertia, hence its determinant is positive.
 pub(crate) fn inverse_of_symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
     let (a, b, c) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
     let (d, e, f) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);

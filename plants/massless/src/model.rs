@@ -1,4 +1,4 @@
-//! The constant part of the plant: masses, geometry, drives, and what of it is simulated.
+//! Constant part of the plant: masses, geometry, drives, and the simulated subset of the robot.
 
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
@@ -7,47 +7,47 @@ use twinrig_legged::{Base, Fitted, LeggedError, Setup, positive};
 pub(crate) use twinrig_robot::GRAVITY;
 use twinrig_robot::{JointFriction, Robot};
 
-/// Where the force of a leg comes from.
+/// Method for the force of a leg's springs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Force {
-    /// The closed form.
+    /// Closed form.
     Solve,
-    /// A bicubic energy table with this many cells along each axis.
+    /// Bicubic energy table with this many cells along each axis.
     Lookup {
         /// Cells along each axis.
         cells: usize,
     },
 }
 
-/// What to simulate of a robot, and how.
+/// Options of the plant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// What is the same for every plant.
+    /// Setup common to all plants.
     pub setup: Setup,
-    /// Where the force of a leg comes from.
+    /// Method for the force of a leg's springs.
     pub force: Force,
 }
 
-/// Why a plant cannot be built.
+/// Reason why a plant cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MasslessError {
-    /// Robot and setup do not fit together.
+    /// Robot and setup are inconsistent.
     #[error(transparent)]
     Setup(#[from] LeggedError),
     /// The start has no pose.
-    #[error("the start cannot be taken: {0}")]
+    #[error("invalid start state: {0}")]
     Start(String),
 }
 
-/// One leg.
+/// Constant data of one leg.
 #[derive(Debug, Clone)]
 pub(crate) struct LegModel {
     pub(crate) name: String,
-    /// Hip joint in the trunk frame, seen from the centre of mass \[m\].
+    /// Hip joint in the trunk frame, relative to the centre of mass \[m\].
     pub(crate) hip: Vector3<f64>,
-    /// What turns at the hip where no drive does, which a leg without any mass would lack: the first segment, a uniform
-    /// rod \[kg·m²\].
-    pub(crate) free_hip: f64,
+    /// Inertia at a hip without a drive, which a leg without mass would lack: the first segment as
+    /// a uniform rod \[kg·m²\].
+    pub(crate) free_hip_inertia: f64,
     pub(crate) pantograph: Pantograph,
     pub(crate) table: Option<EnergyTable>,
     /// Mass at the foot \[kg\].
@@ -59,25 +59,25 @@ pub(crate) struct LegModel {
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     pub(crate) base: Base,
-    /// Centre of mass, seen from the trunk's own \[m\].
+    /// Centre of mass in the frame of the robot file's trunk \[m\].
     pub(crate) centre: Vector3<f64>,
-    /// Mass of the trunk with the parts of the legs that move with it \[kg\].
+    /// Mass of the trunk and of the parts of the legs that move with it \[kg\].
     pub(crate) mass: f64,
-    /// Principal moments of inertia of the same \[kg·m²\].
+    /// Principal moments of inertia of these \[kg·m²\].
     pub(crate) inertia: Vector3<f64>,
     pub(crate) legs: Vec<LegModel>,
-    /// Without any, the hips turn freely and there is no cable.
+    /// Without drives the hips turn freely and there is no cable.
     pub(crate) drives: Option<Fitted>,
-    /// Inputs of a leg.
+    /// Number of inputs of a leg.
     pub(crate) inputs: usize,
     pub(crate) ground: Option<Ground>,
-    /// The plant's step \[s\].
+    /// Step of the plant \[s\].
     pub(crate) step: f64,
-    /// Mobility given to redundant constraints \[1/kg\].
+    /// Mobility added to redundant constraints \[1/kg\].
     pub(crate) compliance: f64,
-    /// The greatest length of a leg: by which distances are measured \[m\].
+    /// Greatest length of a leg: the unit of distances \[m\].
     pub(crate) reach: f64,
-    /// Weight times leg length: the energy by which others are measured \[J\].
+    /// Weight times leg length: the unit of energies \[J\].
     pub(crate) energy_scale: f64,
 }
 
@@ -85,8 +85,8 @@ impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MasslessError> {
         let Options { setup, force } = options;
         let chosen = setup.chosen(robot)?;
-        // What a leg weighs beyond its lumped foot hangs at its hip and moves with the trunk.
-        let hung: Vec<(f64, Vector3<f64>)> = chosen
+        // The mass of a leg beyond its lumped foot is at its hip and moves with the trunk.
+        let hip_masses: Vec<(f64, Vector3<f64>)> = chosen
             .iter()
             .map(|mount| {
                 (
@@ -95,25 +95,26 @@ impl Model {
                 )
             })
             .collect();
-        let mass = robot.trunk.mass + hung.iter().map(|(m, _)| m).sum::<f64>();
+        let mass = robot.trunk.mass + hip_masses.iter().map(|(m, _)| m).sum::<f64>();
         positive("trunk", mass)?;
-        // A trunk that does not move has no use for its centre of mass; its hips are where the file has them, whichever legs
-        // are there.
+        // A fixed trunk needs no centre of mass; its hips are where the file has them, whichever
+        // legs are present.
         let centre = if setup.base == Base::Fixed {
             Vector3::zeros()
         } else {
-            hung.iter().map(|(m, r)| r * *m).sum::<Vector3<f64>>() / mass
+            hip_masses.iter().map(|(m, r)| r * *m).sum::<Vector3<f64>>() / mass
         };
-        let around = |m: f64, r: Vector3<f64>| {
+        let parallel_axis = |m: f64, r: Vector3<f64>| {
             Vector3::new(
                 r.y * r.y + r.z * r.z,
                 r.x * r.x + r.z * r.z,
                 r.x * r.x + r.y * r.y,
             ) * m
         };
-        let mut inertia = Vector3::from(robot.trunk.inertia) + around(robot.trunk.mass, -centre);
-        for (m, r) in &hung {
-            inertia += around(*m, r - centre);
+        let mut inertia =
+            Vector3::from(robot.trunk.inertia) + parallel_axis(robot.trunk.mass, -centre);
+        for (m, r) in &hip_masses {
+            inertia += parallel_axis(*m, r - centre);
         }
         for (moment, axis) in inertia.iter().zip(["roll", "pitch", "yaw"]) {
             positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
@@ -150,19 +151,19 @@ impl Model {
             inputs: setup.drives.inputs(),
             ground: setup.ground.clone(),
             step: setup.step.as_secs_f64(),
-            // Nine digits below the mobility of a foot: invisible where constraints are independent, and enough to make
-            // redundant ones share their load.
+            // Nine orders of magnitude below the mobility of a foot: negligible where constraints
+            // are independent, sufficient for redundant ones to share their load.
             compliance: 1e-9 / lightest.min(mass),
         })
     }
 }
 
 impl Model {
-    /// What turns at hip and pulley of a leg \[kg·m²\].
-    pub(crate) fn turning(&self, leg: usize) -> [f64; 2] {
+    /// Inertias at hip and pulley of a leg \[kg·m²\].
+    pub(crate) fn drive_inertias(&self, leg: usize) -> [f64; 2] {
         match &self.drives {
             Some(drives) => drives.inertias(),
-            None => [self.legs[leg].free_hip, 0.0],
+            None => [self.legs[leg].free_hip_inertia, 0.0],
         }
     }
 }
@@ -173,18 +174,20 @@ impl LegModel {
         hip: Vector3<f64>,
         force: Force,
     ) -> Result<Self, MasslessError> {
-        let wrong = LeggedError::of_leg(&mount.name);
+        let leg_error = LeggedError::of_leg(&mount.name);
         let mass = mount.leg.mass.lumped_foot;
         positive(&format!("lumped foot of leg {}", mount.name), mass)?;
-        let pantograph = Pantograph::new(&mount.leg).map_err(&wrong)?;
+        let pantograph = Pantograph::new(&mount.leg).map_err(&leg_error)?;
         let table = match force {
             Force::Solve => None,
-            Force::Lookup { cells } => Some(EnergyTable::new(&pantograph, cells).map_err(&wrong)?),
+            Force::Lookup { cells } => {
+                Some(EnergyTable::new(&pantograph, cells).map_err(&leg_error)?)
+            }
         };
         Ok(Self {
             name: mount.name.clone(),
             hip,
-            free_hip: mount.leg.mass.l1 * mount.leg.l1 * mount.leg.l1 / 3.0,
+            free_hip_inertia: mount.leg.mass.l1 * mount.leg.l1 * mount.leg.l1 / 3.0,
             pantograph,
             table,
             mass,

@@ -1,4 +1,4 @@
-//! The plant as the rig sees it.
+//! Implementation of the [`Plant`] interface.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -11,24 +11,25 @@ use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 use crate::drives::Inputs;
 use crate::flow::{Flow, FlowError, SavedFlow};
 use crate::model::{MasslessError, Model, Options};
-use crate::readings::Whole;
+use crate::readings::RobotReadings;
 use crate::state::State;
 
-/// A robot whose legs have no mass but at the foot.
+/// Plant of a robot whose legs have mass at the foot only.
 #[derive(Debug, Clone)]
 pub struct Massless {
-    /// What moves by itself: the robot as a whole, or each leg where a fixed trunk leaves them nothing to do with each
-    /// other. A leg that is taken out then changes no bit of the others.
+    /// Independent parts: the whole robot, or each leg where the trunk is fixed. Removing a leg
+    /// then changes no bit of the others.
     pub(crate) flows: Vec<Flow>,
-    /// The flows at the start of the present step, where one that fails may leave others ahead.
-    before: Vec<SavedFlow>,
+    /// Flows at the start of the present step, for the case that one fails after others have
+    /// advanced.
+    step_start: Vec<SavedFlow>,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
     window: Window,
 }
 
-/// Everything the way ahead depends on.
+/// Serialised state of the plant.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
@@ -37,16 +38,16 @@ struct Saved {
 }
 
 impl Massless {
-    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
-    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
-    /// needs.
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest
+    /// foot at height zero, or on the ground where that is higher; onto lower ground it falls.
+    /// `requested` selects the output signals.
     ///
     /// # Errors
-    /// [`MasslessError`] where robot and options do not fit together.
+    /// [`MasslessError`] if robot and options are inconsistent.
     pub fn new(
         robot: &Robot,
         options: &Options,
-        wanted: &dyn Fn(&str) -> bool,
+        requested: &dyn Fn(&str) -> bool,
     ) -> Result<Self, MasslessError> {
         let flows = islands(robot, options)?
             .iter()
@@ -62,9 +63,9 @@ impl Massless {
             .flat_map(|flow| &flow.model.legs)
             .map(|leg| leg.name.as_str())
             .collect();
-        let signals = Signals::new(&legs, &options.setup, wanted);
+        let signals = Signals::new(&legs, &options.setup, requested);
         Ok(Self {
-            before: Vec::with_capacity(flows.len()),
+            step_start: Vec::with_capacity(flows.len()),
             flows,
             now: SimTime::ZERO,
             step: options.setup.step,
@@ -73,18 +74,18 @@ impl Massless {
         })
     }
 
-    /// Puts others in the place of its flows, at a time of theirs.
-    pub(crate) fn begin_at(&mut self, flows: Vec<Flow>, now: SimTime) {
+    /// Replaces the flows and sets the time.
+    pub(crate) fn replace_flows(&mut self, flows: Vec<Flow>, now: SimTime) {
         (self.flows, self.now) = (flows, now);
         self.window = Window::default();
         self.begin_window();
     }
 
-    /// Puts everything back to where the step began: other legs may be ahead.
-    fn step_back(&mut self) {
-        for (flow, before) in self.flows.iter_mut().zip(&self.before) {
-            flow.restore(before)
-                .expect("the plant has been there, so its legs have that pose");
+    /// Restores the state at the start of the step: other flows may have advanced.
+    fn roll_back(&mut self) {
+        for (flow, saved) in self.flows.iter_mut().zip(&self.step_start) {
+            flow.restore(saved)
+                .expect("the legs have a pose in every state that was saved");
         }
     }
 
@@ -94,7 +95,7 @@ impl Massless {
             FlowError::Unsolved(_) => "contact".to_owned(),
             FlowError::NotFinite
             | FlowError::NotConverged { .. }
-            | FlowError::Deep { .. }
+            | FlowError::Penetration { .. }
             | FlowError::Dissipation { .. } => "integrator".to_owned(),
         };
         PlantFault {
@@ -106,24 +107,24 @@ impl Massless {
     }
 }
 
-/// What moves by itself: the robot, or each of its legs where the trunk is held.
+/// Options of the independent parts: the robot, or each of its legs where the trunk is fixed.
 fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessError> {
     let setup = &options.setup;
     let chosen = setup.chosen(robot)?;
     if setup.base != Base::Fixed || chosen.is_empty() {
         return Ok(vec![options.clone()]);
     }
-    let alone = |name: &String| Options {
+    let single_leg = |name: &String| Options {
         setup: Setup {
             legs: vec![name.clone()],
             ..setup.clone()
         },
         force: options.force,
     };
-    Ok(chosen.iter().map(|mount| alone(&mount.name)).collect())
+    Ok(chosen.iter().map(|mount| single_leg(&mount.name)).collect())
 }
 
-/// The state at the start, and the inputs that keep servos there; motors are left to coast.
+/// State at the start, and inputs that keep servos there; motors coast.
 fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs), MasslessError> {
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
@@ -133,7 +134,7 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs),
         let pose = leg.pantograph.pose_of_angles(start.angles);
         let pose = pose.map_err(|error| MasslessError::Start(error.to_string()))?;
         if !leg.pantograph.is_unfolded(&pose) {
-            let why = "the ankle is folded up to the second segment, where hip and foot do not tell the pose";
+            let why = "the ankle is folded up to the second segment, where hip and foot do not determine the pose";
             return Err(MasslessError::Start(format!("leg {}: {why}", leg.name)));
         }
         if let Some(Fitted::Servos(_)) = model.drives {
@@ -163,19 +164,19 @@ impl Plant for Massless {
     }
 
     fn first_inputs(&self, inputs: &mut [f64]) {
-        let given = self.flows.iter().flat_map(Flow::given);
-        for (input, given) in inputs.iter_mut().zip(given) {
-            *input = *given;
+        let first_inputs = self.flows.iter().flat_map(Flow::port_inputs);
+        for (input, first) in inputs.iter_mut().zip(first_inputs) {
+            *input = *first;
         }
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.signals
             .check_inputs(inputs, self.now, || self.energy().stored())?;
-        let mut rest = inputs.iter();
+        let mut remaining = inputs.iter();
         for flow in &mut self.flows {
-            for (given, input) in flow.given_mut().zip(&mut rest) {
-                *given = *input;
+            for (port_input, input) in flow.port_inputs_mut().zip(&mut remaining) {
+                *port_input = *input;
             }
         }
         let mut steps = LongLoop::default();
@@ -186,12 +187,12 @@ impl Plant for Massless {
             let next = to.min(self.now + self.step);
             let seconds = (next - self.now).as_secs_f64();
             if self.flows.len() > 1 {
-                self.before.clear();
-                self.before.extend(self.flows.iter().map(Flow::save));
+                self.step_start.clear();
+                self.step_start.extend(self.flows.iter().map(Flow::save));
             }
             for i in 0..self.flows.len() {
                 if let Err(error) = self.flows[i].run(seconds) {
-                    self.step_back();
+                    self.roll_back();
                     return Err(self.fault(&self.flows[i], &error));
                 }
             }
@@ -203,17 +204,17 @@ impl Plant for Massless {
     fn observe(&mut self, outputs: &mut [f64]) {
         let now_s = self.now.as_secs_f64();
         self.signals
-            .write(&Whole(&self.flows), &self.window, now_s, outputs);
+            .write(&RobotReadings(&self.flows), &self.window, now_s, outputs);
     }
 
     fn begin_window(&mut self) {
         let flows = self.flows.iter();
-        let felt = flows.flat_map(|flow| &flow.impulses[..flow.model.legs.len()]);
-        self.window.begin(self.now.as_secs_f64(), felt);
+        let impulses = flows.flat_map(|flow| &flow.impulses[..flow.model.legs.len()]);
+        self.window.begin(self.now.as_secs_f64(), impulses);
     }
 
     fn energy(&self) -> EnergyBalance {
-        Whole(&self.flows).energy()
+        RobotReadings(&self.flows).energy()
     }
 
     fn work(&self) -> WorkCounts {
@@ -246,10 +247,7 @@ impl Plant for Massless {
             found,
         };
         if saved.flows.len() != self.flows.len() {
-            return Err(mismatch(format!(
-                "{} parts that move by themselves",
-                saved.flows.len()
-            )));
+            return Err(mismatch(format!("{} independent parts", saved.flows.len())));
         }
         for (flow, saved) in self.flows.iter_mut().zip(&saved.flows) {
             flow.restore(saved)
@@ -264,7 +262,7 @@ impl Plant for Massless {
     }
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        self.go_on_from(from)
+        self.resume_from_state(from)
     }
 }
 

@@ -1,7 +1,8 @@
-//! Where the plant is, in the words that all plants of a robot share, and how it goes on from where another is.
+//! Conversion from and to the state that all plants of a robot share.
 //!
-//! Its own coordinates are others: the centre of mass of the trunk with what hangs at its hips, and the feet with absolute
-//! velocities. Hip angle and foot say as much as the angles of three segments, where the ankle bends the way it is built.
+//! The plant has other coordinates: the centre of mass of the trunk with the masses at its hips,
+//! and feet with absolute velocities. Hip angle and foot position are equivalent to the angles of
+//! the three segments as long as the ankle bends in its regular direction.
 
 use nalgebra::Vector3;
 use twinrig_leg::Planar;
@@ -15,10 +16,10 @@ use crate::plant::Massless;
 use crate::state::State;
 
 impl Massless {
-    /// Where it is.
+    /// Posture of the plant.
     pub(crate) fn posture(&self) -> Posture {
         let trunk = &self.flows[0];
-        let (state, rotation) = (&trunk.state, trunk.here.rotation);
+        let (state, rotation) = (&trunk.state, trunk.placement.rotation);
         let arm = -trunk.model.centre;
         let flows = self.flows.iter();
         Posture {
@@ -30,9 +31,13 @@ impl Massless {
         }
     }
 
-    /// Goes on from a state with all its books and counts new; where it cannot, nothing has changed.
-    pub(crate) fn go_on_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        let refused = |part: &str, why: String| PlantFault {
+    /// Continues from a state with a new energy balance and new counters; the plant is unchanged on
+    /// error.
+    pub(crate) fn resume_from_state(
+        &mut self,
+        from: &PlantState,
+    ) -> Result<Vec<String>, PlantFault> {
+        let fault = |part: &str, why: String| PlantFault {
             time: from.time,
             part: part.to_owned(),
             energy: self.energy().stored(),
@@ -40,28 +45,28 @@ impl Massless {
         };
         let mut posture = self.posture();
         let mut lines = posture.resume_from(from);
-        posture.sound().map_err(|why| refused("body", why))?;
+        posture.sound().map_err(|why| fault("body", why))?;
         lines.extend(posture.keep_to(self.flows[0].model.base));
         let mut legs = posture.legs.iter();
         let mut flows = Vec::with_capacity(self.flows.len());
         for flow in &self.flows {
-            let own: Vec<_> = legs.by_ref().take(flow.model.legs.len()).collect();
-            let (state, inputs) = taken(&flow.model, &posture, &own)
-                .map_err(|(leg, why)| refused(&format!("leg/{leg}"), why))?;
+            let flow_legs: Vec<_> = legs.by_ref().take(flow.model.legs.len()).collect();
+            let (state, inputs) = state_of_posture(&flow.model, &posture, &flow_legs)
+                .map_err(|(leg, why)| fault(&format!("leg/{leg}"), why))?;
             let flow = Flow::new(flow.model.clone(), &state, inputs);
-            flows.push(flow.map_err(|error| refused("integrator", error.to_string()))?);
+            flows.push(flow.map_err(|error| fault("integrator", error.to_string()))?);
         }
-        self.begin_at(flows, from.time);
+        self.replace_flows(flows, from.time);
         Ok(lines)
     }
 }
 
 impl Flow {
-    /// Where its legs are.
+    /// Postures of the flow's legs.
     fn postures(&self) -> impl Iterator<Item = (String, LegPosture)> {
         let (state, legs) = (&self.state, self.model.legs.iter().enumerate());
         legs.map(move |(i, leg)| {
-            let pose = &self.here.poses[i];
+            let pose = &self.placement.poses[i];
             let [_, second, third] = pose.angles();
             let carried = carried(leg, state.foot(i), state.velocity(), state.rate());
             let relative = state.foot_velocity(i) - carried;
@@ -77,15 +82,15 @@ impl Flow {
     }
 }
 
-/// Velocity in the leg plane at which the trunk carries a foot along, trunk axes.
+/// Velocity in the leg plane that the trunk's motion gives to a foot, trunk axes \[m/s\].
 fn carried(leg: &LegModel, foot: Planar, velocity: Vector3<f64>, rate: Vector3<f64>) -> Planar {
     let carried = velocity + rate.cross(&leg.foot_in_trunk(foot));
     Planar::new(carried.x, carried.z)
 }
 
-/// A posture in the plant's own coordinates, and the inputs that keep servos there; motors are left to coast. Or the leg that
-/// it cannot represent, and why.
-fn taken(
+/// Converts a posture to the plant's coordinates, and to the inputs that keep servos there; motors
+/// coast. Fails with a leg that cannot be represented, and the reason.
+fn state_of_posture(
     model: &Model,
     posture: &Posture,
     legs: &[&(String, LegPosture)],
@@ -100,20 +105,20 @@ fn taken(
     state.set_rate(rate);
     let mut inputs = Inputs::default();
     for (i, (leg, (name, of))) in model.legs.iter().zip(legs).enumerate() {
-        let refused = |why: &str| (name.clone(), why.to_owned());
+        let fault = |why: &str| (name.clone(), why.to_owned());
         let [first, second, third] = of.angles;
         if libm::sin(third - second) <= 0.0 {
-            return Err(refused(
-                "its ankle is folded up beyond the second segment, where hip and foot do not tell the pose",
+            return Err(fault(
+                "its ankle is folded up beyond the second segment, where hip and foot do not determine the pose",
             ));
         }
         let pose = leg.pantograph.pose_of_angles(of.angles);
-        let pose = pose.map_err(|error| refused(&error.to_string()))?;
-        // What of a leg turns moves all that hangs on it.
-        let turned = |span: Planar, rate: f64| Planar::new(-span.y, span.x) * rate;
-        let relative = turned(pose.knee, of.rates[0])
-            + turned(pose.ankle - pose.knee, of.rates[1])
-            + turned(pose.foot - pose.ankle, of.rates[2]);
+        let pose = pose.map_err(|error| fault(&error.to_string()))?;
+        // A link's rotation moves the foot by that link.
+        let link_velocity = |span: Planar, rate: f64| Planar::new(-span.y, span.x) * rate;
+        let relative = link_velocity(pose.knee, of.rates[0])
+            + link_velocity(pose.ankle - pose.knee, of.rates[1])
+            + link_velocity(pose.foot - pose.ankle, of.rates[2]);
         state.set_foot(i, pose.foot);
         state.set_hip(i, first);
         state.set_pulley(i, of.pulley);

@@ -1,4 +1,4 @@
-//! What is measured of the plant.
+//! Measurements of the plant.
 
 use libm::atan2;
 use nalgebra::{Matrix3, Vector3};
@@ -8,11 +8,11 @@ use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
 
-/// All that moves by itself, seen as one robot.
-pub(crate) struct Whole<'f>(pub(crate) &'f [Flow]);
+/// Measurements of all flows as of one robot.
+pub(crate) struct RobotReadings<'f>(pub(crate) &'f [Flow]);
 
-impl Whole<'_> {
-    /// The flow that a leg belongs to, and its number there.
+impl RobotReadings<'_> {
+    /// The flow of a leg, and the leg's index in it.
     fn of(&self, leg: usize) -> (&Flow, usize) {
         match self.0 {
             [flow] => (flow, leg),
@@ -20,13 +20,13 @@ impl Whole<'_> {
         }
     }
 
-    /// The flow that has the trunk; where there are several, it is held, and all have the same.
+    /// The flow with the trunk; if there are several, the trunk is fixed and the same in all.
     fn trunk(&self) -> &Flow {
         &self.0[0]
     }
 }
 
-impl Readings for Whole<'_> {
+impl Readings for RobotReadings<'_> {
     fn position(&self) -> Vector3<f64> {
         self.trunk().state.position()
     }
@@ -36,7 +36,7 @@ impl Readings for Whole<'_> {
     }
 
     fn rotation(&self) -> Matrix3<f64> {
-        self.trunk().here.rotation
+        self.trunk().placement.rotation
     }
 
     fn velocity(&self) -> Vector3<f64> {
@@ -101,7 +101,7 @@ impl Readings for Whole<'_> {
     fn angles(&self, leg: usize) -> [f64; 3] {
         let (flow, leg) = self.of(leg);
         // The first angle is a coordinate; the others take an arc tangent each.
-        let [_, second, third] = flow.here.poses[leg].along;
+        let [_, second, third] = flow.placement.poses[leg].along;
         let of = |e: Planar| atan2(e.x, -e.y);
         [flow.state.hip(leg), of(second), of(third)]
     }
@@ -109,16 +109,16 @@ impl Readings for Whole<'_> {
     fn foot_position(&self, leg: usize) -> Vector3<f64> {
         let (flow, leg) = self.of(leg);
         let foot = flow.model.legs[leg].foot_in_trunk(flow.state.foot(leg));
-        flow.state.position() + flow.here.rotation * foot
+        flow.state.position() + flow.placement.rotation * foot
     }
 
     fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
         let (flow, leg) = self.of(leg);
         let state = &flow.state;
         let foot = flow.model.legs[leg].foot_in_trunk(state.foot(leg));
-        let own = state.foot_velocity(leg);
+        let foot_velocity = state.foot_velocity(leg);
         let sideways = (state.velocity() + state.rate().cross(&foot)).y;
-        flow.here.rotation * Vector3::new(own.x, sideways, own.y)
+        flow.placement.rotation * Vector3::new(foot_velocity.x, sideways, foot_velocity.y)
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
@@ -128,11 +128,11 @@ impl Readings for Whole<'_> {
 
     fn ground_normal(&self, leg: usize) -> Vector3<f64> {
         let (flow, leg) = self.of(leg);
-        flow.here.surfaces[leg].normal
+        flow.placement.surfaces[leg].normal
     }
 
     fn clearance(&self, leg: usize) -> f64 {
         let (flow, leg) = self.of(leg);
-        flow.here.surfaces[leg].gap
+        flow.placement.surfaces[leg].gap
     }
 }

@@ -9,7 +9,7 @@ use twinrig_robot::JointFriction;
 use crate::model::LegModel;
 use crate::state::State;
 
-/// A leg in one state.
+/// Kinematics and forces of a leg in one state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegKinematics {
     pub(crate) pose: Pose,
@@ -18,7 +18,8 @@ pub(crate) struct LegKinematics {
     pub(crate) foot: Vector3<f64>,
     /// Absolute velocity of the foot, trunk axes.
     pub(crate) absolute: Vector3<f64>,
-    /// What of the foot's sideways acceleration does not come from the trunk's acceleration.
+    /// Part of the foot's sideways acceleration that does not stem from the trunk's acceleration
+    /// \[m/s²\].
     pub(crate) lateral_bias: f64,
     /// Gradient of the springs' energy.
     pub(crate) spring: Gradient,
@@ -26,10 +27,10 @@ pub(crate) struct LegKinematics {
     pub(crate) friction: Gradient,
 }
 
-/// A constraint: a gap (or a tangential displacement) whose rate is linear in the velocities.
+/// Constraint: a gap (or a tangential displacement) whose rate is linear in the velocities.
 ///
-/// The trunk's velocities come in two groups that its inertia does not couple: sagittal (x, z, pitch) and lateral
-/// (y, roll, yaw).
+/// The trunk's velocities form two groups that its inertia does not couple: sagittal (x, z, pitch)
+/// and lateral (y, roll, yaw).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub(crate) leg: usize,
@@ -48,8 +49,8 @@ impl LegKinematics {
         let foot = model.hip + Vector3::new(foot_in_hip.x, 0.0, foot_in_hip.y);
         let rate = state.rate();
         let carried = state.velocity() + rate.cross(&foot);
-        let own = state.foot_velocity(leg);
-        let relative = Planar::new(own.x - carried.x, own.y - carried.z);
+        let foot_velocity = state.foot_velocity(leg);
+        let relative = Planar::new(foot_velocity.x - carried.x, foot_velocity.y - carried.z);
         let joint_velocity = model
             .pantograph
             .velocity(&pose, state.hip_rate(leg), relative);
@@ -62,7 +63,7 @@ impl LegKinematics {
             pose,
             joint_velocity,
             foot,
-            absolute: Vector3::new(own.x, carried.y, own.y),
+            absolute: Vector3::new(foot_velocity.x, carried.y, foot_velocity.y),
             lateral_bias: rate.z * relative.x - rate.x * relative.y,
             spring,
             friction: model
@@ -71,8 +72,8 @@ impl LegKinematics {
         })
     }
 
-    /// The viscous coefficient of hip, knee and ankle \[N·m·s/rad\], and what the rate of each is per velocity of hip and foot
-    /// relative to the trunk.
+    /// Viscous coefficients of hip, knee and ankle \[N·m·s/rad\], and the gradients of their rates
+    /// with respect to the velocities of hip and foot relative to the trunk.
     pub(crate) fn joint_gradients(&self, model: &LegModel) -> [(f64, Gradient); 3] {
         let segment = |torques| model.pantograph.torque_gradient(&self.pose, torques);
         let [first, second, third] = [
@@ -90,7 +91,8 @@ impl LegKinematics {
         ]
     }
 
-    /// What the friction of the joints takes while foot and hip move as far as this in the trunk, in so many seconds \[J\].
+    /// Energy dissipated by the joints' friction for a displacement of foot and hip relative to the
+    /// trunk in `seconds` \[J\].
     pub(crate) fn friction_loss(
         &self,
         model: &LegModel,
@@ -104,17 +106,18 @@ impl LegKinematics {
         (hip * w1 + knee * (w2 - w1) + ankle * (w3 - w2)) / seconds
     }
 
-    /// The trunk's share in the foot's sideways velocity: of (y, roll, yaw).
+    /// Coefficients of the trunk's (y, roll, yaw) rates in the foot's sideways velocity.
     pub(crate) fn sideways(&self) -> Vector3<f64> {
         Vector3::new(1.0, -self.foot.z, self.foot.x)
     }
 
-    /// Force on the foot by springs and joint friction, in the leg plane.
+    /// Force of springs and joint friction on the foot, in the leg plane \[N\].
     pub(crate) fn leg_force(&self) -> Planar {
         self.friction.foot - self.spring.foot
     }
 
-    /// Torque of springs and joint friction on a drive (0 the hip, 1 the pulley); the cable is a constraint and comes apart.
+    /// Torque of springs and joint friction on a drive (0: hip, 1: pulley) \[N·m\]; the cable is a
+    /// constraint and not included.
     pub(crate) fn load(&self, drive: usize) -> f64 {
         if drive == 0 {
             self.friction.hip - self.spring.hip
@@ -137,7 +140,7 @@ impl LegKinematics {
             - cable
     }
 
-    /// The row of a stop.
+    /// Row of a stop.
     pub(crate) fn stop_row(&self, model: &LegModel, stop: Stop, leg: usize) -> Row {
         let (length, sign) = stop.limits();
         let pulley = if stop == Stop::Cable {
@@ -148,12 +151,12 @@ impl LegKinematics {
         self.length_row(model, length, sign, pulley, leg)
     }
 
-    /// The row of the distance from knee to foot, which an ankle that folds up makes shorter.
+    /// Row of the distance from knee to foot, which decreases as the ankle folds up.
     pub(crate) fn ankle_row(&self, model: &LegModel, leg: usize) -> Row {
         self.length_row(model, Length::Span, 1.0, 0.0, leg)
     }
 
-    /// The row of a length of the leg, times a sign.
+    /// Row of a length of the leg, times a sign.
     fn length_row(
         &self,
         model: &LegModel,
@@ -174,7 +177,7 @@ impl LegKinematics {
         }
     }
 
-    /// The rows of a contact: along the ground's normal and two tangents.
+    /// Rows of a contact: along the ground's normal and two tangents.
     pub(crate) fn contact_rows(
         &self,
         surface: &Surface,
@@ -196,7 +199,7 @@ impl LegKinematics {
     }
 }
 
-/// Torques by which the friction of hip, knee and ankle resists.
+/// Friction torques of hip, knee and ankle \[N·m\].
 fn joint_friction(model: &LegModel, velocity: &Velocity) -> [f64; 3] {
     let [w1, w2, w3] = velocity.omega;
     let JointFriction {

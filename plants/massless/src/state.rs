@@ -1,14 +1,15 @@
-//! The state: positions and velocities of trunk, feet and drives.
+//! State: positions and velocities of trunk, feet and drives.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use twinrig_leg::Planar;
 use twinrig_legged::LEGS;
 
-/// Numbers of the trunk: position, attitude, velocity, angular velocity.
+/// Components of the trunk: position, attitude, velocity, angular velocity.
 const TRUNK: usize = 13;
 
-/// Numbers of a leg: foot (hip frame), hip, pulley; foot velocity (absolute), hip rate, pulley rate.
+/// Components of a leg: foot (hip frame), hip, pulley; foot velocity (absolute), hip rate, pulley
+/// rate.
 const LEG: usize = 8;
 
 /// Position of the trunk's centre of mass, world frame.
@@ -135,8 +136,8 @@ impl State {
     scalar!(hip_rate, set_hip_rate, HIP_RATE);
     scalar!(pulley_rate, set_pulley_rate, PULLEY_RATE);
 
-    /// Takes the mean velocities of two states.
-    pub(crate) fn take_mean_velocities(&mut self, before: &Self, after: &Self, legs: usize) {
+    /// Sets the velocities to the mean of those of two states.
+    pub(crate) fn set_mean_velocities(&mut self, before: &Self, after: &Self, legs: usize) {
         self.set_velocity((before.velocity() + after.velocity()) * 0.5);
         self.set_rate((before.rate() + after.rate()) * 0.5);
         for leg in 0..legs {
@@ -153,7 +154,7 @@ impl State {
     }
 
     /// Copies the positions of another state.
-    pub(crate) fn take_positions(&mut self, other: &Self, legs: usize) {
+    pub(crate) fn copy_positions(&mut self, other: &Self, legs: usize) {
         self.set_position(other.position());
         self.set_attitude(other.attitude());
         for leg in 0..legs {
@@ -163,8 +164,8 @@ impl State {
         }
     }
 
-    /// Turns the attitude by an angular velocity (trunk frame) held for `seconds`: Cayley's map, second order and of unit
-    /// length.
+    /// Rotates the attitude by an angular velocity (trunk frame) held for `seconds`: Cayley's map,
+    /// of second order and unit length.
     pub(crate) fn turn(&mut self, rate: &Vector3<f64>, seconds: f64) {
         let [w, x, y, z] = self.attitude();
         let half = rate * (0.5 * seconds);
@@ -195,7 +196,7 @@ impl State {
         )
     }
 
-    /// Whether every number is one.
+    /// Whether all components are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.numbers.iter().all(|x| x.is_finite())
     }
@@ -212,9 +213,12 @@ impl TryFrom<Vec<f64>> for State {
 
     fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
         let found = numbers.len();
-        let numbers = numbers
-            .try_into()
-            .map_err(|_| format!("{found} numbers are no state"))?;
+        let numbers = numbers.try_into().map_err(|_| {
+            format!(
+                "a state of {found} numbers, expected {}",
+                TRUNK + LEGS * LEG
+            )
+        })?;
         Ok(Self { numbers })
     }
 }

@@ -1,7 +1,7 @@
 use crate::{Actuators, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Trunk};
 
 impl Leg {
-    /// The leg that examples and tests of other crates use: Cheetah-cub's, as in `robots/cheetah-cub.toml`.
+    /// Leg for examples and tests of other crates: Cheetah-cub's, as in `robots/cheetah-cub.toml`.
     #[doc(hidden)]
     pub fn example() -> Self {
         Self {
@@ -40,7 +40,7 @@ impl Leg {
 }
 
 impl Robot {
-    /// The robot that examples and tests of other crates use: four example legs.
+    /// Robot for examples and tests of other crates: four example legs.
     #[doc(hidden)]
     pub fn example() -> Self {
         let servo = Servo {

@@ -1,4 +1,4 @@
-//! Finding a robot file.
+//! Location and reading of robot files.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use crate::error::RobotError;
 use crate::parameters::Robot;
 use crate::read;
 
-/// The robots that every build carries, so that an installed program works in an empty folder.
+/// Robot files embedded in every build, so that an installed program works in an empty folder.
 const EMBEDDED: &[(&str, &str)] = &[
     (
         "cheetah-cub",
@@ -19,24 +19,26 @@ const EMBEDDED: &[(&str, &str)] = &[
 
 const FOLDER: &str = "robots";
 
-/// A robot file: its text, and what a scenario replaces of it.
+/// A robot file: its text, and the values that a scenario overrides.
 #[derive(Debug, Clone)]
 pub struct RobotFile {
     document: Document,
 }
 
 impl RobotFile {
-    /// The file of the robot `name`, for a scenario that stands in the folder `beside`. The first of these that is there:
+    /// Reads the file of the robot `name`, for a scenario in the folder `beside`. The first of
+    /// these that exists:
     ///
-    /// 1. if `name` is a path (it has a `/` or ends in `.toml`): that file, seen from `beside`, and nothing else;
-    /// 2. `robots/NAME.toml` in `beside`, then in the folder above it, and so on up to the root;
-    /// 3. the copy that the program carries.
+    /// 1. if `name` is a path (contains `/` or ends in `.toml`): that file, relative to `beside`,
+    ///    and no other;
+    /// 2. `robots/NAME.toml` in `beside` or in the nearest of its ancestor folders;
+    /// 3. the embedded copy.
     ///
-    /// The current directory has no say, so that a run gives the same wherever it is started from; a relative `beside`
-    /// is made absolute before its ancestors are visited.
+    /// The current directory has no influence, so that a run does not depend on where it is
+    /// started; a relative `beside` is made absolute before its ancestors are searched.
     ///
     /// # Errors
-    /// There is no such robot, or its file cannot be read or is not TOML.
+    /// If there is no such robot, or its file cannot be read or is not TOML.
     pub fn find(name: &str, beside: &Path) -> Result<Self, RobotError> {
         if is_path(name) {
             let path = beside.join(name);
@@ -61,16 +63,16 @@ impl RobotFile {
         })
     }
 
-    /// A robot file out of `text`, which messages call `file`.
+    /// Parses `text`, with `file` as its name in messages.
     ///
     /// # Errors
-    /// It is not TOML.
+    /// If it is not TOML.
     pub fn parse(file: &str, text: &str) -> Result<Self, RobotError> {
         let document = Document::parse(file, text)?;
         Ok(RobotFile { document })
     }
 
-    /// The names that [`RobotFile::find`] finds from `beside`, sorted.
+    /// Returns the names that [`RobotFile::find`] finds from `beside`, sorted.
     pub fn names(beside: &Path) -> Vec<String> {
         let mut names: Vec<String> = EMBEDDED
             .iter()
@@ -92,29 +94,30 @@ impl RobotFile {
         names
     }
 
-    /// Replaces values, as a scenario's `[override]` table wants them. They are checked with the rest by
-    /// [`RobotFile::robot`].
+    /// Replaces values, as in a scenario's `[override]` table. They are validated with the others
+    /// by [`RobotFile::robot`].
     ///
     /// # Errors
-    /// A key leads through something that is not a table.
+    /// If a key leads through a value that is not a table.
     pub fn override_with(&mut self, overrides: &Overrides) -> Result<(), DocumentError> {
         self.document.override_with(overrides)
     }
 
-    /// The file as messages name it.
+    /// Name of the file in messages.
     pub fn file(&self) -> &str {
         self.document.file()
     }
 
-    /// The text of the file, without what was replaced.
+    /// Text of the file, without overrides.
     pub fn text(&self) -> &str {
         self.document.text()
     }
 
-    /// The robot.
+    /// Reads and validates the robot.
     ///
     /// # Errors
-    /// Every parameter that is missing, unknown, of a wrong unit or out of range, each at its place.
+    /// Every parameter that is missing, unknown, of a wrong unit or out of range, with its
+    /// location.
     pub fn robot(&self) -> Result<Robot, RobotError> {
         Ok(self.document.check(read::robot)?)
     }

@@ -1,6 +1,6 @@
-//! What a robot is made of. Every physical parameter of a run comes from a robot file, none from code: a parameter that the
-//! file does not give is an error, never a default, and what cannot be built (a pantograph that does not close, a foot
-//! without mass) is refused where it stands in the file.
+//! Parameters of robots. Every physical parameter of a run comes from a robot file, none from code:
+//! a missing parameter is an error, never a default, and impossible parameters (a pantograph that
+//! does not close, a foot without mass) are rejected with their location in the file.
 //!
 //! ```
 //! use std::path::Path;
@@ -16,8 +16,8 @@
 //! # Ok::<(), twinrig_robot::RobotError>(())
 //! ```
 //!
-//! What it does not do: compute anything with the parameters (that is `twinrig-leg`); know any simulator; model a leg that
-//! is no pantograph.
+//! Out of scope: computations with the parameters (`twinrig-leg`), simulation, and legs other than
+//! pantographs.
 
 mod error;
 mod example;

@@ -1,39 +1,39 @@
-//! What a robot is made of, in SI units.
+//! Parameters of a robot, in SI units.
 
-/// Acceleration of free fall, for every plant and for whatever is measured in weights \[m/s²\].
+/// Gravitational acceleration of all plants, and in quantities relative to a weight \[m/s²\].
 pub const GRAVITY: f64 = 9.81;
 
-/// A quadruped: a trunk, its legs in the order of the file, and the actuators that drive them.
+/// A quadruped: trunk, legs and actuators.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
     /// Name of the robot, as in the file.
     pub name: String,
-    /// The body that carries the legs.
+    /// The trunk.
     pub trunk: Trunk,
     /// The legs, in the order of the file.
     pub legs: Vec<LegMount>,
     /// Hip and knee drives.
     pub actuators: Actuators,
-    /// What is inside the hip and knee drives, where that is known: their motors.
+    /// Motors of the hip and knee drives, if known.
     pub motors: Option<Motors>,
-    /// Coulomb coefficient between foot and ground where a scenario does not say otherwise \[1\].
+    /// Coulomb coefficient between foot and ground, which a scenario may override \[1\].
     pub friction: f64,
 }
 
 impl Robot {
-    /// The whole robot: trunk and legs \[kg\].
+    /// Total mass of trunk and legs \[kg\].
     pub fn mass(&self) -> f64 {
         let legs: f64 = self.legs.iter().map(|mount| mount.leg.mass.total()).sum();
         self.trunk.mass + legs
     }
 
-    /// Its weight \[N\].
+    /// Weight \[N\].
     pub fn weight(&self) -> f64 {
         GRAVITY * self.mass()
     }
 }
 
-/// The body that carries the legs.
+/// Trunk: the body that carries the legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trunk {
     /// Mass without the legs \[kg\].
@@ -44,14 +44,14 @@ pub struct Trunk {
     pub size: [f64; 3],
 }
 
-/// A leg and where it hangs.
+/// A leg and the position of its hip.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LegMount {
-    /// `LF`, `RF`, `LH` or `RH` on the robots of this repository.
+    /// Name; `LF`, `RF`, `LH` or `RH` for the robots of this repository.
     pub name: String,
     /// Hip joint in the trunk frame: origin at the centre of mass, x forward, y left, z up \[m\].
     pub hip: [f64; 3],
-    /// The leg itself.
+    /// Parameters of the leg.
     pub leg: Leg,
 }
 
@@ -66,7 +66,7 @@ pub struct Leg {
     pub l3: f64,
     /// Offset of the pantograph on the first and third segment \[m\].
     pub l_delta: f64,
-    /// Knee angle between the first two segments, continued, when the leg is fully extended \[rad\], positive.
+    /// Knee angle between the first two segments in the fully extended leg \[rad\]; positive.
     pub q2_ref: f64,
     /// Spring along the pantograph's diagonal; it extends the leg.
     pub diagonal: Spring,
@@ -82,7 +82,7 @@ pub struct Leg {
     pub mass: LegMass,
     /// Radius of the pulley that winds the knee cable \[m\].
     pub pulley_radius: f64,
-    /// The foot segment behind the toe joint, where the robot has one.
+    /// Foot segment beyond the toe joint, if the robot has one.
     pub toe: Option<Toe>,
 }
 
@@ -91,21 +91,21 @@ pub struct Leg {
 pub struct Spring {
     /// Stiffness \[N/m\].
     pub stiffness: f64,
-    /// Preload: how far the spring is deformed where it presses the leg against its stop; below zero, how far off that stop
-    /// it holds the leg \[m\].
+    /// Preload: deformation of the spring where it presses the leg against its stop; if negative,
+    /// the distance to that stop at which it holds the leg \[m\].
     pub preload: f64,
 }
 
 /// Viscous friction of the joints \[N·m·s/rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointFriction {
-    /// Trunk against first segment.
+    /// Between trunk and first segment.
     pub hip: f64,
-    /// First against second segment.
+    /// Between first and second segment.
     pub knee: f64,
-    /// Second against third segment.
+    /// Between second and third segment.
     pub ankle: f64,
-    /// Third segment against foot.
+    /// Between third segment and foot.
     pub toe: f64,
 }
 
@@ -120,12 +120,12 @@ pub struct LegMass {
     pub l3: f64,
     /// Foot.
     pub foot: f64,
-    /// What a mass-less leg lumps into its foot; the rest of the leg goes to the trunk.
+    /// Mass at the foot of a massless leg; the rest of the leg's mass is added to the trunk.
     pub lumped_foot: f64,
 }
 
 impl LegMass {
-    /// The whole leg \[kg\].
+    /// Total mass of the leg \[kg\].
     pub fn total(&self) -> f64 {
         self.l1 + self.l2 + self.l3 + self.foot
     }
@@ -142,18 +142,19 @@ pub struct Toe {
     pub rest: f64,
 }
 
-/// The drives of a leg; all legs have the same.
+/// Servos of a leg; equal for all legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Actuators {
     /// Protraction and retraction.
     pub hip: Servo,
     /// Winding of the knee cable.
     pub knee: Servo,
-    /// Abduction of the hip, where the robot has a servo for it. No leg of a plant abducts yet; it turns beside them.
+    /// Abduction of the hip, if the robot has a servo for it. No plant's legs abduct yet; the servo
+    /// runs without effect on them.
     pub abduction: Option<Servo>,
 }
 
-/// The motors of a leg; all legs have the same.
+/// Motors of a leg; equal for all legs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motors {
     /// Protraction and retraction.
@@ -162,18 +163,18 @@ pub struct Motors {
     pub knee: Motor,
 }
 
-/// A direct-current motor, or a brushless one that is commutated to look like one, behind a gear.
+/// Direct-current motor, or brushless motor with equivalent commutation, behind a gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motor {
     /// Resistance of the winding \[Ω\].
     pub resistance: f64,
-    /// Torque of the rotor for its current, and voltage for its rate \[N·m/A = V·s/rad\].
+    /// Torque per current, and induced voltage per rate of the rotor \[N·m/A = V·s/rad\].
     pub torque_constant: f64,
-    /// Turns of the rotor for one of the output \[1\].
+    /// Gear ratio: turns of the rotor per turn of the output \[1\].
     pub gear: f64,
     /// Inertia of the rotor, before the gear \[kg·m²\].
     pub inertia: f64,
-    /// Voltage of the supply, beyond which no bridge goes \[V\].
+    /// Supply voltage, the limit of the bridge's voltage \[V\].
     pub voltage: f64,
 }
 

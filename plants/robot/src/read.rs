@@ -1,4 +1,4 @@
-//! Reading a robot out of its file, and refusing what cannot be built.
+//! Reading and validation of a robot file.
 
 use std::f64::consts::PI;
 use std::ops::Bound;
@@ -11,7 +11,7 @@ use crate::parameters::{
     Trunk,
 };
 
-/// The robot of a whole file.
+/// Reads the robot of a file.
 pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     let name = table.required("name", |item| item.text().map(str::to_owned));
     let trunk = table.required("trunk", |item| trunk(&item.table()?));
@@ -31,7 +31,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     let (kinds, mounts) = (kinds?, mounts?);
     for (kind, _) in &kinds {
         if !mounts.iter().any(|mount| mount.kind == *kind) {
-            let message = format!("leg `{kind}` is mounted nowhere");
+            let message = format!("leg `{kind}` is not mounted");
             let help = format!("give a [[mount]] leg = \"{kind}\", or remove the table");
             table.report("leg", message, help);
         }
@@ -59,10 +59,10 @@ fn trunk(table: &Table<'_>) -> Result<Trunk, Reported> {
     let inertia = table.required("inertia", |item| {
         let inertia = three(item, Unit::KilogramSquareMeter, &Range::POSITIVE)?;
         let [x, y, z] = inertia;
-        // No distribution of mass has a moment greater than the sum of the two others.
+        // A moment of inertia never exceeds the sum of the two others.
         if x > y + z || y > z + x || z > x + y {
             let message =
-                "no body has these moments of inertia: one exceeds the sum of the two others";
+                "these moments of inertia are impossible: one exceeds the sum of the two others";
             return Err(item.report(
                 message,
                 "for a box: m/12 (w² + h²), m/12 (l² + h²), m/12 (l² + w²)",
@@ -94,11 +94,11 @@ fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
     let l2 = positive(table, "l2", Unit::Meter);
     let l3 = positive(table, "l3", Unit::Meter);
     let l_delta = positive(table, "l_delta", Unit::Meter);
-    let bent = Range {
+    let open_interval = Range {
         min: Bound::Excluded(0.0),
         max: Bound::Excluded(PI),
     };
-    let q2_ref = table.required("q2_ref", |item| item.quantity(Unit::Radian, &bent));
+    let q2_ref = table.required("q2_ref", |item| item.quantity(Unit::Radian, &open_interval));
     let diagonal = table.required("diagonal", |item| spring(&item.table()?));
     let parallel = table.required("parallel", |item| spring(&item.table()?));
     let parallel_travel = positive(table, "parallel_travel", Unit::Meter);
@@ -122,12 +122,12 @@ fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
         pulley_radius: pulley_radius?,
         toe: toe?,
     };
-    closes(table, &leg)?;
+    check_geometry(table, &leg)?;
     Ok(leg)
 }
 
-/// Whether the pantograph of `leg` can be built and moved.
-fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
+/// Validates that the pantograph can be built and moved.
+fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
     let mm = |length: f64| format!("{:.2} mm", length * 1e3);
     let mut result = Ok(());
     for (key, length) in [("l1", leg.l1), ("l2", leg.l2), ("l3", leg.l3)] {
@@ -140,45 +140,45 @@ fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
         }
     }
     result?;
-    let longest = diagonal_length(leg);
-    let shortest = leg.l2 - leg.l_delta;
-    if leg.diagonal_min <= shortest || leg.diagonal_min >= longest {
+    let diagonal_max = diagonal_length(leg);
+    let diagonal_flat = leg.l2 - leg.l_delta;
+    if leg.diagonal_min <= diagonal_flat || leg.diagonal_min >= diagonal_max {
         let message = format!(
-            "`diagonal_min` is {}, which the diagonal never is",
+            "`diagonal_min` is {}, outside the range of the diagonal",
             mm(leg.diagonal_min)
         );
         let help = format!(
-            "folded flat it is {}, extended {}; it must be between",
-            mm(shortest),
-            mm(longest)
+            "it must be between {} (folded flat) and {} (extended)",
+            mm(diagonal_flat),
+            mm(diagonal_max)
         );
         result = Err(table.report("diagonal_min", message, help));
     }
-    // Two sides of the triangle of rod, diagonal and offset are longer than the third.
-    let openest = longest + leg.l_delta - leg.l2;
-    if leg.parallel_travel >= openest {
+    // Triangle inequality for rod, diagonal and offset.
+    let travel_max = diagonal_max + leg.l_delta - leg.l2;
+    if leg.parallel_travel >= travel_max {
         let message = "`parallel_travel` is more than the parallel rod can open";
-        let help = format!("it must be less than {}", mm(openest));
+        let help = format!("it must be less than {}", mm(travel_max));
         result = Err(table.report("parallel_travel", message, help));
     }
     if leg.parallel.preload >= leg.l2 {
         let message =
-            "the preload of `parallel` is not shorter than `l2`: nothing is left of the spring";
+            "the preload of `parallel` is not shorter than `l2`: the spring would have no length";
         let help = format!("it must be less than {}", mm(leg.l2));
         result = Err(table.report("parallel", message, help));
     }
-    if leg.diagonal_min < longest && -leg.diagonal.preload > longest - leg.diagonal_min {
-        let message = "the preload of `diagonal` would have the leg bottom out by itself";
+    if leg.diagonal_min < diagonal_max && -leg.diagonal.preload > diagonal_max - leg.diagonal_min {
+        let message = "the preload of `diagonal` makes the unloaded leg bottom out";
         let help = format!(
-            "it must not be less than {}, which is the way from extended to bottomed out",
-            mm(leg.diagonal_min - longest)
+            "it must not be less than {}, the travel from extended to bottomed out",
+            mm(leg.diagonal_min - diagonal_max)
         );
         result = Err(table.report("diagonal", message, help));
     }
     if -leg.parallel.preload > leg.parallel_travel {
-        let message = "the preload of `parallel` would have the pantograph open beyond its stop";
+        let message = "the preload of `parallel` opens the unloaded pantograph beyond its stop";
         let help = format!(
-            "it must not be less than {}, which is the way that it opens",
+            "it must not be less than {}, its travel to the stop",
             mm(-leg.parallel_travel)
         );
         result = Err(table.report("parallel", message, help));
@@ -186,7 +186,8 @@ fn closes(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
     result
 }
 
-/// Length of the diagonal in the extended leg (thesis, appendix A: `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
+/// Length of the diagonal in the extended leg (thesis, appendix A:
+/// `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
 fn diagonal_length(leg: &Leg) -> f64 {
     let (l2, l_delta) = (leg.l2, leg.l_delta);
     (l2 * l2 + l_delta * l_delta + 2.0 * l2 * l_delta * libm::cos(leg.q2_ref)).sqrt()
@@ -258,7 +259,7 @@ fn mounts(item: &Item<'_>, kinds: &[String]) -> Result<Vec<Mount>, Reported> {
         if mounts[..index].iter().any(|other| other.name == mount.name) {
             let message = format!("two mounts are named `{}`", mount.name);
             let second = &item.list()?[index];
-            return Err(second.report(message, "each leg has a name of its own"));
+            return Err(second.report(message, "the names of legs must be unique"));
         }
     }
     Ok(mounts)
@@ -269,7 +270,7 @@ fn mount(table: &Table<'_>, kinds: &[String]) -> Result<Mount, Reported> {
         let name = item.text()?;
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || !name.chars().all(plain) {
-            let message = format!("`{name}` cannot be the name of a leg");
+            let message = format!("`{name}` is not a valid name of a leg");
             return Err(item.report(message, "use letters, digits, `_` and `-`"));
         }
         Ok(name.to_owned())
@@ -353,6 +354,6 @@ fn three(item: &Item<'_>, unit: Unit, range: &Range) -> Result<[f64; 3], Reporte
     let values = item.each(|item| item.quantity(unit, range))?;
     values.try_into().map_err(|values: Vec<f64>| {
         let message = format!("`{}` has {} entries", item.key(), values.len());
-        item.report(message, "it wants three")
+        item.report(message, "three entries are required")
     })
 }

@@ -1,4 +1,4 @@
-//! The robots of this repository, and how they are found.
+//! The robots of this repository, and the search for robot files.
 
 use std::fs;
 use std::path::Path;
@@ -7,12 +7,12 @@ use twinrig_document::Document;
 use twinrig_robot::{Robot, RobotError, RobotFile};
 
 fn robot(name: &str) -> Robot {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    RobotFile::find(name, here).unwrap().robot().unwrap()
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    RobotFile::find(name, folder).unwrap().robot().unwrap()
 }
 
 #[test]
-fn robots_weigh_what_their_sources_say() {
+fn robots_have_the_masses_of_their_sources() {
     assert!((robot("cheetah-cub").mass() - 1.1).abs() < 1e-12);
     assert!((robot("oncilla").mass() - 5.1).abs() < 1e-3);
 }
@@ -34,16 +34,16 @@ fn extended_leg_is_148_mm_and_the_stop_is_at_130_degrees() {
 }
 
 #[test]
-fn trunks_are_boxes_of_their_size() {
+fn trunk_inertias_are_those_of_uniform_boxes() {
     for name in ["cheetah-cub", "oncilla"] {
         let trunk = robot(name).trunk;
         let [l, w, h] = trunk.size;
         let box_of = |a: f64, b: f64| trunk.mass / 12.0 * (a * a + b * b);
-        let boxed = [box_of(w, h), box_of(l, h), box_of(l, w)];
-        for (given, boxed) in trunk.inertia.iter().zip(boxed) {
+        let expected = [box_of(w, h), box_of(l, h), box_of(l, w)];
+        for (moment, expected) in trunk.inertia.iter().zip(expected) {
             assert!(
-                (given / boxed - 1.0).abs() < 1e-2,
-                "{name}: {given} {boxed}"
+                (moment / expected - 1.0).abs() < 1e-2,
+                "{name}: {moment} {expected}"
             );
         }
     }
@@ -75,15 +75,18 @@ fn oncilla_is_cheetah_cub_at_the_scale_that_its_file_states() {
         (b.leg.mass.l1 / a.leg.mass.l1, r),
         (b.leg.mass.lumped_foot / a.leg.mass.lumped_foot, r),
     ];
-    for (index, (is, should)) in ratios.iter().enumerate() {
-        assert!((is / should - 1.0).abs() < 2e-3, "{index}: {is} {should}");
+    for (index, (actual, expected)) in ratios.iter().enumerate() {
+        assert!(
+            (actual / expected - 1.0).abs() < 2e-3,
+            "{index}: {actual} {expected}"
+        );
     }
     let toe = |robot: &Robot| robot.legs[0].leg.toe.map(|toe| toe.stiffness).unwrap();
     assert!((toe(&large) / toe(&small) / (r * s) - 1.0).abs() < 2e-3);
 }
 
 #[test]
-fn the_motors_of_oncilla_are_what_its_drives_are_made_of() {
+fn motors_of_oncilla_are_consistent_with_its_servos() {
     let oncilla = robot("oncilla");
     assert!(robot("cheetah-cub").motors.is_none() && oncilla.actuators.abduction.is_some());
     let motors = oncilla.motors.unwrap();
@@ -104,7 +107,7 @@ fn the_motors_of_oncilla_are_what_its_drives_are_made_of() {
 }
 
 #[test]
-fn every_figure_of_a_robot_file_has_its_source_beside_it() {
+fn every_value_of_a_robot_file_states_its_source() {
     for text in [
         include_str!("../../../robots/cheetah-cub.toml"),
         include_str!("../../../robots/oncilla.toml"),
@@ -117,21 +120,22 @@ fn every_figure_of_a_robot_file_has_its_source_beside_it() {
         });
         for line in figures {
             let comment = line.split_once('#').map_or("", |(_, comment)| comment);
-            let sourced = ["T", "P", "M", "D", "SCALED", "ASSUMED"]
+            let has_source = ["T", "P", "M", "D", "SCALED", "ASSUMED"]
                 .iter()
                 .any(|source| {
                     comment
                         .split([' ', ',', ':', ';', '.'])
                         .any(|word| word == *source)
                 });
-            let sourced = sourced || text.contains("# D: √") && line.starts_with("diagonal_min");
-            assert!(sourced, "no source: {line}");
+            let has_source =
+                has_source || text.contains("# D: √") && line.starts_with("diagonal_min");
+            assert!(has_source, "no source: {line}");
         }
     }
 }
 
 #[test]
-fn nearest_folder_wins_over_the_ones_above_and_over_the_copy_in_the_program() {
+fn nearest_folder_precedes_its_ancestors_and_the_embedded_copy() {
     let root = tempfile("nearest");
     let inner = root.join("a/b");
     fs::create_dir_all(inner.join("robots")).unwrap();
@@ -139,17 +143,17 @@ fn nearest_folder_wins_over_the_ones_above_and_over_the_copy_in_the_program() {
     let text = include_str!("../../../robots/cheetah-cub.toml");
     let named = |name: &str| text.replacen("Cheetah-cub\"", &format!("{name}\""), 1);
     fs::write(root.join("robots/cheetah-cub.toml"), named("upper")).unwrap();
-    let found = |beside: &Path| {
-        RobotFile::find("cheetah-cub", beside)
+    let name_from = |folder: &Path| {
+        RobotFile::find("cheetah-cub", folder)
             .unwrap()
             .robot()
             .unwrap()
             .name
     };
-    assert_eq!(found(&inner), "upper");
+    assert_eq!(name_from(&inner), "upper");
     fs::write(inner.join("robots/cheetah-cub.toml"), named("lower")).unwrap();
-    assert_eq!(found(&inner), "lower");
-    assert_eq!(found(&root), "upper");
+    assert_eq!(name_from(&inner), "lower");
+    assert_eq!(name_from(&root), "upper");
     fs::write(inner.join("mine.toml"), named("path")).unwrap();
     let path = RobotFile::find("mine.toml", &inner)
         .unwrap()
@@ -165,7 +169,7 @@ fn nearest_folder_wins_over_the_ones_above_and_over_the_copy_in_the_program() {
 }
 
 #[test]
-fn a_robot_that_is_not_there_is_answered_with_the_nearest() {
+fn unknown_robot_is_reported_with_the_nearest_name() {
     let error = RobotFile::find("chetah-cub", Path::new("/")).unwrap_err();
     let RobotError::NotFound { help, .. } = error else {
         panic!("{error}");
@@ -176,7 +180,7 @@ fn a_robot_that_is_not_there_is_answered_with_the_nearest() {
 }
 
 #[test]
-fn an_override_changes_one_figure_and_is_checked_like_the_file() {
+fn override_changes_one_value_and_is_validated() {
     let overridden = |text: &str| {
         let scenario = Document::parse("run.toml", text).unwrap();
         let overrides = scenario

@@ -1,34 +1,35 @@
-//! How long a study may take, and each of its parts.
+//! Time budget of a study, and its allocation to parts.
 
 use twinrig_runtime::interrupt;
 
 use crate::error::StudyError;
 use crate::stopwatch::{Deadline, Stopwatch};
 
-/// A part may take so many times its even share of what is left: most take less.
-const GENEROSITY: f64 = 4.0;
-/// However much those before it take, a part is left this share of what an even one of the whole would be: what is slow, or comes
-/// first, does not starve what is to come.
-const KEPT: f64 = 0.5;
-/// No part gets less than this \[s\]: enough for what is quick, and little enough for hundreds of parts after time is up.
+/// Greatest multiple of the even share of the remaining time that a part may use; most use less.
+const EVEN_SHARES_MAX: f64 = 4.0;
+/// Share of the even part of the total that is reserved for each part to come, so that slow or
+/// early parts do not starve later ones.
+const RESERVED_SHARE: f64 = 0.5;
+/// Least time of a part \[s\]: sufficient for fast runs, and short enough for hundreds of parts
+/// after the budget is spent.
 const LEAST_S: f64 = 0.02;
 
-/// What all else is measured against, or takes many times as long as a row, is worth so many parts.
+/// Weight of a reference run, or of a run many times as long as that of a row.
 const HEAVY: usize = 8;
 
-/// The time of a study, shared out among its parts.
+/// Time budget of a study, shared among its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
     total_s: f64,
-    watch: Stopwatch,
+    stopwatch: Stopwatch,
     parts: usize,
     begun: usize,
-    /// The same with heavy parts counted for as many as they are worth.
-    worth: usize,
-    worth_begun: usize,
+    /// Total weight of the parts; heavy parts count [`HEAVY`] times.
+    weight: usize,
+    weight_begun: usize,
 }
 
-/// What a part may take.
+/// Time allotted to a part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share {
     /// \[s\]
@@ -37,7 +38,7 @@ pub(crate) struct Share {
 }
 
 impl Share {
-    /// One of `parts` even parts of it, from now on.
+    /// Returns one of `parts` even parts of the share, from now on.
     pub(crate) fn part(self, parts: usize) -> Self {
         let seconds = self.seconds / parts.max(1) as f64;
         Self {
@@ -48,36 +49,37 @@ impl Share {
 }
 
 impl Budget {
-    /// For so many parts, of which so many are heavy.
+    /// A budget for `parts` parts, of which `heavy` are heavy.
     pub(crate) fn new(total_s: f64, parts: usize, heavy: usize) -> Self {
         Self {
             total_s,
-            watch: Stopwatch::start(),
+            stopwatch: Stopwatch::start(),
             parts,
             begun: 0,
-            worth: parts + heavy * (HEAVY - 1),
-            worth_begun: 0,
+            weight: parts + heavy * (HEAVY - 1),
+            weight_begun: 0,
         }
     }
 
-    /// The share of the next part, a heavy one or not.
+    /// Begins the next part and returns its share.
     pub(crate) fn next(&mut self, heavy: bool) -> Share {
-        let worth = if heavy { HEAVY } else { 1 };
-        let left = self.worth.saturating_sub(self.worth_begun).max(worth);
+        let weight = if heavy { HEAVY } else { 1 };
+        let left = self.weight.saturating_sub(self.weight_begun).max(weight);
         self.begun += 1;
-        self.worth_begun += worth;
-        let rest = (self.total_s - self.watch.elapsed_s()).max(0.0);
-        let seconds = allowed(self.total_s, self.worth, left, worth, rest);
+        self.weight_begun += weight;
+        let rest = (self.total_s - self.stopwatch.elapsed_s()).max(0.0);
+        let seconds = allowed(self.total_s, self.weight, left, weight, rest);
         Share {
             seconds,
             deadline: Deadline::within(seconds),
         }
     }
 
-    /// That the last part came to its end.
+    /// Checks that the last part was not interrupted.
     ///
     /// # Errors
-    /// The program is to end: what the last parts found is not what they would have found.
+    /// [`StudyError::Interrupted`] if termination of the program was requested: the last results
+    /// may be incomplete.
     pub(crate) fn finished(&self) -> Result<(), StudyError> {
         let (done, of) = self.progress();
         if interrupt::is_requested() {
@@ -86,18 +88,19 @@ impl Budget {
         Ok(())
     }
 
-    /// How many parts have begun, and of how many.
+    /// Returns the number of parts begun, and the number of all parts.
     pub(crate) fn progress(&self) -> (usize, usize) {
         (self.begun, self.parts)
     }
 }
 
-/// What the next part, worth `worth` of the `left` ones, may take of the `rest` of a budget for `all` of them \[s\].
-fn allowed(total_s: f64, all: usize, left: usize, worth: usize, rest_s: f64) -> f64 {
-    let even = rest_s * worth as f64 / left as f64;
-    let kept = KEPT * total_s / all.max(1) as f64 * (left - worth) as f64;
-    let most = (rest_s - kept).max(even);
-    (GENEROSITY * even).min(most).min(rest_s).max(LEAST_S)
+/// Returns the time that the next part may use \[s\], with weight `weight` of the remaining weight
+/// `left`, from the remainder `rest_s` of the total for the weight `all`.
+fn allowed(total_s: f64, all: usize, left: usize, weight: usize, rest_s: f64) -> f64 {
+    let even = rest_s * weight as f64 / left as f64;
+    let reserved = RESERVED_SHARE * total_s / all.max(1) as f64 * (left - weight) as f64;
+    let most = (rest_s - reserved).max(even);
+    (EVEN_SHARES_MAX * even).min(most).min(rest_s).max(LEAST_S)
 }
 
 #[cfg(test)]
@@ -108,23 +111,23 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_part_is_starved_by_those_before_it_and_all_stay_within_the_budget(
+        fn every_part_keeps_its_reserve_and_the_total_is_within_the_budget(
             parts in prop::collection::vec((0.0_f64..1.0, any::<bool>()), 1..300),
-            // The first so many take all they may.
+            // The parts up to this one use all of their share.
             greedy in 0_usize..300,
         ) {
-            let worth = |heavy: bool| if heavy { HEAVY } else { 1 };
-            let all: usize = parts.iter().map(|&(_, heavy)| worth(heavy)).sum();
-            // Enough for the least of each to be no matter.
+            let weight = |heavy: bool| if heavy { HEAVY } else { 1 };
+            let all: usize = parts.iter().map(|&(_, heavy)| weight(heavy)).sum();
+            // Large enough for the least time of a part to be irrelevant.
             let total = all as f64;
             let (mut rest, mut left) = (total, all);
-            for (n, &(greed, heavy)) in parts.iter().enumerate() {
-                let own = worth(heavy);
-                let seconds = allowed(total, all, left, own, rest);
-                prop_assert!(seconds >= KEPT * own as f64 * (1.0 - 1e-9), "{n}: {seconds}");
-                prop_assert!(seconds <= GENEROSITY * rest * own as f64 / left as f64 + 1e-9);
-                rest -= if n <= greedy { seconds } else { greed * seconds };
-                left -= own;
+            for (n, &(used_share, heavy)) in parts.iter().enumerate() {
+                let part_weight = weight(heavy);
+                let seconds = allowed(total, all, left, part_weight, rest);
+                prop_assert!(seconds >= RESERVED_SHARE * part_weight as f64 * (1.0 - 1e-9), "{n}: {seconds}");
+                prop_assert!(seconds <= EVEN_SHARES_MAX * rest * part_weight as f64 / left as f64 + 1e-9);
+                rest -= if n <= greedy { seconds } else { used_share * seconds };
+                left -= part_weight;
                 prop_assert!(rest >= -1e-9);
             }
         }

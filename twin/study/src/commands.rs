@@ -1,33 +1,34 @@
-//! Commands that were recorded once and are played to every plant.
+//! Commands, recorded once and replayed to every plant.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
-/// What a plant is commanded over a scene: values that hold from one instant to the next.
+/// Commands of a run: piecewise constant input values.
 ///
-/// Every plant of a study is played the same ones, so that what is compared is the plant and not how a controller answers it.
+/// Every plant of a study receives the same commands, so that the comparison excludes the response
+/// of a controller.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Commands {
     layout: Layout,
-    changes: Vec<Held>,
+    changes: Vec<HeldValues>,
 }
 
-/// Values that hold from an instant on.
+/// Input values, constant from an instant on.
 #[derive(Clone, Debug, PartialEq)]
-struct Held {
+struct HeldValues {
     from: SimTime,
     values: Vec<f64>,
 }
 
 impl Commands {
-    /// None: every plant keeps the commands it starts with.
+    /// No commands: every plant keeps its initial inputs.
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Of these signals, at first with no values.
+    /// Commands for the input signals in `ports`, initially without values.
     pub fn of<'a>(ports: impl IntoIterator<Item = &'a Port>) -> Self {
         Self {
             layout: Layout::of(ports, Direction::Input),
@@ -35,124 +36,128 @@ impl Commands {
         }
     }
 
-    /// From `from` on, which is later than all before, `values` hold, end to end in the order of the signals. Values that
-    /// already hold are not held again.
+    /// Appends `values`, in the order of the signals, constant from `from` on, which must be later
+    /// than all instants before. Values equal to the present ones are not stored again.
     pub fn hold(&mut self, from: SimTime, values: &[f64]) {
         if self.changes.last().is_none_or(|last| last.values != values) {
-            self.changes.push(Held {
+            self.changes.push(HeldValues {
                 from,
                 values: values.to_vec(),
             });
         }
     }
 
-    /// Whether they change on the way: a plant then steps no further than to the next change.
+    /// Returns whether the commands change during the run. A plant step ends at each change.
     pub fn change(&self) -> bool {
         self.changes.len() > 1
     }
 
-    /// The shortest time between two changes.
+    /// Returns the shortest time between two changes.
     pub fn period(&self) -> Option<SimDuration> {
         let pairs = self.changes.windows(2);
         pairs.map(|pair| pair[1].from - pair[0].from).min()
     }
 
-    /// Plays them to a plant with these ports, which starts with `first` inputs.
+    /// Returns a player for a plant with these ports and `first` as initial inputs.
     pub(crate) fn player(&self, ports: &[Port], first: Vec<f64>) -> Player<'_> {
-        let own = Layout::of(ports, Direction::Input);
-        let mut wires = Vec::new();
-        for field in own.fields() {
+        let layout = Layout::of(ports, Direction::Input);
+        let mut map = Vec::new();
+        for field in layout.fields() {
             if let Some(from) = self.layout.find(&field.port.name) {
-                wires.extend(from.zip(field.range()));
+                map.extend(from.zip(field.range()));
             }
         }
         Player {
             commands: self,
             next: 0,
-            wires,
+            map,
             inputs: first,
         }
     }
 }
 
-/// Commands on their way to a plant.
+/// Replay of commands to one plant.
 pub(crate) struct Player<'a> {
     commands: &'a Commands,
     next: usize,
-    /// From which value of the commands to which input of the plant.
-    wires: Vec<(usize, usize)>,
+    /// Pairs (index in the command values, index in the plant inputs).
+    map: Vec<(usize, usize)>,
     inputs: Vec<f64>,
 }
 
 impl Player<'_> {
-    /// Makes the changes that are due at `now`.
-    pub(crate) fn arrive(&mut self, now: SimTime) {
-        while let Some(held) = self.commands.changes.get(self.next) {
-            if held.from > now {
+    /// Applies the changes due at `now`.
+    pub(crate) fn apply_due(&mut self, now: SimTime) {
+        while let Some(change) = self.commands.changes.get(self.next) {
+            if change.from > now {
                 break;
             }
-            for &(from, to) in &self.wires {
-                self.inputs[to] = held.values[from];
+            for &(from, to) in &self.map {
+                self.inputs[to] = change.values[from];
             }
             self.next += 1;
         }
     }
 
-    /// When the next change is due.
+    /// Returns the time of the next change.
     pub(crate) fn next(&self) -> Option<SimTime> {
-        self.commands.changes.get(self.next).map(|held| held.from)
+        self.commands
+            .changes
+            .get(self.next)
+            .map(|change| change.from)
     }
 
-    /// What holds.
+    /// Returns the present inputs.
     pub(crate) fn inputs(&self) -> &[f64] {
         &self.inputs
     }
 }
 
-/// A plant that remembers what it was commanded: put it into a rig, run the rig, and ask the [`Tape`].
-pub struct Tapped {
+/// Plant wrapper that records the commands the plant receives: put it into a rig, run the rig, and
+/// read the [`CommandTape`].
+pub struct CommandRecorder {
     plant: Box<dyn Plant>,
     now: SimTime,
-    heard: Sender<(SimTime, Vec<f64>)>,
+    commands: Sender<(SimTime, Vec<f64>)>,
     last: Vec<f64>,
 }
 
-/// The other end of a [`Tapped`] plant.
-pub struct Tape {
+/// Receiver of the commands recorded by a [`CommandRecorder`].
+pub struct CommandTape {
     ports: Vec<Port>,
-    heard: Receiver<(SimTime, Vec<f64>)>,
+    commands: Receiver<(SimTime, Vec<f64>)>,
 }
 
-impl Tapped {
-    /// Around `plant`, which is at the start of its run.
-    pub fn new(plant: Box<dyn Plant>) -> (Self, Tape) {
-        let (heard, tape) = channel();
-        let tape = Tape {
+impl CommandRecorder {
+    /// Wraps `plant`, which must be at time zero.
+    pub fn new(plant: Box<dyn Plant>) -> (Self, CommandTape) {
+        let (commands, tape) = channel();
+        let tape = CommandTape {
             ports: plant.ports(),
-            heard: tape,
+            commands: tape,
         };
         let tapped = Self {
             plant,
             now: SimTime::ZERO,
-            heard,
+            commands,
             last: Vec::new(),
         };
         (tapped, tape)
     }
 }
 
-impl Tape {
-    /// What was commanded so far.
+impl CommandTape {
+    /// Returns the commands recorded since the last call.
     pub fn commands(&self) -> Commands {
         let mut commands = Commands::of(&self.ports);
-        for (from, values) in self.heard.try_iter() {
+        for (from, values) in self.commands.try_iter() {
             commands.hold(from, &values);
         }
         commands
     }
 }
 
-impl Plant for Tapped {
+impl Plant for CommandRecorder {
     fn name(&self) -> &str {
         self.plant.name()
     }
@@ -168,8 +173,8 @@ impl Plant for Tapped {
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         if self.last != inputs {
             self.last = inputs.to_vec();
-            // Whoever dropped the tape does not want to know.
-            let _ = self.heard.send((self.now, inputs.to_vec()));
+            // A dropped receiver ends the recording; the run continues.
+            let _ = self.commands.send((self.now, inputs.to_vec()));
         }
         self.plant.advance(to, inputs)?;
         self.now = to;
@@ -208,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn signals_find_each_other_by_name_and_what_is_not_commanded_stays() {
+    fn commands_are_matched_by_name_and_other_inputs_are_kept() {
         let port = |name| Port::input(name, Unit::Radian, 1);
         let mut commands = Commands::of(&[port("a"), port("b")]);
         commands.hold(SimTime::ZERO, &[1.0, 2.0]);
@@ -218,10 +223,10 @@ mod tests {
         assert_eq!(commands.period(), Some(SimDuration::from_nanos(10)));
         let ports = [port("b"), port("c"), port("a")];
         let mut player = commands.player(&ports, vec![7.0; 3]);
-        player.arrive(SimTime::ZERO);
+        player.apply_due(SimTime::ZERO);
         assert_eq!(player.inputs(), [2.0, 7.0, 1.0]);
         assert_eq!(player.next(), Some(SimTime::from_nanos(10)));
-        player.arrive(SimTime::from_nanos(12));
+        player.apply_due(SimTime::from_nanos(12));
         assert_eq!(
             (player.inputs(), player.next()),
             (&[4.0, 7.0, 3.0][..], None)

@@ -1,13 +1,13 @@
-//! What a study of stability means by its words.
+//! Definitions of the terms of a stability study.
 
 use twinrig_kernel::SimDuration;
 
 use crate::number::duration;
 use crate::precision::RUNAWAY;
 use crate::stability::StabilityPlan;
-use crate::trial::{GROWN, REST, STEPS_MOST};
+use crate::trial::{GROWTH, REST, STEPS_MOST};
 
-/// What is meant by stable, for whoever reads the report.
+/// Returns the definitions as pairs of name and text, for the report.
 pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {
     let text = |name: &str, text: String| (name.to_owned(), text);
     let mut criteria = vec![
@@ -15,8 +15,8 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
             "unstable",
             format!(
                 "over {}, or {STEPS_MOST} steps where those are shorter, the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
-                 times all that the reference had to give, or its peak in the last quarter exceeds {GROWN} times that of the first \
-                 quarter and {GROWN} times that of the reference's last, or it exceeds the latter and does not fall any more where \
+                 times all that the reference had to give, or its peak in the last quarter exceeds {GROWTH} times that of the first \
+                 quarter and {GROWTH} times that of the reference's last, or it exceeds the latter and does not fall any more where \
                  the reference's does (below {REST:e} of all there is to give it counts as rest): what grows until stops bound it \
                  does not explode, and does not come to rest either",
                 duration(plan.duration)

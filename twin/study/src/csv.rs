@@ -5,13 +5,15 @@ use serde_json::Value;
 
 use crate::row::Row;
 
-/// The rows as CSV (RFC 4180), with the keys of the JSON as its first line; what does not apply is empty.
+/// Returns the rows as CSV (RFC 4180), with the JSON keys as header; values that do not apply are
+/// empty.
 pub fn csv(rows: &[Row]) -> String {
-    // Two that are left out where they do not apply stand together.
+    // The two keys that are omitted where they do not apply are adjacent.
     table(rows, &["step_s", "tolerance"])
 }
 
-/// The same of rows of any kind, whose values are texts, numbers or lists; `settings` are the third column and those after it.
+/// Returns rows of any kind, with texts, numbers or lists as values, as CSV; `settings` are
+/// inserted as the third and following columns.
 pub(crate) fn table(rows: &[impl Serialize], settings: &[&str]) -> String {
     let rows: Vec<Value> = rows
         .iter()

@@ -1,88 +1,89 @@
-//! Whether a plant is faster and closer than others that solve its model.
+//! Comparison of a plant with others that solve the same model: run time at equal or smaller error.
 
 use serde::Serialize;
 
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 
-/// What a plant does against those that solve its model by other means, all of one run of a study.
+/// Comparison of a plant with the plants that solve its model with other engines, within one study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dominance {
-    /// The plant.
+    /// Plant.
     pub of: String,
-    /// The others.
+    /// Compared plants.
     pub over: Vec<String>,
-    /// Every setting of theirs that came to the end.
+    /// All completed settings of the compared plants.
     pub settings: Vec<Comparison>,
 }
 
-/// A setting of another plant, and what does better.
+/// A setting of a compared plant, with the settings of the plant that are better.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The other plant.
+    /// Compared plant.
     pub plant: String,
-    /// Its method.
+    /// Method.
     pub method: String,
-    /// Its step \[s\].
+    /// Step size \[s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Its tolerance.
+    /// Tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Its error, RMS; what is below the floor of the reference counts as that \[m\].
+    /// RMS error, at least the floor of the reference \[m\].
     pub error_rms_m: f64,
-    /// Its run time over simulated time.
+    /// Run time per simulated time.
     pub run_s_per_simulated_s: f64,
-    /// The fastest setting whose error is no greater; none if there is none.
+    /// Fastest setting with an equal or smaller error, if any.
     pub no_greater_error: Option<Competitor>,
-    /// The setting with the smallest error that takes no more time; none if there is none.
+    /// Most accurate setting with an equal or shorter run time, if any.
     pub no_more_time: Option<Competitor>,
 }
 
-/// A setting that is compared with that of another plant.
+/// Setting of the plant, compared with that of another plant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Competitor {
-    /// Its method.
+    /// Method.
     pub method: String,
-    /// Its step \[s\].
+    /// Step size \[s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Its tolerance.
+    /// Tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Its error, RMS \[m\].
+    /// RMS error \[m\].
     pub error_rms_m: f64,
-    /// Its run time over simulated time.
+    /// Run time per simulated time.
     pub run_s_per_simulated_s: f64,
-    /// So many times less run time.
+    /// Ratio of run times: the other plant's over this one's.
     pub times_less_time: f64,
-    /// So many times less error.
+    /// Ratio of errors: the other plant's over this one's.
     pub times_less_error: f64,
 }
 
-/// A row whose error and run time are known.
+/// Row with known error and run time.
 #[derive(Clone, Copy)]
-struct Known<'a> {
+struct TimedRow<'a> {
     row: &'a Row,
     error: f64,
     cost: f64,
 }
 
 impl Dominance {
-    /// The settings at which it is not ahead: nothing of it is as fast at no greater error.
+    /// Returns the settings of the compared plants that are faster than every setting of the plant
+    /// with an equal or smaller error.
     pub fn behind(&self) -> impl Iterator<Item = &Comparison> {
         self.settings
             .iter()
             .filter(|comparison| !comparison.is_won())
     }
 
-    /// The least and the greatest factor of run time at no greater error over the settings of `plant` by `method`, all its
-    /// methods if that is none.
+    /// Returns least and greatest ratio of run times at an equal or smaller error, over the
+    /// settings of `plant` by `method`, or by all its methods if `None`.
     pub fn range(&self, plant: &str, method: Option<&str>) -> Option<(f64, f64)> {
-        let ours = self.settings.iter().filter(|comparison| {
+        let own_rows = self.settings.iter().filter(|comparison| {
             comparison.plant == plant && method.is_none_or(|method| comparison.method == method)
         });
-        let ratios = ours
+        let ratios = own_rows
             .filter_map(|comparison| Some(comparison.no_greater_error.as_ref()?.times_less_time));
         let ratios: Vec<f64> = ratios.collect();
         let least = ratios.iter().copied().min_by(f64::total_cmp)?;
@@ -91,17 +92,17 @@ impl Dominance {
 }
 
 impl Comparison {
-    /// Something is no slower and no further from the reference.
+    /// Returns whether a setting of the plant is no slower and has an equal or smaller error.
     pub fn is_won(&self) -> bool {
-        let rival = self.no_greater_error.as_ref();
-        rival.is_some_and(|rival| rival.times_less_time >= 1.0)
+        let competitor = self.no_greater_error.as_ref();
+        competitor.is_some_and(|competitor| competitor.times_less_time >= 1.0)
     }
 
-    fn of(other: Known<'_>, ours: &[Known<'_>]) -> Self {
-        let ours = || ours.iter();
-        let closer = ours().filter(|own| own.error <= other.error);
-        let faster = ours().filter(|own| own.cost <= other.cost);
-        let rival = |own: &Known<'_>| Competitor {
+    fn of(other: TimedRow<'_>, own_rows: &[TimedRow<'_>]) -> Self {
+        let own_rows = || own_rows.iter();
+        let closer = own_rows().filter(|own| own.error <= other.error);
+        let faster = own_rows().filter(|own| own.cost <= other.cost);
+        let competitor = |own: &TimedRow<'_>| Competitor {
             method: own.row.method.clone(),
             step_s: own.row.step_s,
             tolerance: own.row.tolerance,
@@ -117,14 +118,18 @@ impl Comparison {
             tolerance: other.row.tolerance,
             error_rms_m: other.error,
             run_s_per_simulated_s: other.cost,
-            no_greater_error: closer.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(rival),
-            no_more_time: faster.min_by(|a, b| a.error.total_cmp(&b.error)).map(rival),
+            no_greater_error: closer
+                .min_by(|a, b| a.cost.total_cmp(&b.cost))
+                .map(competitor),
+            no_more_time: faster
+                .min_by(|a, b| a.error.total_cmp(&b.error))
+                .map(competitor),
         }
     }
 }
 
 impl Study {
-    /// Each plant of the study whose model others of it solve, against those.
+    /// Returns the comparison of each plant of the study whose model other plants of it solve.
     pub fn dominances(&self) -> Vec<Dominance> {
         if self.kind != StudyKind::Precision {
             return Vec::new();
@@ -140,15 +145,17 @@ impl Study {
     }
 
     fn dominance(&self, model: &str) -> Option<Dominance> {
-        let ours = self.known(model);
+        let own_rows = self.known(model);
         let others = self.solves.iter().filter(|(_, solved)| solved == model);
         let others = others.map(|(plant, _)| plant.clone());
-        // What is measured against itself has no error that compares.
+        // The error of a plant measured against its own reference is not comparable.
         let compared = others.filter(|plant| self.is_measured_against(plant, model));
         let over: Vec<String> = compared.collect();
         let theirs = over.iter().flat_map(|plant| self.known(plant));
-        let settings: Vec<Comparison> = theirs.map(|other| Comparison::of(other, &ours)).collect();
-        (!ours.is_empty() && !settings.is_empty()).then(|| Dominance {
+        let settings: Vec<Comparison> = theirs
+            .map(|other| Comparison::of(other, &own_rows))
+            .collect();
+        (!own_rows.is_empty() && !settings.is_empty()).then(|| Dominance {
             of: model.to_owned(),
             over,
             settings,
@@ -161,16 +168,17 @@ impl Study {
         note.is_some_and(|note| note.of_plant.as_deref() == Some(model))
     }
 
-    fn known(&self, plant: &str) -> Vec<Known<'_>> {
+    fn known(&self, plant: &str) -> Vec<TimedRow<'_>> {
         let floor = self.floor_of(plant);
         let rows = self.rows.iter().filter(|row| {
             row.plant == plant && row.kind == RowKind::Integration && row.status == Status::Ok
         });
         let known = rows.filter_map(|row| {
             let cost = row.run_s_per_simulated_s.filter(|&cost| cost > 0.0)?;
-            // No run is known to be closer than its reference is, and of one without a check something may be.
+            // Errors below the floor of the reference are not significant. Without a check the
+            // floor is zero, and so may be the error.
             let error = row.error_rms_m?.max(floor).max(f64::MIN_POSITIVE);
-            Some(Known { row, error, cost })
+            Some(TimedRow { row, error, cost })
         });
         known.collect()
     }

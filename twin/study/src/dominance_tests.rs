@@ -1,4 +1,4 @@
-//! Duels whose outcome is known because their rows are made up.
+//! Comparisons whose outcome is known because the rows are synthetic.
 
 use twinrig_kernel::SimDuration;
 
@@ -9,7 +9,8 @@ use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 
-/// A run of `plant` with steps of so many microseconds, its error \[m\] and its run time over simulated time.
+/// A run of `plant` with steps of so many microseconds, its error \[m\] and its run time per
+/// simulated time.
 pub(crate) fn row(plant: &str, micros: u64, error: f64, cost: f64) -> Row {
     let variant = Variant {
         plant: plant.to_owned(),
@@ -41,7 +42,7 @@ fn note(plant: &str, of_plant: Option<&str>) -> ReferenceNote {
     }
 }
 
-/// Of a plant `full` and an `engine` that solves its model.
+/// A study of a plant `full` and an `engine` that solves its model.
 pub(crate) fn study(rows: Vec<Row>) -> Study {
     Study {
         kind: StudyKind::Precision,
@@ -84,7 +85,7 @@ fn only(study: &Study) -> Dominance {
 }
 
 #[test]
-fn the_fastest_that_is_no_further_off_and_the_closest_that_is_no_slower_are_found() {
+fn fastest_at_equal_error_and_most_accurate_at_equal_time_are_found() {
     let study = study(vec![
         row("full", 4000, 1e-3, 1.0),
         row("full", 2000, 1e-5, 2.0),
@@ -101,15 +102,15 @@ fn the_fastest_that_is_no_further_off_and_the_closest_that_is_no_slower_are_foun
         panic!("{found:?}");
     };
     let steps = |comparison: &Comparison| {
-        let rivals = [&comparison.no_greater_error, &comparison.no_more_time];
-        rivals.map(|rival| rival.as_ref().and_then(|rival| rival.step_s))
+        let competitors = [&comparison.no_greater_error, &comparison.no_more_time];
+        competitors.map(|competitor| competitor.as_ref().and_then(|competitor| competitor.step_s))
     };
-    // An equal error is no greater one.
+    // An equal error counts as no greater.
     assert_eq!(steps(coarse), [Some(4e-3), Some(1e-3)]);
     assert_eq!(steps(fine), [Some(2e-3), Some(1e-3)]);
-    let rival = fine.no_greater_error.as_ref().unwrap();
-    assert!((rival.times_less_time - 8.0).abs() < 1e-12);
-    assert!((rival.times_less_error - 50.0).abs() < 1e-9);
+    let competitor = fine.no_greater_error.as_ref().unwrap();
+    assert!((competitor.times_less_time - 8.0).abs() < 1e-12);
+    assert!((competitor.times_less_error - 50.0).abs() < 1e-9);
     assert_eq!(found.behind().count(), 0);
     assert_eq!(found.range("engine", None), Some((8.0, 8.0)));
     let headline = study.headline();
@@ -121,18 +122,19 @@ fn the_fastest_that_is_no_further_off_and_the_closest_that_is_no_slower_are_foun
 }
 
 #[test]
-fn where_the_plant_is_not_ahead_the_page_shows_it_with_what_was_counted() {
-    let mut looking = row("full", 1000, 1e-5, 4.0);
-    looking.events = Some(57);
+fn page_lists_settings_where_the_plant_is_not_ahead_with_counts() {
+    let mut locating = row("full", 1000, 1e-5, 4.0);
+    locating.events = Some(57);
     let study = study(vec![
-        looking,
+        locating,
         row("engine", 5000, 2e-5, 3.0),
         row("engine", 2000, 1e-6, 9.0),
         row("engine", 1000, 2e-5, 40.0),
     ]);
     let found = only(&study);
     let behind: Vec<Option<f64>> = found.behind().map(|comparison| comparison.step_s).collect();
-    // One that is faster at no greater error, and one that is closer than anything.
+    // One setting that is faster at no greater error, and one that is more accurate than every
+    // setting of `full`.
     assert_eq!(behind, [Some(5e-3), Some(2e-3)]);
     let headline = study.headline();
     assert!(
@@ -140,34 +142,38 @@ fn where_the_plant_is_not_ahead_the_page_shows_it_with_what_was_counted() {
         "{headline}"
     );
     let page = page(&study);
-    for told in [
+    for text in [
         "Where full is not ahead",
-        "engine: 150 steps of 20 ms each, looks for none of 57 events; full: 150 steps of 26.7 ms each, 57 events found",
-        "no setting of full comes as close",
+        "engine: 150 steps of 20 ms each, locates none of 57 events; full: 150 steps of 26.7 ms \
+         each, 57 events located",
+        "no setting of full is as accurate",
     ] {
-        assert!(page.contains(told), "{told}: {page}");
+        assert!(page.contains(text), "{text}: {page}");
     }
 }
 
 #[test]
-fn no_error_counts_as_less_than_what_is_known_of_the_reference() {
-    // Both are below the 10 nm that the reference is known to.
+fn errors_are_bounded_below_by_the_floor() {
+    // Both errors are below the 10 nm disagreement of the reference and its check.
     let study = study(vec![
         row("full", 1000, 9e-9, 1.0),
         row("engine", 1000, 1e-12, 2.0),
     ]);
     let found = only(&study);
-    let rival = found.settings[0].no_greater_error.as_ref().unwrap();
-    assert_eq!((rival.times_less_error, rival.times_less_time), (1.0, 2.0));
+    let competitor = found.settings[0].no_greater_error.as_ref().unwrap();
+    assert_eq!(
+        (competitor.times_less_error, competitor.times_less_time),
+        (1.0, 2.0)
+    );
 }
 
 #[test]
-fn what_failed_or_is_measured_against_itself_is_in_no_duel() {
+fn failed_or_self_referenced_settings_are_not_compared() {
     let failed = row("engine", 2000, 1e-3, 1.0).ended(Status::Failed, "it fell");
-    let mut alone = study(vec![row("full", 1000, 1e-5, 1.0), failed]);
-    assert!(alone.dominances().is_empty());
-    alone.rows.push(row("engine", 1000, 1e-3, 1.0));
-    assert_eq!(alone.dominances().len(), 1);
-    alone.references[1].of_plant = None;
-    assert!(alone.dominances().is_empty());
+    let mut sparse = study(vec![row("full", 1000, 1e-5, 1.0), failed]);
+    assert!(sparse.dominances().is_empty());
+    sparse.rows.push(row("engine", 1000, 1e-3, 1.0));
+    assert_eq!(sparse.dominances().len(), 1);
+    sparse.references[1].of_plant = None;
+    assert!(sparse.dominances().is_empty());
 }

@@ -1,26 +1,26 @@
 use thiserror::Error;
 
-/// Why there is no study at all. What fails of a part of one is a row of it.
+/// Error that prevents a study. A failure of one part is a row of the study instead.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// There is nothing to compare.
+    /// No plant is selected.
     #[error("there is no plant to study")]
     NoPlant,
-    /// The scene is over before it begins, or its grid has no instant in it.
+    /// The duration is shorter than one sampling period.
     #[error("{duration} is too short to study: nothing shorter than {least} is compared")]
     TooShort {
-        /// What was asked for.
+        /// Requested duration.
         duration: twinrig_kernel::SimDuration,
-        /// What it takes.
+        /// Least duration.
         least: twinrig_kernel::SimDuration,
     },
-    /// Somebody ended it.
+    /// The observer or an interrupt stopped the study.
     #[error("interrupted after {done} of {of} parts")]
     Interrupted {
-        /// Parts that were begun.
+        /// Number of parts begun.
         done: usize,
-        /// Parts there are.
+        /// Number of parts.
         of: usize,
     },
 }

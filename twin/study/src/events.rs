@@ -1,22 +1,23 @@
-//! Whether two runs met the same discontinuities, and how far apart in time.
+//! Comparison of the discontinuities of two runs and of their times.
 
 use std::collections::BTreeMap;
 
 use twinrig_runtime::{PlantEvent, PlantEventKind};
 
-/// How the events of a run compare with those of its reference.
+/// Differences between the events of a run and of its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EventErrors {
-    /// The greatest difference of time between an event and its like; none if no event has one, or if one of the runs has
-    /// more than the other, and which are alike is a guess \[s\].
+    /// Greatest time difference between corresponding events; `None` if none correspond, or if the
+    /// numbers of events differ and the pairing is ambiguous \[s\].
     pub(crate) time_max_s: Option<f64>,
-    /// Events of the run.
+    /// Number of events of the run.
     pub(crate) count: usize,
-    /// Events of the reference.
+    /// Number of events of the reference.
     pub(crate) expected: usize,
 }
 
-/// Compares them: the n-th time a part is reached with the n-th time it is in the reference. None if neither tells of any.
+/// Compares the events of two runs, the n-th event of each part and kind with the n-th in the
+/// reference. Returns `None` if neither run has events.
 pub(crate) fn compare(run: &[PlantEvent], reference: &[PlantEvent]) -> Option<EventErrors> {
     if run.is_empty() && reference.is_empty() {
         return None;
@@ -51,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn events_of_a_part_are_paired_in_their_order_and_others_are_counted() {
+    fn events_are_paired_by_part_in_order_and_counted() {
         let event = |at_s, part: &str| PlantEvent {
             at_s,
             part: part.to_owned(),

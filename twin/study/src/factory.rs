@@ -1,4 +1,4 @@
-//! What a study is told, and what it asks for.
+//! Inputs of a study, and the interface by which it builds plants.
 
 use serde::Serialize;
 use twinrig_kernel::SimDuration;
@@ -6,111 +6,117 @@ use twinrig_runtime::Plant;
 
 use crate::commands::Commands;
 
-/// Builds the variants of one scene. Whoever knows the plants implements it; a study knows none.
+/// Builds the plant variants of one scenario. The caller, who knows the plants, implements it.
 pub trait PlantFactory {
-    /// The scene.
-    fn scene(&self) -> &Scene;
+    /// Returns the properties of the scenario.
+    fn input(&self) -> &StudyInput;
 
-    /// The plants to compare. The first whose segments have mass is the model that others are measured against.
+    /// Returns the plants to compare. The first whose segments have mass is the base model that
+    /// other models are compared with.
     fn plants(&self) -> &[PlantOffer];
 
-    /// Plants that are not compared, but can be built: one of these is the reference of a plant that solves its model.
+    /// Returns plants that are not compared but can be built, as the reference of a plant that
+    /// solves their model.
     fn bystanders(&self) -> &[PlantOffer] {
         &[]
     }
 
-    /// The plants that were not asked for and cannot be in the scene, each with the reason.
+    /// Returns the plants that were not selected by name and cannot simulate the scenario, each
+    /// with the reason.
     fn left_out(&self) -> &[String] {
         &[]
     }
 
-    /// Builds a plant at the start of the scene. Its outputs are `leg/*/foot/position` and `body/position` \[m\].
+    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position` and `body/position`
+    /// \[m\].
     ///
     /// # Errors
-    /// Why there is none, for a person: it becomes a row of the study.
+    /// The reason in plain text; it becomes a row of the study.
     fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String>;
 
-    /// The same, telling of its drives, too, if it has any: `leg/*/{hip,knee}/position` \[rad\], and `torque` \[N·m\] as the mean
-    /// over its last step.
+    /// Builds a plant whose outputs include its drives, if it has any: `leg/*/{hip,knee}/position`
+    /// \[rad\], and `torque` \[N·m\] as the mean over the last step.
     ///
     /// # Errors
-    /// As above.
+    /// As for [`Self::build`].
     fn build_with_drives(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
         self.build(variant)
     }
 }
 
-/// What is simulated, whichever plant does it.
+/// Properties of the simulated scenario that do not depend on the plant.
 #[derive(Clone, Debug)]
-pub struct Scene {
-    /// What the scenario calls itself.
+pub struct StudyInput {
+    /// Name of the scenario.
     pub name: String,
-    /// Its file.
+    /// Path of the scenario file.
     pub file: String,
-    /// How long it lasts.
+    /// Duration of the scenario.
     pub duration: SimDuration,
-    /// The feet can touch ground, so friction and restitution matter.
+    /// The feet can touch ground: friction and restitution are effective.
     pub ground: bool,
-    /// The legs are driven by servos, so the gain of their position loop matters.
+    /// The legs are driven by servos: the gain of the position loop is effective.
     pub servos: bool,
-    /// What the plants are commanded.
+    /// Commands applied to every plant.
     pub commands: Commands,
-    /// The step of the plant that the scenario has.
+    /// Step of the plant in the scenario.
     pub step: SimDuration,
-    /// Weight of the robot, legs and all \[N\].
+    /// Weight of the robot, legs included \[N\].
     pub weight: f64,
 }
 
-/// A plant, and the ways to integrate it.
+/// A plant and its integration methods.
 #[derive(Clone, Debug)]
 pub struct PlantOffer {
-    /// Name, as scenarios have it.
+    /// Name used in scenarios.
     pub name: String,
-    /// A line on it.
+    /// One-line description.
     pub about: String,
-    /// Whether the segments of its legs have mass. Of one without, the limit of vanishing segments is the same model.
+    /// Whether the leg segments have mass. A plant without segment masses is the limit model for
+    /// vanishing masses.
     pub segment_masses: bool,
-    /// The plant whose model it solves by other means, if there is one: what that one is measured against is its reference, too,
-    /// since what an engine does alike at every step shows against no reference of its own.
+    /// The plant whose model this one solves by a different engine, if any. Both share one
+    /// reference: an error that an engine makes alike at every step would not show against its own
+    /// reference.
     pub model_of: Option<String>,
-    /// Its methods.
+    /// Integration methods.
     pub methods: Vec<MethodOffer>,
 }
 
-/// A way to integrate a plant.
+/// An integration method of a plant.
 #[derive(Clone, Debug)]
 pub struct MethodOffer {
-    /// Name, as scenarios have it.
+    /// Name used in scenarios.
     pub name: String,
-    /// A line on it.
+    /// One-line description.
     pub about: String,
-    /// What it is set by.
-    pub set_by: SetBy,
-    /// The setting at which it is trusted as a reference; the first method that has one is the reference and the second its
-    /// check.
+    /// Quantity that sets the accuracy.
+    pub set_by: SettingKind,
+    /// Setting at which the method qualifies as a reference. The first method with such a setting
+    /// is the reference, the second its check.
     pub reference: Option<MethodSetting>,
 }
 
-/// What the accuracy of a method is set by.
+/// Quantity that sets the accuracy of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SetBy {
-    /// The length of its steps.
+pub enum SettingKind {
+    /// Fixed step size.
     Step,
-    /// A tolerance, by which it chooses its steps itself.
+    /// Error tolerance of an adaptive step-size control.
     Tolerance,
 }
 
-/// A setting of a method.
+/// Step size or tolerance of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MethodSetting {
-    /// Steps of this length.
+    /// Fixed step size.
     Step(SimDuration),
-    /// Steps as long as this tolerance allows.
+    /// Error tolerance of an adaptive step-size control.
     Tolerance(f64),
 }
 
 impl MethodSetting {
-    /// The step \[s\], if it is one.
+    /// Returns the step size, if it is one \[s\].
     pub fn step_s(self) -> Option<f64> {
         match self {
             Self::Step(step) => Some(step.as_nanos() as f64 / 1e9),
@@ -118,7 +124,7 @@ impl MethodSetting {
         }
     }
 
-    /// The tolerance, if it is one.
+    /// Returns the tolerance, if it is one.
     pub fn tolerance(self) -> Option<f64> {
         match self {
             Self::Step(_) => None,
@@ -126,15 +132,16 @@ impl MethodSetting {
         }
     }
 
-    /// What it is set by.
-    pub fn set_by(self) -> SetBy {
+    /// Returns the quantity that sets the accuracy.
+    pub fn set_by(self) -> SettingKind {
         match self {
-            Self::Step(_) => SetBy::Step,
-            Self::Tolerance(_) => SetBy::Tolerance,
+            Self::Step(_) => SettingKind::Step,
+            Self::Tolerance(_) => SettingKind::Tolerance,
         }
     }
 
-    /// A setting that is still good where an error of a millimetre matters and one of a nanometre does not.
+    /// Returns a coarser setting, sufficient where errors of a millimetre matter and errors of a
+    /// nanometre do not.
     #[must_use]
     pub(crate) fn relaxed(self) -> Self {
         match self {
@@ -143,7 +150,7 @@ impl MethodSetting {
         }
     }
 
-    /// A setting that is clearly coarser: for a method that has to be its own check.
+    /// Returns a clearly coarser setting, for a method that is its own check.
     #[must_use]
     pub fn coarser(self) -> Self {
         match self {
@@ -153,41 +160,42 @@ impl MethodSetting {
     }
 }
 
-/// A plant with its method, its setting, and what is changed of the robot.
+/// A plant with its method, the setting, and the changes of robot and ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     /// Name of the plant.
     pub plant: String,
-    /// Name of its method.
+    /// Name of the method.
     pub method: String,
-    /// How the method is set.
+    /// Setting of the method.
     pub setting: MethodSetting,
-    /// What is changed of robot and scene.
+    /// Changes of robot and ground.
     pub scales: Scales,
 }
 
-/// What is changed of robot and scene: factors, and values where a factor says nothing.
+/// Changes of robot and ground: factors of the robot's values, and absolute values for the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Scales {
-    /// Of all springs of the legs.
+    /// Factor of all leg springs.
     pub stiffness: f64,
-    /// Of the masses of the legs' segments, their feet excepted.
+    /// Factor of the masses of the leg segments, feet excepted.
     pub mass: f64,
-    /// Of the viscous friction of the joints.
+    /// Factor of the viscous friction of the joints.
     pub damping: f64,
-    /// Of the gain of the servos' position loop.
+    /// Factor of the gain of the servos' position loop.
     pub gain: f64,
-    /// Coulomb's coefficient of the ground; none: the scene's.
+    /// Coefficient of Coulomb friction of the ground; `None`: as in the scenario.
     pub friction: Option<f64>,
-    /// Coefficient of restitution of the ground; none: the scene's.
+    /// Coefficient of restitution of the ground; `None`: as in the scenario.
     pub restitution: Option<f64>,
-    /// A leg without mass carries no more in its foot than that foot's own mass: what segments tend to as they vanish.
+    /// The lumped foot mass of a leg without segment masses is the foot's own mass: the limit for
+    /// vanishing segments.
     #[serde(skip)]
     pub bare_foot: bool,
 }
 
 impl Scales {
-    /// The scene as it is.
+    /// No change.
     pub const AS_IS: Self = Self {
         stiffness: 1.0,
         mass: 1.0,

@@ -1,26 +1,26 @@
-//! A straight line through points, by least squares.
+//! Least-squares fit of a straight line.
 
-/// A line, and how well it fits.
+/// Fitted line and its goodness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
     pub(crate) slope: f64,
-    /// The square of the correlation: 1 where all points are on the line.
+    /// Squared correlation coefficient; 1 if all points are on the line.
     straight: f64,
-    /// Mean distance of the points from their middle over its mean square: what an error of theirs does to the slope.
+    /// Mean absolute deviation of x over its variance: sensitivity of the slope to errors of y.
     lever: f64,
 }
 
-/// So much of the spread of points has to be that of a line.
+/// Least squared correlation of a straight line.
 const ON_A_LINE: f64 = 0.8;
-/// Fewer points are on a line anyway.
+/// Least number of points; fewer always fit a line.
 const LEAST_POINTS: usize = 3;
 
-/// Slopes that can be orders. A method that is consistent is of first order at least, and few are above fifth: what falls by
-/// less than halfway between the square root of the step and the step levels off at something that no step removes, and what
-/// falls by more than an order above the highest comes out of saturation.
+/// Slopes that are plausible orders. A consistent method has at least order 1, and few exceed 5:
+/// below 0.75, between the square root of the step and the step, the error levels off at a part
+/// that no step size removes; above 6, it comes out of saturation.
 const ORDERS: std::ops::RangeInclusive<f64> = 0.75..=6.0;
 
-/// Why a slope is no order.
+/// Reason why a slope is not an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NoOrder {
     TooFewPoints,
@@ -29,20 +29,20 @@ pub(crate) enum NoOrder {
 }
 
 impl NoOrder {
-    /// In words, for a caption.
+    /// Returns a description for a caption.
     pub(crate) fn about(self) -> &'static str {
         match self {
             Self::TooFewPoints => "too few points",
-            Self::NoLine => "its points lie on no line",
+            Self::NoLine => "its points are not on a line",
             Self::NoMethods => "it levels off or breaks down",
         }
     }
 }
 
-/// The order that errors over steps, both as logarithms, show.
+/// Returns the order of convergence from points (log step, log error).
 ///
 /// # Errors
-/// Why they show none.
+/// The reason why the points show no order.
 pub(crate) fn order(points: &[(f64, f64)]) -> Result<f64, NoOrder> {
     let fit = Fit::through(points).ok_or(NoOrder::TooFewPoints)?;
     let slope = fit.slope_if_straight().ok_or(NoOrder::NoLine)?;
@@ -54,7 +54,7 @@ pub(crate) fn order(points: &[(f64, f64)]) -> Result<f64, NoOrder> {
 }
 
 impl Fit {
-    /// Through at least three points that are not one above the other.
+    /// Fits a line; `None` for fewer than three points or for equal x.
     pub(crate) fn through(points: &[(f64, f64)]) -> Option<Self> {
         if points.len() < LEAST_POINTS {
             return None;
@@ -72,13 +72,13 @@ impl Fit {
         })
     }
 
-    /// The slope, where the points are on a line.
+    /// Returns the slope if the points lie on a line.
     pub(crate) fn slope_if_straight(&self) -> Option<f64> {
         (self.straight > ON_A_LINE).then_some(self.slope)
     }
 
-    /// How far the slope can be off if each point may be higher by anything up to `unsure`: all of one side are, and none of the
-    /// other.
+    /// Returns the greatest error of the slope if each y may be too small by up to `unsure`: in the
+    /// worst case all points on one side of the mean are and the others are not.
     pub(crate) fn unsure(&self, unsure: f64) -> f64 {
         0.5 * unsure * self.lever
     }
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_found_and_a_cloud_is_none() {
+    fn collinear_points_are_fitted_and_scattered_ones_rejected() {
         let fit = Fit::through(&[(0.0, 1.0), (1.0, -1.0), (3.0, -5.0)]).unwrap();
         assert!((fit.slope + 2.0).abs() < 1e-12);
         assert!(fit.slope_if_straight().is_some());
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_slope_that_a_method_can_have_is_an_order() {
+    fn only_plausible_slopes_are_orders() {
         let on = |slope: f64| [0.0, 1.0, 2.0].map(|x| (x, slope * x - 3.0));
         for slope in [1.0, 2.0, 4.0, 5.0] {
             // Rounding of a sum of few numbers near one.
@@ -118,7 +118,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_error_of_the_points_moves_the_slope_by_more_than_is_said(
+        fn slope_error_is_within_its_bound(
             xs in prop::collection::vec(-5.0_f64..5.0, 3..9),
             errors in prop::collection::vec(0.0_f64..1.0, 9),
         ) {

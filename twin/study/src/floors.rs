@@ -1,50 +1,51 @@
-//! What no step makes smaller.
+//! Errors that do not decrease with the step.
 
 use serde::Serialize;
 
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
-/// How near a method comes to its reference at all.
+/// Smallest error of a method, and the step from which on it no longer decreases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Floor {
-    /// Its plant.
+    /// Plant.
     pub plant: String,
-    /// Its name.
+    /// Method.
     pub method: String,
-    /// The smallest error of all its steps, RMS \[m\].
+    /// Smallest RMS error over all steps \[m\].
     pub error_rms_m: f64,
-    /// The step that has it \[s\].
+    /// Step with that error \[s\].
     pub step_s: f64,
-    /// The error at the shortest step that came to the end, RMS \[m\].
+    /// RMS error at the shortest completed step \[m\].
     pub finest_error_rms_m: f64,
-    /// That step \[s\].
+    /// Shortest completed step \[s\].
     pub finest_step_s: f64,
-    /// The smallest error is no greater than what is known of the reference.
+    /// The smallest error is no greater than the disagreement of the reference and its check.
     pub at_floor: bool,
-    /// From this step on, shorter ones do not halve the error any more, though there are some a quarter as long; none: they do,
-    /// or the error is at the floor of the reference \[s\].
+    /// Step below which the error is not halved any more, although there are steps of a quarter of
+    /// it; `None` if the error keeps decreasing or is at the floor of the reference \[s\].
     pub levels_off_from_s: Option<f64>,
 }
 
-/// Errors within this factor of the smallest are as good.
+/// Errors within this factor of the smallest count as equal to it.
 const AS_GOOD: f64 = 2.0;
-/// Over so much shorter steps even a method of first order would have got better by more than that.
+/// Ratio of steps over which even a first-order method would reduce its error by more than that
+/// factor.
 const SHORTER: f64 = 4.0;
 
 impl Study {
-    /// How near each method that steps comes to its reference.
+    /// Returns the smallest error of each fixed-step method.
     pub fn floors(&self) -> Vec<Floor> {
-        let lines = self.lines().into_iter().filter(|line| !line.is_adaptive());
-        lines
-            .filter_map(|line| {
+        let series = self.series().into_iter().filter(|key| !key.is_adaptive());
+        series
+            .filter_map(|key| {
                 let rows = self.rows.iter().filter(|row| {
                     row.kind == RowKind::Integration
                         && row.status == Status::Ok
-                        && row.line() == line
+                        && row.series() == key
                 });
                 let known = rows.filter_map(|row| Some((row.step_s?, row.error_rms_m?, row)));
-                floor(line.plant, line.method, &known.collect::<Vec<_>>())
+                floor(key.plant, key.method, &known.collect::<Vec<_>>())
             })
             .collect()
     }

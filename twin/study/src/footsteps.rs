@@ -1,63 +1,65 @@
-//! Which footsteps of a gait differ between two models, and by how much.
+//! Differences of the touch-downs of a gait between two models.
 
 use serde::Serialize;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
-use crate::plant_run::{Ending, Go, PlantRun};
+use crate::plant_run::{Ending, PlantRun, SampleVerdict};
 
-/// So much of a walk is compared.
+/// Duration of the walk compared.
 pub const WALK: SimDuration = SimDuration::from_secs(3);
-/// Feet are looked at so often: no touch-down is known better.
-pub(crate) const LOOK: SimDuration = SimDuration::from_micros(400);
-/// A foot that was off the ground for less has not stepped, but bounced.
+/// Sampling period of the feet: the resolution of touch-down times.
+pub(crate) const SAMPLE_PERIOD: SimDuration = SimDuration::from_micros(400);
+/// Least swing duration; a shorter loss of contact is a bounce.
 const SWING: SimDuration = SimDuration::from_millis(40);
 
 const LOAD: &str = "/foot/load";
 const PLACE: &str = "/foot/position";
 
-/// A touch-down of a leg, in one model and in another.
+/// Touch-down of a leg in two models.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Footstep {
-    /// The plant that is compared with the one whose segments have mass.
+    /// Plant that is compared with the one with segment masses.
     pub plant: String,
     /// Name of the leg.
     pub leg: String,
-    /// Which of its touch-downs in either model, from 1.
+    /// Number of the touch-down of this leg, from 1.
     pub number: usize,
-    /// When it is in the model whose segments have mass; none if the other alone has it \[s\].
+    /// Time in the model with segment masses; `None` if only the other model has this touch-down
+    /// \[s\].
     pub at_s: Option<f64>,
-    /// How much later it is in the other; none if one of them alone has it \[s\].
+    /// Delay in the other model; `None` if only one model has this touch-down \[s\].
     pub later_s: Option<f64>,
-    /// How far from there it is \[m\].
+    /// Distance between the two positions \[m\].
     pub apart_m: Option<f64>,
-    /// So much of that may be the methods': what either model changes by at a coarser setting \[s\].
+    /// Uncertainty of the delay due to the methods: greater change of the time in either model at a
+    /// coarser setting \[s\].
     pub unsure_s: Option<f64>,
-    /// The same of the place \[m\].
+    /// Uncertainty of the distance, likewise \[m\].
     pub unsure_m: Option<f64>,
 }
 
-/// A touch-down.
+/// Touch-down of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TouchDown {
     at_s: f64,
     place: [f64; 3],
 }
 
-/// The touch-downs of each leg.
+/// Touch-downs by leg.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Steps(Vec<(String, Vec<TouchDown>)>);
+pub(crate) struct TouchDowns(Vec<(String, Vec<TouchDown>)>);
 
-/// A foot on its way.
+/// Contact state of a foot.
 struct Foot {
     load: usize,
     place: usize,
     off_since: Option<SimTime>,
 }
 
-impl Steps {
-    /// Leads `plant` through a scene and sees where its feet touch down; none if it did not come to the end.
+impl TouchDowns {
+    /// Runs `plant` and records the touch-downs of its feet; `None` if the run does not complete.
     pub(crate) fn record(plant: &mut dyn Plant, plant_run: &PlantRun<'_>) -> Option<Self> {
         let ports = plant.ports();
         let layout = Layout::of(&ports, Direction::Output);
@@ -79,7 +81,7 @@ impl Steps {
                 steps.0.push((leg.to_owned(), Vec::new()));
             }
         }
-        let ending = plant_run.lead(plant, |now, plant| {
+        let ending = plant_run.run(plant, |now, plant| {
             plant.observe(&mut outputs);
             plant.begin_window();
             for (foot, (_, touched)) in feet.iter_mut().zip(&mut steps.0) {
@@ -98,9 +100,9 @@ impl Steps {
                     });
                 }
             }
-            Go::On
+            SampleVerdict::Continue
         });
-        (ending == Ending::Whole).then_some(steps)
+        (ending == Ending::Completed).then_some(steps)
     }
 
     fn of(&self, leg: &str) -> &[TouchDown] {
@@ -108,7 +110,8 @@ impl Steps {
         found.map_or(&[], |(_, steps)| steps)
     }
 
-    /// The touch-downs of each leg, paired with those of another walk that began with it and went on to `end_s`.
+    /// Pairs the touch-downs of each leg with those of another walk from the same start; both last
+    /// until `end_s`.
     fn paired(&self, other: &Self, end_s: f64) -> Vec<Pairing> {
         let footsteps = |touch_downs: &[TouchDown]| -> Vec<RecordedFootstep> {
             let footsteps = touch_downs.iter().map(|touched| RecordedFootstep {
@@ -125,7 +128,8 @@ impl Steps {
         pair_footsteps(&legs, [end_s; 2]).legs
     }
 
-    /// How far each touch-down is from its like in another walk \[s, m\], by leg; none where it has none.
+    /// Returns the distance of each touch-down from its counterpart in another walk \[s, m\], by
+    /// leg; `None` without a counterpart.
     fn changes(&self, other: &Self, end_s: f64) -> Vec<Vec<Option<(f64, f64)>>> {
         let legs = self.0.iter().zip(self.paired(other, end_s));
         let changes = legs.map(|((leg, own), pairing)| {
@@ -139,18 +143,18 @@ impl Steps {
     }
 }
 
-/// How far a touch-down is from its like.
+/// Returns time difference and distance of two touch-downs.
 fn apart(a: TouchDown, b: TouchDown) -> (f64, f64) {
     let squares = a.place.iter().zip(b.place).map(|(a, b)| (a - b) * (a - b));
     (b.at_s - a.at_s, squares.sum::<f64>().sqrt())
 }
 
-/// Compares the model whose segments have mass with another, leg by leg, each with itself at a coarser setting beside it. All
-/// four walks went on to `end_s`.
+/// Compares the model with segment masses with another, leg by leg; each is given at a fine and at
+/// a coarser setting. All four walks last until `end_s`.
 pub(crate) fn compare(
     plant: &str,
-    [full, full_coarse]: [&Steps; 2],
-    [other, other_coarse]: [&Steps; 2],
+    [full, full_coarse]: [&TouchDowns; 2],
+    [other, other_coarse]: [&TouchDowns; 2],
     end_s: f64,
 ) -> Vec<Footstep> {
     let own = full.changes(full_coarse, end_s);
@@ -166,9 +170,9 @@ pub(crate) fn compare(
             Some((own.0.abs().max(other.0.abs()), own.1.max(other.1)))
         };
         let pairs = pairing.pairs.into_iter().map(|(i, j)| (Some(i), Some(j)));
-        let alone = pairing.only_in_a.into_iter().map(|i| (Some(i), None));
-        let lacking = pairing.only_in_b.into_iter().map(|j| (None, Some(j)));
-        let mut all: Vec<_> = pairs.chain(alone).chain(lacking).collect();
+        let only_full = pairing.only_in_a.into_iter().map(|i| (Some(i), None));
+        let only_other = pairing.only_in_b.into_iter().map(|j| (None, Some(j)));
+        let mut all: Vec<_> = pairs.chain(only_full).chain(only_other).collect();
         let at = |&(i, j): &(Option<usize>, Option<usize>)| match (i, j) {
             (Some(i), _) => steps[i].at_s,
             (None, Some(j)) => theirs[j].at_s,
@@ -198,24 +202,24 @@ pub(crate) fn compare(
 mod tests {
     use super::*;
 
-    fn steps(times: &[f64]) -> Steps {
+    fn steps(times: &[f64]) -> TouchDowns {
         let touched = times.iter().map(|&at_s| TouchDown {
             at_s,
             place: [at_s, 0.0, 0.0],
         });
-        Steps(vec![("LF".to_owned(), touched.collect())])
+        TouchDowns(vec![("LF".to_owned(), touched.collect())])
     }
 
     type Shown = (usize, Option<f64>, Option<f64>, Option<f64>);
 
-    fn shown(full: [&Steps; 2], other: [&Steps; 2]) -> Vec<Shown> {
+    fn shown(full: [&TouchDowns; 2], other: [&TouchDowns; 2]) -> Vec<Shown> {
         let found = compare("other", full, other, 10.0);
         let shown = |step: &Footstep| (step.number, step.at_s, step.later_s, step.unsure_s);
         found.iter().map(shown).collect()
     }
 
     #[test]
-    fn a_touch_down_is_compared_with_its_like_and_one_too_many_with_nothing() {
+    fn touch_downs_are_paired_and_surplus_ones_stay_unpaired() {
         let (full, coarse) = (steps(&[1.0, 2.0, 3.0]), steps(&[1.0, 2.25, 3.0]));
         let (other, others) = (
             steps(&[1.25, 2.25, 3.25, 4.25]),
@@ -233,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bounce_in_one_walk_shifts_no_other_touch_down() {
+    fn bounce_does_not_shift_other_touch_downs() {
         let full = steps(&[1.0, 2.0, 3.0, 4.0]);
         let coarse = steps(&[1.0, 1.5, 2.0, 3.0, 4.0]);
         let other = steps(&[0.5, 1.0, 2.0, 3.0, 4.0]);

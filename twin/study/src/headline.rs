@@ -1,4 +1,4 @@
-//! A study in a sentence.
+//! Summary of a study in one or two sentences.
 
 use crate::dominance::Dominance;
 use crate::factory::Scales;
@@ -6,17 +6,17 @@ use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 
-/// The step that plants are used at, and what is aimed for there.
+/// Usual step of the plants \[s\], and the error aimed for \[m\].
 pub(crate) const USUAL_STEP_S: f64 = 2e-3;
 pub(crate) const AIM_M: f64 = 1e-6;
 
-/// Whether a row is of the step that plants are used at.
+/// Returns whether a row has the usual step.
 pub(crate) fn at_usual_step(row: &Row) -> bool {
     row.step_s
         .is_some_and(|step| (step / USUAL_STEP_S - 1.0).abs() < 1e-9)
 }
 
-/// Where a plant is ahead of others that solve its model, and where not.
+/// Compares a plant with others that solve its model, in one sentence.
 pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
     let of = &dominance.of;
     let count = dominance.settings.len();
@@ -24,7 +24,7 @@ pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
     let ranges = dominance.over.iter().map(|plant| {
         let range = dominance.range(plant, None);
         range.map_or_else(
-            || format!("{plant} is closer than {of} at all of its settings"),
+            || format!("{plant} is more accurate than {of} at all of its settings"),
             |(least, most)| {
                 let [least, most] = [least, most].map(grouped_factor);
                 format!("{least} to {most} less run time than {plant}")
@@ -48,39 +48,40 @@ pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
     }
 }
 
-/// The row that a study of precision is summed up by.
-pub(crate) struct Foremost<'s> {
+/// Row that summarises a study of precision.
+pub(crate) struct HeadlineRow<'s> {
     pub(crate) row: &'s Row,
     pub(crate) error_m: f64,
     pub(crate) choice: Choice,
 }
 
-/// How it was chosen.
+/// Criterion by which the headline row was selected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Choice {
-    /// The fastest within the aim at the usual step.
+    /// Fastest row within the aim at the usual step.
     Fastest,
-    /// Where there is none, the fastest within the aim of those that choose their steps.
+    /// Otherwise the fastest adaptive row within the aim.
     FastestAdaptive,
-    /// Where there is none either, the smallest error at the usual step.
+    /// Otherwise the smallest error at the usual step.
     Nearest,
 }
 
 impl Study {
-    /// What it found, in a sentence or two.
+    /// Returns a summary in one or two sentences.
     pub fn headline(&self) -> String {
         match self.kind {
             StudyKind::Precision => {
                 let all = self.dominances();
                 let sentences = all.iter().map(dominance_sentence);
-                let sentences = std::iter::once(self.precise()).chain(sentences);
+                let sentences = std::iter::once(self.precision_headline()).chain(sentences);
                 sentences.collect::<Vec<_>>().join(" ")
             }
-            StudyKind::Stability => self.stable(),
+            StudyKind::Stability => self.stability_headline(),
         }
     }
 
-    /// The rows that a headline may be about: runs of the most thorough model that came to their end, and their errors.
+    /// Returns the completed runs of the plants with segment masses, with their errors: the
+    /// candidates for the headline.
     pub(crate) fn candidates(&self) -> Vec<(&Row, f64)> {
         let massive = |row: &&Row| self.massive.is_empty() || self.massive.contains(&row.plant);
         let rows = self.rows.iter().filter(massive);
@@ -89,25 +90,25 @@ impl Study {
             .collect()
     }
 
-    /// The row that the headline, a card and the table name; none if no error is known.
-    pub(crate) fn foremost(&self) -> Option<Foremost<'_>> {
+    /// Returns the row named by headline, card and table; `None` if no error is known.
+    pub(crate) fn headline_row(&self) -> Option<HeadlineRow<'_>> {
         let known = self.candidates();
-        let of = |wanted: fn(&Row) -> bool| {
-            let rows = known.iter().filter(move |(row, _)| wanted(row));
+        let of = |accept: fn(&Row) -> bool| {
+            let rows = known.iter().filter(move |(row, _)| accept(row));
             rows.copied().collect::<Vec<_>>()
         };
         let fastest = |rows: &[(&'_ Row, f64)]| {
             let within = rows.iter().enumerate();
             let within = within.filter(|(_, (_, error))| *error <= AIM_M);
             let speed = |row: &Row| row.real_time_factor.unwrap_or(0.0);
-            // Of several that are alike, the first.
+            // Of equal rows, the first.
             let best = within
                 .rev()
                 .max_by(|(_, (a, _)), (_, (b, _))| speed(a).total_cmp(&speed(b)));
             best.map(|(place, _)| place)
         };
         let usual = of(at_usual_step);
-        let adaptive = of(|row| row.line().is_adaptive());
+        let adaptive = of(|row| row.series().is_adaptive());
         let nearest = |rows: &[(&'_ Row, f64)]| {
             let rows = rows.iter().enumerate();
             let nearest = rows.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
@@ -122,24 +123,23 @@ impl Study {
             (usual, place, Choice::Nearest)
         };
         let (row, error_m) = rows[place];
-        Some(Foremost {
+        Some(HeadlineRow {
             row,
             error_m,
             choice,
         })
     }
 
-    fn precise(&self) -> String {
-        let Some(Foremost {
+    fn precision_headline(&self) -> String {
+        let Some(HeadlineRow {
             row,
             error_m,
             choice,
-        }) = self.foremost()
+        }) = self.headline_row()
         else {
-            return "No error is known: there is no reference, or nothing came to the end."
-                .to_owned();
+            return "No error is known: there is no reference, or no run completed.".to_owned();
         };
-        let name = row.line().name();
+        let name = row.series().name();
         let speed = grouped_factor(row.real_time_factor.unwrap_or(0.0));
         let (error, aim, step) = (si(error_m, "m"), si(AIM_M, "m"), si(USUAL_STEP_S, "s"));
         match choice {
@@ -152,49 +152,51 @@ impl Study {
                 let none = if floor > AIM_M {
                     let floor = si(floor, "m");
                     format!(
-                        "{aim} cannot be told here: the floor is {floor}; the nearest at {step}"
+                        "{aim} cannot be resolved: the floor is {floor}; the smallest error at \
+                         {step}"
                     )
                 } else {
-                    format!("No method comes within {aim} at {step}; the nearest")
+                    format!("No method is within {aim} at {step}; the smallest error")
                 };
-                format!("{none} is {name} with {error} at {speed} real time.")
+                format!("{none} is that of {name}: {error} at {speed} real time.")
             }
         }
     }
 
-    /// The method whose steps may be longest and are right, and the one whose may not be long.
-    fn stable(&self) -> String {
+    /// Returns the summary of a stability study: the method with the largest accurate step, and
+    /// that with the smallest limit.
+    fn stability_headline(&self) -> String {
         let rows = self.rows.iter();
         let limits: Vec<(&Row, f64)> = rows
             .filter(|row| row.scales == Scales::AS_IS && row.status == Status::Ok)
             .filter_map(|row| Some((row, row.largest_stable_step_s?)))
             .collect();
-        let right = limits
+        let accurate = limits
             .iter()
             .rev()
             .filter_map(|(row, limit)| Some((row, *limit, row.largest_right_step_s?)));
-        let longest = right.max_by(|a, b| a.2.total_cmp(&b.2));
+        let longest = accurate.max_by(|a, b| a.2.total_cmp(&b.2));
         let shortest = limits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let (Some((row, limit, right)), Some((short, least))) = (longest, shortest) else {
-            return "No step is both stable and right.".to_owned();
+        let (Some((row, limit, accurate)), Some((short, least))) = (longest, shortest) else {
+            return "No step is both stable and accurate.".to_owned();
         };
         let beyond = match row.least_unstable_step_s {
             Some(_) => "",
             None => " and beyond",
         };
-        let bound = if right < limit {
+        let bound = if accurate < limit {
             format!(
-                "right to {} and stable to {}{beyond}",
-                si(right, "s"),
+                "accurate up to {} and stable up to {}{beyond}",
+                si(accurate, "s"),
                 si(limit, "s")
             )
         } else {
-            format!("stable and right to {}{beyond}", si(limit, "s"))
+            format!("stable and accurate up to {}{beyond}", si(limit, "s"))
         };
         format!(
-            "{} is {bound}; {} is stable to {} only.",
-            row.line().name(),
-            short.line().name(),
+            "{} is {bound}; {} is stable up to {} only.",
+            row.series().name(),
+            short.series().name(),
             si(*least, "s")
         )
     }

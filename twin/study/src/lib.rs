@@ -1,15 +1,17 @@
-//! Studies of plants: how precise each of their methods is for the time it takes ([`precision`]), and how long its steps may
-//! be before it is unstable or wrong ([`stability`]). A study knows plants only by [`twinrig_runtime::Plant`] and gets them
-//! from a [`PlantFactory`]; what cannot be built, gives up, panics or takes too long is a row of it like any other. A third lets whole rigs
-//! run, boards included, and asks what it does to them if plant and boards meet on a grid only ([`coupling()`]). Two studies of
-//! one build find the same but for run times, unless a budget cuts something.
+//! Studies of plants: precision, the error of each method against its run time ([`precision`]), and
+//! stability, the largest stable and accurate step of each method ([`stability`]). Plants are
+//! accessed through [`twinrig_runtime::Plant`] only and are built by a [`PlantFactory`]. A variant
+//! that cannot be built, fails, panics or exceeds its time budget is a row of the study with the
+//! reason. A third study ([`coupling()`]) runs complete rigs, boards included, and compares the
+//! coupling of plant and boards on a communication grid with exact coupling. Two studies of one
+//! build give the same results except for run times, unless the budget truncates one of them.
 //!
 //! ```
 //! use twinrig_study::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
 //!
-//! fn coarse(workshop: &dyn PlantFactory) -> Result<Study, StudyError> {
+//! fn coarse(factory: &dyn PlantFactory) -> Result<Study, StudyError> {
 //!     let plan = PrecisionPlan { budget_s: 10.0, ..PrecisionPlan::default() };
-//!     let study = precision(workshop, &plan, &mut ())?;
+//!     let study = precision(factory, &plan, &mut ())?;
 //!     for order in study.orders() {
 //!         println!("{} {}: order {:.1}", order.plant, order.method, order.order);
 //!     }
@@ -17,8 +19,8 @@
 //! }
 //! ```
 //!
-//! What it does not do: it reads no scenario, knows no robot and no particular plant, and writes no file. It looks at a clock
-//! for run times and budgets only.
+//! Limits: no scenario parsing, no knowledge of a robot or of a particular plant, no file output.
+//! The wall clock is read for run times and budgets only.
 
 mod budget;
 mod commands;
@@ -47,9 +49,9 @@ mod plant_run;
 mod precision;
 mod progress;
 mod reference;
+mod references;
 mod row;
 mod search;
-mod shared;
 mod stability;
 mod stiffness;
 mod stopwatch;
@@ -60,16 +62,16 @@ mod trace;
 mod transport;
 mod trial;
 
-pub use commands::{Commands, Tape, Tapped};
+pub use commands::{CommandRecorder, CommandTape, Commands};
 pub use coupling::{
-    CouplingChoice, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
-    CouplingStudy, RigFactory, RigScene, RigVariant, coupling,
+    CouplingChoice, CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan,
+    CouplingRow, CouplingStudy, RigFactory, RigVariant, coupling,
 };
 pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};
 pub use error::StudyError;
 pub use factory::{
-    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, Scene, SetBy, Variant,
+    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,
 };
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
@@ -79,10 +81,10 @@ pub use number::si as brief;
 pub use precision::{PrecisionPlan, precision};
 pub use progress::ProgressObserver;
 pub use reference::{CheckNote, ReferenceNote};
-pub use row::{CLOCKED, Line, Row, RowKind, Status};
+pub use row::{CLOCKED, Row, RowKind, Series, Status};
 pub use stability::{StabilityPlan, stability};
 pub use stiffness::StiffnessTrend;
 pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;
-pub use thesis::{FIGURES, Like, ThesisFigure};
+pub use thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use transport::{Cost, STROLL, Transport};

@@ -1,24 +1,25 @@
-//! What a study was run on: run times mean nothing without it.
+//! Machine and build of a study, without which its run times have no meaning.
 
 use serde::Serialize;
 
-/// A machine and a build.
+/// Machine and build.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Machine {
-    /// Its processor, as it calls itself.
+    /// Processor model, as the operating system reports it.
     pub cpu: String,
-    /// Processors that the program may use. A study uses one.
+    /// Processors available to the program. A study uses one.
     pub cores: usize,
-    /// Mean number of running programs in the last minute, as the study began: more than 1, and others took part of the time.
+    /// Load average over the last minute when the study began; above 1, other programs shared the
+    /// processor.
     pub load: Option<f64>,
     /// Operating system and instruction set.
     pub system: String,
-    /// What was built, and how.
+    /// Program version and build profile.
     pub build: String,
 }
 
 impl Machine {
-    /// This one, running `build`.
+    /// Returns the present machine, with `build` as the program version.
     pub fn here(build: &str) -> Self {
         let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
         let profile = if cfg!(debug_assertions) {
@@ -51,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_system_says_of_itself_is_read_and_what_it_does_not_is_unknown() {
+    fn missing_system_information_is_none() {
         let info = "processor\t: 0\nmodel name\t: Any CPU @ 3 GHz\ncache size\t: 1 KB\n";
         assert_eq!(cpu(info).as_deref(), Some("Any CPU @ 3 GHz"));
         assert_eq!(cpu("nothing"), None);

@@ -1,4 +1,4 @@
-//! What models leave out, which is no error of a method.
+//! Modelling errors: differences between models, as opposed to errors of methods.
 
 use std::rc::Rc;
 
@@ -7,15 +7,15 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::Share;
 use crate::error::StudyError;
 use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, Variant};
-use crate::footsteps::{self, Footstep, Steps, WALK};
+use crate::footsteps::{self, Footstep, TouchDowns, WALK};
 use crate::number::si;
 use crate::plant_run::PlantRun;
 use crate::precision::{Job, trust};
 use crate::reference::{self, Reference};
+use crate::references::model_of;
 use crate::row::{Row, RowKind, Status};
-use crate::shared::model_of;
 
-/// The plant that has segments with mass, or the one whose model it solves, and the one that is its limit.
+/// Returns the base model with segment masses, and the plant that is its limit without them.
 pub(crate) fn limit_pair(factory: &dyn PlantFactory) -> Option<(&PlantOffer, &PlantOffer)> {
     let plants = factory.plants();
     let full = plants.iter().find(|plant| plant.segment_masses)?;
@@ -25,14 +25,14 @@ pub(crate) fn limit_pair(factory: &dyn PlantFactory) -> Option<(&PlantOffer, &Pl
 }
 
 impl Job<'_> {
-    /// What other models leave out of the first with segments that have mass.
+    /// Adds a row for each model with its difference from the first one with segment masses.
     pub(crate) fn models(&mut self, plants: &[PlantOffer], references: &[Option<Rc<Reference>>]) {
         let full = plants.iter().position(|plant| plant.segment_masses);
         let Some(base) = full.and_then(|n| references[n].as_ref()) else {
             return;
         };
         for (plant, other) in plants.iter().zip(references) {
-            // What is measured against another plant solves that one's model.
+            // A plant with the reference of another plant solves the same model.
             let other = other.as_ref().filter(|own| own.variant.plant == plant.name);
             if let Some(other) = other.filter(|own| own.variant.plant != base.variant.plant) {
                 self.rows.push(base.difference(RowKind::Model, other));
@@ -40,13 +40,14 @@ impl Job<'_> {
         }
     }
 
-    /// Which footsteps differ between the models, by methods like those of the references.
+    /// Compares the touch-downs of the models, computed by the methods of their references at
+    /// coarser settings.
     pub(crate) fn footsteps(
         &mut self,
         plants: &[PlantOffer],
         references: &[Option<Rc<Reference>>],
     ) -> Result<Vec<Footstep>, StudyError> {
-        let end = WALK.min(self.stage.factory.scene().duration);
+        let end = WALK.min(self.context.factory.input().duration);
         let mut walks = Vec::new();
         for (plant, reference) in plants.iter().zip(references) {
             let share = self.begin(&format!("{}, footsteps", plant.name))?;
@@ -64,7 +65,7 @@ impl Job<'_> {
             return Ok(Vec::new());
         };
         let others = walks.iter().filter(|(plant, _)| plant.name != full.0.name);
-        let pair = |walk: &'_ [Steps; 2]| [walk[0].clone(), walk[1].clone()];
+        let pair = |walk: &'_ [TouchDowns; 2]| [walk[0].clone(), walk[1].clone()];
         let own = pair(&full.1);
         Ok(others
             .flat_map(|(plant, other)| {
@@ -74,32 +75,32 @@ impl Job<'_> {
             .collect())
     }
 
-    /// The footsteps of a variant that is set so.
+    /// Returns the touch-downs of a variant with `setting`.
     fn walk(
         &self,
         variant: &Variant,
         setting: MethodSetting,
         end: SimDuration,
         share: Share,
-    ) -> Option<Steps> {
+    ) -> Option<TouchDowns> {
         let variant = Variant {
             setting,
             ..variant.clone()
         };
         let plant_run = PlantRun {
             end: SimTime::ZERO + end,
-            grid: footsteps::LOOK,
-            ..self.stage.plant_run(share)
+            grid: footsteps::SAMPLE_PERIOD,
+            ..self.context.plant_run(share)
         };
         let steps = self
-            .stage
-            .with_plant(&variant, |plant| Steps::record(plant, &plant_run));
+            .context
+            .with_plant(&variant, |plant| TouchDowns::record(plant, &plant_run));
         steps.ok()?
     }
 
-    /// How the difference of two models vanishes with the masses that one of them leaves out.
+    /// Computes the difference of the two models as a function of the segment masses.
     pub(crate) fn limit(&mut self) -> Result<(), StudyError> {
-        let Some((full, limit)) = limit_pair(self.stage.factory) else {
+        let Some((full, limit)) = limit_pair(self.context.factory) else {
             return Ok(());
         };
         for &mass in &self.plan.masses {
@@ -109,8 +110,9 @@ impl Job<'_> {
                 bare_foot: true,
                 ..Scales::AS_IS
             };
-            let reference =
-                |plant| reference::checked(&self.stage, plant, scales, trust(&self.stage), share);
+            let reference = |plant| {
+                reference::checked(&self.context, plant, scales, trust(&self.context), share)
+            };
             let both = reference(full).and_then(|full| Ok((full, reference(limit)?)));
             let row = match both {
                 Ok((full, limit)) => {
@@ -126,7 +128,7 @@ impl Job<'_> {
                     let variant = Variant {
                         plant: full.name.clone(),
                         method: String::new(),
-                        setting: MethodSetting::Step(self.stage.grid),
+                        setting: MethodSetting::Step(self.context.grid),
                         scales,
                     };
                     let mut row = Row::new(RowKind::Limit, &variant).ended(Status::Failed, why);

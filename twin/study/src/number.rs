@@ -1,8 +1,8 @@
-//! Numbers as a person reads them.
+//! Formatting of numbers for readers.
 
 use twinrig_kernel::{SimDuration, SimTime};
 
-/// A quantity with a prefix and three digits: `1.3e-7`, `m` is `130 nm`.
+/// Formats a quantity with an SI prefix and three digits: `1.3e-7`, `m` is `130 nm`.
 pub fn si(value: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 9] = [
         (1e9, "G"),
@@ -19,7 +19,7 @@ pub fn si(value: f64, unit: &str) -> String {
         return format!("0 {unit}").trim_end().to_owned();
     }
     let size = value.abs();
-    // What rounds to a thousand of a prefix is one of the next.
+    // A value that rounds to 1000 of one prefix takes the next.
     let fits = PREFIXES.iter().find(|(scale, _)| size >= 0.9995 * scale);
     match fits {
         Some((scale, prefix)) if size < 0.9995e12 => {
@@ -31,17 +31,17 @@ pub fn si(value: f64, unit: &str) -> String {
     }
 }
 
-/// A time in a text: three digits are enough.
+/// Formats an instant with three digits.
 pub(crate) fn instant(at: SimTime) -> String {
     si(at.as_secs_f64(), "s")
 }
 
-/// The same for a duration.
+/// Formats a duration with three digits.
 pub(crate) fn duration(duration: SimDuration) -> String {
     si(duration.as_secs_f64(), "s")
 }
 
-/// A plain number: short where it is near one, a power of ten elsewhere.
+/// Formats a number in decimal notation near one, as a power of ten elsewhere.
 pub(crate) fn plain(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         digits(value, 3)
@@ -50,7 +50,7 @@ pub(crate) fn plain(value: f64) -> String {
     }
 }
 
-/// `2 ms`, or `tolerance 10⁻⁸`.
+/// Formats a setting: `2 ms`, or `tolerance 10⁻⁸`.
 pub(crate) fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
     match (step_s, tolerance) {
         (Some(step), _) => si(step, "s"),
@@ -59,7 +59,7 @@ pub(crate) fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> Str
     }
 }
 
-/// `1230 ×`
+/// Formats a factor with grouped digits: `1230 ×`.
 pub(crate) fn grouped_factor(value: f64) -> String {
     if value < 1e3 {
         return format!("{} ×", plain(value));
@@ -69,7 +69,7 @@ pub(crate) fn grouped_factor(value: f64) -> String {
     format!("{} ×", grouped(&format!("{rounded:.0}")))
 }
 
-/// Digits in groups of three.
+/// Groups digits by three.
 pub(crate) fn grouped(digits: &str) -> String {
     let mut out = String::new();
     for (n, digit) in digits.chars().enumerate() {
@@ -81,7 +81,7 @@ pub(crate) fn grouped(digits: &str) -> String {
     out
 }
 
-/// `1.3 × 10⁻⁷`
+/// Formats a number in scientific notation: `1.3 × 10⁻⁷`.
 pub(crate) fn power(value: f64, significant: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -96,7 +96,7 @@ pub(crate) fn power(value: f64, significant: usize) -> String {
     }
 }
 
-/// `10⁻⁶`
+/// Formats a power of ten: `10⁻⁶`.
 pub(crate) fn ten_to(exponent: i32) -> String {
     match exponent {
         0 => "1".to_owned(),
@@ -114,7 +114,7 @@ fn raised(exponent: i32) -> String {
     exponent.to_string().chars().map(letter).collect()
 }
 
-/// `value` with so many significant digits, without a power and without zeros that say nothing.
+/// Formats `value` with so many significant digits, without exponent and trailing zeros.
 fn digits(value: f64, significant: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_are_raised() {
+    fn powers_of_ten_use_superscripts() {
         assert_eq!(power(1.34e-7, 2), "1.3 × 10⁻⁷");
         assert_eq!(power(1e-12, 2), "10⁻¹²");
         assert_eq!(plain(1200.0), "1200");

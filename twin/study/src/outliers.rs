@@ -1,20 +1,20 @@
-//! Settings whose results contradict those of the settings next to them.
+//! Outliers: settings whose results contradict those of the neighbouring settings.
 //!
-//! An error falls from setting to setting, or rises, or levels off: one that is far above both of its neighbours, or far below
-//! both, is no property of the method. Something went wrong in that run, or it happened to go right.
+//! The error of a method falls, rises or levels off from setting to setting. A value far above or
+//! far below both neighbours is not a property of the method but of the particular run.
 
 use crate::coupling::{CouplingKind, CouplingMethod, CouplingStudy};
 use crate::number::si;
-use crate::row::{Line, Row, RowKind, Status};
+use crate::row::{Row, RowKind, Series, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
 
-/// A result contradicts two others if it is so many times above both, or below.
+/// Factor by which an outlier lies above or below both neighbours.
 const CONTRADICTS: f64 = 10.0;
 
-/// Of results in the order of their settings, those that contradict the nearest known ones on both sides, and these. Where
-/// results should fall from setting to setting, the last one is compared with the two before it. The worst is found first, and
-/// takes no part in later comparisons.
+/// Returns the outliers among results in the order of their settings, each with its nearest known
+/// neighbours. If results should fall from setting to setting (`falling`), the last one is compared
+/// with the two before it. The worst outlier is found first and excluded from later comparisons.
 fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [f64; 2])> {
     let known = results.iter().enumerate();
     let mut known: Vec<(usize, f64)> = known
@@ -28,22 +28,22 @@ fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [f64; 2]
     found
 }
 
-/// The one that contradicts its neighbours most, and these.
+/// Returns the worst outlier and its neighbours.
 fn worst(known: &[(usize, f64)], falling: bool) -> Option<(usize, [f64; 2])> {
     let mut worst: Option<(f64, usize, [f64; 2])> = None;
-    let mut look = |factor: f64, at: usize, neighbours: [f64; 2]| {
+    let mut consider = |factor: f64, at: usize, neighbours: [f64; 2]| {
         if factor > CONTRADICTS && worst.is_none_or(|(most, ..)| factor > most) {
             worst = Some((factor, at, neighbours));
         }
     };
     for (n, three) in known.windows(3).enumerate() {
-        let [(_, before), (_, result), (_, behind)] = [three[0], three[1], three[2]];
-        let above = result / before.max(behind);
-        let below = before.min(behind) / result;
-        look(above.max(below), n + 1, [before, behind]);
+        let [(_, before), (_, result), (_, after)] = [three[0], three[1], three[2]];
+        let above = result / before.max(after);
+        let below = before.min(after) / result;
+        consider(above.max(below), n + 1, [before, after]);
     }
     if let (true, [.., (_, first), (_, second), (_, last)]) = (falling, known) {
-        look(
+        consider(
             last / first.max(*second),
             known.len() - 1,
             [*first, *second],
@@ -52,24 +52,27 @@ fn worst(known: &[(usize, f64)], falling: bool) -> Option<(usize, [f64; 2])> {
     worst.map(|(_, at, neighbours)| (at, neighbours))
 }
 
-/// What is said of a row that contradicts others.
-fn told(neighbours: [f64; 2], unit: &str) -> String {
-    let [before, behind] = neighbours.map(|value| si(value, unit));
-    format!("contradicts the settings next to it, which have {before} and {behind}")
+/// Returns the reason text of an outlier.
+fn contradiction(neighbours: [f64; 2], unit: &str) -> String {
+    let [before, after] = neighbours.map(|value| si(value, unit));
+    format!("contradicts the settings next to it, which have {before} and {after}")
 }
 
-fn noted(why: Option<String>, told: String) -> String {
+fn append_reason(why: Option<String>, contradiction: String) -> String {
     match why {
-        Some(why) => format!("{why}; {told}"),
-        None => told,
+        Some(why) => format!("{why}; {contradiction}"),
+        None => contradiction,
     }
 }
 
 impl Row {
     fn contradict(&mut self, neighbours: [f64; 2], unit: &str) {
-        // The scene as it is belongs to several sweeps.
+        // The unchanged scenario is part of several sweeps.
         if !std::mem::replace(&mut self.contradicts, true) {
-            self.why = Some(noted(self.why.take(), told(neighbours, unit)));
+            self.why = Some(append_reason(
+                self.why.take(),
+                contradiction(neighbours, unit),
+            ));
         }
     }
 }
@@ -86,32 +89,33 @@ impl Study {
             rows.map(|(place, row)| (place, known(row)))
                 .unzip::<usize, Option<f64>, Vec<_>, Vec<_>>()
         };
-        let lines: Vec<Line<'_>> = self.lines();
+        let all: Vec<Series<'_>> = self.series();
         let mut found = Vec::new();
-        let mut look = |places: &[usize], results: &[Option<f64>], falling, unit| {
+        let mut consider = |places: &[usize], results: &[Option<f64>], falling, unit| {
             let contradicting = contradicting(results, falling).into_iter();
             found.extend(contradicting.map(|(n, neighbours)| (places[n], neighbours, unit)));
         };
-        for &line in &lines {
-            let of_line = |row: &Row| row.kind == RowKind::Integration && row.line() == line;
-            let (places, results) = errors(self, &of_line);
-            look(&places, &results, true, "m");
+        for &series in &all {
+            let of_series = |row: &Row| row.kind == RowKind::Integration && row.series() == series;
+            let (places, results) = errors(self, &of_series);
+            consider(&places, &results, true, "m");
             for factor in Factor::ALL {
-                let (places, limits) = self.limits(line, factor);
-                look(&places, &limits, false, "s");
+                let (places, limits) = self.limits(series, factor);
+                consider(&places, &limits, false, "s");
             }
         }
         let (places, results) = errors(self, &|row| row.kind == RowKind::Limit);
-        look(&places, &results, true, "m");
+        consider(&places, &results, true, "m");
         for (place, neighbours, unit) in found {
             self.rows[place].contradict(neighbours, unit);
         }
     }
 
-    /// The largest stable steps of a line over the values of a factor, and the rows that they are in.
-    fn limits(&self, line: Line<'_>, factor: Factor) -> (Vec<usize>, Vec<Option<f64>>) {
+    /// Returns the largest stable steps of a series over the values of a factor, with the indices
+    /// of their rows.
+    fn limits(&self, series: Series<'_>, factor: Factor) -> (Vec<usize>, Vec<Option<f64>>) {
         let rows = self.rows.iter().enumerate();
-        let rows = rows.filter(|(_, row)| row.kind == RowKind::Stability && row.line() == line);
+        let rows = rows.filter(|(_, row)| row.kind == RowKind::Stability && row.series() == series);
         let limit = |row: &Row| {
             row.largest_stable_step_s
                 .filter(|_| row.status == Status::Ok)
@@ -152,7 +156,10 @@ impl CouplingStudy {
         for (place, neighbours) in found {
             let row = &mut self.rows[place];
             row.contradicts = true;
-            row.why = Some(noted(row.why.take(), told(neighbours, "m")));
+            row.why = Some(append_reason(
+                row.why.take(),
+                contradiction(neighbours, "m"),
+            ));
         }
     }
 }
@@ -167,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_result_far_above_or_below_both_neighbours_contradicts_them() {
+    fn result_far_from_both_neighbours_contradicts_them() {
         let falls: Vec<Option<f64>> = (0..8)
             .map(|n| Some(libm::pow(100.0, -f64::from(n))))
             .collect();
@@ -181,13 +188,13 @@ mod tests {
         let mut dip = falls.clone();
         dip[2] = Some(1e-15);
         assert_eq!(places(&dip, true), [2]);
-        // A run that failed is no neighbour.
+        // A failed run is not a neighbour.
         peak[5] = None;
         assert_eq!(places(&peak, true), [4]);
     }
 
     #[test]
-    fn the_last_result_is_judged_where_results_should_fall() {
+    fn last_result_is_checked_only_if_results_should_fall() {
         let results = [Some(1e-3), Some(1e-4), Some(1e-5), Some(0.18), None];
         assert_eq!(places(&results, true), [3]);
         assert!(places(&results, false).is_empty());

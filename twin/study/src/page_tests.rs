@@ -1,11 +1,11 @@
-//! Pages of studies whose rows are made up.
+//! Pages of studies with synthetic rows.
 
 use crate::dominance_tests::{page, row, study};
 use crate::factory::MethodSetting;
 use crate::number::{method_setting, si};
 use crate::row::{Row, Status};
 
-/// Errors of a method of second order at five steps.
+/// Errors of a second-order method at five steps.
 fn falling() -> Vec<Row> {
     let steps = [4000, 2000, 1000, 500, 250_u64];
     let row = |micros: u64| {
@@ -20,83 +20,88 @@ fn falling() -> Vec<Row> {
     steps.map(row).into()
 }
 
-/// The pictures of a page.
-fn pictures(page: &str) -> Vec<&str> {
-    let pictures = page.split("<svg viewBox").skip(1);
-    let pictures = pictures.filter_map(|rest| rest.split("</svg>").next());
-    pictures
-        .filter(|picture| picture.contains("role=\"img\""))
-        .collect()
+/// Returns the plots of a page.
+fn plots(page: &str) -> Vec<&str> {
+    let plots = page.split("<svg viewBox").skip(1);
+    let plots = plots.filter_map(|rest| rest.split("</svg>").next());
+    plots.filter(|plot| plot.contains("role=\"img\"")).collect()
 }
 
-/// How many points each line of a picture has.
-fn lines(picture: &str) -> Vec<usize> {
-    let lines = picture.split("<polyline points=\"").skip(1);
+/// Returns the number of points of each line of a plot.
+fn lines(plot: &str) -> Vec<usize> {
+    let lines = plot.split("<polyline points=\"").skip(1);
     let lines = lines.filter_map(|rest| rest.split('"').next());
     lines.map(|points| points.split(' ').count()).collect()
 }
 
 #[test]
-fn no_line_is_drawn_across_a_run_that_failed() {
-    let whole = page(&study(falling()));
-    let drawn: Vec<Vec<usize>> = pictures(&whole).into_iter().map(lines).collect();
+fn lines_are_interrupted_at_failed_runs() {
+    let complete = page(&study(falling()));
+    let drawn: Vec<Vec<usize>> = plots(&complete).into_iter().map(lines).collect();
     assert_eq!(drawn, [[5], [5]], "error over run time, error over step");
     let mut rows = falling();
     rows[2] = rows[2].clone().ended(Status::Failed, "it snapped");
     let broken = page(&study(rows));
-    let drawn: Vec<Vec<usize>> = pictures(&broken).into_iter().map(lines).collect();
+    let drawn: Vec<Vec<usize>> = plots(&broken).into_iter().map(lines).collect();
     assert_eq!(drawn, [[2, 2], [2, 2]]);
 }
 
 #[test]
-fn a_run_that_contradicts_its_neighbours_is_marked_in_rows_and_pictures() {
-    let mut sound = study(falling());
-    sound.mark_contradictions();
+fn contradicting_run_is_marked_in_rows_and_plots() {
+    let mut consistent = study(falling());
+    consistent.mark_contradictions();
     assert!(
-        sound
+        consistent
             .rows
             .iter()
             .all(|row| !row.contradicts && row.why.is_none())
     );
-    assert!(!page(&sound).contains("contradicts"));
+    assert!(!page(&consistent).contains("contradicts"));
     let mut rows = falling();
     rows[3].error_rms_m = Some(0.18);
-    let mut odd = study(rows);
-    odd.mark_contradictions();
-    let marked: Vec<bool> = odd.rows.iter().map(|row| row.contradicts).collect();
+    let mut contradicting = study(rows);
+    contradicting.mark_contradictions();
+    let marked: Vec<bool> = contradicting
+        .rows
+        .iter()
+        .map(|row| row.contradicts)
+        .collect();
     assert_eq!(marked, [false, false, false, true, false]);
-    let why = odd.rows[3].why.as_deref().unwrap();
+    let why = contradicting.rows[3].why.as_deref().unwrap();
     assert!(
         why.starts_with("contradicts the settings next to it, which have 100 nm and "),
         "{why}"
     );
-    let page = page(&odd);
-    for picture in pictures(&page) {
-        assert_eq!(picture.matches("class=\"doubtful\"").count(), 1);
+    let page = page(&contradicting);
+    for plot in plots(&page) {
+        assert_eq!(plot.matches("class=\"doubtful\"").count(), 1);
     }
-    assert!(page.contains(why), "the table of all runs says it");
+    assert!(
+        page.contains(why),
+        "the table of all runs contains the reason"
+    );
 }
 
-/// Of the plants that it is about, and at the step that the tables show.
+/// The headline row belongs to the plants with segment masses and to the step shown in the tables.
 #[test]
-fn the_row_of_the_headline_has_a_card_and_is_in_the_table() {
+fn headline_row_has_a_card_and_is_in_the_table() {
     let mut rows = falling();
-    // Closer and faster, by a model that leaves out what the headline is about.
+    // More accurate and faster, but by a model without segment masses.
     rows.push(row("other", 2000, 1e-9, 0.01));
     let mut adaptive = row("full", 1, 2e-9, 0.02);
     (adaptive.step_s, adaptive.tolerance) = (None, MethodSetting::Tolerance(1e-8).tolerance());
     let foremost = |rows: &[Row]| {
         let study = study(rows.to_vec());
-        let row = study.foremost().unwrap().row.clone();
+        let row = study.headline_row().unwrap().row.clone();
         let name = format!(
             "{}, {}",
-            row.line().name(),
+            row.series().name(),
             method_setting(row.step_s, row.tolerance)
         );
         let (page, error) = (page(&study), si(row.error_rms_m.unwrap(), "m"));
         let headline = study.headline();
         assert!(
-            headline.contains(&row.line().name()) && headline.contains(&error),
+            headline.contains(&row.series().name()) && headline.contains(&error),
             "{headline}"
         );
         let cards = page.split("<div class=\"cards\">").nth(1).unwrap();
@@ -106,7 +111,7 @@ fn the_row_of_the_headline_has_a_card_and_is_in_the_table() {
             "{name}: {cards}"
         );
         assert!(!cards.contains("other"), "{cards}");
-        let table = page.split("side by side</h2>").nth(1).unwrap();
+        let table = page.split("Summary by method</h2>").nth(1).unwrap();
         let table = table.split("</table>").next().unwrap();
         assert!(table.contains(&error), "{error}: {table}");
         name
@@ -116,11 +121,11 @@ fn the_row_of_the_headline_has_a_card_and_is_in_the_table() {
     assert_eq!(
         foremost(&rows),
         "full euler, 2 ms",
-        "a step of its own is no better than the usual one"
+        "an adaptive row is not preferred to the usual step"
     );
-    // None comes within the aim at that step: the one that chooses its steps does.
+    // No row is within the aim at the usual step, so the adaptive one is selected.
     rows[1].error_rms_m = Some(1e-5);
     assert_eq!(foremost(&rows), "full euler, adaptive, tolerance 10⁻⁸");
     rows.pop();
-    assert_eq!(foremost(&rows), "full euler, 2 ms", "the nearest");
+    assert_eq!(foremost(&rows), "full euler, 2 ms", "the smallest error");
 }

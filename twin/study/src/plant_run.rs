@@ -1,4 +1,4 @@
-//! One run of a plant through a scene.
+//! Run of a single plant under recorded commands.
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Plant, PlantFault};
@@ -6,38 +6,39 @@ use twinrig_runtime::{Plant, PlantFault};
 use crate::commands::Commands;
 use crate::stopwatch::{Deadline, Stopwatch};
 
-/// How a plant is led through a scene.
+/// Inputs of a run: commands, duration, sampling period and deadline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlantRun<'a> {
     pub(crate) commands: &'a Commands,
     pub(crate) end: SimTime,
-    /// It is looked at so often.
+    /// Sampling period.
     pub(crate) grid: SimDuration,
     pub(crate) deadline: Deadline,
 }
 
-/// How a run ended.
+/// Outcome of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Ending {
-    /// It came to the end of the scene.
-    Whole,
-    /// The plant gave up.
+    /// The run reached its end time.
+    Completed,
+    /// The plant reported a fault.
     Fault(PlantFault),
-    /// Something was no longer a number.
+    /// An output or an energy is NaN or infinite.
     NotFinite(SimTime),
-    /// Its time was up.
-    TooSlow(SimTime),
-    /// Whoever looked on had seen enough.
-    Enough(SimTime),
+    /// The deadline passed.
+    OverBudget(SimTime),
+    /// The observer stopped the run.
+    Stopped(SimTime),
 }
 
 impl PlantRun<'_> {
-    /// Leads `plant` from the start of the scene to its end. `look` sees it at the start and at every instant of the grid, and
-    /// says whether to go on; it is not told of the end of the scene if that is not on the grid.
-    pub(crate) fn lead(
+    /// Advances `plant` from time zero to the end. `sample` is called at time zero and at every
+    /// multiple of the sampling period, and decides whether the run continues; it is not called at
+    /// the end time unless that is such a multiple.
+    pub(crate) fn run(
         &self,
         plant: &mut dyn Plant,
-        mut look: impl FnMut(SimTime, &mut dyn Plant) -> Go,
+        mut sample: impl FnMut(SimTime, &mut dyn Plant) -> SampleVerdict,
     ) -> Ending {
         let ports = plant.ports();
         let inputs = ports
@@ -50,23 +51,23 @@ impl PlantRun<'_> {
         let mut due = SimTime::ZERO;
         loop {
             if now == due {
-                match look(now, plant) {
-                    Go::On => {}
-                    Go::NotFinite => return Ending::NotFinite(now),
-                    Go::Enough => return Ending::Enough(now),
+                match sample(now, plant) {
+                    SampleVerdict::Continue => {}
+                    SampleVerdict::NotFinite => return Ending::NotFinite(now),
+                    SampleVerdict::Stop => return Ending::Stopped(now),
                 }
                 due = match now.checked_add(self.grid) {
                     Some(next) => next,
-                    None => return Ending::Whole,
+                    None => return Ending::Completed,
                 };
             }
             if due > self.end {
-                return Ending::Whole;
+                return Ending::Completed;
             }
             if self.deadline.passed() {
-                return Ending::TooSlow(now);
+                return Ending::OverBudget(now);
             }
-            player.arrive(now);
+            player.apply_due(now);
             let to = player.next().map_or(due, |next| next.min(due));
             if let Err(fault) = plant.advance(to, player.inputs()) {
                 return Ending::Fault(fault);
@@ -75,18 +76,18 @@ impl PlantRun<'_> {
         }
     }
 
-    /// The time it takes to lead `plant` through the scene without looking \[s\].
+    /// Measures the run time without sampling \[s\].
     pub(crate) fn timed(&self, plant: &mut dyn Plant) -> (Ending, f64) {
-        let watch = Stopwatch::start();
-        let ending = self.lead(plant, |_, _| Go::On);
-        (ending, watch.elapsed_s())
+        let stopwatch = Stopwatch::start();
+        let ending = self.run(plant, |_, _| SampleVerdict::Continue);
+        (ending, stopwatch.elapsed_s())
     }
 }
 
-/// Whether to go on.
+/// Decision of the observer at a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Go {
-    On,
+pub(crate) enum SampleVerdict {
+    Continue,
     NotFinite,
-    Enough,
+    Stop,
 }

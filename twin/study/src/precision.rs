@@ -1,4 +1,4 @@
-//! Error against run time.
+//! Study of precision: error against run time.
 
 use twinrig_kernel::{SimDuration, SimTime};
 
@@ -6,34 +6,36 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::events;
 use crate::factory::{
-    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SetBy, Variant,
+    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant,
 };
 use crate::models::limit_pair;
 use crate::number::{instant, si};
 use crate::panics::Panics;
 use crate::plant_run::Ending;
 use crate::progress::ProgressObserver;
-use crate::reference::{Reference, Stage, Trust, ended};
+use crate::reference::{Reference, RunContext, Trust, ended};
+use crate::references::{AssignedReference, References};
 use crate::row::{Row, RowKind, Status};
-use crate::shared::{References, Standard};
 use crate::study::{Study, StudyKind};
 use crate::trace::Trace;
 use crate::transport;
 
-/// How precision is studied.
+/// Parameters of a study of precision.
 #[derive(Clone, Debug)]
 pub struct PrecisionPlan {
-    /// How much of the scene; none: its first 300 ms, as far as it goes.
+    /// Simulated duration; `None`: the first 300 ms of the scenario, or all of it if shorter.
     pub duration: Option<SimDuration>,
-    /// Steps, the longest first. What is compared is compared at multiples of the longest.
+    /// Step sizes, the longest first. The sampling period is the longest, or the command period if
+    /// that is shorter.
     pub steps: Vec<SimDuration>,
     /// Tolerances, the loosest first.
     pub tolerances: Vec<f64>,
-    /// Factors of the masses of the segments at which a plant without is compared with one that has them.
+    /// Factors of the segment masses at which a plant without segment masses is compared with one
+    /// that has them.
     pub masses: Vec<f64>,
-    /// Runs whose median is the run time.
+    /// Number of runs whose median is the run time.
     pub repetitions: u64,
-    /// What the study may take in all \[s\]. What is cut for it is a row, too.
+    /// Time budget of the whole study; truncated runs are rows of it \[s\].
     pub budget_s: f64,
 }
 
@@ -51,19 +53,20 @@ impl Default for PrecisionPlan {
     }
 }
 
-/// So much of a scene is studied where nobody says how much: what the thesis shows of its models (figure 2.5).
+/// Default duration: that shown by the thesis for its models (figure 2.5).
 const WINDOW: SimDuration = SimDuration::from_millis(300);
-/// References are trusted as long as their checks are this near: to what is aimed for, and where feet are thrown on the
-/// ground, which no two methods do alike for long, to a tenth of a millimetre \[m\].
+/// Greatest distance at which a reference and its check are trusted \[m\]: the aimed-for error, and
+/// 0.1 mm with ground contact, where impacts make any two methods diverge.
 const NEAR_M: f64 = 1e-6;
 const NEAR_ON_GROUND_M: f64 = 1e-4;
-/// A run whose kinetic energy exceeds all that its reference had to give so many times is unstable.
+/// A run is unstable if its kinetic energy exceeds this multiple of the energy available in its
+/// reference.
 pub(crate) const RUNAWAY: f64 = 100.0;
 
-/// Studies how precise the methods of the plants are, and what they take for it.
+/// Measures error and run time of the methods of all plants.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or `progress` ended it.
+/// [`StudyError`] if there is nothing to study, or if `progress` stopped the study.
 pub fn precision(
     factory: &dyn PlantFactory,
     plan: &PrecisionPlan,
@@ -74,14 +77,15 @@ pub fn precision(
         return Err(StudyError::NoPlant);
     }
     let panics = Panics::default();
-    let stage = stage(factory, plan, &panics)?;
+    let context = context(factory, plan, &panics)?;
     let rows: usize = plants
         .iter()
-        .map(|plant| settings(plant, plan, &stage).count())
+        .map(|plant| settings(plant, plan, &context).count())
         .sum();
     let compared = plants.len() - 1;
-    // What walks is compared by its footsteps: what vanishes there with the mass is drowned by what chance makes of it.
-    let walks = stage.factory.scene().ground && stage.factory.scene().commands.change();
+    // A walk is compared by its touch-downs: the difference that vanishes with the segment masses
+    // is hidden by the sensitivity of the gait to perturbations.
+    let walks = context.factory.input().ground && context.factory.input().commands.change();
     let limits = match limit_pair(factory) {
         Some(_) if walks => plants.len(),
         Some(_) => plan.masses.len(),
@@ -89,7 +93,7 @@ pub fn precision(
     };
     let walked = if walks { transport::parts(plants) } else { 0 };
     let mut job = Job {
-        stage,
+        context,
         plan,
         budget: Budget::new(
             plan.budget_s,
@@ -99,12 +103,12 @@ pub fn precision(
         progress,
         rows: Vec::new(),
     };
-    let mut known = References::new(stage, Scales::AS_IS, trust(&stage));
+    let mut known = References::new(context, Scales::AS_IS, trust(&context));
     let mut references = Vec::new();
     let mut notes = Vec::new();
     for plant in plants {
         let share = job.begin_heavy(&format!("{}, reference", plant.name))?;
-        let Standard { reference, note } = known.of(plant, share);
+        let AssignedReference { reference, note } = known.of(plant, share);
         notes.push(note);
         references.push(reference);
     }
@@ -125,29 +129,29 @@ pub fn precision(
     }
     job.budget.finished()?;
     let rows = std::mem::take(&mut job.rows);
-    let mut study = Study::new(StudyKind::Precision, factory, stage.end, stage.grid);
+    let mut study = Study::new(StudyKind::Precision, factory, context.end, context.grid);
     study.references = notes;
     study.rows = rows;
     study.footsteps = footsteps;
     study.transports = transports;
     study.budget_s = plan.budget_s;
-    study.panics = panics.into_all();
+    study.panics = panics.into_messages();
     study.mark_contradictions();
     Ok(study)
 }
 
-/// What is compared, and where.
-fn stage<'a>(
+/// Returns the environment of the runs: end time and sampling period.
+fn context<'a>(
     factory: &'a dyn PlantFactory,
     plan: &PrecisionPlan,
     panics: &'a Panics,
-) -> Result<Stage<'a>, StudyError> {
-    let scene = factory.scene();
-    let duration = plan.duration.unwrap_or(WINDOW).min(scene.duration);
+) -> Result<RunContext<'a>, StudyError> {
+    let input = factory.input();
+    let duration = plan.duration.unwrap_or(WINDOW).min(input.duration);
     let longest = plan.steps.iter().max().copied();
     let longest = longest.unwrap_or(SimDuration::from_millis(10));
-    // Commands cut the steps anyway; between two of them nothing is gained by looking less often.
-    let grid = scene
+    // Steps end at command changes anyway; sampling less often than that saves nothing.
+    let grid = input
         .commands
         .period()
         .map_or(longest, |period| period.min(longest));
@@ -157,19 +161,19 @@ fn stage<'a>(
             least: grid,
         });
     }
-    Ok(Stage {
+    Ok(RunContext {
         factory,
-        // The last instant of the grid.
+        // The last sampling instant.
         end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
         grid,
         panics,
     })
 }
 
-/// How closely references and their checks have to agree.
-pub(crate) fn trust(stage: &Stage<'_>) -> Trust {
+/// Returns the required agreement of references and their checks.
+pub(crate) fn trust(context: &RunContext<'_>) -> Trust {
     Trust {
-        apart_m: if stage.factory.scene().ground {
+        apart_m: if context.factory.input().ground {
             NEAR_ON_GROUND_M
         } else {
             NEAR_M
@@ -178,21 +182,22 @@ pub(crate) fn trust(stage: &Stage<'_>) -> Trust {
     }
 }
 
-/// The settings of a plant's methods, the coarsest first; no step that the grid would cut.
+/// Returns the settings of a plant's methods, the coarsest first, without the steps that do not
+/// divide the sampling period.
 fn settings<'a>(
     plant: &'a PlantOffer,
     plan: &'a PrecisionPlan,
-    stage: &Stage<'_>,
+    context: &RunContext<'_>,
 ) -> impl Iterator<Item = (&'a MethodOffer, MethodSetting)> {
-    let grid = stage.grid;
+    let grid = context.grid;
     plant.methods.iter().flat_map(move |method| {
         let settings: Vec<MethodSetting> = match method.set_by {
-            SetBy::Step => {
+            SettingKind::Step => {
                 let steps = plan.steps.iter().copied();
-                let whole = steps.filter(|&step| grid.is_multiple_of(step));
-                whole.map(MethodSetting::Step).collect()
+                let dividing = steps.filter(|&step| grid.is_multiple_of(step));
+                dividing.map(MethodSetting::Step).collect()
             }
-            SetBy::Tolerance => plan
+            SettingKind::Tolerance => plan
                 .tolerances
                 .iter()
                 .copied()
@@ -203,9 +208,9 @@ fn settings<'a>(
     })
 }
 
-/// A study on its way.
+/// State of a running study.
 pub(crate) struct Job<'a> {
-    pub(crate) stage: Stage<'a>,
+    pub(crate) context: RunContext<'a>,
     pub(crate) plan: &'a PrecisionPlan,
     pub(crate) budget: Budget,
     pub(crate) progress: &'a mut dyn ProgressObserver,
@@ -217,7 +222,7 @@ impl Job<'_> {
         self.begin_part(doing, false)
     }
 
-    /// A reference, or all of a walk.
+    /// Begins a part with the larger share of a reference run or a complete walk.
     pub(crate) fn begin_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
         self.begin_part(doing, true)
     }
@@ -232,16 +237,16 @@ impl Job<'_> {
         }
     }
 
-    /// The rows of a plant.
+    /// Computes the rows of a plant.
     fn plant(
         &mut self,
         plant: &PlantOffer,
         reference: Option<&Reference>,
     ) -> Result<(), StudyError> {
         let plan = self.plan;
-        let stage = self.stage;
+        let context = self.context;
         let mut last: Option<(&str, f64, f64)> = None;
-        for (method, setting) in settings(plant, plan, &stage) {
+        for (method, setting) in settings(plant, plan, &context) {
             let share = self.begin(&format!("{}, {}", plant.name, method.name))?;
             let variant = Variant {
                 plant: plant.name.clone(),
@@ -249,7 +254,8 @@ impl Job<'_> {
                 setting,
                 scales: Scales::AS_IS,
             };
-            // A method takes in proportion to its steps, so what would take too long need not be tried.
+            // Run time is proportional to the number of steps, so a run expected to exceed its
+            // budget is skipped.
             let expected = match (last, setting.step_s()) {
                 (Some((name, step, took)), Some(next)) if name == method.name => took * step / next,
                 _ => 0.0,
@@ -264,46 +270,48 @@ impl Job<'_> {
                     .push(Row::new(RowKind::Integration, &variant).cut_off(why));
                 continue;
             }
-            let panics = self.stage.panics;
+            let panics = self.context.panics;
             let row = panics.guarded(|| Ok(self.row(&variant, reference, share)));
-            let (row, took_s) = row.unwrap_or_else(|why| {
+            let (row, run_s) = row.unwrap_or_else(|why| {
                 let row = Row::new(RowKind::Integration, &variant);
                 (row.ended(Status::Failed, why), 0.0)
             });
             if let (Some(step), Status::Ok) = (setting.step_s(), row.status) {
-                last = Some((&method.name, step, took_s));
+                last = Some((&method.name, step, run_s));
             }
             self.rows.push(row);
         }
         Ok(())
     }
 
-    /// One row, and the time that its run took \[s\].
+    /// Computes one row and returns it with the run time \[s\].
     fn row(&self, variant: &Variant, reference: Option<&Reference>, share: Share) -> (Row, f64) {
         let mut row = Row::new(RowKind::Integration, variant);
         let most = reference.map_or(f64::INFINITY, |reference| {
             RUNAWAY * reference.trace.kinetic_bound()
         });
-        let recorded = self.stage.record(variant, share, |kinetic| kinetic > most);
+        let recorded = self
+            .context
+            .record(variant, share, |kinetic| kinetic > most);
         let (trace, ending) = match recorded {
             Ok(recorded) => recorded,
             Err(why) => return (row.ended(Status::Failed, why), 0.0),
         };
         row.note_work(&trace.work, trace.reached_s());
         row.energy_residual_j = Some(trace.residual);
-        row.drift_m = trace.drift;
-        if let Ending::Enough(at) = ending {
-            row.note_time(trace.took_s, trace.reached_s(), 1);
+        row.drift_m = trace.violation;
+        if let Ending::Stopped(at) = ending {
+            row.note_time(trace.run_s, trace.reached_s(), 1);
             let why = format!(
                 "its kinetic energy is more than {RUNAWAY} times all that there is to give at {}",
                 instant(at)
             );
-            return (row.ended(Status::Unstable, why), trace.took_s);
+            return (row.ended(Status::Unstable, why), trace.run_s);
         }
         if let Some((status, why)) = ended(&ending, share) {
-            row.note_time(trace.took_s, trace.reached_s(), 1);
-            row.cut = matches!(ending, Ending::TooSlow(_));
-            return (row.ended(status, why), trace.took_s);
+            row.note_time(trace.run_s, trace.reached_s(), 1);
+            row.cut = matches!(ending, Ending::OverBudget(_));
+            return (row.ended(status, why), trace.run_s);
         }
         if reference.is_some_and(|reference| reference.variant == *variant) {
             row.why = Some("this run is the reference".to_owned());
@@ -313,7 +321,7 @@ impl Job<'_> {
             row.why = Some("there is no reference to compare with".to_owned());
         }
         self.time(&mut row, variant, &trace, share);
-        (row, trace.took_s)
+        (row, trace.run_s)
     }
 
     fn compare(row: &mut Row, trace: &Trace, reference: &Reference) {
@@ -327,36 +335,36 @@ impl Job<'_> {
         let events = [trace, &reference.trace].map(|trace| trace.events_until(until_s));
         if let Some(errors) = events::compare(events[0], events[1]) {
             row.event_time_error_s = errors.time_max_s;
-            // A method that looks for no events tells of none.
+            // A method without event location reports none.
             row.events = (errors.count > 0).then_some(errors.count as u64);
             row.events_expected = Some(errors.expected as u64);
         }
     }
 
-    /// Times a variant that is known to come to its end: the median of several runs without looking, of fewer where they
-    /// take long.
+    /// Measures the run time of a variant that completes: the median of several runs without
+    /// sampling, of fewer if they are slow.
     fn time(&self, row: &mut Row, variant: &Variant, trace: &Trace, share: Share) {
         let mut times = Vec::new();
-        let mut spent_s = trace.took_s;
+        let mut used_s = trace.run_s;
         for _ in 0..self.plan.repetitions.max(1) {
-            if spent_s + trace.took_s > share.seconds {
+            if used_s + trace.run_s > share.seconds {
                 break;
             }
-            let plant_run = self.stage.plant_run(share);
+            let plant_run = self.context.plant_run(share);
             let timed = self
-                .stage
+                .context
                 .with_plant(variant, |plant| plant_run.timed(plant));
-            let Ok((_, took_s)) = timed else {
+            let Ok((_, run_s)) = timed else {
                 break;
             };
             if share.deadline.passed() {
                 break;
             }
-            spent_s += took_s;
-            times.push(took_s);
+            used_s += run_s;
+            times.push(run_s);
         }
         if times.is_empty() {
-            times.push(trace.took_s);
+            times.push(trace.run_s);
         }
         times.sort_by(f64::total_cmp);
         row.note_time(

@@ -1,12 +1,13 @@
-//! Who looks on while a study runs.
+//! Progress of a running study.
 
-/// Is told how far a study is, and may end it.
+/// Receives the progress of a study, and may stop it.
 pub trait ProgressObserver {
-    /// The study begins part `part` of `of`, which it calls `doing`. It goes on unless this is false.
+    /// Called when the study begins part `part` of `of`, described by `doing`. Returns whether the
+    /// study continues.
     fn at(&mut self, part: usize, of: usize, doing: &str) -> bool;
 }
 
-/// Nobody looks on.
+/// No observer: the study runs to completion.
 impl ProgressObserver for () {
     fn at(&mut self, _: usize, _: usize, _: &str) -> bool {
         true

@@ -1,144 +1,150 @@
-//! What a plant is measured against, and how far that is to be trusted.
+//! References of plants, and the extent to which they are trusted.
 
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{PartKind, Plant, in_part};
 
 use crate::budget::Share;
-use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, SetBy, Variant};
+use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::{instant, method_setting, si};
 use crate::panics::Panics;
 use crate::plant_run::{Ending, PlantRun};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
 
-/// Where a method says nothing, its finest setting is this.
+/// Finest settings, for methods that declare no reference setting.
 const FINEST_STEP: SimDuration = SimDuration::from_micros(5);
 const FINEST_TOLERANCE: f64 = 1e-12;
 
-/// A run that others of the same plant are measured against.
+/// Run that other runs of the same plant are compared with.
 #[derive(Clone, Debug)]
 pub(crate) struct Reference {
     pub(crate) variant: Variant,
     pub(crate) trace: Trace,
-    /// Another method, or the same at a coarser setting, and how far it is from this as long as they agree.
+    /// Check run, by another method or by the same at a coarser setting, and its distance from the
+    /// reference over the time for which the two agree.
     pub(crate) check: Option<(Variant, Errors)>,
-    /// The time up to which they do, if it is not the end of the scene \[s\].
+    /// End of their agreement, if it is before the end of the run \[s\].
     pub(crate) until_s: Option<f64>,
 }
 
-/// A reference, as a study tells of it.
+/// Description of a reference in the results of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReferenceNote {
-    /// Its plant.
+    /// Plant.
     pub plant: String,
-    /// The plant that the reference is a run of, where that is another one of the same model.
+    /// Plant simulated in the reference run, where it is another plant of the same model.
     pub of_plant: Option<String>,
-    /// Its method; none if there is no reference.
+    /// Method; `None` if there is no reference.
     pub method: Option<String>,
-    /// Its step \[s\].
+    /// Step size \[s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Its tolerance.
+    /// Tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// What it was checked by.
+    /// Check of the reference.
     pub check: Option<CheckNote>,
-    /// It and its check agree up to this time, and nothing is compared after it; none: to the end \[s\].
+    /// End of the agreement of reference and check, after which nothing is compared; `None`: the
+    /// end of the run \[s\].
     pub holds_until_s: Option<f64>,
-    /// Why there is none, or no check.
+    /// Reason for a missing reference or check, or a remark.
     pub why: Option<String>,
 }
 
 /// The check of a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckNote {
-    /// Its method.
+    /// Method.
     pub method: String,
-    /// Its step \[s\].
+    /// Step size \[s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Its tolerance.
+    /// Tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Whether it is another method.
+    /// Whether the check uses another method.
     pub independent: bool,
-    /// Root of the mean square distance between the two \[m\].
+    /// RMS distance between the two \[m\].
     pub disagreement_rms_m: f64,
-    /// The greatest distance between the two \[m\].
+    /// Greatest distance between the two \[m\].
     pub disagreement_max_m: f64,
 }
 
-/// A scene without its plant.
+/// Environment of the runs: factory, end time, sampling period and panic log.
 #[derive(Clone, Copy)]
-pub(crate) struct Stage<'a> {
+pub(crate) struct RunContext<'a> {
     pub(crate) factory: &'a dyn PlantFactory,
     pub(crate) end: SimTime,
     pub(crate) grid: SimDuration,
     pub(crate) panics: &'a Panics,
 }
 
-impl Stage<'_> {
-    /// Builds a variant and leads it through the scene.
+impl RunContext<'_> {
+    /// Builds a variant, runs it and records its trace.
     ///
     /// # Errors
-    /// Why it could not be built.
+    /// The reason why the variant could not be built.
     pub(crate) fn record(
         &self,
         variant: &Variant,
         share: Share,
-        enough: impl FnMut(f64) -> bool,
+        stop: impl FnMut(f64) -> bool,
     ) -> Result<(Trace, Ending), String> {
         let plant_run = self.plant_run(share);
-        self.with_plant(variant, |plant| Trace::record(plant, &plant_run, enough))
+        self.with_plant(variant, |plant| Trace::record(plant, &plant_run, stop))
     }
 
-    /// Builds a variant and does `what` with it.
+    /// Builds a variant and applies `action` to it.
     ///
     /// # Errors
-    /// Why it could not be built, or how it panicked.
+    /// The reason why the variant could not be built, or its panic.
     pub(crate) fn with_plant<R>(
         &self,
         variant: &Variant,
-        what: impl FnOnce(&mut dyn Plant) -> R,
+        action: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
-        self.with_built(variant, |factory| factory.build(variant), what)
+        self.with_built(variant, |factory| factory.build(variant), action)
     }
 
-    /// The same with a plant that tells of its drives.
+    /// Builds a variant whose outputs include its drives, and applies `action` to it.
     pub(crate) fn with_drives<R>(
         &self,
         variant: &Variant,
-        what: impl FnOnce(&mut dyn Plant) -> R,
+        action: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
-        self.with_built(variant, |factory| factory.build_with_drives(variant), what)
+        self.with_built(
+            variant,
+            |factory| factory.build_with_drives(variant),
+            action,
+        )
     }
 
     fn with_built<R>(
         &self,
         variant: &Variant,
         build: impl FnOnce(&dyn PlantFactory) -> Result<Box<dyn Plant>, String>,
-        what: impl FnOnce(&mut dyn Plant) -> R,
+        action: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
         self.panics.guarded(|| {
             in_part(PartKind::Plant, &variant.plant, || {
                 let mut plant = build(self.factory)?;
-                Ok(what(&mut *plant))
+                Ok(action(&mut *plant))
             })
         })
     }
 
     pub(crate) fn plant_run(&self, share: Share) -> PlantRun<'_> {
         PlantRun {
-            commands: &self.factory.scene().commands,
+            commands: &self.factory.input().commands,
             end: self.end,
             grid: self.grid,
             deadline: share.deadline,
         }
     }
 
-    /// The trace of a variant that came to the end of the scene.
-    fn whole(&self, variant: &Variant, share: Share) -> Result<Trace, String> {
+    /// Returns the trace of a variant that completes the run.
+    fn completed(&self, variant: &Variant, share: Share) -> Result<Trace, String> {
         let (trace, ending) = self.record(variant, share, |_| false)?;
         match ended(&ending, share) {
             None => Ok(trace),
@@ -147,16 +153,17 @@ impl Stage<'_> {
     }
 }
 
-/// What a run that ended so is, if it did not come to its end.
+/// Returns status and reason of a run that failed; `None` for one that completed or was stopped by
+/// the observer.
 pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
     match ending {
-        Ending::Whole | Ending::Enough(_) => None,
+        Ending::Completed | Ending::Stopped(_) => None,
         Ending::Fault(fault) => Some((Status::Failed, fault.to_string())),
         Ending::NotFinite(at) => Some((
             Status::Unstable,
             format!("something is no longer a number at {}", instant(*at)),
         )),
-        Ending::TooSlow(at) => Some((
+        Ending::OverBudget(at) => Some((
             Status::Failed,
             format!(
                 "too slow: at {} after {:.1} s, its budget",
@@ -167,7 +174,7 @@ pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
     }
 }
 
-/// The settings at which methods of `offer` are trusted, the best first.
+/// Returns the variants that qualify as references, the best first.
 fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
     let variant = |method: &str, setting| Variant {
         plant: offer.name.clone(),
@@ -185,8 +192,8 @@ fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
         .filter(|method| method.reference.is_none());
     let others = others.map(|method| {
         let setting = match method.set_by {
-            SetBy::Step => MethodSetting::Step(FINEST_STEP),
-            SetBy::Tolerance => MethodSetting::Tolerance(FINEST_TOLERANCE),
+            SettingKind::Step => MethodSetting::Step(FINEST_STEP),
+            SettingKind::Tolerance => MethodSetting::Tolerance(FINEST_TOLERANCE),
         };
         variant(&method.name, setting)
     });
@@ -198,27 +205,27 @@ fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
     }
 }
 
-/// How closely a reference and its check have to agree.
+/// Required agreement of a reference and its check.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trust {
-    /// Where they are further apart, neither is one \[m\].
+    /// Greatest distance at which both are trusted \[m\].
     pub(crate) apart_m: f64,
-    /// Coarser settings are good enough.
+    /// Use coarser settings.
     pub(crate) rough: bool,
 }
 
-/// Where a reference and its check agree for less than this share of the scene, there is none.
+/// Least share of the run over which a reference and its check must agree.
 const LEAST_SHARE: f64 = 0.1;
 
-/// The first of `variants` that comes to the end, and those after it.
-fn first_whole<'a>(
-    stage: &Stage<'_>,
+/// Returns the first of `variants` that completes the run, and the remaining ones.
+fn first_completed<'a>(
+    context: &RunContext<'_>,
     variants: &'a [Variant],
     share: Share,
 ) -> Result<(Reference, &'a [Variant]), String> {
     let mut why = Vec::new();
     for (n, variant) in variants.iter().enumerate() {
-        match stage.whole(variant, share.part(variants.len())) {
+        match context.completed(variant, share.part(variants.len())) {
             Ok(trace) => {
                 let reference = Reference {
                     variant: variant.clone(),
@@ -237,12 +244,14 @@ fn first_whole<'a>(
     Err(why.join("; "))
 }
 
-/// A reference with its check, where there is one, and no further than the two agree.
+/// Returns the reference of a plant with its check, if there is one, truncated where the two cease
+/// to agree.
 ///
 /// # Errors
-/// Why none of the methods gives one, or that its check contradicts it.
+/// The reasons why no method gives a reference, or the contradiction between the reference and its
+/// check.
 pub(crate) fn checked(
-    stage: &Stage<'_>,
+    context: &RunContext<'_>,
     offer: &PlantOffer,
     scales: Scales,
     trust: Trust,
@@ -254,43 +263,44 @@ pub(crate) fn checked(
             variant.setting = variant.setting.relaxed();
         }
     }
-    let (mut reference, others) = first_whole(stage, &variants, share)?;
-    let own = reference.variant.clone();
+    let (mut reference, others) = first_completed(context, &variants, share)?;
+    let own_variant = reference.variant.clone();
     let coarser = Variant {
-        setting: own.setting.coarser(),
-        ..own.clone()
+        setting: own_variant.setting.coarser(),
+        ..own_variant.clone()
     };
     for variant in others.iter().cloned().chain([coarser]) {
-        let Ok(trace) = stage.whole(&variant, share.part(others.len() + 1)) else {
+        let Ok(trace) = context.completed(&variant, share.part(others.len() + 1)) else {
             continue;
         };
-        let Some(whole) = trace.errors(&reference.trace) else {
+        let Some(all_errors) = trace.errors(&reference.trace) else {
             continue;
         };
         let until_s = reference.trace.trust_while_near(&trace, trust.apart_m);
         match until_s {
-            Some(until_s) if until_s < LEAST_SHARE * stage.end.as_secs_f64() => {
-                // A method does not contradict itself: its two settings only tell how much is not known.
-                if variant.method == own.method {
+            Some(until_s) if until_s < LEAST_SHARE * context.end.as_secs_f64() => {
+                // Two settings of one method only show the magnitude of the unknown error; they
+                // cannot contradict each other.
+                if variant.method == own_variant.method {
                     reference.trace.trust_all();
                 } else {
-                    return Err(contradiction(&own, &variant, &whole, until_s));
+                    return Err(contradiction(&own_variant, &variant, &all_errors, until_s));
                 }
             }
             until_s => reference.until_s = until_s,
         }
-        let errors = trace.errors(&reference.trace).unwrap_or(whole);
+        let errors = trace.errors(&reference.trace).unwrap_or(all_errors);
         reference.check = Some((variant, errors));
         break;
     }
     Ok(reference)
 }
 
-fn contradiction(own: &Variant, other: &Variant, apart: &Errors, until_s: f64) -> String {
+fn contradiction(reference: &Variant, other: &Variant, apart: &Errors, until_s: f64) -> String {
     format!(
         "{} {} and {} {} contradict each other: they are {} apart, RMS, and agree up to {} only",
-        own.method,
-        method_setting(own.setting.step_s(), own.setting.tolerance()),
+        reference.method,
+        method_setting(reference.setting.step_s(), reference.setting.tolerance()),
         other.method,
         method_setting(other.setting.step_s(), other.setting.tolerance()),
         si(apart.foot_rms, "m"),
@@ -299,7 +309,8 @@ fn contradiction(own: &Variant, other: &Variant, apart: &Errors, until_s: f64) -
 }
 
 impl Reference {
-    /// What is not known of it: errors below are none \[m\].
+    /// Returns the disagreement of reference and check (RMS); smaller errors are not significant
+    /// \[m\].
     pub(crate) fn floor_rms(&self) -> f64 {
         self.check
             .as_ref()
@@ -341,7 +352,7 @@ impl Reference {
         }
     }
 
-    /// A row on the difference between the model of `other` and that of this.
+    /// Returns a row with the difference between the model of `other` and that of this reference.
     pub(crate) fn difference(&self, kind: RowKind, other: &Self) -> Row {
         let mut row = Row::new(kind, &other.variant);
         match other.trace.errors(&self.trace) {
@@ -353,7 +364,7 @@ impl Reference {
 }
 
 impl ReferenceNote {
-    /// That `plant` has none.
+    /// The note of a `plant` without a reference.
     pub(crate) fn missing(plant: &str, why: String) -> Self {
         Self {
             plant: plant.to_owned(),
@@ -369,7 +380,7 @@ impl ReferenceNote {
 }
 
 impl Row {
-    /// Notes how far a run is from where it should be.
+    /// Records the errors of a run.
     pub(crate) fn note_errors(&mut self, errors: &Errors) {
         self.error_rms_m = Some(errors.foot_rms);
         self.error_max_m = Some(errors.foot_max);

@@ -1,37 +1,38 @@
-//! A row of a study: one plant, one method, one setting.
+//! Rows of a study: one plant, one method, one setting.
 
 use serde::Serialize;
 
-use crate::factory::{MethodSetting, Scales, SetBy, Variant};
+use crate::factory::{MethodSetting, Scales, SettingKind, Variant};
 
-/// What a row is about.
+/// Kind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RowKind {
-    /// The error of a method, against the reference of the same plant.
+    /// Error of a method against the reference of the same plant.
     Integration,
-    /// The difference between the references of two plants: what one model leaves out, not an error of a method.
+    /// Difference between the references of two plants: a modelling error, independent of the
+    /// method.
     Model,
-    /// The same as the masses of the segments vanish.
+    /// Modelling error as the masses of the leg segments vanish.
     Limit,
-    /// The largest stable step.
+    /// Search for the largest stable step.
     Stability,
 }
 
-/// What became of it. Scripts rely on the words.
+/// Outcome of a run or search. The serialised words are part of the output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// It came to the end of the scene.
+    /// The run completed.
     Ok,
-    /// Its energy grew, or it did not stay a number.
+    /// Its energy grew, or a value became NaN or infinite.
     Unstable,
-    /// It could not be built, gave up, or took too long.
+    /// It could not be built, reported a fault, or exceeded the budget.
     Failed,
 }
 
 impl Status {
-    /// The word for it.
+    /// Returns the serialised word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -41,123 +42,123 @@ impl Status {
     }
 }
 
-/// The word for what became of a run that may have been cut for the budget.
-pub(crate) fn ended_word(status: Status, cut: bool) -> &'static str {
+/// Returns the word for an outcome; `cut` for a run truncated by the budget.
+pub(crate) fn outcome_word(status: Status, cut: bool) -> &'static str {
     if cut { "cut" } else { status.word() }
 }
 
-/// A row. Scripts rely on the names of its keys; what does not apply is null, but of `step_s` and `tolerance` only the one
-/// that does is there.
+/// Row of a study. The keys are part of the output format. Values that do not apply are null; of
+/// `step_s` and `tolerance`, only the one that applies is present.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a column of its own")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a separate column")]
 pub struct Row {
     /// Name of the plant.
     pub plant: String,
-    /// Name of its method.
+    /// Name of the method.
     pub method: String,
-    /// Its step \[s\].
+    /// Step size \[s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Its tolerance.
+    /// Tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// What is changed of the robot and the scene; `stiffness` comes first.
+    /// Changes of robot and ground; `stiffness` comes first.
     #[serde(flatten)]
     pub scales: Scales,
-    /// What became of it.
+    /// Outcome.
     pub status: Status,
-    /// Root of the mean square distance of the feet from where they should be \[m\].
+    /// RMS distance of the feet from the reference \[m\].
     pub error_rms_m: Option<f64>,
-    /// The greatest such distance \[m\].
+    /// Greatest such distance \[m\].
     pub error_max_m: Option<f64>,
-    /// The largest stable step \[s\].
+    /// Largest stable step \[s\].
     pub largest_stable_step_s: Option<f64>,
-    /// Run time over steps \[s\].
+    /// Run time per step \[s\].
     pub cost_per_step_s: Option<f64>,
-    /// Run time over simulated time.
+    /// Run time per simulated time.
     pub run_s_per_simulated_s: Option<f64>,
     /// Evaluations of the right-hand side.
     pub evaluations: Option<u64>,
-    /// What the row is about.
+    /// Kind of the row.
     pub kind: RowKind,
-    /// Why it is not `ok`, or what is to be known of it.
+    /// Reason of a status other than `ok`, or a remark.
     pub why: Option<String>,
-    /// It would have taken longer than its share of the budget.
+    /// Truncated by the budget.
     pub cut: bool,
-    /// It is stable, and not where it should be.
+    /// Stable, but with an error above the limit of accuracy.
     pub wrong: bool,
-    /// Its error is no greater than what is known of the reference.
+    /// The error is no greater than the disagreement of the reference and its check.
     pub at_floor: bool,
-    /// It contradicts the settings next to it.
+    /// The result contradicts those of the neighbouring settings.
     pub contradicts: bool,
-    /// Root of the mean square distance of the trunk from where it should be \[m\].
+    /// RMS distance of the trunk from the reference \[m\].
     pub trunk_error_rms_m: Option<f64>,
-    /// The greatest such distance \[m\].
+    /// Greatest such distance \[m\].
     pub trunk_error_max_m: Option<f64>,
-    /// The greatest error of the time of an event \[s\].
+    /// Greatest error of an event time \[s\].
     pub event_time_error_s: Option<f64>,
-    /// Events of the run.
+    /// Number of events of the run.
     pub events: Option<u64>,
-    /// Events of the reference.
+    /// Number of events of the reference.
     pub events_expected: Option<u64>,
-    /// What the energy books lacked at the end \[J\].
+    /// Residual of the energy balance at the end \[J\].
     pub energy_residual_j: Option<f64>,
-    /// The greatest drift of the constraints \[m\].
+    /// Maximum constraint violation \[m\].
     pub drift_m: Option<f64>,
-    /// Steps.
+    /// Number of steps.
     pub steps: Option<u64>,
-    /// Mean length of a step \[s\].
+    /// Mean step size \[s\].
     pub mean_step_s: Option<f64>,
-    /// Factorisations of a matrix.
+    /// Matrix factorisations.
     pub factorisations: Option<u64>,
     /// Iterations of the contact solver.
     pub solver_iterations: Option<u64>,
-    /// Times another method, or a shorter step, took over.
+    /// Steps for which another method or a shorter step was substituted.
     pub fallbacks: Option<u64>,
-    /// The longest step that is stable and right, where that is known \[s\].
+    /// Largest step that is stable and accurate, if known \[s\].
     pub largest_right_step_s: Option<f64>,
-    /// The shortest step that was found unstable \[s\].
+    /// Smallest step found unstable \[s\].
     pub least_unstable_step_s: Option<f64>,
-    /// Runs that a search took.
+    /// Number of runs of the search.
     pub probes: Option<u64>,
-    /// Simulated time over run time.
+    /// Simulated time per run time.
     pub real_time_factor: Option<f64>,
-    /// Runs whose median the run time is.
+    /// Number of runs whose median is the run time.
     pub timed_runs: Option<u64>,
 }
 
-/// What the rows of one line have in common: a method may be set by its step in one and by a tolerance in another.
+/// Key of a series of rows. A method can have two series: by its step and by a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Line<'a> {
+pub struct Series<'a> {
     /// Name of the plant.
     pub plant: &'a str,
-    /// Name of its method.
+    /// Name of the method.
     pub method: &'a str,
-    /// What that is set by.
-    pub set_by: SetBy,
+    /// Quantity that sets the accuracy.
+    pub set_by: SettingKind,
 }
 
-impl Line<'_> {
-    /// Its method, as it is used.
-    pub fn way(&self) -> String {
+impl Series<'_> {
+    /// Returns the label of the method, marked if it is adaptive.
+    pub fn method_label(&self) -> String {
         match self.set_by {
-            SetBy::Step => self.method.to_owned(),
-            SetBy::Tolerance => format!("{}, adaptive", self.method),
+            SettingKind::Step => self.method.to_owned(),
+            SettingKind::Tolerance => format!("{}, adaptive", self.method),
         }
     }
 
-    /// Plant and method.
+    /// Returns plant and method label.
     pub fn name(&self) -> String {
-        format!("{} {}", self.plant, self.way())
+        format!("{} {}", self.plant, self.method_label())
     }
 
-    /// Whether its method chooses its steps itself.
+    /// Returns whether the method controls its step size.
     pub fn is_adaptive(&self) -> bool {
-        self.set_by == SetBy::Tolerance
+        self.set_by == SettingKind::Tolerance
     }
 }
 
-/// Keys of a row that come from a clock: everything else is the same in every study of the same build.
+/// Keys of a row that depend on run times: all others are the same in every study of one build.
 pub const CLOCKED: [&str; 4] = [
     "cost_per_step_s",
     "run_s_per_simulated_s",
@@ -166,7 +167,7 @@ pub const CLOCKED: [&str; 4] = [
 ];
 
 impl Row {
-    /// A row on which nothing is known yet.
+    /// A row without results.
     pub(crate) fn new(kind: RowKind, variant: &Variant) -> Self {
         Self {
             plant: variant.plant.clone(),
@@ -207,14 +208,14 @@ impl Row {
         }
     }
 
-    /// The same, with what became of it.
+    /// Returns the row with its outcome.
     pub(crate) fn ended(mut self, status: Status, why: impl Into<String>) -> Self {
         self.status = status;
         self.why = Some(why.into());
         self
     }
 
-    /// The same, cut for the budget.
+    /// Returns the row as truncated by the budget.
     pub(crate) fn cut_off(self, why: impl Into<String>) -> Self {
         Self {
             cut: true,
@@ -222,7 +223,7 @@ impl Row {
         }
     }
 
-    /// Notes the work of a run that came to `reached_s`.
+    /// Records the work of a run that reached `reached_s`.
     pub(crate) fn note_work(&mut self, work: &twinrig_runtime::WorkCounts, reached_s: f64) {
         self.evaluations = Some(work.evaluations);
         self.steps = Some(work.steps);
@@ -232,7 +233,7 @@ impl Row {
         self.mean_step_s = (work.steps > 0).then(|| reached_s / work.steps as f64);
     }
 
-    /// Notes that simulating `simulated_s` took `run_s`, the median of `runs`.
+    /// Records the run time `run_s` of `simulated_s`, the median of `runs`.
     pub(crate) fn note_time(&mut self, run_s: f64, simulated_s: f64, runs: u64) {
         if simulated_s <= 0.0 {
             return;
@@ -244,12 +245,12 @@ impl Row {
         self.cost_per_step_s = steps.map(|steps| run_s / steps as f64);
     }
 
-    /// The word for what became of it: what was cut for the budget did nothing wrong.
+    /// Returns the word for the outcome; a truncated run is not a failure of the method.
     pub fn word(&self) -> &'static str {
-        ended_word(self.status, self.cut)
+        outcome_word(self.status, self.cut)
     }
 
-    /// How its method is set.
+    /// Returns the setting of the method.
     pub fn setting(&self) -> Option<MethodSetting> {
         let step = self
             .step_s
@@ -258,14 +259,14 @@ impl Row {
         step.or(self.tolerance.map(MethodSetting::Tolerance))
     }
 
-    /// The line it is on.
-    pub fn line(&self) -> Line<'_> {
-        Line {
+    /// Returns the series of the row.
+    pub fn series(&self) -> Series<'_> {
+        Series {
             plant: &self.plant,
             method: &self.method,
             set_by: match self.tolerance {
-                Some(_) => SetBy::Tolerance,
-                None => SetBy::Step,
+                Some(_) => SettingKind::Tolerance,
+                None => SettingKind::Step,
             },
         }
     }

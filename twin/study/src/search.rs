@@ -1,59 +1,60 @@
-//! The search for the largest stable step.
+//! Search for the largest stable step.
 
 use twinrig_kernel::SimDuration;
 
-/// What became of a run at one step.
+/// Result of a run at one step.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Probe {
     Stable,
     Unstable(String),
-    /// It cannot be said.
+    /// The run gave no answer.
     Unknown(String),
-    /// There was no time to find out.
-    TooSlow(String),
+    /// The run exceeded its budget.
+    OverBudget(String),
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Found {
-    /// The largest step that is stable; none if none is.
+pub(crate) struct SearchResult {
+    /// Largest step found stable, if any.
     pub(crate) stable: Option<SimDuration>,
-    /// The smallest that is not; none if all are.
+    /// Smallest step found unstable, if any.
     pub(crate) unstable: Option<SimDuration>,
-    /// Why it is not.
+    /// Reason of the instability.
     pub(crate) why: Option<String>,
-    /// Why the search ended early.
+    /// Reason of an early end.
     pub(crate) cut: Option<String>,
-    /// It did because there was no more time.
+    /// The early end was due to the budget.
     pub(crate) slow: bool,
     pub(crate) probes: u64,
 }
 
-/// Where to look, and how closely.
+/// Range and resolution of a search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
     pub(crate) least: SimDuration,
     pub(crate) most: SimDuration,
-    /// The search ends when the smallest unstable step is no more than so many times the largest stable one.
+    /// The search ends when the smallest unstable step is at most this multiple of the largest
+    /// stable one.
     pub(crate) ratio: f64,
 }
 
-/// Shares of a limit at which it is checked that shorter steps are stable, too: an island of stability is no limit.
+/// Fractions of the limit that must be stable, too: an island of stability is not the limit.
 const CHECKED_BELOW: [f64; 2] = [0.8, 0.5];
 
-/// As long as nothing is stable, the next step is so many times shorter.
+/// Divisor of the step while no stable step is known.
 const DESCENT: u64 = 10;
 
 /// Finds the largest stable step by bisection of its logarithm.
-pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) -> Found {
-    let mut found = Found::default();
+pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) -> SearchResult {
+    let mut found = SearchResult::default();
     let mut high = range.most;
     loop {
         found.bisect(range, high, &mut probe);
         let (None, Some(limit)) = (&found.cut, found.stable) else {
             return found;
         };
-        // Nothing longer was tried where the longest is stable, so nothing shorter is in doubt.
+        // The longest step is stable: no longer one was tried, and no shorter one is in doubt.
         if found.unstable.is_none() {
             return found;
         }
@@ -70,7 +71,7 @@ pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) 
                     found.cut = Some(why);
                     false
                 }
-                Probe::TooSlow(why) => {
+                Probe::OverBudget(why) => {
                     (found.cut, found.slow) = (Some(why), true);
                     false
                 }
@@ -88,22 +89,24 @@ pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) 
     }
 }
 
-impl Found {
-    /// Between the least step and `high`, which is known not to be stable if `unstable` says so.
+impl SearchResult {
+    /// Bisects between the least step and `high`, which is known to be unstable if `unstable`
+    /// equals it.
     fn bisect(
         &mut self,
         range: Range,
         high: SimDuration,
         probe: &mut impl FnMut(SimDuration) -> Probe,
     ) {
-        if self.unstable != Some(high) && !self.ask(high, probe) {
+        if self.unstable != Some(high) && !self.probe_step(high, probe) {
             return;
         }
-        // Down by large steps: what is unstable shows soon, and what is stable is the cheaper the longer it steps.
+        // Large reductions: unstable runs end early, and stable ones are the cheaper the longer the
+        // step.
         let mut low = high;
         while self.stable.is_none() && low > range.least {
             low = (low / DESCENT).max(range.least);
-            if !self.ask(low, probe) {
+            if !self.probe_step(low, probe) {
                 return;
             }
         }
@@ -116,14 +119,18 @@ impl Found {
                 return;
             };
             // Steps are whole nanoseconds.
-            if middle <= stable || middle >= unstable || !self.ask(middle, probe) {
+            if middle <= stable || middle >= unstable || !self.probe_step(middle, probe) {
                 return;
             }
         }
     }
 
-    /// Tries a step; false if nothing came of it.
-    fn ask(&mut self, step: SimDuration, probe: &mut impl FnMut(SimDuration) -> Probe) -> bool {
+    /// Probes a step; returns false if the probe gave no answer.
+    fn probe_step(
+        &mut self,
+        step: SimDuration,
+        probe: &mut impl FnMut(SimDuration) -> Probe,
+    ) -> bool {
         self.probes += 1;
         match probe(step) {
             Probe::Stable => self.stable = Some(step),
@@ -135,7 +142,7 @@ impl Found {
                 self.cut = Some(why);
                 return false;
             }
-            Probe::TooSlow(why) => {
+            Probe::OverBudget(why) => {
                 (self.cut, self.slow) = (Some(why), true);
                 return false;
             }
@@ -145,7 +152,7 @@ impl Found {
 }
 
 fn scaled(step: SimDuration, share: f64) -> SimDuration {
-    // A share of a duration is one.
+    // A fraction of a duration is representable.
     SimDuration::try_from_secs_f64(step.as_secs_f64() * share).unwrap_or(step)
 }
 
@@ -173,7 +180,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_limit_lies_between_what_is_found_stable_and_what_is_found_unstable(
+        fn limit_lies_between_stable_and_unstable_step(
             limit_ns in 1_000_u64..100_000_000
         ) {
             let found = search(RANGE, limit_at(limit_ns));
@@ -185,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_either_end_it_says_that_all_or_none_is_stable() {
+    fn limits_outside_of_the_range_are_reported() {
         let all = search(RANGE, limit_at(u64::MAX));
         assert_eq!(
             (all.stable, all.unstable, all.probes),
@@ -214,12 +221,12 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_an_answer_ends_the_search_with_what_is_known() {
+    fn unanswered_probe_ends_the_search_and_keeps_the_bounds() {
         let mut left = 3;
         let found = search(RANGE, |step| {
             left -= 1;
             if left < 0 {
-                return Probe::TooSlow("too slow".to_owned());
+                return Probe::OverBudget("too slow".to_owned());
             }
             limit_at(2_000_000)(step)
         });

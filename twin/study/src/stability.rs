@@ -1,4 +1,5 @@
-//! The largest step at which a method is stable, and what limits it (thesis, section 2.5.1).
+//! Study of stability: the largest stable step of a method, and what limits it (thesis, section
+//! 2.5.1).
 
 use twinrig_kernel::{SimDuration, SimTime};
 
@@ -6,39 +7,42 @@ use crate::budget::{Budget, Share};
 use crate::criteria;
 use crate::error::StudyError;
 use crate::factory::{
-    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SetBy, Variant,
+    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant,
 };
 use crate::number::duration;
 use crate::panics::Panics;
 use crate::progress::ProgressObserver;
-use crate::reference::{Reference, Stage, Trust};
+use crate::reference::{Reference, RunContext, Trust};
+use crate::references::{AssignedReference, References};
 use crate::row::{Row, RowKind, Status};
-use crate::search::{Found, Probe, Range, search};
-use crate::shared::{References, Standard};
+use crate::search::{Probe, Range, SearchResult, search};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
-use crate::trial::{LOOK, STEPS_MOST};
+use crate::trial::{SAMPLE_PERIOD, STEPS_MOST};
 
-/// How stability is studied.
+/// Parameters of a study of stability.
 #[derive(Clone, Debug)]
 pub struct StabilityPlan {
-    /// How long a run is that is to stay bounded. It may be longer than the scene, whose last commands then hold.
+    /// Duration over which a run must stay bounded. It may exceed that of the scenario; the last
+    /// commands then stay constant.
     pub duration: SimDuration,
-    /// The first part of it is compared with a reference; none: the scene's length, at most the whole run.
+    /// Duration compared with the reference; `None`: that of the scenario, at most the whole run.
     pub compared: Option<SimDuration>,
-    /// The shortest step that is tried.
+    /// Shortest step of the search.
     pub least: SimDuration,
-    /// The longest.
+    /// Longest step of the search.
     pub most: SimDuration,
-    /// The search ends when the shortest unstable step is no more than so many times the longest stable one.
+    /// The search ends when the shortest unstable step is at most this multiple of the longest
+    /// stable one.
     pub ratio: f64,
-    /// A stable step whose foot is further than this from the reference is wrong \[m\], RMS.
+    /// Greatest RMS distance of the feet from the reference at which a stable step is accurate
+    /// \[m\].
     pub wrong_m: f64,
-    /// The tolerance of methods that choose their steps.
+    /// Tolerance of adaptive methods.
     pub tolerance: f64,
-    /// What is varied.
+    /// Factors to vary.
     pub factors: Vec<Factor>,
-    /// What the study may take in all \[s\].
+    /// Time budget of the whole study \[s\].
     pub budget_s: f64,
 }
 
@@ -58,28 +62,28 @@ impl Default for StabilityPlan {
     }
 }
 
-/// Right is told from wrong by references that are known to this share of the error between.
-const TOLD_APART: f64 = 0.1;
-/// References are sampled so often, and interpolated between.
+/// Greatest disagreement of a reference and its check, as a share of the accuracy limit.
+const REFERENCE_MARGIN: f64 = 0.1;
+/// Sampling period of the references, which are interpolated between samples.
 const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
-/// Studies how long the steps of the plants' methods may be, and what limits them.
+/// Finds the largest stable step of each method of each plant, and what limits it.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or `progress` ended it.
+/// [`StudyError`] if there is nothing to study, or if `progress` stopped the study.
 pub fn stability(
     factory: &dyn PlantFactory,
     plan: &StabilityPlan,
     progress: &mut dyn ProgressObserver,
 ) -> Result<Study, StudyError> {
-    let scene = factory.scene();
+    let input = factory.input();
     let plants = factory.plants();
     if plants.is_empty() {
         return Err(StudyError::NoPlant);
     }
-    if plan.duration < LOOK * 8 {
+    if plan.duration < SAMPLE_PERIOD * 8 {
         return Err(StudyError::TooShort {
             duration: plan.duration,
-            least: LOOK * 8,
+            least: SAMPLE_PERIOD * 8,
         });
     }
     let (scales, left_out) = sweeps(factory, plan);
@@ -89,10 +93,10 @@ pub fn stability(
     let mut study = Study::new(StudyKind::Stability, factory, end, REFERENCE_GRID);
     study.budget_s = plan.budget_s;
     study.left_out.extend(left_out);
-    study.criteria = criteria::of(plan, scene.commands.period());
+    study.criteria = criteria::of(plan, input.commands.period());
     let panics = Panics::default();
     let mut job = Job {
-        stage: Stage {
+        context: RunContext {
             factory,
             end,
             grid: REFERENCE_GRID,
@@ -103,14 +107,14 @@ pub fn stability(
         progress,
     };
     let trust = Trust {
-        apart_m: plan.wrong_m * TOLD_APART,
+        apart_m: plan.wrong_m * REFERENCE_MARGIN,
         rough: true,
     };
     for &scales in &scales {
-        let mut known = References::new(job.stage, scales, trust);
+        let mut known = References::new(job.context, scales, trust);
         for plant in plants {
             let share = job.begin(&plant.name)?;
-            let Standard { reference, note } = known.of(plant, share);
+            let AssignedReference { reference, note } = known.of(plant, share);
             if scales == Scales::AS_IS {
                 study.references.push(note);
             }
@@ -124,17 +128,17 @@ pub fn stability(
         }
     }
     job.budget.finished()?;
-    study.panics = panics.into_all();
+    study.panics = panics.into_messages();
     study.mark_contradictions();
     Ok(study)
 }
 
-/// All scenes of all factors, each once, and the factors that say nothing.
+/// Returns the scales of all sweeps, each once, and the factors without effect, with the reason.
 fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec<String>) {
     let mut scales = vec![Scales::AS_IS];
     let mut left_out = Vec::new();
     for factor in &plan.factors {
-        if let Some(why) = factor.idle_in(factory.scene()) {
+        if let Some(why) = factor.ineffective_in(factory.input()) {
             left_out.push(format!("{}: {why}", factor.name()));
             continue;
         }
@@ -148,9 +152,9 @@ fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec
     (scales, left_out)
 }
 
-/// A study on its way.
+/// State of a running study.
 pub(crate) struct Job<'a> {
-    pub(crate) stage: Stage<'a>,
+    pub(crate) context: RunContext<'a>,
     pub(crate) plan: &'a StabilityPlan,
     budget: Budget,
     progress: &'a mut dyn ProgressObserver,
@@ -182,13 +186,13 @@ impl Job<'_> {
             scales,
         };
         match method.set_by {
-            SetBy::Tolerance => self.adaptive(
+            SettingKind::Tolerance => self.adaptive(
                 &variant(MethodSetting::Tolerance(self.plan.tolerance)),
                 reference,
                 share,
             ),
-            SetBy::Step => {
-                let commands = self.stage.factory.scene().commands.period();
+            SettingKind::Step => {
+                let commands = self.context.factory.input().commands.period();
                 let most = self.plan.most;
                 let range = Range {
                     least: self.plan.least,
@@ -203,24 +207,24 @@ impl Job<'_> {
         }
     }
 
-    /// The row of what panicked in this study itself.
+    /// Returns the row of a panic in the study itself.
     fn failed(&self, plant: &PlantOffer, method: &MethodOffer, scales: Scales, why: String) -> Row {
         let variant = Variant {
             plant: plant.name.clone(),
             method: method.name.clone(),
             setting: match method.set_by {
-                SetBy::Tolerance => MethodSetting::Tolerance(self.plan.tolerance),
-                SetBy::Step => MethodSetting::Step(self.plan.least),
+                SettingKind::Tolerance => MethodSetting::Tolerance(self.plan.tolerance),
+                SettingKind::Step => MethodSetting::Step(self.plan.least),
             },
             scales,
         };
         Row::new(RowKind::Stability, &variant).ended(Status::Failed, why)
     }
 
-    /// The row of a search.
+    /// Returns the row of a search.
     fn searched(
         &self,
-        found: &Found,
+        found: &SearchResult,
         variant: impl Fn(MethodSetting) -> Variant,
         reference: Option<&Reference>,
         share: Share,
@@ -260,26 +264,26 @@ impl Job<'_> {
             row.largest_right_step_s = if errors.foot_rms <= self.plan.wrong_m {
                 row.largest_stable_step_s
             } else {
-                self.right(&variant, stable, reference, share)
+                self.largest_accurate(&variant, stable, reference, share)
             };
         }
         self.time(&mut row, &variant, stable, share);
         row
     }
 
-    /// The longest step below `wrong` that is right, too \[s\]; none if it is not known.
-    fn right(
+    /// Returns the longest step below `inaccurate` that is also accurate, if known \[s\].
+    fn largest_accurate(
         &self,
         variant: &Variant,
-        wrong: SimDuration,
+        inaccurate: SimDuration,
         reference: Option<&Reference>,
         share: Share,
     ) -> Option<f64> {
-        // All of what is compared has to be simulated for an answer.
-        let whole = self.plan.compared.unwrap_or(self.plan.duration);
+        // An answer requires the simulation of the whole compared duration.
+        let compared = self.plan.compared.unwrap_or(self.plan.duration);
         let range = Range {
-            least: self.plan.least.max(whole / STEPS_MOST).min(wrong),
-            most: wrong,
+            least: self.plan.least.max(compared / STEPS_MOST).min(inaccurate),
+            most: inaccurate,
             ratio: self.plan.ratio,
         };
         let found = search(range, |step| {
@@ -293,22 +297,22 @@ impl Job<'_> {
                 None => Probe::Unknown(String::new()),
             }
         });
-        let right = found.stable.filter(|_| found.cut.is_none());
-        right.map(|step| step.as_nanos() as f64 / 1e9)
+        let accurate = found.stable.filter(|_| found.cut.is_none());
+        accurate.map(|step| step.as_nanos() as f64 / 1e9)
     }
 
-    /// The row of a method that chooses its steps.
+    /// Returns the row of an adaptive method.
     fn adaptive(&self, variant: &Variant, reference: Option<&Reference>, share: Share) -> Row {
         let mut row = Row::new(RowKind::Stability, variant);
-        match self.probe(variant, LOOK, reference, share) {
+        match self.probe(variant, SAMPLE_PERIOD, reference, share) {
             Probe::Stable => {
-                self.compare(&mut row, variant, LOOK, reference, share);
-                self.time(&mut row, variant, LOOK, share);
+                self.compare(&mut row, variant, SAMPLE_PERIOD, reference, share);
+                self.time(&mut row, variant, SAMPLE_PERIOD, share);
                 row
             }
             Probe::Unstable(why) => row.ended(Status::Unstable, why),
             Probe::Unknown(why) => row.ended(Status::Failed, why),
-            Probe::TooSlow(why) => row.cut_off(why),
+            Probe::OverBudget(why) => row.cut_off(why),
         }
     }
 }

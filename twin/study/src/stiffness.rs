@@ -1,4 +1,4 @@
-//! Whether the limit of a method is that of the springs.
+//! Dependence of the largest stable step on the stiffness of the springs.
 
 use serde::Serialize;
 
@@ -7,54 +7,56 @@ use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
 
-/// How the largest stable step of a method goes with the stiffness of the springs.
+/// Largest stable step of a method as a function of the stiffness of the springs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StiffnessTrend {
-    /// Its plant.
+    /// Plant.
     pub plant: String,
-    /// Its name.
+    /// Method.
     pub method: String,
-    /// Stiffnesses at which a limit was found.
+    /// Number of stiffnesses with a limit.
     pub limits: usize,
-    /// Stiffnesses at which the longest step that was tried is stable.
+    /// Number of stiffnesses at which the longest tried step is stable.
     pub unlimited: usize,
-    /// Stiffnesses at which nothing stable was found, or the search came to no end.
+    /// Number of stiffnesses without a stable step or with a search that ended early.
     pub unknown: usize,
-    /// The least limit \[s\].
+    /// Smallest limit \[s\].
     pub least_step_s: Option<f64>,
-    /// The greatest \[s\].
+    /// Greatest limit \[s\].
     pub greatest_step_s: Option<f64>,
-    /// The exponent: the limit goes as stiffness to this power, by least squares over their logarithms.
+    /// Exponent of the power law limit ∝ stiffness^exponent, by least squares over the logarithms.
     pub exponent: Option<f64>,
-    /// An exponent no further than this from zero is none.
+    /// Greatest magnitude of an exponent that is not significant.
     pub none_below: Option<f64>,
-    /// Whether the limits are on the line of that exponent: where they are not, there is no one power.
+    /// Whether the limits follow a power law.
     pub is_power: Option<bool>,
-    /// The widest range of stiffness over which the limit is the same to within the width of its search, if it spans ten times.
+    /// Widest range of stiffness over which the limits agree to within the resolution of the
+    /// search, if it spans a factor of ten.
     pub same_over: Option<[f64; 2]>,
-    /// Whether the limit depends on stiffness: the exponent is beyond its bound, or limits are further apart than any exponent
-    /// within it makes them. None if too few limits were found.
+    /// Whether the limit depends on stiffness: the exponent is significant, or the spread of the
+    /// limits exceeds that of any insignificant exponent. `None` with too few limits.
     pub depends: Option<bool>,
 }
 
-/// Springs that limit a step do so by their frequency, to the power −½, or by their damping, to the power −1. A tenth of the lesser
-/// is no dependence: over a hundredfold stiffness such a limit moves by a quarter.
+/// Least significant exponent. Springs limit a step by their frequency, with exponent −½, or by
+/// their damping, with exponent −1; a tenth of the smaller magnitude counts as no dependence: over
+/// a hundredfold stiffness such a limit changes by a quarter.
 const NO_EXPONENT: f64 = 0.05;
 
 impl Study {
-    /// How the limits of the methods that step go with the stiffness of the springs, if that was varied.
+    /// Returns the stiffness trends of the fixed-step methods, if stiffness was varied.
     pub fn stiffnesses(&self) -> Vec<StiffnessTrend> {
         if self.kind != StudyKind::Stability {
             return Vec::new();
         }
-        let lines = self.lines().into_iter().filter(|line| !line.is_adaptive());
-        lines
-            .filter_map(|line| {
-                let rows = self.rows.iter().filter(|row| row.line() == line);
+        let series = self.series().into_iter().filter(|key| !key.is_adaptive());
+        series
+            .filter_map(|key| {
+                let rows = self.rows.iter().filter(|row| row.series() == key);
                 let rows = rows.filter(|row| row.kind == RowKind::Stability);
                 let rows = rows.filter_map(|row| Some((Factor::Stiffness.of(&row.scales)?, row)));
                 let rows: Vec<(f64, &Row)> = rows.collect();
-                (rows.len() > 1).then(|| trend(line.plant, line.method, &rows))
+                (rows.len() > 1).then(|| trend(key.plant, key.method, &rows))
             })
             .collect()
     }
@@ -65,7 +67,7 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
         row.largest_stable_step_s
             .filter(|_| row.status == Status::Ok)
     };
-    // A limit lies between the longest step that is stable and the shortest that is not.
+    // The limit lies between the longest stable and the shortest unstable step.
     let limits = rows.iter().filter_map(|&(stiffness, row)| {
         Some((stiffness, stable(row)?, row.least_unstable_step_s?))
     });
@@ -80,7 +82,7 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
         .map(|&(_, step, above)| libm::log(above / step));
     let unsure = unsure.fold(0.0, f64::max);
     let none_below = fit.map(|fit| NO_EXPONENT + fit.unsure(unsure));
-    // What goes up and down again has no exponent, and depends all the same.
+    // A non-monotonic limit can have a zero exponent and still depend on stiffness.
     let spread = |of: fn(&(f64, f64, f64)) -> f64| {
         let logarithms = || limits.iter().map(|limit| libm::log(of(limit)));
         logarithms().fold(f64::NEG_INFINITY, f64::max) - logarithms().fold(f64::INFINITY, f64::min)
@@ -106,9 +108,10 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
     }
 }
 
-/// The widest range of stiffness over which limits are no further apart than `unsure`, in logarithms.
+/// Returns the widest range of stiffness over which the logarithms of the limits differ by at most
+/// `unsure`.
 fn same_over(limits: &[(f64, f64, f64)], unsure: f64) -> Option<[f64; 2]> {
-    /// A narrower range is too narrow to tell.
+    /// Least width of a significant range.
     const WIDE: f64 = 10.0;
     let mut sorted: Vec<(f64, f64)> = limits.iter().map(|limit| (limit.0, limit.1)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -134,7 +137,7 @@ mod tests {
     use super::*;
     use crate::factory::{MethodSetting, Variant};
 
-    /// The trend of limits \[ms\] at stiffnesses.
+    /// Returns the trend of limits \[ms\] at stiffnesses.
     fn of(limits: &[(f64, f64)]) -> StiffnessTrend {
         let rows: Vec<Row> = limits
             .iter()
@@ -156,14 +159,14 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_that_goes_down_and_up_again_depends_on_stiffness_though_its_exponent_is_none() {
+    fn non_monotonic_limit_depends_on_stiffness_despite_zero_exponent() {
         let trend = of(&[(0.01, 24.0), (1.0, 6.0), (100.0, 24.0)]);
         assert!(trend.exponent.unwrap().abs() < 1e-9, "{trend:?}");
         assert_eq!((trend.depends, trend.is_power), (Some(true), Some(false)));
     }
 
     #[test]
-    fn one_that_stays_within_the_width_of_its_search_does_not() {
+    fn limit_within_search_resolution_is_independent_of_stiffness() {
         let trend = of(&[(0.01, 0.8), (1.0, 0.82), (100.0, 0.79)]);
         assert_eq!(trend.depends, Some(false));
         let falls = of(&[(0.01, 8.0), (1.0, 0.8), (100.0, 0.08)]);
@@ -177,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cap_is_told_from_the_springs_that_take_over_where_they_are_stiffer() {
+    fn constant_range_is_found_below_a_spring_limited_range() {
         let trend = of(&[
             (0.01, 0.8),
             (0.1, 0.8),

@@ -1,18 +1,18 @@
-//! The clock of the machine. It says what a run costs and when to give one up; no result is made of it.
+//! Wall clock of the machine: run times and deadlines. No other result depends on it.
 #![expect(
     clippy::disallowed_methods,
-    reason = "run times are what a study reports, and nothing but run times is made of them"
+    reason = "run times and deadlines only; no other result depends on the clock"
 )]
 
 use std::time::{Duration, Instant};
 
 use twinrig_runtime::interrupt;
 
-/// Time since it was started.
+/// Elapsed time since the start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopwatch(Instant);
 
-/// A time to be done by.
+/// Deadline of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deadline(Option<Instant>);
 
@@ -28,13 +28,13 @@ impl Stopwatch {
 }
 
 impl Deadline {
-    /// In `seconds` from now; what cannot be counted never comes.
+    /// A deadline `seconds` from now; none if the instant is not representable.
     pub(crate) fn within(seconds: f64) -> Self {
         let duration = Duration::try_from_secs_f64(seconds.max(0.0)).ok();
         Self(duration.and_then(|duration| Instant::now().checked_add(duration)))
     }
 
-    /// Whether it is time: also if the program is to end, and the study with it.
+    /// Returns whether the deadline has passed, or the termination of the program was requested.
     pub(crate) fn passed(self) -> bool {
         interrupt::is_requested() || self.0.is_some_and(|at| Instant::now() >= at)
     }

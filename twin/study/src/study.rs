@@ -1,19 +1,19 @@
-//! What a study found.
+//! Results of a study of precision or stability.
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::factory::{PlantFactory, SetBy};
+use crate::factory::{PlantFactory, SettingKind};
 use crate::fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::panics;
 use crate::reference::ReferenceNote;
-use crate::row::{Line, Row, RowKind, Status};
+use crate::row::{Row, RowKind, Series, Status};
 use crate::transport::Transport;
 
-/// Which study.
+/// Kind of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StudyKind {
@@ -24,7 +24,7 @@ pub enum StudyKind {
 }
 
 impl StudyKind {
-    /// Its name, as the command line has it.
+    /// Returns the name used on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Precision => "precision",
@@ -33,65 +33,67 @@ impl StudyKind {
     }
 }
 
-/// What a study found, apart from the machine it ran on.
+/// Results of a study, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// Which study it is.
+    /// Kind of the study.
     pub kind: StudyKind,
-    /// What the scenario calls itself.
+    /// Name of the scenario.
     pub scenario: String,
-    /// Its file.
+    /// Path of the scenario file.
     pub file: String,
-    /// How long the scene lasts \[s\].
+    /// Duration of the scenario \[s\].
     pub scene_s: f64,
-    /// How much of it was simulated \[s\].
+    /// Simulated duration \[s\].
     pub simulated_s: f64,
-    /// How often runs were compared \[s\].
+    /// Sampling period of the comparison \[s\].
     pub grid_s: f64,
-    /// Whether commands were played.
+    /// Whether the commands change during the run.
     pub commanded: bool,
-    /// Whether there is ground.
+    /// Whether the feet can touch ground.
     pub ground: bool,
-    /// What it was allowed to take \[s\].
+    /// Time budget \[s\].
     pub budget_s: f64,
-    /// The plants whose segments have mass.
+    /// Plants whose leg segments have mass.
     pub massive: Vec<String>,
-    /// Which plants solve the model of which by other means.
+    /// Pairs (plant, model): the plant solves the model of the other plant by a different engine.
     pub solves: Vec<(String, String)>,
-    /// What the methods are: plant, name, what sets it, and a line on it.
-    pub abouts: Vec<(String, String, SetBy, String)>,
-    /// What each plant is measured against.
+    /// Offered methods: plant, name, setting kind and description.
+    pub abouts: Vec<(String, String, SettingKind, String)>,
+    /// Reference of each plant.
     pub references: Vec<ReferenceNote>,
-    /// What it found.
+    /// Rows, one for each run or search.
     pub rows: Vec<Row>,
-    /// Which footsteps differ between models.
+    /// Differences of the touch-downs between models.
     pub footsteps: Vec<Footstep>,
-    /// What walking costs in each plant.
+    /// Cost of transport by plant and method.
     pub transports: Vec<Transport>,
-    /// What the criteria are, as pairs of a name and a text.
+    /// Definitions of the criteria: name and text.
     pub criteria: Vec<(String, String)>,
-    /// What was left out of it, and why.
+    /// Omitted plants and factors, each with the reason.
     pub left_out: Vec<String>,
-    /// What panicked: a bug in a plant, or in this study. The rows that it befell have failed, and say so.
+    /// Panics, each a bug in a plant or in this crate. The affected rows have status `failed` and
+    /// the same reason.
     pub panics: Vec<String>,
 }
 
-/// How fast the error of a method falls with its step.
+/// Order of convergence of a method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Order {
-    /// Its plant.
+    /// Plant.
     pub plant: String,
-    /// Its name.
+    /// Method.
     pub method: String,
-    /// The exponent, by least squares over the settings whose error is above the floor and below saturation.
+    /// Slope of log error over log step, by least squares over the settings whose error lies
+    /// between the floor of the reference and saturation.
     pub order: f64,
-    /// So many settings.
+    /// Number of settings used.
     pub points: usize,
 }
 
-/// Errors so far above the floor of the reference show the order of a method.
+/// Least ratio of an error to the floor of the reference for the fit of an order.
 const ABOVE_FLOOR: f64 = 10.0;
-/// Errors above this have nothing to do with an order any more \[m\].
+/// Saturation: larger errors are excluded from the fit of an order \[m\].
 const SATURATED_M: f64 = 1e-2;
 
 impl Study {
@@ -101,19 +103,19 @@ impl Study {
         end: SimTime,
         grid: SimDuration,
     ) -> Self {
-        let scene = factory.scene();
+        let input = factory.input();
         let plants = factory.plants().iter();
         let massive = plants.clone().filter(|plant| plant.segment_masses);
         let solves = plants.filter_map(|plant| Some((plant.name.clone(), plant.model_of.clone()?)));
         Self {
             kind,
-            scenario: scene.name.clone(),
-            file: scene.file.clone(),
-            scene_s: scene.duration.as_nanos() as f64 / 1e9,
+            scenario: input.name.clone(),
+            file: input.file.clone(),
+            scene_s: input.duration.as_nanos() as f64 / 1e9,
             simulated_s: end.as_nanos() as f64 / 1e9,
             grid_s: grid.as_nanos() as f64 / 1e9,
-            commanded: scene.commands.change(),
-            ground: scene.ground,
+            commanded: input.commands.change(),
+            ground: input.ground,
             budget_s: 0.0,
             massive: massive.map(|plant| plant.name.clone()).collect(),
             solves: solves.collect(),
@@ -128,101 +130,100 @@ impl Study {
         }
     }
 
-    /// The lines: plants and methods in the order of their rows.
-    pub fn lines(&self) -> Vec<Line<'_>> {
-        let mut lines = Vec::new();
+    /// Returns the series (plant, method, setting kind) in the order of their rows.
+    pub fn series(&self) -> Vec<Series<'_>> {
+        let mut all = Vec::new();
         for row in &self.rows {
             let ours = matches!(row.kind, RowKind::Integration | RowKind::Stability);
-            if ours && !lines.contains(&row.line()) {
-                lines.push(row.line());
+            if ours && !all.contains(&row.series()) {
+                all.push(row.series());
             }
         }
-        lines
+        all
     }
 
-    /// The lines with a number each, which is the same for a method whatever it is set by.
-    pub(crate) fn numbered_lines(&self) -> Vec<(usize, Line<'_>)> {
+    /// Returns the series, each with a number that all setting kinds of one method share.
+    pub(crate) fn numbered_series(&self) -> Vec<(usize, Series<'_>)> {
         let mut methods: Vec<(&str, &str)> = Vec::new();
-        let lines = self.lines().into_iter();
-        lines
-            .map(|line| {
-                let method = (line.plant, line.method);
-                let known = methods.iter().position(|&known| known == method);
-                let number = known.unwrap_or_else(|| {
-                    methods.push(method);
-                    methods.len() - 1
-                });
-                (number, line)
-            })
-            .collect()
+        let all = self.series().into_iter();
+        all.map(|series| {
+            let method = (series.plant, series.method);
+            let known = methods.iter().position(|&known| known == method);
+            let number = known.unwrap_or_else(|| {
+                methods.push(method);
+                methods.len() - 1
+            });
+            (number, series)
+        })
+        .collect()
     }
 
-    /// A line on the method of a line.
-    pub(crate) fn about(&self, line: Line<'_>) -> &str {
+    /// Returns the description of the method of a series.
+    pub(crate) fn about(&self, series: Series<'_>) -> &str {
         let known = self.abouts.iter().find(|(plant, method, set_by, _)| {
-            (&**plant, &**method, *set_by) == (line.plant, line.method, line.set_by)
+            (&**plant, &**method, *set_by) == (series.plant, series.method, series.set_by)
         });
         known.map_or("", |(.., about)| about)
     }
 
-    /// What was cut because it would have taken too long.
+    /// Returns the rows that were truncated by the budget.
     pub fn cut(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.cut)
     }
 
-    /// The reference of the plant that others are measured against: the first whose segments have mass.
+    /// Returns the reference of the base model: of the first plant whose segments have mass.
     pub fn reference(&self) -> Option<&ReferenceNote> {
         let massive = |note: &&ReferenceNote| self.massive.contains(&note.plant);
         let mut notes = self.references.iter();
         notes.clone().find(massive).or_else(|| notes.next())
     }
 
-    /// The floor of a plant's errors \[m\].
+    /// Returns the floor of a plant's errors: the RMS disagreement of its reference and the check
+    /// \[m\].
     pub(crate) fn floor_of(&self, plant: &str) -> f64 {
         let note = self.references.iter().find(|note| note.plant == plant);
         let check = note.and_then(|note| note.check.as_ref());
         check.map_or(0.0, |check| check.disagreement_rms_m)
     }
 
-    /// The floor of the reference that others are measured against \[m\].
+    /// Returns the floor of the reference of the base model \[m\].
     pub(crate) fn floor(&self) -> f64 {
         self.reference()
             .map_or(0.0, |note| self.floor_of(&note.plant))
     }
 
-    /// The orders of the methods that step, where their errors show one.
+    /// Returns the orders of convergence of the fixed-step methods whose errors show one.
     pub fn orders(&self) -> Vec<Order> {
-        let lines = self.lines().into_iter();
-        lines
-            .filter_map(|line| {
-                let floor = ABOVE_FLOOR * self.floor_of(line.plant);
-                let rows = self.rows.iter().filter(|row| {
-                    row.kind == RowKind::Integration
-                        && row.status == Status::Ok
-                        && row.line() == line
-                });
-                let points: Vec<(f64, f64)> = rows
-                    .filter_map(|row| Some((row.step_s?, row.error_rms_m?)))
-                    .filter(|&(_, error)| error > floor.max(1e-15) && error < SATURATED_M)
-                    .map(|(step, error)| (libm::log(step), libm::log(error)))
-                    .collect();
-                let order = fit::order(&points).ok()?;
-                Some(Order {
-                    plant: line.plant.to_owned(),
-                    method: line.method.to_owned(),
-                    order,
-                    points: points.len(),
-                })
+        let all = self.series().into_iter();
+        all.filter_map(|series| {
+            let floor = ABOVE_FLOOR * self.floor_of(series.plant);
+            let rows = self.rows.iter().filter(|row| {
+                row.kind == RowKind::Integration
+                    && row.status == Status::Ok
+                    && row.series() == series
+            });
+            let points: Vec<(f64, f64)> = rows
+                .filter_map(|row| Some((row.step_s?, row.error_rms_m?)))
+                .filter(|&(_, error)| error > floor.max(1e-15) && error < SATURATED_M)
+                .map(|(step, error)| (libm::log(step), libm::log(error)))
+                .collect();
+            let order = fit::order(&points).ok()?;
+            Some(Order {
+                plant: series.plant.to_owned(),
+                method: series.method.to_owned(),
+                order,
+                points: points.len(),
             })
-            .collect()
+        })
+        .collect()
     }
 
-    /// That something panicked, if so: the study is not what it should be.
+    /// Returns a description of the panics of the study, if there was any.
     pub fn error(&self) -> Option<String> {
         panics::error(&self.panics)
     }
 
-    /// The study as JSON, with the machine it ran on and the command that repeats it.
+    /// Returns the study as JSON, with the machine it ran on and the command that repeats it.
     pub fn json(&self, machine: &Machine, command: &str) -> Value {
         let pairs = self.criteria.iter();
         let criteria: Map<String, Value> = pairs
@@ -254,8 +255,8 @@ impl Study {
     }
 }
 
-/// The methods that are offered, and a line on each.
-fn abouts(factory: &dyn PlantFactory) -> Vec<(String, String, SetBy, String)> {
+/// Returns plant, name, setting kind and description of every offered method.
+fn abouts(factory: &dyn PlantFactory) -> Vec<(String, String, SettingKind, String)> {
     let plants = factory.plants().iter();
     let methods = plants.flat_map(|plant| plant.methods.iter().map(move |method| (plant, method)));
     methods

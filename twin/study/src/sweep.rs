@@ -1,26 +1,26 @@
-//! What is varied to see what limits a step.
+//! Factors varied to find the limit of the step size.
 
-use crate::factory::{Scales, Scene};
+use crate::factory::{Scales, StudyInput};
 
-/// A property of robot or scene.
+/// Property of robot or ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Factor {
-    /// Of all springs, a factor.
+    /// Stiffness of all springs, a multiple.
     Stiffness,
-    /// Of the segments, a factor.
+    /// Mass of the leg segments, a multiple.
     Mass,
-    /// Of the joints, a factor.
+    /// Viscous damping of the joints, a multiple.
     Damping,
-    /// Of the servos' position loop, a factor.
+    /// Gain of the servos' position loop, a multiple.
     Gain,
-    /// Of the ground.
+    /// Coefficient of the ground.
     Friction,
-    /// Of the ground.
+    /// Coefficient of the ground.
     Restitution,
 }
 
 impl Factor {
-    /// All, in the order in which they are studied.
+    /// All factors, in the order of the study.
     pub const ALL: [Self; 6] = [
         Self::Stiffness,
         Self::Mass,
@@ -30,7 +30,7 @@ impl Factor {
         Self::Restitution,
     ];
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stiffness => "stiffness",
@@ -42,12 +42,12 @@ impl Factor {
         }
     }
 
-    /// Whether it is a multiple of what the robot has, and not a value.
+    /// Returns whether the value is a multiple of the robot's, not an absolute value.
     pub fn is_multiple(self) -> bool {
         !matches!(self, Self::Friction | Self::Restitution)
     }
 
-    /// The values it takes: those of the thesis first.
+    /// Returns the values of the sweep, those of the thesis first.
     pub(crate) fn values(self) -> &'static [f64] {
         match self {
             Self::Stiffness => &[1.0, 0.75, 0.5, 0.25, 0.1, 0.01, 10.0, 100.0, 1e3, 1e4],
@@ -59,7 +59,7 @@ impl Factor {
         }
     }
 
-    /// The scene with this factor at `value`.
+    /// Returns the scales with this factor at `value` and all others unchanged.
     pub(crate) fn scales(self, value: f64) -> Scales {
         let mut scales = Scales::AS_IS;
         match self {
@@ -73,7 +73,7 @@ impl Factor {
         scales
     }
 
-    /// What it is in `scales`, if those differ from the scene in nothing else.
+    /// Returns the value of this factor in `scales` if no other factor is changed.
     pub(crate) fn of(self, scales: &Scales) -> Option<f64> {
         let value = match self {
             Self::Stiffness => Some(scales.stiffness),
@@ -86,11 +86,11 @@ impl Factor {
         (self.scales(value) == *scales).then_some(value)
     }
 
-    /// Why it says nothing about `scene`.
-    pub(crate) fn idle_in(self, scene: &Scene) -> Option<&'static str> {
+    /// Returns the reason why this factor has no effect in the scenario, if so.
+    pub(crate) fn ineffective_in(self, input: &StudyInput) -> Option<&'static str> {
         match self {
-            Self::Gain if !scene.servos => Some("nothing drives the legs"),
-            Self::Friction | Self::Restitution if !scene.ground => Some("there is no ground"),
+            Self::Gain if !input.servos => Some("nothing drives the legs"),
+            Self::Friction | Self::Restitution if !input.ground => Some("there is no ground"),
             _ => None,
         }
     }
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_factor_is_found_again_in_the_scene_that_it_made() {
+    fn factor_value_is_recovered_from_its_scales() {
         for factor in Factor::ALL {
             for &value in factor.values() {
                 assert_eq!(factor.of(&factor.scales(value)), Some(value));
@@ -115,7 +115,7 @@ mod tests {
                 None
             );
         }
-        // The scene as it is belongs to every sweep of multiples.
+        // The unchanged scenario is part of every sweep of multiples.
         let multiples = Factor::ALL
             .into_iter()
             .filter(|factor| factor.is_multiple());

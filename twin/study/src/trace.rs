@@ -1,63 +1,63 @@
-//! Where the feet and the trunk were, on the grid of a study.
+//! Sampled positions of feet and trunk.
 
 use twinrig_kernel::{Direction, Layout, SimTime};
 use twinrig_runtime::{Plant, PlantEvent, WorkCounts};
 
-use crate::plant_run::{Ending, Go, PlantRun};
+use crate::plant_run::{Ending, PlantRun, SampleVerdict};
 
 pub(crate) const TRUNK: &str = "body/position";
 const FOOT: (&str, &str) = ("leg/", "/foot/position");
 
-/// What was seen of a run.
+/// Samples and totals of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Trace {
     /// Times of the samples \[s\].
     pub(crate) at_s: Vec<f64>,
-    /// Names of the signals of the feet.
+    /// Names of the foot position signals.
     pub(crate) feet: Vec<String>,
-    /// Where the feet were, sample by sample, foot by foot \[m\].
+    /// Foot positions, sample by sample, foot by foot \[m\].
     feet_at: Vec<[f64; 3]>,
-    /// Where the trunk was, sample by sample; empty if the plant does not tell \[m\].
+    /// Trunk positions, sample by sample; empty if the plant has no such output \[m\].
     trunk_at: Vec<[f64; 3]>,
-    /// So many samples are trusted, where this is what others are compared with.
+    /// Number of trusted samples, for a trace that is a reference.
     trusted: usize,
-    /// The greatest energy stored, and the least of it that was not kinetic \[J\].
-    stored_most: f64,
-    resting_least: f64,
+    /// Greatest stored energy, and least stored energy other than kinetic \[J\].
+    stored_greatest: f64,
+    nonkinetic_least: f64,
     /// Kinetic energy, sample by sample \[J\].
     pub(crate) kinetic: Vec<f64>,
-    /// What the energy books lacked at the end \[J\].
+    /// Residual of the energy balance at the end \[J\].
     pub(crate) residual: f64,
-    /// The greatest drift of the constraints \[m\].
-    pub(crate) drift: Option<f64>,
+    /// Maximum constraint violation \[m\].
+    pub(crate) violation: Option<f64>,
     pub(crate) events: Vec<PlantEvent>,
     pub(crate) work: WorkCounts,
-    /// How long it took, looking included \[s\].
-    pub(crate) took_s: f64,
+    /// Run time, sampling included \[s\].
+    pub(crate) run_s: f64,
 }
 
-/// How far a trace is from another \[m\].
+/// Distance between two traces \[m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Errors {
     pub(crate) foot_rms: f64,
     pub(crate) foot_max: f64,
-    /// None if one of the plants does not tell where its trunk is.
+    /// RMS and maximum; `None` if one of the plants has no trunk output.
     pub(crate) trunk: Option<(f64, f64)>,
 }
 
-/// Whether a signal is where a foot is.
+/// Returns whether a signal is a foot position.
 pub(crate) fn is_foot(name: &str) -> bool {
     name.starts_with(FOOT.0) && name.ends_with(FOOT.1)
 }
 
-/// Where what is compared lies among the outputs of a plant.
-struct Places {
+/// Offsets of the compared signals in the output vector of a plant.
+struct SignalOffsets {
     feet: Vec<(String, usize)>,
     trunk: Option<usize>,
     outputs: Vec<f64>,
 }
 
-impl Places {
+impl SignalOffsets {
     fn of(plant: &dyn Plant) -> Self {
         let ports = plant.ports();
         let layout = Layout::of(&ports, Direction::Output);
@@ -75,8 +75,8 @@ impl Places {
 }
 
 impl Trace {
-    /// Of what somebody else saw: where feet and trunk were, sample by sample, foot by foot.
-    pub(crate) fn seen(
+    /// Creates a trace from given samples, ordered by sample, then by foot.
+    pub(crate) fn from_samples(
         feet: Vec<String>,
         at_s: Vec<f64>,
         feet_at: Vec<[f64; 3]>,
@@ -98,35 +98,35 @@ impl Trace {
             feet_at: Vec::new(),
             trunk_at: Vec::new(),
             trusted: usize::MAX,
-            stored_most: f64::NEG_INFINITY,
-            resting_least: f64::INFINITY,
+            stored_greatest: f64::NEG_INFINITY,
+            nonkinetic_least: f64::INFINITY,
             kinetic: Vec::new(),
             residual: 0.0,
-            drift: None,
+            violation: None,
             events: Vec::new(),
             work: WorkCounts::default(),
-            took_s: 0.0,
+            run_s: 0.0,
         }
     }
 
-    /// Leads `plant` through a scene and sees where it goes. `enough` is asked with the kinetic energy at every sample and
-    /// ends the run if it says so.
+    /// Runs `plant` and records its samples. `stop` receives the kinetic energy at every sample and
+    /// returns whether to end the run.
     pub(crate) fn record(
         plant: &mut dyn Plant,
         plant_run: &PlantRun<'_>,
-        mut enough: impl FnMut(f64) -> bool,
+        mut stop: impl FnMut(f64) -> bool,
     ) -> (Self, Ending) {
-        let mut places = Places::of(plant);
+        let mut signals = SignalOffsets::of(plant);
         let mut trace = Self {
-            feet: places.feet.iter().map(|(name, _)| name.clone()).collect(),
+            feet: signals.feet.iter().map(|(name, _)| name.clone()).collect(),
             ..Self::empty()
         };
         plant.log_events(true);
-        let watch = crate::stopwatch::Stopwatch::start();
-        let ending = plant_run.lead(plant, |now, plant| {
-            trace.look(now, plant, &mut places, &mut enough)
+        let stopwatch = crate::stopwatch::Stopwatch::start();
+        let ending = plant_run.run(plant, |now, plant| {
+            trace.sample(now, plant, &mut signals, &mut stop)
         });
-        trace.took_s = watch.elapsed_s();
+        trace.run_s = stopwatch.elapsed_s();
         trace.residual = plant.energy().residual;
         trace.events = plant.events().to_vec();
         trace.work = plant.work();
@@ -134,54 +134,59 @@ impl Trace {
         (trace, ending)
     }
 
-    fn look(
+    fn sample(
         &mut self,
         now: SimTime,
         plant: &mut dyn Plant,
-        places: &mut Places,
-        enough: &mut impl FnMut(f64) -> bool,
-    ) -> Go {
-        plant.observe(&mut places.outputs);
+        signals: &mut SignalOffsets,
+        stop: &mut impl FnMut(f64) -> bool,
+    ) -> SampleVerdict {
+        plant.observe(&mut signals.outputs);
         let energy = plant.energy();
         let kinetic = energy.kinetic;
-        if !kinetic.is_finite() || places.outputs.iter().any(|output| !output.is_finite()) {
-            return Go::NotFinite;
+        if !kinetic.is_finite() || signals.outputs.iter().any(|output| !output.is_finite()) {
+            return SampleVerdict::NotFinite;
         }
-        let place = |offset: usize| {
-            let outputs = &places.outputs;
+        let position = |offset: usize| {
+            let outputs = &signals.outputs;
             [outputs[offset], outputs[offset + 1], outputs[offset + 2]]
         };
         self.at_s.push(now.as_secs_f64());
         self.feet_at
-            .extend(places.feet.iter().map(|&(_, offset)| place(offset)));
-        self.trunk_at.extend(places.trunk.map(place));
+            .extend(signals.feet.iter().map(|&(_, offset)| position(offset)));
+        self.trunk_at.extend(signals.trunk.map(position));
         self.kinetic.push(kinetic);
-        self.stored_most = self.stored_most.max(energy.stored());
-        self.resting_least = self.resting_least.min(energy.stored() - kinetic);
-        self.drift = match (self.drift, plant.constraint_violation()) {
+        self.stored_greatest = self.stored_greatest.max(energy.stored());
+        self.nonkinetic_least = self.nonkinetic_least.min(energy.stored() - kinetic);
+        self.violation = match (self.violation, plant.constraint_violation()) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),
         };
-        if enough(kinetic) { Go::Enough } else { Go::On }
+        if stop(kinetic) {
+            SampleVerdict::Stop
+        } else {
+            SampleVerdict::Continue
+        }
     }
 
-    /// Simulated time reached \[s\].
+    /// Returns the simulated time reached \[s\].
     pub(crate) fn reached_s(&self) -> f64 {
         self.at_s.last().copied().unwrap_or(0.0)
     }
 
-    /// The greatest kinetic energy \[J\].
+    /// Returns the greatest sampled kinetic energy \[J\].
     pub(crate) fn kinetic_peak(&self) -> f64 {
         self.kinetic.iter().copied().fold(0.0, f64::max)
     }
 
-    /// What its kinetic energy could have come to between samples: all that was stored less what was not given up \[J\].
+    /// Returns an upper bound of the kinetic energy between samples: greatest stored energy less
+    /// least stored energy other than kinetic \[J\].
     pub(crate) fn kinetic_bound(&self) -> f64 {
         self.kinetic_peak()
-            .max(self.stored_most - self.resting_least)
+            .max(self.stored_greatest - self.nonkinetic_least)
     }
 
-    /// The greatest kinetic energy in each quarter of the time up to `end_s` \[J\].
+    /// Returns the greatest kinetic energy in each quarter of the time up to `end_s` \[J\].
     pub(crate) fn kinetic_by_quarter(&self, end_s: f64) -> [f64; 4] {
         let mut peaks = [0.0_f64; 4];
         let until = self.at_s.partition_point(|&at| at <= end_s * (1.0 + 1e-9));
@@ -192,8 +197,9 @@ impl Trace {
         peaks
     }
 
-    /// Compares nothing with what is after the first sample at which a foot or the trunk is further than `apart_m` from
-    /// where it is in `other`, which was sampled on the same grid. The time of the last sample before, if there is one \[s\].
+    /// Limits the trusted samples to those before the first at which a foot or the trunk is further
+    /// than `apart_m` from its position in `other`, which has the same sampling instants. Returns
+    /// the time of the last trusted sample if the trace is truncated \[s\].
     pub(crate) fn trust_while_near(&mut self, other: &Self, apart_m: f64) -> Option<f64> {
         let near = |n: &usize| {
             let errors = self.errors_against(other, core::iter::once(Some((*n, Stencil::at(*n)))));
@@ -207,32 +213,33 @@ impl Trace {
         (count < self.at_s.len()).then(|| self.trusted_s())
     }
 
-    /// Takes that back.
+    /// Removes this limit.
     pub(crate) fn trust_all(&mut self) {
         self.trusted = usize::MAX;
     }
 
-    /// The time up to which it is compared with others \[s\].
+    /// Returns the time of the last trusted sample \[s\].
     pub(crate) fn trusted_s(&self) -> f64 {
         let last = self.trusted.min(self.at_s.len()).checked_sub(1);
         last.map_or(0.0, |last| self.at_s[last])
     }
 
-    /// The discontinuities up to then.
+    /// Returns the events up to `until_s`.
     pub(crate) fn events_until(&self, until_s: f64) -> &[PlantEvent] {
         let count = self.events.partition_point(|event| event.at_s <= until_s);
         &self.events[..count]
     }
 
-    /// How far this is from `reference`, which was sampled on the same grid, as far as both go; none if they have no foot in
-    /// common.
+    /// Returns the distance from `reference`, which has the same sampling instants, over the common
+    /// duration; `None` if the two have no foot in common.
     pub(crate) fn errors(&self, reference: &Self) -> Option<Errors> {
         let samples = self.at_s.len().min(reference.at_s.len());
         let samples = samples.min(reference.trusted);
         self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
     }
 
-    /// The same where the samples of `reference` are evenly spaced and between those of this: it is interpolated by cubics.
+    /// Returns the distance from `reference` by cubic interpolation of its evenly spaced samples at
+    /// the instants of this trace.
     pub(crate) fn errors_between(&self, reference: &Self) -> Option<Errors> {
         let known = &reference.at_s[..reference.at_s.len().min(reference.trusted)];
         let at = self.at_s.iter().enumerate();
@@ -281,7 +288,7 @@ impl Trace {
     }
 }
 
-/// Four neighbouring samples and their weights.
+/// Interpolation stencil: four neighbouring samples and their weights.
 #[derive(Clone, Copy, Debug)]
 struct Stencil {
     first: usize,
@@ -289,7 +296,7 @@ struct Stencil {
 }
 
 impl Stencil {
-    /// A sample itself.
+    /// The stencil of a single sample.
     fn at(n: usize) -> Self {
         Self {
             first: n,
@@ -297,7 +304,7 @@ impl Stencil {
         }
     }
 
-    /// Lagrange's cubic through the samples around `at_s`; none beyond the last.
+    /// Lagrange's cubic through the samples around `at_s`; `None` beyond the last sample.
     fn between(times: &[f64], at_s: f64) -> Option<Self> {
         let count = times.len();
         if count < 4 || at_s > times[count - 1] * (1.0 + 1e-12) {
@@ -333,7 +340,7 @@ impl Stencil {
     }
 }
 
-/// Mean square and greatest of some distances.
+/// Mean square and maximum of distances.
 #[derive(Clone, Copy, Debug, Default)]
 struct Spread {
     squares: f64,
@@ -363,7 +370,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cubic_is_interpolated_exactly_and_nothing_beyond_the_last_sample() {
+    fn cubic_is_interpolated_exactly_up_to_the_last_sample() {
         let times: Vec<f64> = (0..8).map(|n| 0.5 * f64::from(n)).collect();
         let cubic = |x: f64| 1.0 - 2.0 * x + x * x * x;
         for at in [0.0, 0.1, 0.7, 2.3, 3.4, 3.5] {

@@ -1,4 +1,4 @@
-//! What walking costs in each plant, and where energy appears or vanishes meanwhile.
+//! Cost of transport by plant and method, and the energy that the integration creates or destroys.
 
 use serde::Serialize;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
@@ -6,94 +6,96 @@ use twinrig_runtime::{EnergyBalance, Plant};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodSetting, PlantOffer, Scales, SetBy, Variant};
+use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::instant;
-use crate::plant_run::{Go, PlantRun};
+use crate::plant_run::{PlantRun, SampleVerdict};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::Status;
 
-/// So much of a walk is led through.
+/// Greatest simulated duration of the walk.
 pub const STROLL: SimDuration = SimDuration::from_secs(10);
-/// The first share of it does not count: gaits take some steps to settle.
+/// Share of the walk that is excluded until the gait has settled.
 const SETTLING: f64 = 0.2;
-/// A trunk at less than this share of its first height has fallen.
+/// Height of the trunk, as a share of the initial height, below which the robot has fallen.
 const FALLEN: f64 = 0.5;
-/// The tolerance of methods that choose their steps: far below what walks differ by.
+/// Tolerance of adaptive methods: its effect is far below the differences between walks.
 const TOLERANCE: f64 = 1e-6;
 
-/// What a walk costs in one plant by one method at the scenario's step. What does not apply is null.
+/// Cost of a walk in one plant by one method, at the scenario's step. Values that do not apply are
+/// null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Transport {
     /// Name of the plant.
     pub plant: String,
-    /// Name of its method.
+    /// Name of the method.
     pub method: String,
-    /// Its step \[s\].
+    /// Step size \[s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Its tolerance.
+    /// Tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// What became of it.
+    /// Outcome.
     pub status: Status,
-    /// Why it is not `ok`.
+    /// Reason of a status other than `ok`, or the fall.
     pub why: Option<String>,
-    /// When its trunk was first at less than half the height it began at \[s\].
+    /// Time at which the trunk was first below half of its initial height \[s\].
     pub fell_at_s: Option<f64>,
-    /// What it costs.
+    /// Cost of the walk.
     pub cost: Option<Cost>,
 }
 
-/// What happened over a window of a walk.
+/// Energy and distance over a window of a walk.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
-    /// Where the window begins \[s\].
+    /// Start of the window \[s\].
     pub from_s: f64,
-    /// Where it ends \[s\].
+    /// End of the window \[s\].
     pub to_s: f64,
-    /// How far the trunk came, as the crow flies and on the level \[m\].
+    /// Horizontal straight-line displacement of the trunk \[m\].
     pub distance_m: f64,
-    /// That by the time it took \[m/s\].
+    /// Mean speed \[m/s\].
     pub speed_m_s: f64,
-    /// Work of the drives on the robot, what they took back subtracted, by the energy books \[J\].
+    /// Net work of the drives on the robot, from the energy balance \[J\].
     pub work_j: f64,
-    /// The same by torques and angles of the drives, as a check of both \[J\].
+    /// Net work of the drives from torques and angles, as a check \[J\].
     pub drive_work_j: Option<f64>,
-    /// What the drives gave where they gave, each for itself: a drive that gets nothing back for braking needs so much \[J\].
+    /// Positive work of the drives, each on its own: the consumption without regeneration \[J\].
     pub positive_work_j: Option<f64>,
-    /// What friction took \[J\].
+    /// Energy dissipated by friction \[J\].
     pub dissipated_j: f64,
-    /// What impacts took \[J\].
+    /// Energy dissipated by impacts \[J\].
     pub impact_j: f64,
-    /// What is stored at the end and was not at the beginning \[J\].
+    /// Increase of the stored energy \[J\].
     pub stored_j: f64,
-    /// What is there and was given by nobody; negative: was given and is nowhere \[J\].
+    /// Residual of the energy balance: positive if energy was created, negative if it was lost
+    /// \[J\].
     pub residual_j: f64,
-    /// The greatest such residual of any tenth of the window, as it appears \[J\].
+    /// Greatest energy created in any tenth of the window \[J\].
     pub appears_most_j: f64,
-    /// The same as it vanishes, as a positive number \[J\].
+    /// Greatest energy lost in any tenth of the window, as a positive number \[J\].
     pub vanishes_most_j: f64,
-    /// Work by weight and distance; none of what does not move.
+    /// Cost of transport: net work over weight and distance; `None` without displacement.
     pub cost_of_transport: Option<f64>,
-    /// The same had the drives given what appeared from nowhere, and kept what vanished.
+    /// Cost of transport if the drives had also supplied the residual.
     pub covered_cost_of_transport: Option<f64>,
-    /// The same with positive work.
+    /// Cost of transport from positive work.
     pub positive_cost_of_transport: Option<f64>,
 }
 
-/// How many rows there will be.
+/// Returns the number of walks.
 pub(crate) fn parts(plants: &[PlantOffer]) -> usize {
     plants.iter().map(|plant| plant.methods.len()).sum()
 }
 
 impl Job<'_> {
-    /// What walking costs, by each method of each plant.
+    /// Computes the cost of transport by each method of each plant.
     pub(crate) fn transports(
         &mut self,
         plants: &[PlantOffer],
     ) -> Result<Vec<Transport>, StudyError> {
-        let step = self.stage.factory.scene().step;
+        let step = self.context.factory.input().step;
         let mut transports = Vec::new();
         for plant in plants {
             for method in &plant.methods {
@@ -102,8 +104,8 @@ impl Job<'_> {
                     plant: plant.name.clone(),
                     method: method.name.clone(),
                     setting: match method.set_by {
-                        SetBy::Step => MethodSetting::Step(step),
-                        SetBy::Tolerance => MethodSetting::Tolerance(TOLERANCE),
+                        SettingKind::Step => MethodSetting::Step(step),
+                        SettingKind::Tolerance => MethodSetting::Tolerance(TOLERANCE),
                     },
                     scales: Scales::AS_IS,
                 };
@@ -114,7 +116,7 @@ impl Job<'_> {
     }
 
     fn transport(&self, variant: &Variant, share: Share) -> Transport {
-        let scene = self.stage.factory.scene();
+        let input = self.context.factory.input();
         let mut transport = Transport {
             plant: variant.plant.clone(),
             method: variant.method.clone(),
@@ -125,17 +127,18 @@ impl Job<'_> {
             fell_at_s: None,
             cost: None,
         };
-        // Drives are looked at after every step of theirs, so that torque by turning is all of their work.
-        let grid = scene.step.max(SimDuration::from_nanos(1));
-        let end = STROLL.min(scene.duration);
+        // The drives are sampled after every step, so that torque times rotation sums to their
+        // work.
+        let grid = input.step.max(SimDuration::from_nanos(1));
+        let end = STROLL.min(input.duration);
         let plant_run = PlantRun {
             grid,
             end: SimTime::ZERO + grid * (end.as_nanos() / grid.as_nanos()),
-            ..self.stage.plant_run(share)
+            ..self.context.plant_run(share)
         };
-        let walked = self.stage.with_drives(variant, |plant| {
-            let mut walk = Walk::of(plant).ok_or("it does not tell where its trunk is")?;
-            let ending = plant_run.lead(plant, |now, plant| walk.look(now, plant));
+        let walked = self.context.with_drives(variant, |plant| {
+            let mut walk = WalkRecorder::of(plant).ok_or("it does not tell where its trunk is")?;
+            let ending = plant_run.run(plant, |now, plant| walk.sample(now, plant));
             Ok::<_, String>((walk, ending))
         });
         let (walk, ending) = match walked.and_then(|walked| walked) {
@@ -152,39 +155,39 @@ impl Job<'_> {
         }
         transport.status = Status::Ok;
         transport.why = walk.fell_at.map(|at| format!("it fell at {}", instant(at)));
-        transport.cost = walk.cost(plant_run.end.as_secs_f64(), scene.weight);
+        transport.cost = walk.cost(plant_run.end.as_secs_f64(), input.weight);
         transport
     }
 }
 
-/// Where the numbers of a drive are among the outputs.
+/// Offsets of a drive's signals in the output vector.
 #[derive(Clone, Copy)]
 struct Drive {
     angle: usize,
     torque: usize,
 }
 
-/// A moment of a walk.
+/// Sample of a walk.
 #[derive(Clone, Copy)]
-struct Moment {
+struct WalkSample {
     at_s: f64,
     trunk: [f64; 3],
     balance: EnergyBalance,
-    /// Work of the drives up to then by torques and angles, and of that what they gave \[J\].
+    /// Work of the drives until then from torques and angles: net, and positive part \[J\].
     drives: [f64; 2],
 }
 
-/// A walk, looked at step by step.
-struct Walk {
+/// Walk, sampled step by step.
+struct WalkRecorder {
     outputs: Vec<f64>,
     trunk: usize,
     drives: Vec<Drive>,
     angles: Vec<f64>,
-    moments: Vec<Moment>,
+    samples: Vec<WalkSample>,
     fell_at: Option<SimTime>,
 }
 
-impl Walk {
+impl WalkRecorder {
     fn of(plant: &dyn Plant) -> Option<Self> {
         let ports = plant.ports();
         let layout = Layout::of(&ports, Direction::Output);
@@ -203,18 +206,18 @@ impl Walk {
             trunk,
             angles: vec![0.0; drives.len()],
             drives,
-            moments: Vec::new(),
+            samples: Vec::new(),
             fell_at: None,
         })
     }
 
-    fn look(&mut self, now: SimTime, plant: &mut dyn Plant) -> Go {
+    fn sample(&mut self, now: SimTime, plant: &mut dyn Plant) -> SampleVerdict {
         plant.observe(&mut self.outputs);
         let balance = plant.energy();
         if !balance.stored().is_finite() || self.outputs.iter().any(|output| !output.is_finite()) {
-            return Go::NotFinite;
+            return SampleVerdict::NotFinite;
         }
-        let last = self.moments.last();
+        let last = self.samples.last();
         let mut drives = last.map_or([0.0; 2], |last| last.drives);
         for (drive, before) in self.drives.iter().zip(&mut self.angles) {
             let angle = self.outputs[drive.angle];
@@ -226,29 +229,30 @@ impl Walk {
             *before = angle;
         }
         let trunk = core::array::from_fn(|n| self.outputs[self.trunk + n]);
-        self.moments.push(Moment {
+        self.samples.push(WalkSample {
             at_s: now.as_secs_f64(),
             trunk,
             balance,
             drives,
         });
-        let first = self.moments[0].trunk[2];
+        let first = self.samples[0].trunk[2];
         if self.fell_at.is_none() && trunk[2] < FALLEN * first {
             self.fell_at = Some(now);
         }
-        Go::On
+        SampleVerdict::Continue
     }
 
-    /// What it cost from when it had settled to `end_s`, for a robot of `weight` \[N\]; none of a walk without moments.
+    /// Returns the cost from the end of the settling time to `end_s`, for a robot of `weight`
+    /// \[N\]; `None` without samples.
     fn cost(&self, end_s: f64, weight: f64) -> Option<Cost> {
         let start_s = SETTLING * end_s;
         let at = |at_s: f64| {
             let n = self
-                .moments
-                .partition_point(|moment| moment.at_s < at_s * (1.0 - 1e-9));
-            self.moments.get(n)
+                .samples
+                .partition_point(|sample| sample.at_s < at_s * (1.0 - 1e-9));
+            self.samples.get(n)
         };
-        let (from, to) = (at(start_s)?, self.moments.last()?);
+        let (from, to) = (at(start_s)?, self.samples.last()?);
         let seconds = to.at_s - from.at_s;
         let along = [0, 1].map(|n| to.trunk[n] - from.trunk[n]);
         let distance = (along[0] * along[0] + along[1] * along[1]).sqrt();
@@ -261,7 +265,7 @@ impl Walk {
             Some(tenth(n + 1)?.balance.residual - tenth(n)?.balance.residual)
         });
         let tenths: Vec<f64> = tenths.collect();
-        let per_way =
+        let per_distance =
             |work: f64| (distance > 0.0 && weight > 0.0).then(|| work / (weight * distance));
         let residual = flow(|balance| balance.residual);
         Some(Cost {
@@ -284,9 +288,9 @@ impl Walk {
             vanishes_most_j: tenths
                 .iter()
                 .fold(0.0, |most, tenth| f64::max(most, -tenth)),
-            cost_of_transport: per_way(work),
-            covered_cost_of_transport: per_way(work + residual),
-            positive_cost_of_transport: drives[1].and_then(per_way),
+            cost_of_transport: per_distance(work),
+            covered_cost_of_transport: per_distance(work + residual),
+            positive_cost_of_transport: drives[1].and_then(per_distance),
         })
     }
 }

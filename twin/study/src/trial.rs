@@ -1,4 +1,4 @@
-//! Runs at one step: whether it is stable, how far it is from the reference, what it costs.
+//! Runs at one step size: stability, error against the reference, run time.
 
 use twinrig_kernel::{SimDuration, SimTime};
 
@@ -7,29 +7,31 @@ use crate::factory::Variant;
 use crate::number::instant;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::RUNAWAY;
-use crate::reference::{Reference, Stage, ended};
+use crate::reference::{Reference, RunContext, ended};
 use crate::row::Row;
 use crate::search::Probe;
 use crate::stability::Job;
 use crate::trace::{Errors, Trace};
 
-/// Kinetic energy grows if its peak in the last quarter of a run exceeds so many times that in the first, and in the last
-/// quarter of the reference. It stays, which is no better where it should go, if it exceeds that of the reference by so much
-/// and is still this share of what it was in the third: what grows until stops bound it does not explode, and does not rest.
-const STAYS: f64 = 0.9;
-/// See [`STAYS`].
-pub(crate) const GROWN: f64 = 2.0;
-/// What is less than this share of the reference's greatest kinetic energy is rest.
+/// Thresholds of the kinetic energy, from its peaks in the quarters of a run. It grows if the peak
+/// in the last quarter exceeds [`GROWTH`] times both that in the first quarter and that in the
+/// reference's last. It does not decay, although the reference's does, if it exceeds the
+/// reference's last peak by the same factor and is still this share of the peak in the third
+/// quarter: an instability that joint stops bound neither diverges nor comes to rest.
+const NO_DECAY: f64 = 0.9;
+/// See [`NO_DECAY`].
+pub(crate) const GROWTH: f64 = 2.0;
+/// Rest: kinetic energy below this share of the reference's greatest.
 pub(crate) const REST: f64 = 1e-6;
-/// Kinetic energy is looked at so often, or at each step where those are longer.
-pub(crate) const LOOK: SimDuration = SimDuration::from_millis(2);
-/// A run ends after so many steps: what is not stable shows by then.
+/// Sampling period of the kinetic energy; longer steps are sampled once each.
+pub(crate) const SAMPLE_PERIOD: SimDuration = SimDuration::from_millis(2);
+/// Greatest number of steps of a run: an instability shows by then.
 pub(crate) const STEPS_MOST: u64 = 40_000;
-/// Runs whose median is the cost of a step.
+/// Number of runs whose median gives the cost per step.
 const REPETITIONS: usize = 3;
 
 impl Job<'_> {
-    /// A run over what is compared, and how far it is from the reference.
+    /// Runs a variant over the compared time and returns its trace and error against the reference.
     pub(crate) fn against(
         &self,
         variant: &Variant,
@@ -37,28 +39,32 @@ impl Job<'_> {
         reference: Option<&Reference>,
         share: Share,
     ) -> Option<(Trace, Option<Errors>)> {
-        let scene = self.stage.factory.scene().duration;
-        let compared = self.plan.compared.unwrap_or(scene).min(self.plan.duration);
-        let stage = Stage {
-            grid: looks(step),
-            end: SimTime::ZERO + compared.max(looks(step)),
-            ..self.stage
+        let scenario = self.context.factory.input().duration;
+        let compared = self
+            .plan
+            .compared
+            .unwrap_or(scenario)
+            .min(self.plan.duration);
+        let context = RunContext {
+            grid: sampling_period(step),
+            end: SimTime::ZERO + compared.max(sampling_period(step)),
+            ..self.context
         };
-        let (trace, ending) = stage.record(variant, share, |_| false).ok()?;
-        if matches!(ending, Ending::TooSlow(_)) {
+        let (trace, ending) = context.record(variant, share, |_| false).ok()?;
+        if matches!(ending, Ending::OverBudget(_)) {
             return None;
         }
         let errors = reference.and_then(|reference| trace.errors_between(&reference.trace));
-        let errors = errors.filter(|_| ending == Ending::Whole);
+        let errors = errors.filter(|_| ending == Ending::Completed);
         Some((trace, errors))
     }
 
-    /// The end of a run with steps of `step`.
+    /// Returns the end time of a run with steps of `step`.
     fn end(&self, step: SimDuration) -> SimTime {
-        self.stage.end.min(SimTime::ZERO + step * STEPS_MOST)
+        self.context.end.min(SimTime::ZERO + step * STEPS_MOST)
     }
 
-    /// Whether a variant with steps of `step` stays bounded.
+    /// Determines whether a variant with steps of `step` stays bounded.
     pub(crate) fn probe(
         &self,
         variant: &Variant,
@@ -73,24 +79,24 @@ impl Job<'_> {
             (trace.kinetic_bound(), trace.kinetic_by_quarter(end_s))
         });
         let (peak, [.., late]) = known.unwrap_or((f64::INFINITY, [0.0; 4]));
-        let stage = Stage {
-            grid: looks(step),
+        let context = RunContext {
+            grid: sampling_period(step),
             end,
-            ..self.stage
+            ..self.context
         };
-        let recorded = stage.record(variant, share, |kinetic| kinetic > RUNAWAY * peak);
+        let recorded = context.record(variant, share, |kinetic| kinetic > RUNAWAY * peak);
         let (trace, ending) = match recorded {
             Ok(recorded) => recorded,
             Err(why) => return Probe::Unknown(why),
         };
         match &ending {
-            Ending::Whole => {}
-            Ending::Enough(at) => {
+            Ending::Completed => {}
+            Ending::Stopped(at) => {
                 return Probe::Unstable(format!("kinetic energy runs away at {}", instant(*at)));
             }
-            Ending::TooSlow(_) => {
+            Ending::OverBudget(_) => {
                 let why = ended(&ending, share).map(|(_, why)| why);
-                return Probe::TooSlow(why.unwrap_or_default());
+                return Probe::OverBudget(why.unwrap_or_default());
             }
             Ending::Fault(_) | Ending::NotFinite(_) => {
                 let why = ended(&ending, share).map(|(_, why)| why);
@@ -100,13 +106,13 @@ impl Job<'_> {
         let own = trace.kinetic_by_quarter(end_s);
         let [first, .., last] = own;
         let rest = if peak.is_finite() { REST * peak } else { 0.0 };
-        if last > GROWN * first.max(late) + rest {
+        if last > GROWTH * first.max(late) + rest {
             return Probe::Unstable(format!(
                 "kinetic energy grows: its peak is {first:.2e} J in the first quarter and {last:.2e} J in the last"
             ));
         }
-        let should_go = known.is_some_and(|(_, quarters)| !stays(quarters));
-        if should_go && stays(own) && last > GROWN * late + rest {
+        let decays_in_reference = known.is_some_and(|(_, quarters)| !does_not_decay(quarters));
+        if decays_in_reference && does_not_decay(own) && last > GROWTH * late + rest {
             return Probe::Unstable(format!(
                 "kinetic energy stays: its peak in the last quarter is {last:.2e} J, and should have gone to {late:.2e} J"
             ));
@@ -114,7 +120,7 @@ impl Job<'_> {
         Probe::Stable
     }
 
-    /// Notes how far a stable step is from the reference.
+    /// Records the error of a stable step against the reference.
     pub(crate) fn compare(
         &self,
         row: &mut Row,
@@ -126,7 +132,7 @@ impl Job<'_> {
         let (trace, errors) = self.against(variant, step, reference, share)?;
         row.note_work(&trace.work, trace.reached_s());
         row.energy_residual_j = Some(trace.residual);
-        row.drift_m = trace.drift;
+        row.drift_m = trace.violation;
         if let Some(errors) = &errors {
             row.note_errors(errors);
             row.wrong = errors.foot_rms > self.plan.wrong_m;
@@ -140,7 +146,7 @@ impl Job<'_> {
         errors
     }
 
-    /// What a step costs.
+    /// Measures the cost per step.
     pub(crate) fn time(&self, row: &mut Row, variant: &Variant, step: SimDuration, share: Share) {
         let Some(mean) = row.mean_step_s.filter(|&mean| mean > 0.0) else {
             return;
@@ -148,21 +154,21 @@ impl Job<'_> {
         let mut times = Vec::new();
         let mut simulated_s = 0.0;
         for _ in 0..REPETITIONS {
-            let grid = looks(step);
-            let whole = self.end(step).as_nanos() / grid.as_nanos();
+            let grid = sampling_period(step);
+            let intervals = self.end(step).as_nanos() / grid.as_nanos();
             let plant_run = PlantRun {
                 grid,
-                end: SimTime::ZERO + grid * whole,
-                ..self.stage.plant_run(share)
+                end: SimTime::ZERO + grid * intervals,
+                ..self.context.plant_run(share)
             };
             let timed = self
-                .stage
+                .context
                 .with_plant(variant, |plant| plant_run.timed(plant));
-            let Ok((Ending::Whole, took_s)) = timed else {
+            let Ok((Ending::Completed, run_s)) = timed else {
                 break;
             };
             simulated_s = plant_run.end.as_secs_f64();
-            times.push(took_s);
+            times.push(run_s);
         }
         times.sort_by(f64::total_cmp);
         if let Some(&median) = times.get(times.len() / 2) {
@@ -172,13 +178,13 @@ impl Job<'_> {
     }
 }
 
-/// Whether kinetic energy, by its peaks in the quarters of a run, is not on its way to rest.
-fn stays([_, _, third, last]: [f64; 4]) -> bool {
-    last > STAYS * third
+/// Returns whether kinetic energy, by its peaks in the quarters of a run, does not decay.
+fn does_not_decay([_, _, third, last]: [f64; 4]) -> bool {
+    last > NO_DECAY * third
 }
 
-/// How often a run with steps of `step` is looked at: at whole steps.
-fn looks(step: SimDuration) -> SimDuration {
+/// Returns the sampling period of a run with steps of `step`: a multiple of the step.
+fn sampling_period(step: SimDuration) -> SimDuration {
     let nanos = step.as_nanos().max(1);
-    SimDuration::from_nanos(nanos) * (LOOK.as_nanos() / nanos).max(1)
+    SimDuration::from_nanos(nanos) * (SAMPLE_PERIOD.as_nanos() / nanos).max(1)
 }

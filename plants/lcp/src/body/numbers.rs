@@ -1,18 +1,18 @@
-//! The numbers of a robot in motion, one after the other, as they are saved.
+//! State of a flow as a flat list of numbers, for saving.
 
 use crate::flow::{Flow, ImpulseSums};
-use crate::moreau::Pushed;
+use crate::moreau::LastImpulses;
 use crate::real::Lanes;
 use crate::state::State;
 
 impl<const N: usize> Flow<N> {
-    /// The numbers that the way ahead depends on.
+    /// Passes all numbers of the state to `to`.
     pub(super) fn visit(&self, to: &mut dyn FnMut(f64)) {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| to(*x));
     }
 
-    /// Takes numbers for its own; gives what [`Flow::recalled`] said when they were saved.
+    /// Replaces all numbers of the state; returns [`Flow::cached_recovery`] at the time of saving.
     pub(super) fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| *x = by());
@@ -31,12 +31,13 @@ impl<const N: usize> Flow<N> {
             self.mode.commands.pulley_saturated,
             self.mode.commands.hip_damping,
             self.mode.commands.pulley_damping,
-            self.stride,
+            self.step_size,
         ] = copy.lanes;
-        (self.tallied, self.pushed) = (copy.tallied, copy.pushed);
-        [self.rattles, self.backoff, self.calm] = copy.rattles.map(counted);
-        (self.gained, self.fresh) = (copy.gained, copy.fresh != 0.0);
-        copy.recalled
+        (self.run_seconds, self.last_impulses) = (copy.run_seconds, copy.last_impulses);
+        [self.fallback_steps, self.backoff, self.steps_since_fallback] =
+            copy.counters.map(count_from);
+        (self.energy_gain, self.modes_pending) = (copy.energy_gain, copy.modes_pending != 0.0);
+        copy.cached_recovery
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
@@ -58,30 +59,30 @@ impl<const N: usize> Flow<N> {
                 commands.pulley_saturated,
                 commands.hip_damping,
                 commands.pulley_damping,
-                self.stride,
+                self.step_size,
             ],
-            tallied: self.tallied,
-            rattles: [self.rattles, self.backoff, self.calm].map(f64::from),
-            gained: self.gained,
-            fresh: f64::from(u8::from(self.fresh)),
-            recalled: self.recalled(),
-            pushed: self.pushed,
+            run_seconds: self.run_seconds,
+            counters: [self.fallback_steps, self.backoff, self.steps_since_fallback].map(f64::from),
+            energy_gain: self.energy_gain,
+            modes_pending: f64::from(u8::from(self.modes_pending)),
+            cached_recovery: self.cached_recovery(),
+            last_impulses: self.last_impulses,
         }
     }
 }
 
-/// All numbers of a flow, to be gone through in one order.
+/// All numbers of a flow, visited in a fixed order.
 struct Numbers<const N: usize> {
     state: State<Lanes, N>,
     impulse_sums: ImpulseSums,
     impulse_sums_before: ImpulseSums,
     lanes: [Lanes; 13],
-    tallied: f64,
-    rattles: [f64; 3],
-    gained: f64,
-    fresh: f64,
-    recalled: f64,
-    pushed: Pushed,
+    run_seconds: f64,
+    counters: [f64; 3],
+    energy_gain: f64,
+    modes_pending: f64,
+    cached_recovery: f64,
+    last_impulses: LastImpulses,
 }
 
 impl<const N: usize> Numbers<N> {
@@ -90,11 +91,11 @@ impl<const N: usize> Numbers<N> {
         let trunk = state.position.iter_mut().chain(&mut state.attitude);
         let trunk = trunk.chain(&mut state.velocity).chain(&mut state.turning);
         trunk.for_each(&mut *to);
-        let tallies = [&mut self.impulse_sums, &mut self.impulse_sums_before];
+        let sums = [&mut self.impulse_sums, &mut self.impulse_sums_before];
         let mut lanes: Vec<&mut Lanes> = state.angles.iter_mut().chain(&mut state.rates).collect();
         lanes.extend([&mut state.pulley, &mut state.pulley_rate]);
         lanes.extend(&mut self.lanes);
-        for impulse_sums in tallies {
+        for impulse_sums in sums {
             impulse_sums.ground.iter_mut().flatten().for_each(&mut *to);
             lanes.extend([
                 &mut impulse_sums.hip,
@@ -107,22 +108,26 @@ impl<const N: usize> Numbers<N> {
             numbers.iter_mut().for_each(&mut *to);
             *lane = Lanes::new(numbers);
         }
-        to(&mut self.tallied);
-        self.rattles.iter_mut().for_each(&mut *to);
-        to(&mut self.gained);
-        to(&mut self.fresh);
-        to(&mut self.recalled);
-        self.pushed.impulses.iter_mut().flatten().for_each(&mut *to);
-        to(&mut self.pushed.seconds);
+        to(&mut self.run_seconds);
+        self.counters.iter_mut().for_each(&mut *to);
+        to(&mut self.energy_gain);
+        to(&mut self.modes_pending);
+        to(&mut self.cached_recovery);
+        self.last_impulses
+            .impulses
+            .iter_mut()
+            .flatten()
+            .for_each(&mut *to);
+        to(&mut self.last_impulses.seconds);
     }
 }
 
-/// A count that was saved as a number.
+/// Converts a counter back from its saved number.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "clamped"
 )]
-fn counted(number: f64) -> u32 {
+fn count_from(number: f64) -> u32 {
     number.clamp(0.0, f64::from(u32::MAX)) as u32
 }

@@ -1,4 +1,5 @@
-//! What an event leaves behind, whatever came together in it: judged by velocities, forces and accelerations alone.
+//! Consistency of velocities, forces and accelerations after an event with any combination of
+//! closing constraints.
 
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
@@ -6,21 +7,21 @@ use twinrig_legged::{Base, Drives};
 
 use super::*;
 use crate::chain::Chain;
+use crate::fixtures::{self, flow};
 use crate::real::Lanes;
-use crate::scenes::{self, flow};
 use crate::site::{Footing, Site};
 use crate::state::State;
 
-/// Velocities that an event may leave to those that should be zero \[m/s\].
+/// Tolerance of velocities that must be zero after an event \[m/s\].
 const SLOW: f64 = 1e-6;
 
-/// A robot of which some feet are on the ground, at velocities as they come.
+/// A robot with some feet on the ground, at random velocities.
 #[derive(Debug, Clone)]
-struct Landing {
+struct ImpactCase {
     base: Base,
     pose: [f64; 3],
     friction: f64,
-    /// By how much each leg is turned about its hip \[rad\].
+    /// Rotation of each leg about its hip \[rad\].
     spread: [f64; 4],
     /// Roll and pitch of the trunk \[rad\].
     tilt: [f64; 2],
@@ -29,7 +30,7 @@ struct Landing {
     rates: [f64; 4],
 }
 
-fn landing() -> impl Strategy<Value = Landing> {
+fn impact_case() -> impl Strategy<Value = ImpactCase> {
     let base = prop_oneof![Just(Base::Free), Just(Base::Planar)];
     // Closed against its stop, or open.
     let pose = (
@@ -53,26 +54,28 @@ fn landing() -> impl Strategy<Value = Landing> {
         moving,
     )
         .prop_map(
-            |(base, (q1, q2, open), friction, spread, tilt, (velocity, turning, rates))| Landing {
-                base,
-                pose: [q1, q2, open - q2],
-                friction,
-                spread,
-                tilt,
-                velocity,
-                turning,
-                rates,
+            |(base, (q1, q2, open), friction, spread, tilt, (velocity, turning, rates))| {
+                ImpactCase {
+                    base,
+                    pose: [q1, q2, open - q2],
+                    friction,
+                    spread,
+                    tilt,
+                    velocity,
+                    turning,
+                    rates,
+                }
             },
         )
 }
 
-impl Landing {
-    /// The robot with its lowest point on the ground; none where it cannot start like this.
+impl ImpactCase {
+    /// Builds the robot with its lowest point on the ground.
     fn flow<const N: usize>(&self) -> Flow<N> {
         let ground = Ground::new(Terrain::Flat, self.friction, 0.0).unwrap();
         let start = (self.pose, [0.0; 3]);
         let mut flow = flow::<N>(
-            &scenes::robot(),
+            &fixtures::robot(),
             self.base,
             start,
             Drives::None,
@@ -107,7 +110,7 @@ impl Landing {
     }
 }
 
-/// The points of all legs that may touch the ground, by leg and links.
+/// Returns the possible contact points of all legs, by leg and links.
 fn footings<const N: usize>(
     flow: &Flow<N>,
     state: &State<Lanes, N>,
@@ -127,9 +130,9 @@ fn footings<const N: usize>(
     points.map(footing).collect()
 }
 
-/// What must hold of a state and its mode right after an event.
-fn judge<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseError> {
-    /// Over so short a time velocities change evenly \[s\].
+/// Checks state and mode directly after an event.
+fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseError> {
+    /// Time over which velocities change linearly \[s\].
     const MOMENT: f64 = 1e-7;
     let state = flow.state;
     let motion = flow.motion(&state, 0.0);
@@ -163,7 +166,7 @@ fn judge<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseError> {
             Some(_) => {}
         }
     }
-    let mut forces = flow.bench.forces.iter();
+    let mut forces = flow.workspace.forces.iter();
     for contact in &flow.mode.contacts {
         let normal = *forces.next().unwrap();
         prop_assert!(normal > 0.0, "{:?} pulls by {}", contact, normal);
@@ -182,33 +185,33 @@ fn judge<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-fn met<const N: usize>(landing: &Landing) -> Result<(), TestCaseError> {
-    let mut flow = landing.flow::<N>();
+fn check_event<const N: usize>(impact_case: &ImpactCase) -> Result<(), TestCaseError> {
+    let mut flow = impact_case.flow::<N>();
     let before: f64 = flow.stored().iter().sum();
-    let met = flow.handle(0..4, 0.0, 0.0);
-    prop_assert!(met.is_ok(), "{:?}", met);
+    let handled = flow.handle_event(0..4, 0.0, 0.0);
+    prop_assert!(handled.is_ok(), "{:?}", handled);
     let after: f64 = flow.stored().iter().sum();
     prop_assert!(after <= before + 1e-9, "{} J of {}", after, before);
-    let taken = flow.ledger.impact + flow.ledger.dissipated;
+    let lost = flow.ledger.impact + flow.ledger.dissipated;
     prop_assert!(
-        (before - after - taken).abs() < 1e-7 * (1.0 + taken),
+        (before - after - lost).abs() < 1e-7 * (1.0 + lost),
         "{} {}",
         before - after,
-        taken
+        lost
     );
-    judge(&mut flow)
+    check_contacts(&mut flow)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn after_an_event_nothing_closes_sinks_or_pulls(landing in landing()) {
-        met::<3>(&landing)?;
+    fn contacts_are_consistent_after_an_event(impact_case in impact_case()) {
+        check_event::<3>(&impact_case)?;
     }
 
     #[test]
-    fn nor_does_it_with_toes(landing in landing()) {
-        met::<4>(&landing)?;
+    fn contacts_are_consistent_after_an_event_with_toes(impact_case in impact_case()) {
+        check_event::<4>(&impact_case)?;
     }
 }

@@ -1,6 +1,6 @@
-//! When a guard breaks within a step, and how near to it the step has come.
+//! Location of guard violations within a step, and refinement of their times.
 
-use super::{AT_REST, Due, NEAR, SHORTEST, TrialStep};
+use super::{AT_REST, LocatedEvent, REFINED, SHORTEST, TrialStep};
 use crate::flow::Flow;
 use crate::guards::{GUARDS, Guard, Guards, STOPS, at_foot, kind};
 use crate::motion::Motion;
@@ -9,12 +9,12 @@ use crate::root::{first_return_of_cubic, first_root_of_cubic, first_root_of_quad
 use crate::state::{Slope, State, normalised};
 
 impl<const N: usize> Flow<N> {
-    /// The first event of each island.
+    /// Returns the first event of each island.
     #[expect(
         clippy::too_many_arguments,
-        reason = "what a step is about, each by its name"
+        reason = "the inputs of one step, each by its name"
     )]
-    pub(super) fn next_event(
+    pub(super) fn locate_events(
         &mut self,
         trial: &TrialStep<N>,
         state: &State<Lanes, N>,
@@ -23,9 +23,9 @@ impl<const N: usize> Flow<N> {
         after: &Guards,
         h: Lanes,
         recovery: f64,
-    ) -> [Option<Due>; 4] {
+    ) -> [Option<LocatedEvent>; 4] {
         let tolerances = self.tolerances();
-        let middle = midway(state, start, trial, h, self.model.is_free());
+        let middle = midpoint_state(state, start, trial, h, self.model.is_free());
         let motion = self.motion(&middle, recovery);
         let middle = self.guards(&middle, &motion, recovery);
         let first = |leg: usize| {
@@ -33,113 +33,111 @@ impl<const N: usize> Flow<N> {
             if seconds <= 0.0 {
                 return None;
             }
-            let breaks = |place: usize| {
-                let of = |guards: &Guards| guards.values[place].lane(leg);
+            let crossing = |index: usize| {
+                let of = |guards: &Guards| guards.values[index].lane(leg);
                 let (a, m, b) = (of(before), of(&middle), of(after));
-                let broken = b < -tolerances[place];
+                let crossed = b < -tolerances[index];
                 let [low, high] = [[0.0, a], [seconds, b]];
-                if kind(place) != Guard::Gap {
-                    return broken.then(|| Due {
+                if kind(index) != Guard::Gap {
+                    return crossed.then(|| LocatedEvent {
                         at: first_root_of_quadratic(a, m, b) * seconds,
-                        place,
+                        index,
                         leg,
                         low,
                         high,
-                        met: true,
+                        is_event: true,
                     });
                 }
-                let [u, v] = [before, after].map(|g| g.rates[place].lane(leg) * seconds);
-                if a <= 0.0 && broken {
+                let [u, v] = [before, after].map(|g| g.rates[index].lane(leg) * seconds);
+                if a <= 0.0 && crossed {
                     let start = Closed {
                         from: a,
                         to: b,
                         rates: [u, v],
                         seconds,
                     };
-                    return start.next_event(place, leg, [low, high]);
+                    return start.reclosing(index, leg, [low, high]);
                 }
                 let dips = u < 0.0 && v > 0.0;
-                if !(broken || dips) {
+                if !(crossed || dips) {
                     return None;
                 }
-                first_root_of_cubic(a, u, b, v).map(|share| Due {
+                first_root_of_cubic(a, u, b, v).map(|share| LocatedEvent {
                     at: share * seconds,
-                    place,
+                    index,
                     leg,
                     low,
                     high,
-                    met: true,
+                    is_event: true,
                 })
             };
-            (0..GUARDS).filter_map(breaks).reduce(sooner)
+            (0..GUARDS).filter_map(crossing).reduce(earlier)
         };
-        let mut next_event = [None; 4];
-        for (next_event, island) in next_event.iter_mut().zip(self.islands()) {
-            *next_event = island.filter_map(first).reduce(sooner);
+        let mut events = [None; 4];
+        for (event, island) in events.iter_mut().zip(self.islands()) {
+            *event = island.filter_map(first).reduce(earlier);
         }
-        next_event
+        events
     }
 
-    /// Comes nearer to where forces vanish and slides end, which no derivative tells; says whether there is anything to be
-    /// tried again.
+    /// Refines the times at which forces vanish and slides end, for which no derivative is
+    /// available; returns whether another trial step is needed.
     pub(super) fn refine(
         &self,
         trial: &TrialStep<N>,
-        next_event: &mut [Option<Due>; 4],
+        events: &mut [Option<LocatedEvent>; 4],
         h: &mut Lanes,
         recovery: f64,
     ) -> bool {
         let mut again = false;
         let mut guards = None;
-        for (island, next_event) in self.islands().zip(next_event) {
-            let Some(next_event) = next_event else {
+        for (island, event) in self.islands().zip(events) {
+            let Some(event) = event else {
                 continue;
             };
-            if !next_event.met || kind(next_event.place) == Guard::Gap || next_event.low[1] <= 0.0 {
+            if !event.is_event || kind(event.index) == Guard::Gap || event.low[1] <= 0.0 {
                 continue;
             }
             let guards =
                 guards.get_or_insert_with(|| self.guards(&trial.end, &trial.motion, recovery));
-            let value = guards.values[next_event.place].lane(next_event.leg);
-            if value.abs() <= NEAR * self.tolerances()[next_event.place] {
+            let value = guards.values[event.index].lane(event.leg);
+            if value.abs() <= REFINED * self.tolerances()[event.index] {
                 continue;
             }
-            // False position, which halves the weight of an end that stays (Illinois).
+            // False position with half the weight for a retained end (Illinois algorithm).
             if value > 0.0 {
-                (next_event.low, next_event.high[1]) =
-                    ([next_event.at, value], 0.5 * next_event.high[1]);
+                (event.low, event.high[1]) = ([event.at, value], 0.5 * event.high[1]);
             } else {
-                (next_event.high, next_event.low[1]) =
-                    ([next_event.at, value], 0.5 * next_event.low[1]);
+                (event.high, event.low[1]) = ([event.at, value], 0.5 * event.low[1]);
             }
-            let ([a, f], [b, g]) = (next_event.low, next_event.high);
-            next_event.at = (a * g - b * f) / (g - f);
+            let ([a, f], [b, g]) = (event.low, event.high);
+            event.at = (a * g - b * f) / (g - f);
             for leg in self.lanes_of(island) {
-                *h = h.with_lane(leg, next_event.at);
+                *h = h.with_lane(leg, event.at);
             }
             again = true;
         }
         again
     }
 
-    /// How much later than found a gap closes, by its own rate, in each lane.
+    /// Returns the correction of the closing time of a gap by its rate, in each lane \[s\].
     pub(super) fn correction(
         &mut self,
         trial: &TrialStep<N>,
-        next_event: &[Option<Due>; 4],
+        events: &[Option<LocatedEvent>; 4],
         h: Lanes,
     ) -> Lanes {
         let guards = self.guards(&trial.end, &trial.motion, 0.0);
         let mut correction = Lanes::zero();
-        for (island, next_event) in self.islands().zip(next_event) {
-            let Some(next_event) = next_event
-                .filter(|next_event| next_event.met && kind(next_event.place) == Guard::Gap)
+        for (island, event) in self.islands().zip(events) {
+            let Some(event) =
+                event.filter(|event| event.is_event && kind(event.index) == Guard::Gap)
             else {
                 continue;
             };
-            let of = |lanes: &[Lanes; GUARDS]| lanes[next_event.place].lane(next_event.leg);
+            let of = |lanes: &[Lanes; GUARDS]| lanes[event.index].lane(event.leg);
             let later = -of(&guards.values) / of(&guards.rates);
-            if later.abs() < 0.5 * h.lane(next_event.leg) {
+            if later.abs() < 0.5 * h.lane(event.leg) {
                 for leg in self.lanes_of(island) {
                     correction = correction.with_lane(leg, later);
                 }
@@ -149,7 +147,8 @@ impl<const N: usize> Flow<N> {
     }
 }
 
-/// A gap that is closed when a step begins and does not hold; over the step, rates times its length.
+/// A gap that is closed at the start of a step but inactive. Rates are multiplied by the length of
+/// the step \[m\].
 struct Closed {
     from: f64,
     to: f64,
@@ -158,44 +157,50 @@ struct Closed {
 }
 
 impl Closed {
-    /// When it closes again: now where it closes to begin with, else when it comes back to where it started from.
-    fn next_event(&self, place: usize, leg: usize, [low, high]: [[f64; 2]; 2]) -> Option<Due> {
+    /// Returns the time at which the gap closes again: immediately if it is closing at the start,
+    /// otherwise at the return to its initial value.
+    fn reclosing(
+        &self,
+        index: usize,
+        leg: usize,
+        [low, high]: [[f64; 2]; 2],
+    ) -> Option<LocatedEvent> {
         let [u, v] = self.rates;
         let resting = AT_REST * self.seconds;
-        let next_event = |at: f64, met: bool| Due {
+        let event = |at: f64, is_event: bool| LocatedEvent {
             at,
-            place,
+            index,
             leg,
             low,
             high,
-            met,
+            is_event,
         };
         if u < -resting {
-            return Some(next_event(0.0, true));
+            return Some(event(0.0, true));
         }
         if u > resting {
             let share = first_return_of_cubic(u, self.to - self.from, v)?;
-            return Some(next_event(share * self.seconds, true));
+            return Some(event(share * self.seconds, true));
         }
         if self.to >= self.from && u >= 0.0 {
-            // What it drifted to while it held, on its way out.
+            // Drift while active, which is now decreasing.
             return None;
         }
-        // At rest and about to close: too long a step to see it do so.
-        Some(next_event(0.1 * self.seconds, self.seconds < SHORTEST))
+        // At rest and about to close: the step is too long to resolve it.
+        Some(event(0.1 * self.seconds, self.seconds < SHORTEST))
     }
 }
 
-pub(super) fn sooner(a: Due, b: Due) -> Due {
+pub(super) fn earlier(a: LocatedEvent, b: LocatedEvent) -> LocatedEvent {
     if b.at < a.at { b } else { a }
 }
 
-/// Whether a gap may have closed and opened again within a step.
+/// Returns whether a gap may have closed and opened again within a step.
 pub(super) fn dips(before: &Guards, after: &Guards, h: Lanes) -> bool {
-    let places = (0..STOPS).chain([at_foot(3, 0), at_foot(4, 0)]);
-    places.into_iter().any(|place| {
-        let [a, b] = [before, after].map(|g| g.values[place]);
-        let [u, v] = [before, after].map(|g| g.rates[place]);
+    let indices = (0..STOPS).chain([at_foot(3, 0), at_foot(4, 0)]);
+    indices.into_iter().any(|index| {
+        let [a, b] = [before, after].map(|g| g.values[index]);
+        let [u, v] = [before, after].map(|g| g.rates[index]);
         let zero = Lanes::zero();
         if !(u.simd_lt(zero) & v.simd_gt(zero)).any() {
             return false;
@@ -212,8 +217,8 @@ pub(super) fn dips(before: &Guards, after: &Guards, h: Lanes) -> bool {
     })
 }
 
-/// The state in the middle of a step, from values and slopes at its ends: of third order.
-pub(super) fn midway<const N: usize>(
+/// Returns the state in the middle of a step from values and slopes at both ends; third order.
+pub(super) fn midpoint_state<const N: usize>(
     state: &State<Lanes, N>,
     start: &Motion<Lanes, N>,
     trial: &TrialStep<N>,
@@ -244,7 +249,7 @@ pub(super) fn midway<const N: usize>(
     normalised(&middle.along(h, &bend, free), free)
 }
 
-/// Moves by a time so short that a second order is exact.
+/// Advances by a time for which a second-order expansion is exact.
 pub(super) fn taylor<const N: usize>(
     state: &State<Lanes, N>,
     slope: &Slope<Lanes, N>,

@@ -1,11 +1,12 @@
-//! How long a step may be.
+//! Step-size control.
 
 use super::TrialStep;
 use crate::flow::Flow;
 use crate::real::{Lanes, Real};
 
 impl<const N: usize> Flow<N> {
-    /// Makes the steps of islands shorter whose error is too large; says whether there are any.
+    /// Shortens the steps of islands whose error exceeds the tolerance; returns whether there were
+    /// any.
     pub(super) fn shorten(&self, trial: &TrialStep<N>, h: &mut Lanes) -> bool {
         let zero = Lanes::zero();
         if (trial.error.simd_le(Lanes::splat(self.tolerance)) | h.simd_eq(zero)).all() {
@@ -31,18 +32,19 @@ impl<const N: usize> Flow<N> {
         shorter
     }
 
-    /// Notes for each island how long its next step may be.
-    pub(super) fn lengthen(&mut self, trial: &TrialStep<N>, h: Lanes, remaining: &Lanes) {
-        // Where all go to the end of their time and are far from the tolerance, which is as a rule, none is limited.
+    /// Sets the proposed next step size of each island.
+    pub(super) fn propose_step_size(&mut self, trial: &TrialStep<N>, h: Lanes, remaining: &Lanes) {
+        // The usual case: all islands reach the end of the step far below the tolerance, and none
+        // is limited.
         let easy = trial.error.simd_lt(Lanes::splat(0.6 * self.tolerance))
             & h.simd_ge(*remaining)
             & h.simd_gt(Lanes::zero());
-        let lanes = self.present(1.0).simd_gt(Lanes::zero());
+        let lanes = self.leg_times(1.0).simd_gt(Lanes::zero());
         if easy.to_bitmask() == lanes.to_bitmask() {
             let errors = trial.error.to_array();
             let legs = errors.iter().take(self.model.legs.len());
             self.estimate = legs.fold(self.estimate, |most, error| most.max(*error));
-            self.stride = Lanes::splat(f64::INFINITY);
+            self.step_size = Lanes::splat(f64::INFINITY);
             return;
         }
         for island in self.islands() {
@@ -53,21 +55,21 @@ impl<const N: usize> Flow<N> {
             }
             self.estimate = self.estimate.max(error);
             let factor = (0.9 * fourth_root(self.tolerance / error)).clamp(0.2, 4.0);
-            // A step that was cut by the end of its time says nothing against longer ones.
-            let whole = length >= remaining.lane(leg);
+            // A step limited by the end of its time does not limit the next one.
+            let to_end = length >= remaining.lane(leg);
             let next = length * factor;
-            let next = if whole {
-                next.max(self.stride.lane(leg))
+            let next = if to_end {
+                next.max(self.step_size.lane(leg))
             } else {
                 next
             };
-            let next = if whole && factor >= 1.0 {
+            let next = if to_end && factor >= 1.0 {
                 f64::INFINITY
             } else {
                 next
             };
             for leg in self.lanes_of(island) {
-                self.stride = self.stride.with_lane(leg, next);
+                self.step_size = self.step_size.with_lane(leg, next);
             }
         }
     }

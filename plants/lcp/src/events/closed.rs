@@ -1,27 +1,27 @@
-//! Which constraints are closed at an instant, and along which directions they push.
+//! Closed constraints at an instant, and the directions of their forces.
 
 use super::Instant;
 use crate::articulated::{Articulated, Row};
-use crate::constraints::{Constraint, Driven};
+use crate::constraints::{Constraint, DriveAction};
 use crate::mode::{Contact, Mode};
-use crate::motion::Scene;
+use crate::motion::Dynamics;
 use crate::real::{Lanes, Real};
 use crate::site::{Footing, Site};
 use crate::state::State;
 
-/// Gaps below this are closed \[m\].
+/// Gap below which a constraint is closed \[m\].
 const CLOSED: f64 = 1e-8;
 
-/// Feet that slide slower than this hold \[m/s\].
-pub(super) const HOLDING: f64 = 1e-7;
+/// Speed below which a foot sticks \[m/s\].
+pub(super) const STICKING: f64 = 1e-7;
 
-/// Slides slower than this have stopped, after an event \[m/s\].
+/// Speed below which a slide has stopped after an event \[m/s\].
 pub(crate) const STOPPED: f64 = 1e-6;
 
-/// An impact that adds less than this to the rate of a constraint that has held has left it where it was \[m/s\].
-pub(super) const PARTING: f64 = 1e-6;
+/// Minimum change of the rate of an active constraint by an impact that separates it \[m/s\].
+pub(super) const SEPARATION: f64 = 1e-6;
 
-/// A one-sided constraint inside a leg, in the order of the guards.
+/// Unilateral constraint inside a leg, in the order of the guards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stop {
     Closed,
@@ -40,8 +40,8 @@ impl Stop {
         Self::Cable,
     ];
 
-    /// Where it holds, as a mode has it.
-    pub(crate) fn held(self, mode: &Mode) -> Lanes {
+    /// Returns the lanes in which the stop is active.
+    pub(crate) fn active_in(self, mode: &Mode) -> Lanes {
         let active = &mode.active;
         match self {
             Self::Closed => active.closed,
@@ -52,8 +52,8 @@ impl Stop {
         }
     }
 
-    /// Where a mode notes that it holds.
-    pub(crate) fn of(self, mode: &mut Mode) -> &mut Lanes {
+    /// Returns the lanes in which the stop is active, for modification.
+    pub(crate) fn active_mut(self, mode: &mut Mode) -> &mut Lanes {
         let active = &mut mode.active;
         match self {
             Self::Closed => &mut active.closed,
@@ -65,21 +65,21 @@ impl Stop {
     }
 }
 
-/// Whether a gap is closed.
+/// Returns whether a gap is closed.
 pub(super) fn touching(gap: f64, _: f64) -> bool {
     gap < CLOSED
 }
 
-/// What a row of a problem stands for.
+/// Meaning of a row of the problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Role {
     Stop(Stop),
-    /// Normal of a foot; where it slides, its friction comes with it.
+    /// Normal of a foot; where it slides, its friction is included.
     Normal {
         links: usize,
         slides: Option<[f64; 2]>,
     },
-    /// The first or second tangent of such a foot.
+    /// First or second tangent of a sticking foot.
     Tangent {
         links: usize,
         which: usize,
@@ -87,8 +87,8 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// Its place among the forces on a leg.
-    pub(crate) const fn place(self) -> usize {
+    /// Returns the index among the forces on a leg.
+    pub(crate) const fn slot(self) -> usize {
         match self {
             Self::Stop(stop) => stop as usize,
             Self::Normal { links, .. } => 5 + 3 * (links - 3),
@@ -101,17 +101,17 @@ impl Role {
     }
 }
 
-/// Forces on a leg that may be there at once, by [`Role::place`].
-pub(crate) const PLACES: usize = 11;
+/// Number of possible forces on a leg, indexed by [`Role::slot`].
+pub(crate) const SLOTS: usize = 11;
 
-/// The rows of feet on the ground.
+/// Selection of the rows of feet on the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Feet {
     /// Normal and two tangents: friction is part of the problem.
-    Held,
-    /// A foot that slides faster than [`HOLDING`] has its normal alone, which its friction comes with.
+    WithTangents,
+    /// A foot that slides faster than [`STICKING`] has its normal only, with friction included.
     BySpeed,
-    /// The same after an event: a foot that stuck goes on to, unless the impact has moved it.
+    /// The same after an event: a sticking foot continues to stick unless the impact moved it.
     AfterEvent,
 }
 
@@ -120,19 +120,20 @@ pub(crate) enum Feet {
 pub(crate) struct Entry<const N: usize> {
     pub(crate) role: Role,
     pub(crate) row: Row<f64, N>,
-    /// The direction of its force: the row, but for feet that slide.
-    pub(crate) push: Row<f64, N>,
+    /// Direction of its force: equal to `row`, except for sliding feet.
+    pub(crate) force_row: Row<f64, N>,
     pub(crate) gap: f64,
-    /// Whether it has held so far, and whether it parts.
-    pub(super) held: bool,
-    pub(super) parts: bool,
-    /// Rate of the gap, and its acceleration while everything moves evenly.
+    /// Whether it was active before, and whether it separates.
+    pub(super) was_active: bool,
+    pub(super) separates: bool,
+    /// Rate of the gap, and its acceleration at constant velocities.
     pub(crate) rate: f64,
     pub(crate) bias: f64,
-    /// What a pulley does to the gap of its cable \[m/s²\], and its mobility at the cable's end \[1/kg\].
+    /// Acceleration of the cable's gap by its pulley \[m/s²\], and mobility of the pulley at the
+    /// end of the cable \[1/kg\].
     pub(crate) winding: f64,
     pub(super) compliance: f64,
-    /// Where a foot is pushed to, world frame.
+    /// Direction of the ground force on a foot, world frame.
     pub(crate) direction: [f64; 3],
 }
 
@@ -143,17 +144,17 @@ impl<const N: usize> Entry<N> {
 }
 
 impl<const N: usize> Instant<N> {
-    /// Finds the constraints of these legs that are closed.
+    /// Finds the closed constraints of these legs.
     #[expect(
         clippy::too_many_arguments,
-        reason = "what a step is about, each by its name"
+        reason = "the inputs of the search, each by its name"
     )]
-    pub(crate) fn find(
+    pub(crate) fn find_entries(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         articulated: &Articulated<Lanes, N>,
-        drive: &Driven<Lanes>,
+        drive: &DriveAction<Lanes>,
         legs: &[usize],
         feet: Feet,
         closed: &dyn Fn(f64, f64) -> bool,
@@ -161,21 +162,21 @@ impl<const N: usize> Instant<N> {
         self.entries.clear();
         let chain = &articulated.chain;
         let stops = [
-            chain.closed(scene.legs, &state.angles),
-            chain.open(scene.legs),
-            chain.extended(scene.legs),
-            chain.bottomed(scene.legs),
-            chain.taut(scene.legs, drive),
+            chain.closed(dynamics.legs, &state.angles),
+            chain.open(dynamics.legs),
+            chain.extended(dynamics.legs),
+            chain.bottomed(dynamics.legs),
+            chain.taut(dynamics.legs, drive),
         ];
-        let radius = scene.legs.pulley_radius;
+        let radius = dynamics.legs.pulley_radius;
         for &leg in legs {
             for (stop, constraint) in Stop::ALL.into_iter().zip(&stops) {
-                if stop == Stop::Cable && scene.model.drives.is_none() {
+                if stop == Stop::Cable && dynamics.model.drives.is_none() {
                     continue;
                 }
                 let (gap, rate) = (constraint.gap.lane(leg), constraint.rate.lane(leg));
-                let held = stop.held(scene.mode).lane(leg) != 0.0;
-                if !held && !closed(gap, rate) {
+                let was_active = stop.active_in(dynamics.mode).lane(leg) != 0.0;
+                if !was_active && !closed(gap, rate) {
                     continue;
                 }
                 let (mut compliance, mut winding) = (0.0, 0.0);
@@ -188,10 +189,10 @@ impl<const N: usize> Instant<N> {
                 self.entries.push(Entry {
                     role: Role::Stop(stop),
                     row,
-                    push: row,
+                    force_row: row,
                     gap,
-                    held,
-                    parts: false,
+                    was_active,
+                    separates: false,
                     rate,
                     bias: constraint.curvature.lane(leg),
                     winding,
@@ -199,70 +200,73 @@ impl<const N: usize> Instant<N> {
                     direction: [0.0; 3],
                 });
             }
-            self.find_feet(scene, state, articulated, leg, feet, closed);
+            self.find_feet(dynamics, state, articulated, leg, feet, closed);
         }
     }
 
     fn find_feet(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         articulated: &Articulated<Lanes, N>,
         leg: usize,
         feet: Feet,
         closed: &dyn Fn(f64, f64) -> bool,
     ) {
-        let Some(ground) = &scene.model.ground else {
+        let Some(ground) = &dynamics.model.ground else {
             return;
         };
         let rotation = articulated.rotation();
         for links in 3..=N {
-            let site = Site::new(scene.legs, &articulated.chain, state, leg, links);
+            let site = Site::new(dynamics.legs, &articulated.chain, state, leg, links);
             let footing = site.footing(ground, state.position, &rotation);
-            let mut contacts = scene.mode.contacts.iter();
+            let mut contacts = dynamics.mode.contacts.iter();
             let contact = contacts.find(|c| (c.leg, c.links) == (leg, links));
-            let held = contact.is_some();
-            if !held && !closed(footing.gap, footing.velocity[0]) {
+            let was_active = contact.is_some();
+            if !was_active && !closed(footing.gap, footing.velocity[0]) {
                 continue;
             }
             let slides = match feet {
-                Feet::Held => None,
-                // On ice there is nothing to hold.
+                Feet::WithTangents => None,
+                // Without friction no foot can stick.
                 _ if ground.friction == 0.0 => {
-                    Some(direction(&footing, HOLDING).unwrap_or([1.0, 0.0]))
+                    Some(direction(&footing, STICKING).unwrap_or([1.0, 0.0]))
                 }
                 Feet::AfterEvent if self.sticks(contact, &footing, [leg, links]) => None,
-                Feet::BySpeed => direction(&footing, HOLDING),
+                Feet::BySpeed => direction(&footing, STICKING),
                 Feet::AfterEvent => direction(&footing, STOPPED),
             };
             let [n, along, across] = footing.directions;
             let [forward, sideways] = footing.surface.tangents();
             let world = [footing.surface.normal, forward, sideways].map(<[f64; 3]>::from);
-            let push = slides.map_or(n, |s| {
+            let force_direction = slides.map_or(n, |s| {
                 std::array::from_fn(|i| {
                     n[i] - ground.friction * (s[0] * along[i] + s[1] * across[i])
                 })
             });
-            let entry = |k: usize, role, push| Entry {
+            let entry = |k: usize, role, force_row| Entry {
                 role,
                 row: site.row(footing.directions[k]),
-                push,
+                force_row,
                 gap: footing.gap,
-                held,
-                parts: false,
+                was_active,
+                separates: false,
                 rate: footing.velocity[k],
                 bias: footing.bias[k],
                 winding: 0.0,
-                compliance: scene.model.contact_compliance(),
+                compliance: dynamics.model.contact_compliance(),
                 direction: world[k],
             };
-            self.entries
-                .push(entry(0, Role::Normal { links, slides }, site.row(push)));
+            self.entries.push(entry(
+                0,
+                Role::Normal { links, slides },
+                site.row(force_direction),
+            ));
             if slides.is_none() {
                 for k in 1..3 {
-                    let own = site.row(footing.directions[k]);
+                    let tangent = site.row(footing.directions[k]);
                     self.entries
-                        .push(entry(k, Role::Tangent { links, which: k }, own));
+                        .push(entry(k, Role::Tangent { links, which: k }, tangent));
                 }
             }
         }
@@ -270,8 +274,8 @@ impl<const N: usize> Instant<N> {
 }
 
 impl<const N: usize> Instant<N> {
-    /// Whether a foot that touches the ground is at rest on it, whatever is left of its speed in the last digits: the impact
-    /// stopped it, or it stuck before and nothing has moved it.
+    /// Returns whether a foot on the ground is at rest, regardless of round-off in its velocity:
+    /// the impact stopped it, or it stuck before and the impact did not move it.
     fn sticks(
         &self,
         contact: Option<&Contact>,
@@ -279,17 +283,18 @@ impl<const N: usize> Instant<N> {
         [leg, links]: [usize; 2],
     ) -> bool {
         let stuck = contact.is_some_and(|contact| contact.slides.is_none());
-        let Some(struck) = &self.struck else {
+        let Some(last_impact) = &self.last_impact else {
             return stuck;
         };
         let [_, a, b] = footing.velocity;
-        let [before_a, before_b] = struck.tangential(leg, links);
-        let moved = libm::hypot(a - before_a, b - before_b) >= PARTING;
-        struck.stopped[leg][links - 3] || stuck && !moved
+        let [before_a, before_b] = last_impact.tangential(leg, links);
+        let moved = libm::hypot(a - before_a, b - before_b) >= SEPARATION;
+        last_impact.stopped[leg][links - 3] || stuck && !moved
     }
 }
 
-/// The direction in which a foot slides, in the ground's tangents; none for one that holds.
+/// Returns the direction in which a foot slides, in the tangents of the ground; none for a sticking
+/// foot.
 fn direction(footing: &Footing<f64>, least: f64) -> Option<[f64; 2]> {
     let [_, a, b] = footing.velocity;
     let speed = libm::hypot(a, b);

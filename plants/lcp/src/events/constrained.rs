@@ -1,89 +1,97 @@
-//! Forces of closed constraints over a step of fixed length, in which no event is looked for.
+//! Forces of closed constraints over a step of fixed length without event location.
 //!
-//! What is found closed when the step begins is one complementarity problem, either of accelerations, with a term that takes
-//! back what the gap has become (Baumgarte), or of the velocities after the step, without one:
+//! The constraints closed at the start of the step form one complementarity problem, either at
+//! acceleration level, with a term that corrects the gap (Baumgarte), or at the level of the
+//! velocities after the step, without that term:
 //!
 //! ```text
 //! 0 ≤ λ ⊥ g̈ + v ġ + K g ≥ 0          0 ≤ λ ⊥ (ġ + e ġ)/h + J a ≥ 0        a = f(λ): linear
 //! ```
 //!
-//! The second has impacts in it: λh is an impulse where the gap was closing. Its rate at the end, ġ⁺ = ġ + h J a, leaves the
-//! curvature of the constraint to the next step.
+//! The second form includes impacts: λh is an impulse where the gap was closing. Its rate at the
+//! end, ġ⁺ = ġ + h J a, leaves the curvature of the constraint to the next step.
 
 use twinrig_contact::{Method, Problem, Unsolved};
 
 use super::Instant;
-use super::closed::{Entry, Feet, HOLDING, Role, Stop, touching};
+use super::closed::{Entry, Feet, Role, STICKING, Stop, touching};
 use super::impact::RESTING;
 use super::losses::Losses;
 use super::resolve_modes::motors_only;
 use crate::articulated::Articulated;
-use crate::constraints::{CABLE, Driven};
+use crate::constraints::{CABLE, DriveAction};
 use crate::mode::Mode;
-use crate::motion::{Motion, Scene};
+use crate::motion::{Dynamics, Motion};
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// What is demanded of closed constraints.
+/// Level at which closed constraints are imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Demand {
-    /// Accelerations that take back gap and rate: K \[1/s²\] and v \[1/s\].
+pub(crate) enum ConstraintLevel {
+    /// Accelerations that correct gap and rate: K \[1/s²\] and v \[1/s\].
     Acceleration { stiffness: f64, damping: f64 },
     /// Velocities that close no gap after a step of this length \[s\].
     Velocity { seconds: f64 },
 }
 
-/// How a step begins, and what constraints do in it.
+/// Motion and constraint forces at the start of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Constrained<const N: usize> {
-    /// The right-hand side with the constraints' forces in it; their own power is not among its powers.
+    /// Right-hand side including constraint forces; its powers exclude those of the constraints.
     pub(crate) motion: Motion<Lanes, N>,
-    /// Work that impulses and friction on the ground took, by the mean of the rates before and after the step \[J\]. At the
-    /// level of accelerations there are no impulses, and only feet that slide are seen.
+    /// Work of impulses and of friction on the ground, by the mean of the rates before and after
+    /// the step \[J\]. At acceleration level there are no impulses, and only sliding feet
+    /// contribute.
     pub(crate) impact: f64,
     pub(crate) friction: f64,
-    /// Forces of the ground on each leg, world frame \[N\].
+    /// Ground forces on each leg, world frame \[N\].
     pub(crate) ground: [[f64; 3]; 4],
 }
 
 impl<const N: usize> Instant<N> {
-    /// Forces of all that is closed in a state; which of them push is noted in the mode. A step of `seconds` follows.
+    /// Computes the forces of all closed constraints in a state and stores the active ones in the
+    /// mode, for a step of `seconds`.
     pub(crate) fn constrain(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
-        demand: Demand,
+        level: ConstraintLevel,
         method: Method,
         seconds: f64,
         mode: &mut Mode,
     ) -> Result<Constrained<N>, Unsolved> {
-        let (articulated, drive) = motors_only(scene, state);
+        let (articulated, drive) = motors_only(dynamics, state);
         let mut legs = [0, 1, 2, 3];
-        let legs = &mut legs[..scene.model.legs.len()];
-        let feet = match demand {
-            Demand::Acceleration { .. } => Feet::BySpeed,
-            Demand::Velocity { .. } => Feet::Held,
+        let legs = &mut legs[..dynamics.model.legs.len()];
+        let feet = match level {
+            ConstraintLevel::Acceleration { .. } => Feet::BySpeed,
+            ConstraintLevel::Velocity { .. } => Feet::WithTangents,
         };
-        self.find(scene, state, &articulated, &drive, legs, feet, &touching);
-        mode.release();
+        self.find_entries(dynamics, state, &articulated, &drive, legs, feet, &touching);
+        mode.deactivate();
         if !self.entries.is_empty() {
-            let (friction, restitution) = scene
+            let (friction, restitution) = dynamics
                 .model
                 .ground
                 .as_ref()
                 .map_or((0.0, 0.0), |ground| (ground.friction, ground.restitution));
             self.prepare(&articulated, friction);
-            self.demand(&articulated, demand, restitution);
-            // Rates that are wrong by less than what counts as holding are not wrong.
-            self.solve(HOLDING / seconds, method, Problem::solve_by)?;
-            self.note(mode, friction, 0.0);
+            self.set_offsets(&articulated, level, restitution);
+            // Errors of the rates below the sticking speed are accepted.
+            self.solve(STICKING / seconds, method, Problem::solve_by)?;
+            self.mark_active(mode, friction, 0.0);
         }
-        mode.recount();
-        Ok(self.constrained(scene, state, articulated, drive, demand, seconds))
+        mode.update_any();
+        Ok(self.constrained(dynamics, state, articulated, drive, level, seconds))
     }
 
-    /// Fills in the problem's offsets.
-    fn demand(&mut self, articulated: &Articulated<Lanes, N>, demand: Demand, restitution: f64) {
+    /// Sets the offsets of the problem.
+    fn set_offsets(
+        &mut self,
+        articulated: &Articulated<Lanes, N>,
+        level: ConstraintLevel,
+        restitution: f64,
+    ) {
         let free = articulated.accelerations();
         for (i, entry) in self.entries.iter().enumerate() {
             let mut offset = entry.winding;
@@ -93,48 +101,54 @@ impl<const N: usize> Instant<N> {
             for (j, a) in entry.row.links.iter().zip(&free.links) {
                 offset += j * a.lane(entry.row.leg);
             }
-            offset += match demand {
-                Demand::Acceleration { stiffness, damping } => match entry.role {
-                    // Where a foot holds is not remembered: only its rate is taken back.
+            offset += match level {
+                ConstraintLevel::Acceleration { stiffness, damping } => match entry.role {
+                    // The position at which a foot sticks is not stored: only its rate is
+                    // corrected.
                     Role::Tangent { .. } => entry.bias + 0.5 * damping * entry.rate,
                     _ => entry.bias + damping * entry.rate + stiffness * entry.gap,
                 },
-                Demand::Velocity { seconds } => {
-                    (1.0 + entry.returned(restitution)) * entry.rate / seconds
+                ConstraintLevel::Velocity { seconds } => {
+                    (1.0 + entry.effective_restitution(restitution)) * entry.rate / seconds
                 }
             };
             self.problem.offset(i, offset);
         }
     }
 
-    /// What the forces that were found do.
+    /// Computes motion and losses under the forces of the solution.
     fn constrained(
         &self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         articulated: Articulated<Lanes, N>,
-        drive: Driven<Lanes>,
-        demand: Demand,
+        drive: DriveAction<Lanes>,
+        level: ConstraintLevel,
         seconds: f64,
     ) -> Constrained<N> {
         let mut accelerations = articulated.accelerations();
         let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);
         let mut losses = Losses::default();
-        if let Demand::Velocity { .. } = demand {
-            let restitution = scene.model.ground.as_ref().map_or(0.0, |g| g.restitution);
+        if let ConstraintLevel::Velocity { .. } = level {
+            let restitution = dynamics
+                .model
+                .ground
+                .as_ref()
+                .map_or(0.0, |g| g.restitution);
             losses = self.losses(seconds, |row| {
                 let entry = &self.entries[row];
-                seconds * self.problem.w(row) - entry.returned(restitution) * entry.rate
+                seconds * self.problem.w(row)
+                    - entry.effective_restitution(restitution) * entry.rate
             });
         }
         let mut cable = Lanes::zero();
         for (i, entry) in self.entries.iter().enumerate() {
             let force = self.problem.unknowns()[i];
-            for (a, r) in trunk.iter_mut().zip(&self.pushes[i].trunk) {
+            for (a, r) in trunk.iter_mut().zip(&self.force_responses[i].trunk) {
                 *a += r * force;
             }
             let leg = entry.row.leg;
-            for (torque, arm) in torques.iter_mut().zip(&entry.push.links) {
+            for (torque, arm) in torques.iter_mut().zip(&entry.force_row.links) {
                 *torque = torque.with_lane(leg, torque.lane(leg) + arm * force);
             }
             if entry.role == Role::Stop(Stop::Cable) {
@@ -144,13 +158,13 @@ impl<const N: usize> Instant<N> {
         if !self.entries.is_empty() {
             accelerations = articulated.with_trunk(trunk, &torques);
         }
-        let mut forces = scene.feel(&articulated, &accelerations, &drive);
+        let mut forces = dynamics.leg_forces(&articulated, &accelerations, &drive);
         forces.forces[CABLE] = cable;
-        let radius = scene.legs.pulley_radius;
-        let saturated = scene.commands.pulley_saturated;
+        let radius = dynamics.legs.pulley_radius;
+        let saturated = dynamics.commands.pulley_saturated;
         forces.knee_torque += (Lanes::splat(1.0) - saturated * saturated) * radius * cable;
-        let slope = scene.slope(state, &articulated, &accelerations, &drive, &forces);
-        let slid = self.slid(state);
+        let slope = dynamics.slope(state, &articulated, &accelerations, &drive, &forces);
+        let sliding_power = self.sliding_power(state);
         Constrained {
             motion: Motion {
                 slope,
@@ -159,13 +173,13 @@ impl<const N: usize> Instant<N> {
                 drive,
             },
             impact: losses.impact,
-            friction: losses.friction + seconds * slid,
+            friction: losses.friction + seconds * sliding_power,
             ground: self.ground(),
         }
     }
 
-    /// The power of friction on feet that are known to slide \[W\].
-    fn slid(&self, state: &State<Lanes, N>) -> f64 {
+    /// Returns the power of friction on sliding feet \[W\].
+    fn sliding_power(&self, state: &State<Lanes, N>) -> f64 {
         let mut power = 0.0;
         for (entry, force) in self.entries.iter().zip(self.problem.unknowns()) {
             if !matches!(
@@ -177,13 +191,13 @@ impl<const N: usize> Instant<N> {
             ) {
                 continue;
             }
-            // What they are pushed along, less the normal.
+            // Velocity along the direction of force, minus the normal part.
             let mut along = -entry.rate;
             let twist = state.velocity.iter().chain(&state.turning);
-            for (j, u) in entry.push.trunk.iter().zip(twist) {
+            for (j, u) in entry.force_row.trunk.iter().zip(twist) {
                 along += j * u;
             }
-            for (j, rate) in entry.push.links.iter().zip(&state.rates) {
+            for (j, rate) in entry.force_row.links.iter().zip(&state.rates) {
                 along += j * rate.lane(entry.row.leg);
             }
             power -= force * along;
@@ -193,8 +207,8 @@ impl<const N: usize> Instant<N> {
 }
 
 impl<const N: usize> Entry<N> {
-    /// Share of its rate that a gap gets back.
-    fn returned(&self, restitution: f64) -> f64 {
+    /// Returns the coefficient of restitution at this rate.
+    fn effective_restitution(&self, restitution: f64) -> f64 {
         match self.role {
             Role::Normal { .. } if self.rate < -RESTING => restitution,
             _ => 0.0,

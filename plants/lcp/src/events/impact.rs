@@ -1,4 +1,4 @@
-//! Impacts: impulses at every closed constraint that would close further.
+//! Impacts: impulses at all closed constraints with approaching velocity.
 
 use core::mem;
 
@@ -6,36 +6,37 @@ use twinrig_contact::{Method, Restitution, Unsolved};
 use twinrig_legged::Fitted;
 
 use super::Instant;
-use super::closed::{Entry, Feet, HOLDING, PLACES, Role, Stop, touching};
+use super::closed::{Entry, Feet, Role, SLOTS, STICKING, Stop, touching};
 use super::losses::Losses;
 use crate::articulated::Articulated;
-use crate::constraints::Driven;
-use crate::motion::Scene;
+use crate::constraints::DriveAction;
+use crate::motion::Dynamics;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// Approach below which an impact gives nothing back \[m/s\].
+/// Approach velocity below which an impact has no restitution \[m/s\].
 pub(super) const RESTING: f64 = 0.05;
 
-/// What an impact took: by normal impulses, by friction \[J\], and the ground's impulses on each leg, world frame \[N·s\].
+/// Result of an impact: energy dissipated by normal impulses and by friction \[J\], and ground
+/// impulses on each leg, world frame \[N·s\].
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Toll {
+pub(crate) struct ImpactTotals {
     pub(crate) impact: f64,
     pub(crate) friction: f64,
     pub(crate) ground: [[f64; 3]; 4],
 }
 
-/// What an impact found, and which feet it stopped.
+/// Rates before an impact, and the feet it stopped.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Struck {
-    /// Rates of the closed gaps before it \[m/s\].
-    pub(super) rates: [[f64; PLACES]; 4],
-    /// By leg, and by point of the leg.
+pub(super) struct ImpactRecord {
+    /// Rates of the closed gaps before the impact \[m/s\].
+    pub(super) rates: [[f64; SLOTS]; 4],
+    /// Feet stopped by the impact, by leg and point of the leg.
     pub(super) stopped: [[bool; 2]; 4],
 }
 
-impl Toll {
-    /// Adds what another impact of the same instant took.
+impl ImpactTotals {
+    /// Adds the result of another impact at the same instant.
     pub(crate) fn add(&mut self, other: &Self) {
         self.impact += other.impact;
         self.friction += other.friction;
@@ -46,26 +47,27 @@ impl Toll {
     }
 }
 
-impl Struck {
-    /// The velocity of a foot along the ground's tangents before the impact.
+impl ImpactRecord {
+    /// Returns the tangential velocity of a foot before the impact.
     pub(super) fn tangential(&self, leg: usize, links: usize) -> [f64; 2] {
-        [1, 2].map(|which| self.rates[leg][Role::Tangent { links, which }.place()])
+        [1, 2].map(|which| self.rates[leg][Role::Tangent { links, which }.slot()])
     }
 }
 
 impl<const N: usize> Instant<N> {
-    /// The impact of these legs: impulses at every closed constraint that would close further.
+    /// Resolves the impact of these legs by impulses at all closed constraints with approaching
+    /// velocity.
     pub(crate) fn impact(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<Toll, Unsolved> {
-        let (articulated, drive) = self.closed(scene, state, legs);
+    ) -> Result<ImpactTotals, Unsolved> {
+        let (articulated, drive) = self.find_closed(dynamics, state, legs);
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
-            return Ok(Toll::default());
+            return Ok(ImpactTotals::default());
         }
-        let [friction, restitution] = surface(scene);
+        let [friction, restitution] = surface(dynamics);
         self.prepare(&articulated, friction);
         self.coefficients.clear();
         self.coefficients
@@ -76,24 +78,25 @@ impl<const N: usize> Instant<N> {
         let before = mem::take(&mut self.before);
         let coefficients = mem::take(&mut self.coefficients);
         let law = Restitution::Poisson;
-        let solved = self.solve(HOLDING, Method::Newton, |problem, method| {
+        let solved = self.solve(STICKING, Method::Newton, |problem, method| {
             problem.impact(law, &before, &coefficients, method)
         });
         (self.before, self.coefficients) = (before, coefficients);
         solved?;
         self.note_stopped(friction);
-        Ok(self.strike(scene, state, &articulated, &drive))
+        Ok(self.apply_impulses(dynamics, state, &articulated, &drive))
     }
 
-    /// The impact without collision of feet that jam ([`Instant::resolve_modes`]); none where no impulse helps.
-    pub(crate) fn unjam(
+    /// Resolves the impact without collision of jammed feet ([`Instant::resolve_modes`]); none
+    /// where no impulse resolves it.
+    pub(crate) fn resolve_jam(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<Option<Toll>, Unsolved> {
-        let (articulated, drive) = self.closed(scene, state, legs);
-        let [friction, _] = surface(scene);
+    ) -> Result<Option<ImpactTotals>, Unsolved> {
+        let (articulated, drive) = self.find_closed(dynamics, state, legs);
+        let [friction, _] = surface(dynamics);
         self.prepare(&articulated, friction);
         let jams = |entry: &Entry<N>| match entry.role {
             Role::Normal { links, .. } => self.jammed[entry.row.leg][links - 3],
@@ -106,77 +109,78 @@ impl<const N: usize> Instant<N> {
             problem.impact_without_collision(&before, &marks, method)
         });
         let mut impulses = marks.iter().zip(self.problem.unknowns());
-        let strikes = impulses.any(|(jams, impulse)| *jams && *impulse > 0.0);
+        let has_impulse = impulses.any(|(jams, impulse)| *jams && *impulse > 0.0);
         (self.before, self.marks) = (before, marks);
         solved?;
         self.note_stopped(friction);
-        Ok(strikes.then(|| self.strike(scene, state, &articulated, &drive)))
+        Ok(has_impulse.then(|| self.apply_impulses(dynamics, state, &articulated, &drive)))
     }
 
-    /// Finds what is closed as an impact finds it, and its rates.
-    fn closed(
+    /// Finds the closed constraints for an impact, and their rates.
+    fn find_closed(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         legs: &[usize],
-    ) -> (Articulated<Lanes, N>, Driven<Lanes>) {
-        let (articulated, drive) = slack(scene, state);
-        self.find(
-            scene,
+    ) -> (Articulated<Lanes, N>, DriveAction<Lanes>) {
+        let (articulated, drive) = impact_model(dynamics, state);
+        self.find_entries(
+            dynamics,
             state,
             &articulated,
             &drive,
             legs,
-            Feet::Held,
+            Feet::WithTangents,
             &touching,
         );
-        let mut struck = Struck::default();
+        let mut last_impact = ImpactRecord::default();
         for entry in &self.entries {
-            struck.rates[entry.row.leg][entry.role.place()] = entry.rate;
+            last_impact.rates[entry.row.leg][entry.role.slot()] = entry.rate;
         }
-        self.struck = Some(struck);
+        self.last_impact = Some(last_impact);
         self.before.clear();
         self.before
             .extend(self.entries.iter().map(|entry| entry.rate));
         (articulated, drive)
     }
 
-    /// Changes the velocities by the impulses that were found, and says what they took.
-    fn strike(
+    /// Applies the impulses of the solution to the velocities; returns energies and ground
+    /// impulses.
+    fn apply_impulses(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         articulated: &Articulated<Lanes, N>,
-        drive: &Driven<Lanes>,
-    ) -> Toll {
-        let mut toll = Toll::default();
+        drive: &DriveAction<Lanes>,
+    ) -> ImpactTotals {
+        let mut totals = ImpactTotals::default();
         let mut trunk = [0.0; 6];
         let mut torques = [Lanes::zero(); N];
         for (i, (entry, &impulse)) in self.entries.iter().zip(self.problem.unknowns()).enumerate() {
-            for (a, r) in trunk.iter_mut().zip(&self.pushes[i].trunk) {
+            for (a, r) in trunk.iter_mut().zip(&self.force_responses[i].trunk) {
                 *a += r * impulse;
             }
-            for (torque, arm) in torques.iter_mut().zip(&entry.push.links) {
-                let own = torque.lane(entry.row.leg) + arm * impulse;
-                *torque = torque.with_lane(entry.row.leg, own);
+            for (torque, arm) in torques.iter_mut().zip(&entry.force_row.links) {
+                let sum = torque.lane(entry.row.leg) + arm * impulse;
+                *torque = torque.with_lane(entry.row.leg, sum);
             }
             if entry.role == Role::Stop(Stop::Cable) {
                 let leg = entry.row.leg;
-                let back = drive.pulley_mobility.lane(leg) * scene.legs.pulley_radius.lane(leg);
-                let rate = state.pulley_rate.lane(leg) - back * impulse;
+                let gain = drive.pulley_mobility.lane(leg) * dynamics.legs.pulley_radius.lane(leg);
+                let rate = state.pulley_rate.lane(leg) - gain * impulse;
                 state.pulley_rate = state.pulley_rate.with_lane(leg, rate);
             }
         }
-        articulated.give_way(state, trunk, torques);
+        articulated.change_velocities(state, trunk, torques);
         let Losses { impact, friction } = self.losses(1.0, |row| self.problem.w(row));
-        (toll.impact, toll.friction) = (impact, friction);
-        toll.ground = self.ground();
-        toll
+        (totals.impact, totals.friction) = (impact, friction);
+        totals.ground = self.ground();
+        totals
     }
 
-    /// Notes which feet the impact has stopped: those whose impulse lies inside the cone of friction.
+    /// Stores the feet stopped by the impact: those with an impulse inside the friction cone.
     fn note_stopped(&mut self, friction: f64) {
-        let Some(struck) = &mut self.struck else {
+        let Some(last_impact) = &mut self.last_impact else {
             return;
         };
         let impulses = self.problem.unknowns();
@@ -184,12 +188,12 @@ impl<const N: usize> Instant<N> {
             if let Role::Normal { links, .. } = entry.role {
                 let pull = libm::hypot(impulses[i + 1], impulses[i + 2]);
                 let limit = friction * impulses[i] * (1.0 - 1e-9);
-                struck.stopped[entry.row.leg][links - 3] = pull < limit;
+                last_impact.stopped[entry.row.leg][links - 3] = pull < limit;
             }
         }
     }
 
-    /// The ground's impulses on each leg, world frame.
+    /// Returns the ground impulses on each leg, world frame.
     pub(crate) fn ground(&self) -> [[f64; 3]; 4] {
         let mut ground = [[0.0; 3]; 4];
         for (entry, impulse) in self.entries.iter().zip(self.problem.unknowns()) {
@@ -201,21 +205,21 @@ impl<const N: usize> Instant<N> {
     }
 }
 
-/// Friction and restitution of the ground; none where there is no ground.
-fn surface<const N: usize>(scene: &Scene<'_, Lanes, N>) -> [f64; 2] {
-    let ground = scene.model.ground.as_ref();
+/// Returns friction and restitution of the ground; zero without ground.
+fn surface<const N: usize>(dynamics: &Dynamics<'_, Lanes, N>) -> [f64; 2] {
+    let ground = dynamics.model.ground.as_ref();
     ground.map_or([0.0; 2], |ground| [ground.friction, ground.restitution])
 }
 
-/// The robot as an impact finds it: a motor of limited torque has none to set against an impulse, one without limits stands
-/// like a rock.
-fn slack<const N: usize>(
-    scene: &Scene<'_, Lanes, N>,
+/// Returns the robot during an impact: a motor of limited torque does not resist an impulse, a
+/// motor without limit is rigid.
+fn impact_model<const N: usize>(
+    dynamics: &Dynamics<'_, Lanes, N>,
     state: &State<Lanes, N>,
-) -> (Articulated<Lanes, N>, Driven<Lanes>) {
-    let mut mode = scene.mode.clone_without_stops();
-    let mut drive = Driven::none();
-    if let Some(drives) = &scene.model.drives {
+) -> (Articulated<Lanes, N>, DriveAction<Lanes>) {
+    let mut mode = dynamics.mode.drives_only();
+    let mut drive = DriveAction::none();
+    if let Some(drives) = &dynamics.model.drives {
         let limited = match drives {
             Fitted::Servos(servos) => servos.both().map(|servo| servo.torque().is_finite()),
             Fitted::Motors(_) => [true; 2],
@@ -232,16 +236,21 @@ fn slack<const N: usize>(
             drive.pulley_mobility = Lanes::splat(1.0 / at_pulley);
         }
     }
-    mode.recount();
-    (scene.articulated(state, &mode, &drive), drive)
+    mode.update_any();
+    (dynamics.articulated(state, &mode, &drive), drive)
 }
 
 impl<const N: usize> Articulated<Lanes, N> {
-    /// Changes the velocities by what impulses do.
-    fn give_way(&self, state: &mut State<Lanes, N>, trunk: [f64; 6], mut torques: [Lanes; N]) {
+    /// Changes the velocities by generalised impulses.
+    fn change_velocities(
+        &self,
+        state: &mut State<Lanes, N>,
+        trunk: [f64; 6],
+        mut torques: [Lanes; N],
+    ) {
         if let Some(base) = &self.base {
-            for (torque, column) in torques.iter_mut().zip(&base.carried.columns) {
-                for (c, &row) in column.iter().zip(&crate::carried::COUPLED) {
+            for (torque, column) in torques.iter_mut().zip(&base.coupling.columns) {
+                for (c, &row) in column.iter().zip(&crate::coupling::COUPLED) {
                     *torque -= *c * Lanes::splat(trunk[row]);
                 }
             }
@@ -252,7 +261,7 @@ impl<const N: usize> Articulated<Lanes, N> {
         }
         for i in 0..N {
             for j in 0..N {
-                state.rates[i] += self.give.mobility[i][j] * torques[j];
+                state.rates[i] += self.mobility.matrix[i][j] * torques[j];
             }
         }
     }

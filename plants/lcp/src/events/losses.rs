@@ -1,21 +1,22 @@
-//! Energy that impulses dissipate.
+//! Energy dissipated by impulses.
 
 use twinrig_legged::{Slide, taken_by_friction};
 
 use super::Instant;
 use super::closed::Role;
 
-/// Energy that impulses take \[J\].
+/// Energy dissipated by impulses \[J\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Losses {
-    /// By stops, cables and the ground's normal, and by the part of the impulses along the ground that is not friction's.
+    /// Loss by stops, cables, ground normals, and the tangential ground impulses that are not
+    /// friction.
     pub(crate) impact: f64,
     pub(crate) friction: f64,
 }
 
 impl<const N: usize> Instant<N> {
-    /// Losses by the impulses of the last solution. An unknown is an impulse per `seconds`; `after` gives the rates after them,
-    /// row by row.
+    /// Returns the losses by the impulses of the last solution. An unknown is an impulse per
+    /// `seconds`; `after` returns the rate of a row after the impulses.
     pub(crate) fn losses(&self, seconds: f64, after: impl Fn(usize) -> f64) -> Losses {
         let mut losses = Losses::default();
         let slide = |row: usize| Slide {
@@ -27,8 +28,8 @@ impl<const N: usize> Instant<N> {
             match entry.role {
                 Role::Stop(_) | Role::Normal { .. } => losses.impact += slide(row).taken(),
                 Role::Tangent { which: 1, .. } => {
-                    let (taken, rest) = taken_by_friction([slide(row), slide(row + 1)]);
-                    losses.friction += taken;
+                    let (friction, rest) = taken_by_friction([slide(row), slide(row + 1)]);
+                    losses.friction += friction;
                     losses.impact += rest;
                 }
                 Role::Tangent { .. } => {}

@@ -1,25 +1,26 @@
-//! What may hold in a state that another model came to: it may be open by what that model overlooks, or closed too far.
+//! Active constraints in a state of another model, which may leave gaps slightly open or
+//! penetrated.
 
 use super::Instant;
-use super::closed::{Feet, Role, Stop};
+use super::closed::{Feet, Role};
 use super::resolve_modes::motors_only;
 use crate::contacts::CONTACTS;
 use crate::mode::{Contact, Mode};
-use crate::motion::Scene;
+use crate::motion::Dynamics;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// Gaps below this are as good as closed where they hardly move \[m\], \[m/s\]: what a rule that holds velocities and gives
-/// overlaps back over some steps leaves of them.
-const NEXT_TO_CLOSED: f64 = 1e-6;
+/// Gap \[m\] and rate \[m/s\] below which a constraint counts as closed: bounds for a rule that
+/// imposes velocities and corrects overlaps over several steps.
+const NEARLY_CLOSED: f64 = 1e-6;
 const SLOW: f64 = 1e-3;
 
-/// What is passed by more than this is not worth being called a stop \[m\].
-const PASSED_MAX: f64 = 5e-3;
+/// Violation above which a state is rejected \[m\].
+const EXCESS: f64 = 5e-3;
 
-/// A stop that is passed, or a foot in the ground, by more than can be made good.
+/// Stop or ground contact with a violation above [`EXCESS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Passed {
+pub(crate) struct ExcessViolation {
     pub(crate) leg: usize,
     pub(crate) what: &'static str,
     /// \[m\]
@@ -27,20 +28,24 @@ pub(crate) struct Passed {
 }
 
 impl<const N: usize> Instant<N> {
-    /// Notes in the mode all that is closed, or next to it, and hardly moves; which of it pushes is for
-    /// [`Instant::resolve_modes`] to say. What closes faster is not noted: it strikes as soon as time goes on.
+    /// Stores all closed or nearly closed constraints with small rates in the mode;
+    /// [`Instant::resolve_modes`] selects the active ones. A gap that closes faster is left out: it
+    /// causes an impact in the next step.
+    ///
+    /// # Errors
+    /// [`ExcessViolation`] for the first constraint that is violated by more than [`EXCESS`].
     pub(crate) fn reactivate(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         legs: &[usize],
         mode: &mut Mode,
-    ) -> Result<(), Passed> {
-        let (articulated, drive) = motors_only(scene, state);
+    ) -> Result<(), ExcessViolation> {
+        let (articulated, drive) = motors_only(dynamics, state);
         let near =
-            |gap: f64, rate: f64| gap < -PASSED_MAX || (gap < NEXT_TO_CLOSED && rate.abs() < SLOW);
-        self.find(
-            scene,
+            |gap: f64, rate: f64| gap < -EXCESS || (gap < NEARLY_CLOSED && rate.abs() < SLOW);
+        self.find_entries(
+            dynamics,
             state,
             &articulated,
             &drive,
@@ -50,17 +55,17 @@ impl<const N: usize> Instant<N> {
         );
         for entry in self.entries.iter().filter(|entry| entry.is_normal()) {
             let leg = entry.row.leg;
-            if entry.gap < -PASSED_MAX {
+            if entry.gap < -EXCESS {
                 let by = -entry.gap;
                 let what = match entry.role {
                     Role::Stop(stop) => stop.name(),
                     _ => "ground",
                 };
-                return Err(Passed { leg, what, by });
+                return Err(ExcessViolation { leg, what, by });
             }
             match entry.role {
                 Role::Stop(stop) => {
-                    let active = Stop::of(stop, mode);
+                    let active = stop.active_mut(mode);
                     *active = active.with_lane(leg, 1.0);
                 }
                 Role::Normal { links, slides } if mode.contacts.len() < CONTACTS => {

@@ -1,100 +1,104 @@
-//! What holds from an instant on: the closed constraints whose forces push.
+//! Active constraints after an instant: the closed constraints with compressive forces.
 
 use twinrig_contact::{Bound, Method, Problem, Unsolved};
 
 use super::Instant;
-use super::closed::{Entry, Feet, PARTING, Role, Stop, touching};
-use super::impact::Struck;
+use super::closed::{Entry, Feet, Role, SEPARATION, Stop, touching};
+use super::impact::ImpactRecord;
 use crate::articulated::Articulated;
-use crate::constraints::Driven;
+use crate::constraints::DriveAction;
 use crate::mode::{Contact, Mode};
-use crate::motion::Scene;
+use crate::motion::Dynamics;
 use crate::real::{Lanes, Real};
 use crate::state::State;
 
-/// Gaps that part or close slower than this stay closed \[m/s\]; where they have held, [`PARTING`] decides.
+/// Rate below which a gap stays closed \[m/s\]; for active constraints [`SEPARATION`] applies.
 const AT_REST: f64 = 1e-7;
 
-/// A stop that is knocked open and would close again within this has not been open \[s\].
-const HOP: f64 = 1e-6;
+/// A stop that an impact opens and that would close again within this time stays active \[s\].
+const HOP_SECONDS: f64 = 1e-6;
 
-/// A constraint without force.
+/// Bound of a constraint without force.
 const OPEN: Bound = Bound::Between {
     low: 0.0,
     high: 0.0,
 };
 
-/// Accelerations of what is to hold that are taken for none where no better is found \[m/s²\].
-const SETTLED: f64 = 1e-4;
+/// Acceleration of an active constraint that is accepted as zero if no better solution is found
+/// \[m/s²\].
+const ACCELERATION_ACCEPTED: f64 = 1e-4;
 
-/// Tolerances of the accelerations, relative to the greatest and in m/s².
-const FINE: [f64; 2] = [1e-12, 1e-9];
+/// Tolerances of the accelerations, relative to the maximum, and in m/s².
+const ACCELERATION_TOLERANCE: [f64; 2] = [1e-12, 1e-9];
 
-/// Accelerations towards the ground that are none \[m/s²\].
+/// Acceleration towards the ground that counts as zero \[m/s²\].
 const SINKING: f64 = 1e-7;
 
-/// Whether contact modes were found.
+/// Result of the resolution of contact modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Settled {
-    Done,
-    /// A foot that slides is pressed down by its own friction, so that no forces keep it out of the ground; which it is, the
-    /// [`Instant`] knows. An impulse has to ([`Instant::unjam`]). Either there is no solution, or the one that is noted in
-    /// the mode lets it sink by next to nothing.
+pub(crate) enum ModeResolution {
+    Resolved,
+    /// A sliding foot is pressed down by its own friction, so that no forces keep it out of the
+    /// ground; the [`Instant`] stores which foot. An impulse is required
+    /// ([`Instant::resolve_jam`]). Either there is no solution, or the solution in the mode lets
+    /// the foot sink minimally.
     Jammed(Option<Unsolved>),
 }
 
 impl<const N: usize> Instant<N> {
-    /// What holds from here on: finds the forces of the closed constraints, and notes in the mode which of them push.
+    /// Finds the forces of the closed constraints and stores those that push as active in the mode.
     pub(crate) fn resolve_modes(
         &mut self,
-        scene: &Scene<'_, Lanes, N>,
+        dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
         legs: &[usize],
         mode: &mut Mode,
-    ) -> Result<Settled, Unsolved> {
-        let (articulated, drive) = motors_only(scene, state);
+    ) -> Result<ModeResolution, Unsolved> {
+        let (articulated, drive) = motors_only(dynamics, state);
         let feet = Feet::AfterEvent;
-        self.find(scene, state, &articulated, &drive, legs, feet, &touching);
-        let struck = self.struck.take();
-        let mut kept = false;
+        self.find_entries(dynamics, state, &articulated, &drive, legs, feet, &touching);
+        let last_impact = self.last_impact.take();
+        let mut retained = false;
         self.entries.retain_mut(|entry| {
-            // A foot's tangents come behind its normal, and stay or go with it: whether they stick or slide is not a matter
-            // of gaps.
+            // The tangents of a foot follow its normal and are retained or dropped with it:
+            // sticking and sliding do not depend on gaps.
             if entry.role.is_tangent() {
-                return kept;
+                return retained;
             }
-            let before = |struck: Struck| struck.rates[entry.row.leg][entry.role.place()];
-            let rests = if entry.held {
-                struck.is_none_or(|struck| entry.rate - before(struck) < PARTING)
+            let before =
+                |last_impact: ImpactRecord| last_impact.rates[entry.row.leg][entry.role.slot()];
+            let stays = if entry.was_active {
+                last_impact.is_none_or(|last_impact| entry.rate - before(last_impact) < SEPARATION)
             } else {
                 entry.rate.abs() < AT_REST
             };
-            entry.parts = !rests;
-            // A stop that was knocked open may close again before anything else can happen.
-            let hops = entry.held && matches!(entry.role, Role::Stop(_));
-            kept = rests || hops;
-            kept
+            entry.separates = !stays;
+            // A stop opened by an impact may close again before any other event.
+            let may_close_again = entry.was_active && matches!(entry.role, Role::Stop(_));
+            retained = stays || may_close_again;
+            retained
         });
         for &leg in legs {
             for stop in Stop::ALL {
-                let active = stop.of(mode);
+                let active = stop.active_mut(mode);
                 *active = active.with_lane(leg, 0.0);
             }
         }
         mode.contacts.retain(|contact| !legs.contains(&contact.leg));
         if self.entries.is_empty() {
-            mode.recount();
-            return Ok(Settled::Done);
+            mode.update_any();
+            return Ok(ModeResolution::Resolved);
         }
-        let friction = scene.model.ground.as_ref().map_or(0.0, |g| g.friction);
+        let friction = dynamics.model.ground.as_ref().map_or(0.0, |g| g.friction);
         self.prepare(&articulated, friction);
         let free = articulated.accelerations();
         for (i, entry) in self.entries.iter().enumerate() {
-            // With what takes errors back, so that what is found to push here pushes in the motion, too.
-            let back = scene.recovery;
-            let mut acceleration = entry.bias + entry.winding + back * entry.rate;
+            // Includes the stabilisation terms, so that a constraint that pushes here also pushes
+            // in the motion.
+            let recovery = dynamics.recovery;
+            let mut acceleration = entry.bias + entry.winding + recovery * entry.rate;
             if !entry.role.is_tangent() {
-                acceleration += back * (entry.rate + back * entry.gap);
+                acceleration += recovery * (entry.rate + recovery * entry.gap);
             }
             for (j, a) in entry.row.trunk.iter().zip(&free.trunk) {
                 acceleration += j * a;
@@ -108,38 +112,40 @@ impl<const N: usize> Instant<N> {
             .entries
             .iter()
             .enumerate()
-            .filter(|(_, entry)| entry.parts)
+            .filter(|(_, entry)| entry.separates)
         {
             self.problem.bound(i, OPEN);
         }
-        // So finely that constraints that say the same thing twice share their force as they do in the motion.
-        let finely = |problem: &mut Problem, method: Method| match method {
-            Method::Newton => problem.solve_within(FINE[0], FINE[1]),
+        // Tight tolerances, so that redundant constraints share their force as in the motion.
+        let to_tolerance = |problem: &mut Problem, method: Method| match method {
+            Method::Newton => {
+                problem.solve_within(ACCELERATION_TOLERANCE[0], ACCELERATION_TOLERANCE[1])
+            }
             _ => problem.solve_by(method),
         };
-        let mut solved = self.solve(SETTLED, Method::Newton, finely);
-        if solved.is_ok() && self.catch_hops() {
-            solved = self.solve(SETTLED, Method::Newton, finely);
+        let mut solved = self.solve(ACCELERATION_ACCEPTED, Method::Newton, to_tolerance);
+        if solved.is_ok() && self.activate_hops() {
+            solved = self.solve(ACCELERATION_ACCEPTED, Method::Newton, to_tolerance);
         }
         if let Err(unsolved) = solved {
-            let jams = self.jams(true);
+            let jams = self.mark_jammed(true);
             return jams
-                .then_some(Settled::Jammed(Some(unsolved)))
+                .then_some(ModeResolution::Jammed(Some(unsolved)))
                 .ok_or(unsolved);
         }
-        let jams = self.jams(false);
-        self.note(mode, friction, scene.model.least_force());
-        mode.recount();
+        let jams = self.mark_jammed(false);
+        self.mark_active(mode, friction, dynamics.model.least_force());
+        mode.update_any();
         Ok(if jams {
-            Settled::Jammed(None)
+            ModeResolution::Jammed(None)
         } else {
-            Settled::Done
+            ModeResolution::Resolved
         })
     }
 
-    /// Marks the feet that slide and may jam: where there is no solution, all of them; else those that are let go although
-    /// they sink. Says whether there are any.
-    fn jams(&mut self, unsolved: bool) -> bool {
+    /// Marks the sliding feet that may jam: all of them without a solution, otherwise those that
+    /// are inactive although they sink. Returns whether there are any.
+    fn mark_jammed(&mut self, unsolved: bool) -> bool {
         self.jammed = [[false; 2]; 4];
         let mut any = false;
         for (i, entry) in self.entries.iter().enumerate() {
@@ -151,7 +157,7 @@ impl<const N: usize> Instant<N> {
                 continue;
             };
             let sinks = self.problem.unknowns()[i] <= 0.0 && self.problem.w(i) < -SINKING;
-            if unsolved || sinks && !entry.parts {
+            if unsolved || sinks && !entry.separates {
                 self.jammed[entry.row.leg][links - 3] = true;
                 any = true;
             }
@@ -159,34 +165,36 @@ impl<const N: usize> Instant<N> {
         any
     }
 
-    /// Whether a foot of this leg jams while the leg's cable is closed.
-    pub(crate) fn jams_against_cable(&self, leg: usize) -> bool {
+    /// Returns whether a foot of this leg jams while the leg's cable is closed.
+    pub(crate) fn is_jammed_against_cable(&self, leg: usize) -> bool {
         let cable =
             |entry: &Entry<N>| entry.role == Role::Stop(Stop::Cable) && entry.row.leg == leg;
         self.jammed[leg].contains(&true) && self.entries.iter().any(cable)
     }
 
-    /// Lets stops hold that would close again next to at once; says whether there are any.
-    fn catch_hops(&mut self) -> bool {
-        let mut caught = false;
+    /// Activates stops that would close again within [`HOP_SECONDS`]; returns whether there are
+    /// any.
+    fn activate_hops(&mut self) -> bool {
+        let mut activated = false;
         for (i, entry) in self
             .entries
             .iter()
             .enumerate()
-            .filter(|(_, entry)| entry.parts)
+            .filter(|(_, entry)| entry.separates)
         {
             let closing = -self.problem.w(i);
-            if 2.0 * entry.rate < closing * HOP {
+            if 2.0 * entry.rate < closing * HOP_SECONDS {
                 self.problem.bound(i, Bound::NonNegative);
-                caught = true;
+                activated = true;
             }
         }
-        caught
+        activated
     }
 
-    /// Notes what pushes with more than `least`, leaving out what others imply. What has come to its end pushes with next to
-    /// nothing; if it were to go on, it would end at once, and again.
-    pub(super) fn note(&self, mode: &mut Mode, friction: f64, least: f64) {
+    /// Stores the constraints with forces above `least` as active, except those implied by others.
+    /// A contact at its end has almost no force; if it stayed active, it would end again at once,
+    /// repeatedly.
+    pub(super) fn mark_active(&self, mode: &mut Mode, friction: f64, least: f64) {
         for (i, entry) in self.entries.iter().enumerate() {
             let force = self.problem.unknowns()[i];
             if force <= least {
@@ -198,11 +206,11 @@ impl<const N: usize> Instant<N> {
                     if stop != Stop::Cable && self.implied_by_cable(i) {
                         continue;
                     }
-                    let active = stop.of(mode);
+                    let active = stop.active_mut(mode);
                     *active = active.with_lane(leg, 1.0);
                 }
                 Role::Normal { links, slides } => {
-                    let slides = slides.or_else(|| self.slips(i, friction * force, least));
+                    let slides = slides.or_else(|| self.slip_direction(i, friction * force, least));
                     mode.contacts.push(Contact { leg, links, slides });
                 }
                 Role::Tangent { .. } => {}
@@ -210,10 +218,10 @@ impl<const N: usize> Instant<N> {
         }
     }
 
-    /// The direction in which a foot at rest starts to slide: against its friction, where that is
-    /// used up to within `least`. A foot that comes to its limit in a motion does not accelerate yet,
-    /// and would be beyond it at once.
-    fn slips(&self, normal: usize, limit: f64, least: f64) -> Option<[f64; 2]> {
+    /// Returns the direction in which a sticking foot starts to slide: against its friction, where
+    /// that reaches its limit within `least`. A foot that reaches its limit during motion does not
+    /// accelerate yet, and would exceed it at once.
+    fn slip_direction(&self, normal: usize, limit: f64, least: f64) -> Option<[f64; 2]> {
         let rows = [normal + 1, normal + 2];
         let t = rows.map(|row| self.problem.unknowns()[row]);
         let w = rows.map(|row| self.problem.w(row));
@@ -223,34 +231,34 @@ impl<const N: usize> Instant<N> {
         (saturated && starts).then(|| [-t[0] / size, -t[1] / size])
     }
 
-    /// Whether a stop says nothing that its leg's taut cable does not.
+    /// Returns whether a stop is implied by the taut cable of its leg.
     fn implied_by_cable(&self, stop: usize) -> bool {
-        let own = &self.entries[stop];
+        let entry = &self.entries[stop];
         self.entries.iter().enumerate().any(|(j, other)| {
-            let same = other.row.leg == own.row.leg && other.role == Role::Stop(Stop::Cable);
-            if !same || self.problem.unknowns()[j] <= 0.0 || other.compliance > 0.0 {
+            let is_cable = other.row.leg == entry.row.leg && other.role == Role::Stop(Stop::Cable);
+            if !is_cable || self.problem.unknowns()[j] <= 0.0 || other.compliance > 0.0 {
                 return false;
             }
             let of = |a: &Entry<N>, i: usize| {
                 let mut sum = 0.0;
                 for k in 0..N {
-                    sum += a.row.links[k] * self.rows[i].links[k];
+                    sum += a.row.links[k] * self.row_responses[i].links[k];
                 }
                 sum
             };
-            let (aa, bb, ab) = (of(own, stop), of(other, j), of(own, j));
+            let (aa, bb, ab) = (of(entry, stop), of(other, j), of(entry, j));
             aa * bb - ab * ab <= 1e-6 * aa * bb
         })
     }
 }
 
-/// The robot with its motors at work and nothing else that holds.
+/// Returns the robot with its motors and without any other active constraint.
 pub(super) fn motors_only<const N: usize>(
-    scene: &Scene<'_, Lanes, N>,
+    dynamics: &Dynamics<'_, Lanes, N>,
     state: &State<Lanes, N>,
-) -> (Articulated<Lanes, N>, Driven<Lanes>) {
-    let mut mode = scene.mode.clone_without_stops();
-    mode.recount();
-    let drive = scene.drive(state);
-    (scene.articulated(state, &mode, &drive), drive)
+) -> (Articulated<Lanes, N>, DriveAction<Lanes>) {
+    let mut mode = dynamics.mode.drives_only();
+    mode.update_any();
+    let drive = dynamics.drive(state);
+    (dynamics.articulated(state, &mode, &drive), drive)
 }

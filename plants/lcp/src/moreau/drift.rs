@@ -4,22 +4,23 @@
 //! x_c ← x_c + τ V        R ← R exp(τ ω)        θ ← θ + τ θ̇        τ = ½h
 //! ```
 //!
-//! Velocity V of the centre of mass of the robot, angular momentum L about it and momenta p of the
-//! links stay as they are, and the velocities are those that go with them in the middle of the
+//! The velocity V of the robot's centre of mass, the angular momentum L about it and the momenta p
+//! of the links are constant. The velocities are those that correspond to them in the middle of the
 //! step, where the impulses act:
 //!
 //! ```text
 //! H(θ̄) u_a = (R̄ᵀL, p)        H(θ̄) u_b = (R̄ᵀL⁺, p⁺)        T = 1 + ½ x̂ + β x̂²,  x = τω
-//! RᵀL = T(τω_a) Π_a           R⁺ᵀL⁺ = T(−τω_b) Π_b            R̄ᵀL = T(−τω_a) Π_a,  R̄ᵀL⁺ = T(τω_b) Π_b
+//! RᵀL = T(τω_a) Π_a           R⁺ᵀL⁺ = T(−τω_b) Π_b
+//! R̄ᵀL = T(−τω_a) Π_a          R̄ᵀL⁺ = T(τω_b) Π_b
 //! ```
 //!
-//! This is the generalised leapfrog, which is symplectic; T is what makes it so for rotations
-//! (dexp⁻ᵀ, Hairer, Lubich and Wanner, *Geometric Numerical Integration*, 2006, III.4 and VI.3). V
-//! and L change under external forces only: momentum is balanced to round-off and a robot in flight
-//! follows its parabola, whatever the step.
+//! This is the generalised leapfrog, which is symplectic; T makes it so for rotations (dexp⁻ᵀ,
+//! Hairer, Lubich and Wanner, *Geometric Numerical Integration*, 2006, III.4 and VI.3). V and L
+//! change under external forces only: momentum is balanced to round-off, and a robot in flight
+//! follows its parabola at any step size.
 
 use crate::articulated::{Articulated, into_trunk, into_world, rotation};
-use crate::carried::COUPLED;
+use crate::coupling::COUPLED;
 use crate::flow::FlowError;
 use crate::model::Model;
 use crate::motion::quaternion_rate;
@@ -30,17 +31,17 @@ use twinrig_robot::GRAVITY;
 
 use super::momentum::{Body, Geometry, Momenta};
 
-/// Rates count as found where an estimate changes them by less \[rad/s\], or by this share of the
-/// greatest of them. What they are wrong by then is some hundredths of that.
-pub(super) const ENOUGH: f64 = 1e-7;
-pub(super) const ENOUGH_OF: f64 = 1e-6;
+/// Change of the rates at which the iteration has converged \[rad/s\], and the same as a share of
+/// the maximum rate. The remaining error is some hundredths of that.
+pub(super) const RATE_TOLERANCE: f64 = 1e-7;
+pub(super) const RATE_TOLERANCE_RELATIVE: f64 = 1e-6;
 
-/// Estimates at most: a step that wants more turns links by too much.
-pub(super) const ESTIMATES_MAX: u32 = 16;
+/// Maximum number of iterations; a step that needs more rotates links by too much.
+pub(super) const ITERATIONS_MAX: u32 = 16;
 
-/// Momentum of the robot, world frame: place \[m\] and velocity \[m/s\] of its centre of mass, and
-/// angular momentum about that \[kg·m²/s\]. Directions in which the trunk may not move are the
-/// trunk's own: there, trunk and world have an axis in common.
+/// Momentum of the robot, world frame: position \[m\] and velocity \[m/s\] of its centre of mass,
+/// and angular momentum about it \[kg·m²/s\]. In directions in which the trunk may not move, the
+/// values are the trunk's: there, trunk and world share an axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Momentum {
     pub(super) position: [f64; 3],
@@ -50,8 +51,8 @@ pub(super) struct Momentum {
 }
 
 impl Momentum {
-    /// Of a robot in a state. `relative` is the velocity of its centre of mass against the trunk's,
-    /// trunk axes.
+    /// Computes the momentum of a robot in a state. `relative` is the velocity of its centre of
+    /// mass relative to the trunk's, trunk axes.
     pub(super) fn of<const N: usize>(
         model: &Model<N>,
         state: &State<Lanes, N>,
@@ -69,21 +70,21 @@ impl Momentum {
             spin: into_world(&upright, spin),
             moves: model.trunk.moves,
         };
-        for i in momentum.moved() {
+        for i in momentum.free_axes() {
             momentum.position[i] += offset[i];
             momentum.velocity[i] = moving[i];
         }
         momentum
     }
 
-    fn moved(&self) -> impl Iterator<Item = usize> + use<> {
+    fn free_axes(&self) -> impl Iterator<Item = usize> + use<> {
         let moves = self.moves;
         (0..3).filter(move |&i| moves[i])
     }
 
-    /// Adds impulses at the trunk and at what it carries, trunk axes of the middle, and the weight
-    /// of `seconds`. Returns what they change of the velocity of the centre of mass, trunk axes.
-    pub(super) fn push<const N: usize>(
+    /// Adds impulses on trunk and legs, trunk axes in the middle of the step, and the weight over
+    /// `seconds`. Returns the change of the velocity of the centre of mass, trunk axes.
+    pub(super) fn apply<const N: usize>(
         &mut self,
         impulse: &Spatial<f64>,
         middle: &Articulated<Lanes, N>,
@@ -102,7 +103,7 @@ impl Momentum {
         }
         let push = into_world(&upright, [x, y, z]);
         let mut change = [0.0; 3];
-        for i in self.moved() {
+        for i in self.free_axes() {
             change[i] = push[i] / body.mass;
         }
         change[2] -= seconds * GRAVITY;
@@ -112,8 +113,8 @@ impl Momentum {
         into_trunk(&upright, change)
     }
 
-    /// Puts the trunk, whose attitude is known, where it is, and gives it its velocity.
-    pub(super) fn carry<const N: usize>(
+    /// Sets position and velocity of the trunk at its known attitude.
+    pub(super) fn place_trunk<const N: usize>(
         &self,
         state: &mut State<Lanes, N>,
         body: &Body,
@@ -123,18 +124,18 @@ impl Momentum {
         let offset = into_world(&upright, body.offset());
         state.position = self.position;
         state.velocity = into_trunk(&upright, self.velocity);
-        for i in self.moved() {
+        for i in self.free_axes() {
             state.position[i] -= offset[i];
             state.velocity[i] -= relative[i];
         }
     }
 
-    /// The angular momentum in trunk axes.
+    /// Returns the angular momentum in trunk axes.
     pub(super) fn spin_in(&self, attitude: [f64; 4]) -> [f64; 3] {
         into_trunk(&rotation(attitude), self.spin)
     }
 
-    /// The centre of mass goes on evenly.
+    /// Advances the centre of mass at constant velocity.
     pub(super) fn drift(&mut self, seconds: f64) {
         for (x, v) in self.position.iter_mut().zip(&self.velocity) {
             *x += seconds * v;
@@ -142,9 +143,9 @@ impl Momentum {
     }
 }
 
-/// T(x) Π.
+/// Returns T(x) Π.
 pub(super) fn transported(x: [f64; 3], spin: [f64; 3]) -> [f64; 3] {
-    /// β = (1 − ½x cot ½x)/x² by powers of x².
+    /// Coefficients of β = (1 − ½x cot ½x)/x² by powers of x².
     const BETA: [f64; 6] = [
         1.0 / 12.0,
         1.0 / 720.0,
@@ -160,8 +161,8 @@ pub(super) fn transported(x: [f64; 3], spin: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| spin[i] + 0.5 * once[i] + beta * twice[i])
 }
 
-/// The attitude after an even turn.
-pub(super) fn turned(attitude: [f64; 4], turning: [f64; 3], seconds: f64) -> [f64; 4] {
+/// Returns the attitude after a rotation at constant angular velocity.
+pub(super) fn rotated(attitude: [f64; 4], turning: [f64; 3], seconds: f64) -> [f64; 4] {
     let square: f64 = turning.iter().map(|rate| rate * rate).sum();
     let angle = 0.5 * seconds * libm::sqrt(square);
     let (sine, cosine) = Real::sin_cos(angle);
@@ -173,9 +174,9 @@ pub(super) fn turned(attitude: [f64; 4], turning: [f64; 3], seconds: f64) -> [f6
     next.map(|c| c * scale)
 }
 
-/// Lets links and pulleys go on evenly.
+/// Advances links and pulleys at constant rates.
 #[inline(always)]
-pub(super) fn bend<const N: usize>(state: &mut State<Lanes, N>, seconds: f64) {
+pub(super) fn advance_joints<const N: usize>(state: &mut State<Lanes, N>, seconds: f64) {
     let h = Lanes::splat(seconds);
     for (angle, rate) in state.angles.iter_mut().zip(&state.rates) {
         *angle += h * *rate;
@@ -183,16 +184,16 @@ pub(super) fn bend<const N: usize>(state: &mut State<Lanes, N>, seconds: f64) {
     state.pulley += h * state.pulley_rate;
 }
 
-/// Rates of links and trunk.
+/// Rates of links and angular velocity of the trunk.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rates<const N: usize> {
     pub(super) links: [Lanes; N],
     pub(super) turning: [f64; 3],
 }
 
-/// Which lanes of an iteration have settled: those of one robot together, those of legs on a trunk
-/// that is held each for itself.
-pub(super) fn settled(
+/// Returns the lanes in which an iteration has converged: all together for a moving trunk, each leg
+/// separately on a fixed one.
+pub(super) fn converged(
     free: bool,
     mut change: Lanes,
     mut size: Lanes,
@@ -203,28 +204,28 @@ pub(super) fn settled(
         change = Lanes::splat(change.sum() + turn[0]);
         size = Lanes::splat(size.sum() + turn[1]);
     }
-    // Sums keep what is not a number. An iteration that diverges wants a shorter step.
+    // A sum propagates NaN. A diverging iteration needs a shorter step.
     if !change.sum().is_finite() {
-        return Err(FlowError::Unsettled { seconds });
+        return Err(FlowError::NotConverged { seconds });
     }
-    Ok(change.simd_le(Lanes::splat(ENOUGH) + Lanes::splat(ENOUGH_OF) * size))
+    Ok(change.simd_le(Lanes::splat(RATE_TOLERANCE) + Lanes::splat(RATE_TOLERANCE_RELATIVE) * size))
 }
 
 impl<const N: usize> Articulated<Lanes, N> {
-    /// Changes of rates that go with changes of momenta, with the centre of mass at rest.
+    /// Returns the changes of the rates by changes of the momenta, with the centre of mass at rest.
     #[inline(always)]
-    pub(super) fn yielded(&self, links: &[Lanes; N], spin: [f64; 3]) -> Rates<N> {
+    pub(super) fn rate_changes(&self, links: &[Lanes; N], spin: [f64; 3]) -> Rates<N> {
         self.rates_of(links, spin, Lanes::zero())
     }
 
-    /// The rates that go with these momenta where hips that follow their commands turn at `hip`;
-    /// the inertia is that of an end of a step.
+    /// Returns the rates at these momenta, where hips that follow their commands turn at `hip`; the
+    /// inertia is that at an end of a step.
     #[inline(always)]
     pub(super) fn rates_of(&self, links: &[Lanes; N], spin: [f64; 3], hip: Lanes) -> Rates<N> {
-        let imposed = self.give.imposed.map(|rate| rate * hip);
+        let imposed = self.mobility.imposed.map(|rate| rate * hip);
         let add = |moved: [Lanes; N]| std::array::from_fn(|i| moved[i] + imposed[i]);
         let mut rates = Rates {
-            links: add(self.give.moved(links)),
+            links: add(self.mobility.change(links)),
             turning: [0.0; 3],
         };
         let Some(base) = &self.base else {
@@ -233,31 +234,31 @@ impl<const N: usize> Articulated<Lanes, N> {
         let force = [0.0, 0.0, 0.0, spin[0], spin[1], spin[2]];
         let trunk = base
             .schur
-            .solve(reduced(force, &base.carried, &rates.links));
+            .solve(reduced(force, &base.coupling, &rates.links));
         let mut left = *links;
-        for (left, column) in left.iter_mut().zip(&base.carried.columns) {
+        for (left, column) in left.iter_mut().zip(&base.coupling.columns) {
             for (c, &row) in column.iter().zip(&COUPLED) {
                 *left -= *c * Lanes::splat(trunk[row]);
             }
         }
-        rates.links = add(self.give.moved(&left));
+        rates.links = add(self.mobility.change(&left));
         rates.turning.copy_from_slice(&trunk[3..]);
         rates
     }
 }
 
-/// A half step in search of the rates that its momenta have at its end.
-pub(super) struct Ahead<'a, const N: usize> {
+/// Half step whose rates follow from the momenta at its end.
+pub(super) struct HalfStep<'a, const N: usize> {
     pub(super) model: &'a Model<N>,
-    /// The inertia at its start.
+    /// Inertia at its start.
     pub(super) inertia: &'a Articulated<Lanes, N>,
     pub(super) hip_inertia: Lanes,
     pub(super) seconds: f64,
 }
 
-impl<const N: usize> Ahead<'_, N> {
-    /// The rates in the middle, by Newton's method with the inertia of the start, and the momenta
-    /// at the last but one estimate of them. Hips that follow their commands go on as they do.
+impl<const N: usize> HalfStep<'_, N> {
+    /// Computes the rates in the middle by Newton's method with the inertia of the start, and the
+    /// momenta at the last iterate but one. Hips that follow their commands keep their rate.
     pub(super) fn rates(
         &self,
         angles: &[Lanes; N],
@@ -269,9 +270,9 @@ impl<const N: usize> Ahead<'_, N> {
         let free = self.model.is_free();
         let mut rates = start;
         let mut last: Option<(Momenta<N>, Lanes)> = None;
-        for _ in 0..ESTIMATES_MAX {
-            let there: [Lanes; N] = std::array::from_fn(|i| angles[i] + h * rates.links[i]);
-            let geometry = Geometry::at(self.model, &there);
+        for _ in 0..ITERATIONS_MAX {
+            let angles_after: [Lanes; N] = std::array::from_fn(|i| angles[i] + h * rates.links[i]);
+            let geometry = Geometry::at(self.model, &angles_after);
             let mut found = geometry.momenta(legs, &rates.links, rates.turning);
             let mut missing: [Lanes; N] =
                 std::array::from_fn(|i| momenta.links[i] - found.links[i]);
@@ -279,7 +280,7 @@ impl<const N: usize> Ahead<'_, N> {
             let x = rates.turning.map(|rate| self.seconds * rate);
             let back = transported(x, found.spin);
             let spin = std::array::from_fn(|i| momenta.spin[i] - back[i]);
-            let more = self.inertia.yielded(&missing, spin);
+            let more = self.inertia.rate_changes(&missing, spin);
             let (mut change, mut size) = (Lanes::zero(), Lanes::zero());
             for (rate, more) in rates.links.iter().zip(&more.links) {
                 change += more.abs();
@@ -287,15 +288,15 @@ impl<const N: usize> Ahead<'_, N> {
             }
             let sum = |v: [f64; 3]| v.iter().map(|x| x.abs()).sum::<f64>();
             let turn = [sum(more.turning), sum(rates.turning)];
-            let mut done = settled(free, change, size, turn, 2.0 * self.seconds)?;
+            let mut done = converged(free, change, size, turn, 2.0 * self.seconds)?;
             let mut steps = more.links;
-            if let Some((last, settled)) = &last {
-                // Legs on a trunk that is held do not wait for each other: settled rates stay.
-                done |= *settled;
+            if let Some((last, converged)) = &last {
+                // Legs on a fixed trunk are independent: converged rates stay unchanged.
+                done |= *converged;
                 for i in 0..N {
-                    steps[i] = settled.bitselect(Lanes::zero(), steps[i]);
-                    found.links[i] = settled.bitselect(last.links[i], found.links[i]);
-                    found.pushes[i] = settled.bitselect(last.pushes[i], found.pushes[i]);
+                    steps[i] = converged.bitselect(Lanes::zero(), steps[i]);
+                    found.links[i] = converged.bitselect(last.links[i], found.links[i]);
+                    found.gradients[i] = converged.bitselect(last.gradients[i], found.gradients[i]);
                 }
             }
             for (rate, step) in rates.links.iter_mut().zip(steps) {
@@ -310,6 +311,6 @@ impl<const N: usize> Ahead<'_, N> {
             last = (!free).then_some((found, done));
         }
         let seconds = 2.0 * self.seconds;
-        Err(FlowError::Unsettled { seconds })
+        Err(FlowError::NotConverged { seconds })
     }
 }

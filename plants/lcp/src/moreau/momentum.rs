@@ -1,12 +1,13 @@
-//! Generalised momenta of trunk and links in one configuration, and the forces of inertia that go
-//! with them.
+//! Generalised momenta of trunk and links in one configuration, and the corresponding inertia
+//! forces.
 //!
 //! In the frame of the trunk, with the centre of mass of the whole robot at rest, a mass at **r**
-//! moves at `v_r` + ω × r + ṙ, where `v_r` = −(ω × S + Ṡ)/m. With the moments `X_j` = Σ m `c_j` r of link
-//! j,
+//! moves at `v_r` + ω × r + ṙ, where `v_r` = −(ω × S + Ṡ)/m. With the moments `X_j` = Σ m `c_j` r
+//! of link j,
 //!
 //! ```text
-//! W_j = b_j v_r + ω × X_j + Σᵢ A_ij θ̇ᵢ nᵢ        p_j = W_j · n_j        ∂T/∂θ_j = W_j · (ω × n_j − θ̇_j e_j)
+//! W_j = b_j v_r + ω × X_j + Σᵢ A_ij θ̇ᵢ nᵢ
+//! p_j = W_j · n_j                                ∂T/∂θ_j = W_j · (ω × n_j − θ̇_j e_j)
 //! Π = I_c ω + Σⱼ θ̇ⱼ X_j × n_j − S × Ṡ/m          e = (sin θ, 0, −cos θ),  n = de/dθ
 //! ```
 //!
@@ -18,15 +19,15 @@ use crate::model::Model;
 use crate::real::{Lanes, Real};
 use crate::trunk::cross;
 
-/// Where the masses are.
+/// Mass distribution in one configuration.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Geometry<const N: usize> {
     sines: [Lanes; N],
     cosines: [Lanes; N],
-    /// `X_j` in the leg plane; across it is `b_j` times the place of the hip.
+    /// `X_j` in the leg plane; its lateral component is `b_j` times that of the hip.
     forward: [Lanes; N],
     up: [Lanes; N],
-    /// The robot as one body, where its trunk moves.
+    /// The robot with locked links, where its trunk moves.
     pub(super) body: Option<Body>,
 }
 
@@ -41,21 +42,21 @@ pub(super) struct Body {
     inertia: [[f64; 3]; 3],
 }
 
-/// Momenta at some velocities.
+/// Momenta at given velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Momenta<const N: usize> {
     /// p of the links \[kg·m²/s\].
     pub(super) links: [Lanes; N],
     /// ∂T/∂θ \[N·m\].
-    pub(super) pushes: [Lanes; N],
+    pub(super) gradients: [Lanes; N],
     /// Π: angular momentum about the centre of mass, trunk axes.
     pub(super) spin: [f64; 3],
-    /// Velocity of the centre of mass of the robot against the trunk's, trunk axes.
+    /// Velocity of the robot's centre of mass relative to the trunk's, trunk axes.
     pub(super) relative: [f64; 3],
 }
 
 impl<const N: usize> Geometry<N> {
-    /// Room for one.
+    /// Zero-initialised storage.
     pub(super) fn blank() -> Self {
         let none = [Lanes::zero(); N];
         Self {
@@ -67,36 +68,36 @@ impl<const N: usize> Geometry<N> {
         }
     }
 
-    /// With links at these angles.
+    /// Computes the geometry at these angles of the links.
     #[inline(always)]
     pub(super) fn at(model: &Model<N>, angles: &[Lanes; N]) -> Self {
         let (mut sines, mut cosines) = ([Lanes::zero(); N], [Lanes::zero(); N]);
         for i in 0..N {
             (sines[i], cosines[i]) = Real::sin_cos(angles[i]);
         }
-        let mut geometry = Self::turned(model, sines, cosines);
+        let mut geometry = Self::about_hips(model, sines, cosines);
         if model.is_free() {
             geometry.body = Some(geometry.locked(model));
-            geometry.seat(model);
+            geometry.shift_to_trunk(model);
         }
         geometry
     }
 
-    /// As a robot has it whose inertia is known.
+    /// Computes the geometry of a robot whose inertia is known.
     #[inline(always)]
     pub(super) fn of(model: &Model<N>, articulated: &Articulated<Lanes, N>) -> Self {
         let chain = &articulated.chain;
-        let mut geometry = Self::turned(model, chain.sines, chain.cosines);
+        let mut geometry = Self::about_hips(model, chain.sines, chain.cosines);
         if let Some(base) = &articulated.base {
-            geometry.seat(model);
+            geometry.shift_to_trunk(model);
             geometry.body = Some(Body::new(model, base.trunk.moment, base.trunk.inertia));
         }
         geometry
     }
 
-    /// About the hips.
+    /// Computes the moments about the hips.
     #[inline(always)]
-    fn turned(model: &Model<N>, sines: [Lanes; N], cosines: [Lanes; N]) -> Self {
+    fn about_hips(model: &Model<N>, sines: [Lanes; N], cosines: [Lanes; N]) -> Self {
         let legs = &model.side_by_side;
         let (mut forward, mut up) = ([Lanes::zero(); N], [Lanes::zero(); N]);
         for j in 0..N {
@@ -114,9 +115,9 @@ impl<const N: usize> Geometry<N> {
         }
     }
 
-    /// From about the hips to about the trunk's centre of mass.
+    /// Shifts the moments from the hips to the trunk's centre of mass.
     #[inline(always)]
-    fn seat(&mut self, model: &Model<N>) {
+    fn shift_to_trunk(&mut self, model: &Model<N>) {
         let legs = &model.side_by_side;
         let [x, _, z] = legs.hip;
         for j in 0..N {
@@ -125,7 +126,7 @@ impl<const N: usize> Geometry<N> {
         }
     }
 
-    /// The robot as one body; `X_j` are still those about the hips.
+    /// Returns the robot with locked links; `X_j` must still be those about the hips.
     #[inline(always)]
     fn locked(&self, model: &Model<N>) -> Body {
         let legs = &model.side_by_side;
@@ -163,7 +164,7 @@ impl<const N: usize> Geometry<N> {
         Body::new(model, moment, inertia)
     }
 
-    /// Momenta at these rates of the links and this angular velocity of the trunk.
+    /// Returns the momenta at these rates of the links and this angular velocity of the trunk.
     #[inline(always)]
     pub(super) fn momenta(
         &self,
@@ -182,7 +183,7 @@ impl<const N: usize> Geometry<N> {
         }
         let mut momenta = Momenta {
             links: [zero; N],
-            pushes: [zero; N],
+            gradients: [zero; N],
             spin: [0.0; 3],
             relative: [0.0; 3],
         };
@@ -190,7 +191,7 @@ impl<const N: usize> Geometry<N> {
             for j in 0..N {
                 let (s, c) = (self.sines[j], self.cosines[j]);
                 momenta.links[j] = along[j] * c + above[j] * s;
-                momenta.pushes[j] = rates[j] * (above[j] * c - along[j] * s);
+                momenta.gradients[j] = rates[j] * (above[j] * c - along[j] * s);
             }
             return momenta;
         };
@@ -206,13 +207,13 @@ impl<const N: usize> Geometry<N> {
             let left = b * vy + wz * x - wx * z;
             let upward = above[j] + b * vz + wx * y - wy * x;
             momenta.links[j] = forward * c + upward * s;
-            momenta.pushes[j] =
+            momenta.gradients[j] =
                 (wy - rates[j]) * (forward * s - upward * c) + left * (wz * c - wx * s);
         }
         momenta
     }
 
-    /// Ṡ and Σ θ̇ⱼ `X_j` × `n_j`.
+    /// Returns Ṡ and Σ θ̇ⱼ `X_j` × `n_j`.
     #[inline(always)]
     fn against_trunk(
         &self,
@@ -234,7 +235,7 @@ impl<const N: usize> Geometry<N> {
 }
 
 impl<const N: usize> Geometry<N> {
-    /// Velocity of the centre of mass of the robot against the trunk's, trunk axes.
+    /// Returns the velocity of the robot's centre of mass relative to the trunk's, trunk axes.
     pub(super) fn relative(
         &self,
         legs: &Constants<Lanes, N>,
@@ -248,7 +249,7 @@ impl<const N: usize> Geometry<N> {
 }
 
 impl Body {
-    /// From S and the inertia about the trunk's centre of mass.
+    /// Builds the body from S and the inertia about the trunk's centre of mass.
     fn new<const N: usize>(model: &Model<N>, moment: [f64; 3], mut inertia: [[f64; 3]; 3]) -> Self {
         let mass = model.trunk.mass;
         let square: f64 = moment.iter().map(|s| s * s).sum();
@@ -265,21 +266,21 @@ impl Body {
         }
     }
 
-    /// Place of the centre of mass of the robot seen from the trunk's.
+    /// Returns the position of the robot's centre of mass relative to the trunk's.
     pub(super) fn offset(&self) -> [f64; 3] {
         self.moment.map(|s| s / self.mass)
     }
 
     fn velocity(&self, turning: [f64; 3], drift: [f64; 3]) -> [f64; 3] {
-        let carried = cross(turning, self.moment);
-        std::array::from_fn(|i| (carried[i] + drift[i]) / self.mass)
+        let rotational = cross(turning, self.moment);
+        std::array::from_fn(|i| (rotational[i] + drift[i]) / self.mass)
     }
 
-    fn spin(&self, turning: [f64; 3], drift: [f64; 3], own: [f64; 3]) -> [f64; 3] {
+    fn spin(&self, turning: [f64; 3], drift: [f64; 3], relative: [f64; 3]) -> [f64; 3] {
         let lever = cross(self.moment, drift);
         std::array::from_fn(|i| {
             let row = self.inertia[i].iter().zip(&turning);
-            row.map(|(i, w)| i * w).sum::<f64>() + own[i] - lever[i] / self.mass
+            row.map(|(i, w)| i * w).sum::<f64>() + relative[i] - lever[i] / self.mass
         })
     }
 }

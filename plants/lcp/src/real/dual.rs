@@ -49,9 +49,9 @@ impl<R: Real> Real for Dual<R> {
     }
 
     fn clamped(self, low: Self, high: Self) -> Self {
-        // One where the number is within, zero where a limit holds.
+        // One inside the interval, zero at a limit.
         let value = self.value.clamped(low.value, high.value);
-        let within = R::splat(1.0) - (self.value - value).is_other_than_zero();
+        let within = R::splat(1.0) - (self.value - value).nonzero_mask();
         Self {
             value,
             slope: self.slope * within,
@@ -60,16 +60,16 @@ impl<R: Real> Real for Dual<R> {
 
     fn beyond(self, width: Self) -> Self {
         let value = self.value.beyond(width.value);
-        let heeded = value.is_other_than_zero();
+        let passed = value.nonzero_mask();
         Self {
             value,
-            slope: self.slope * heeded,
+            slope: self.slope * passed,
         }
     }
 
-    fn is_other_than_zero(self) -> Self {
+    fn nonzero_mask(self) -> Self {
         Self {
-            value: self.value.is_other_than_zero(),
+            value: self.value.nonzero_mask(),
             slope: R::zero(),
         }
     }

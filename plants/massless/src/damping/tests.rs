@@ -38,7 +38,7 @@ fn model(base: Base, friction: f64) -> Model {
     Model::new(&robot, &Options { setup, force }).unwrap()
 }
 
-/// A state in motion: where the feet are, and how everything moves.
+/// State in motion: foot positions in leg lengths, and velocities of all coordinates.
 fn moving(model: &Model, feet: &[[f64; 2]; LEGS], rates: &[f64]) -> State {
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
@@ -54,20 +54,21 @@ fn moving(model: &Model, feet: &[[f64; 2]; LEGS], rates: &[f64]) -> State {
     state
 }
 
-/// All accelerations, trunk first, then x and z of the foot and the hip of each leg.
+/// All accelerations: trunk first, then x and z of the foot and the hip of each leg.
 fn flat(motion: &Motion) -> SVector<f64, ALL> {
     let mut all = SVector::<f64, ALL>::zeros();
     all.fixed_rows_mut::<6>(0).copy_from(&motion.trunk());
     for leg in 0..LEGS {
         let [hip, _] = motion.drive[leg];
-        let own = Vector3::new(motion.foot[leg].x, motion.foot[leg].y, hip);
-        all.fixed_rows_mut::<3>(6 + 3 * leg).copy_from(&own);
+        let of_leg = Vector3::new(motion.foot[leg].x, motion.foot[leg].y, hip);
+        all.fixed_rows_mut::<3>(6 + 3 * leg).copy_from(&of_leg);
     }
     all
 }
 
-/// The inertia, and what friction adds to it, written out; coordinates that do not move have an inertia of 1 and no friction.
-fn written_out(
+/// Dense matrices of the inertia and of the friction added to it; coordinates that do not move have
+/// an inertia of 1 and no friction.
+fn dense_matrices(
     model: &Model,
     damping: &Damping,
     mobility: &Mobility,
@@ -77,7 +78,7 @@ fn written_out(
         .fixed_view_mut::<6, 6>(0, 0)
         .copy_from(&damping.inertia);
     let mut friction = SMatrix::<f64, ALL, ALL>::zeros();
-    for (leg, own) in damping.legs.iter().enumerate().take(model.legs.len()) {
+    for (leg, leg_damping) in damping.legs.iter().enumerate().take(model.legs.len()) {
         let at = 6 + 3 * leg;
         let hip = mobility.drive[leg][0];
         for axis in 0..2 {
@@ -87,18 +88,18 @@ fn written_out(
         let mut to_relative = SMatrix::<f64, 3, ALL>::zeros();
         to_relative
             .fixed_view_mut::<2, 6>(0, 0)
-            .copy_from(&-own.carried);
+            .copy_from(&-leg_damping.carried);
         for axis in 0..2 {
             to_relative[(axis, at + axis)] = 1.0;
         }
         to_relative[(2, at + 2)] = 1.0;
-        friction += to_relative.transpose() * own.matrix * to_relative;
+        friction += to_relative.transpose() * leg_damping.matrix * to_relative;
     }
     [inertia, friction]
 }
 
-/// What is imposed does not give way to friction.
-fn without_imposed(
+/// Removes the friction of imposed coordinates.
+fn remove_imposed(
     [inertia, friction]: [SMatrix<f64, ALL, ALL>; 2],
     mobility: &Mobility,
 ) -> [SMatrix<f64, ALL, ALL>; 2] {
@@ -118,13 +119,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn legs_taken_out_one_by_one_give_what_the_whole_inertia_gives(
+    fn elimination_of_legs_equals_solution_with_dense_inertia(
         base in bases(),
         digits in -4.0..2.0_f64,
         feet in prop::array::uniform4([-0.2..0.2_f64, -0.95..-0.7_f64]),
         rates in prop::collection::vec(-1.0..1.0_f64, 18),
         imposed in prop::array::uniform4(any::<bool>()),
-        pushed in 0..LEGS,
+        pushed_leg in 0..LEGS,
     ) {
         let model = model(base, libm::pow(10.0, digits));
         let seconds = 1e-3;
@@ -139,8 +140,8 @@ proptest! {
         mobility.damp(&model, &middle.legs, seconds);
         mobility.factor(&model).unwrap();
         let damping = mobility.damping.unwrap();
-        let [inertia, friction] = without_imposed(written_out(&model, &damping, &mobility), &mobility);
-        let whole = (inertia + friction).lu();
+        let [inertia, friction] = remove_imposed(dense_matrices(&model, &damping, &mobility), &mobility);
+        let dense_factors = (inertia + friction).lu();
 
         // (M + K) a = M a₀.
         let mut motion = Motion::zero();
@@ -156,14 +157,14 @@ proptest! {
             motion.foot[leg] = Planar::new(30.0 * rates[6 + leg], 30.0 * rates[10 + leg]);
             motion.drive[leg][0] = 1e3 * rates[14 + leg];
         }
-        let expected = whole.solve(&(inertia * flat(&motion))).unwrap();
-        mobility.hold_back(&mut motion, LEGS);
-        let apart = (flat(&motion) - expected).norm();
-        prop_assert!(apart <= 1e-9 * (1.0 + expected.norm()), "{}", apart);
+        let expected = dense_factors.solve(&(inertia * flat(&motion))).unwrap();
+        mobility.apply_damping(&mut motion, LEGS);
+        let error = (flat(&motion) - expected).norm();
+        prop_assert!(error <= 1e-9 * (1.0 + expected.norm()), "{}", error);
 
-        // And a force along a row.
+        // Response to a force along a row.
         let row = Row {
-            leg: pushed,
+            leg: pushed_leg,
             sagittal: Vector3::new(rates[0], rates[1], 0.1 * rates[2]),
             lateral: Vector3::new(rates[3], 0.1 * rates[4], 0.1 * rates[5]),
             foot: Planar::new(rates[6], rates[7]),
@@ -171,29 +172,29 @@ proptest! {
             pulley: 0.0,
         };
         let response = mobility.response(&row);
-        let mut pushed_by = Motion::zero();
-        pushed_by.push(&row, &response, &mobility, 1.0);
+        let mut row_motion = Motion::zero();
+        row_motion.add_force(&row, &response, &mobility, 1.0);
         let [s, l] = [row.sagittal, row.lateral];
         let mut force = SVector::<f64, ALL>::zeros();
         force.fixed_rows_mut::<6>(0).copy_from_slice(&[s.x, s.y, s.z, l.x, l.y, l.z]);
-        let own = [row.foot.x, row.foot.y, row.hip];
-        force.fixed_rows_mut::<3>(6 + 3 * pushed).copy_from_slice(&own);
+        let on_leg = [row.foot.x, row.foot.y, row.hip];
+        force.fixed_rows_mut::<3>(6 + 3 * pushed_leg).copy_from_slice(&on_leg);
         for held in super::held(base) {
             force[held] = 0.0;
         }
-        if imposed[pushed] {
-            force[6 + 3 * pushed + 2] = 0.0;
+        if imposed[pushed_leg] {
+            force[6 + 3 * pushed_leg + 2] = 0.0;
         }
-        let expected = whole.solve(&force).unwrap();
-        let apart = (flat(&pushed_by) - expected).norm();
-        prop_assert!(apart <= 1e-9 * (1.0 + expected.norm()), "{}", apart);
-        // What the row does to itself is its component of that.
-        let own = mobility.between(&row, &row, &response);
-        prop_assert!((own - pushed_by.along(&row)).abs() <= 1e-9 * (1.0 + own.abs()));
+        let expected = dense_factors.solve(&force).unwrap();
+        let error = (flat(&row_motion) - expected).norm();
+        prop_assert!(error <= 1e-9 * (1.0 + expected.norm()), "{}", error);
+        // Diagonal entry of the Delassus matrix: component of the row's response along itself.
+        let diagonal = mobility.delassus_entry(&row, &row, &response);
+        prop_assert!((diagonal - row_motion.along(&row)).abs() <= 1e-9 * (1.0 + diagonal.abs()));
     }
 
     #[test]
-    fn friction_in_the_inertia_is_that_of_the_law(
+    fn friction_in_the_inertia_equals_the_friction_law(
         digits in -4.0..2.0_f64,
         feet in prop::array::uniform4([-0.2..0.2_f64, -0.95..-0.7_f64]),
         rates in prop::collection::vec(-1.0..1.0_f64, 18),
@@ -201,7 +202,7 @@ proptest! {
         let model = model(Base::Free, libm::pow(10.0, digits));
         let state = moving(&model, &feet, &rates);
         let mut middle = Midpoint::new();
-        // In the next to no time, the middle is the state itself.
+        // At an infinitesimal step, the midpoint is the state itself.
         let seconds = 1e-9;
         prop_assume!(middle.place(&model, &state, &state, seconds).is_ok());
         let damping = Damping::new(&model, &middle.legs, seconds);

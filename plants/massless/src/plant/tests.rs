@@ -1,4 +1,4 @@
-//! Closed forms that need a start in motion, which nothing outside can give the plant.
+//! Closed forms that require initial velocities, which the public interface cannot set.
 
 use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
 use twinrig_contact::{Ground, Terrain};
@@ -27,7 +27,8 @@ fn robot() -> Robot {
     robot
 }
 
-/// The same with springs so preloaded that nothing here moves them off their stops: a rigid body.
+/// Cheetah-cub with springs preloaded so that no load of these tests moves them off their stops: a
+/// rigid body.
 fn rigid() -> Robot {
     let mut robot = robot();
     for mount in &mut robot.legs {
@@ -36,7 +37,8 @@ fn rigid() -> Robot {
     robot
 }
 
-/// The same with springs that pull it off its stops: in the air, the feet hang between them.
+/// Cheetah-cub with springs that pull it off its stops: in the air, the feet hang between the
+/// stops.
 fn stretched(travel: f64) -> Robot {
     let mut robot = robot();
     for mount in &mut robot.legs {
@@ -72,8 +74,8 @@ fn plant(robot: &Robot, setup: &Setup) -> Massless {
     Massless::new(robot, &options, &|_| true).unwrap()
 }
 
-/// Gives the whole robot the motion of a rigid body (trunk frame).
-fn throw(plant: &mut Massless, velocity: Vector3<f64>, rate: Vector3<f64>) {
+/// Sets the velocities of a rigid body's motion (trunk frame).
+fn set_velocities(plant: &mut Massless, velocity: Vector3<f64>, rate: Vector3<f64>) {
     let mut state = plant.flows[0].state;
     state.set_velocity(velocity);
     state.set_rate(rate);
@@ -95,11 +97,11 @@ fn run(plant: &mut Massless, from: SimTime, steps: u64, step: SimDuration) -> Si
 }
 
 #[test]
-fn a_robot_that_slides_with_straight_legs_stops_after_v_squared_over_two_mu_g() {
+fn sliding_robot_stops_after_v_squared_over_two_mu_g() {
     let (friction, speed) = (0.2, 0.5);
     let step = SimDuration::from_micros(500);
     let mut plant = plant(&rigid(), &setup(Base::Free, &LEGS, Some(friction), step));
-    throw(&mut plant, Vector3::new(speed, 0.0, 0.0), Vector3::zeros());
+    set_velocities(&mut plant, Vector3::new(speed, 0.0, 0.0), Vector3::zeros());
     let (mut now, mut stopped) = (SimTime::ZERO, None);
     while now < SimTime::from_nanos(400_000_000) {
         now = run(&mut plant, now, 1, step);
@@ -107,8 +109,8 @@ fn a_robot_that_slides_with_straight_legs_stops_after_v_squared_over_two_mu_g() 
             stopped = Some(now);
         }
     }
-    // The start throws the load from four equal feet to the front pair: some micrometres of give in the stops' recovery,
-    // and a step more or less to the stop.
+    // The start shifts the load from four equal feet to the front pair: the stops' recovery yields
+    // by some micrometres, and the time of the stop changes by up to a step.
     let time = speed / (friction * GRAVITY);
     let distance = 0.5 * speed * time;
     let (found, place) = (
@@ -121,7 +123,7 @@ fn a_robot_that_slides_with_straight_legs_stops_after_v_squared_over_two_mu_g() 
         "{place} m, not {distance} m"
     );
     assert!(plant.flows[0].state.velocity().norm() < 1e-9, "it stays");
-    // What moved is heat now.
+    // The kinetic energy is dissipated.
     let kinetic = 0.5 * 1.1 * speed * speed;
     let balance = plant.energy();
     assert!(
@@ -138,9 +140,9 @@ fn moments(plant: &Massless) -> (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>) 
     let mut parts = vec![(model.mass, state.position(), turn * velocity)];
     for (i, leg) in model.legs.iter().enumerate() {
         let foot = leg.foot_in_trunk(state.foot(i));
-        let own = state.foot_velocity(i);
+        let foot_velocity = state.foot_velocity(i);
         let sideways = (velocity + rate.cross(&foot)).y;
-        let speed = Vector3::new(own.x, sideways, own.y);
+        let speed = Vector3::new(foot_velocity.x, sideways, foot_velocity.y);
         parts.push((leg.mass, state.position() + turn * foot, turn * speed));
     }
     let mass: f64 = parts.iter().map(|(m, _, _)| m).sum();
@@ -154,11 +156,12 @@ fn moments(plant: &Massless) -> (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>) 
     (mass, centre, momentum, spin)
 }
 
-/// Greatest errors of the parabola \[m\] and, as a share, of the angular momentum in a flight of 0.3 s.
+/// Greatest errors of the parabola \[m\] and, relative, of the angular momentum in a flight of 0.3
+/// s.
 fn flight_errors(robot: &Robot, step_us: u64, hips: [f64; 4], knee: f64) -> [f64; 2] {
     let step = SimDuration::from_micros(step_us);
     let mut plant = plant(robot, &setup(Base::Free, &LEGS, None, step));
-    throw(
+    set_velocities(
         &mut plant,
         Vector3::new(0.4, -0.3, 1.5),
         Vector3::new(3.0, 2.0, -4.0),
@@ -178,19 +181,19 @@ fn flight_errors(robot: &Robot, step_us: u64, hips: [f64; 4], knee: f64) -> [f64
         });
         plant.advance(now, &commands).unwrap();
         let time = now.as_secs_f64();
-        let (_, centre, _, now_spin) = moments(&plant);
+        let (_, centre, _, spin_now) = moments(&plant);
         let parabola =
             start + momentum / mass * time - Vector3::z() * (0.5 * GRAVITY * time * time);
         errors[0] = errors[0].max((centre - parabola).norm());
-        errors[1] = errors[1].max((now_spin - spin).norm() / spin.norm());
+        errors[1] = errors[1].max((spin_now - spin).norm() / spin.norm());
     }
     errors
 }
 
 #[test]
-fn in_flight_the_mass_centre_flies_a_parabola_and_angular_momentum_stays() {
-    // Tumbling at 5 rad/s with hips that swing by up to 0.5 rad at 2 Hz and feet on stretched springs, which swing at up
-    // to 40 Hz between the stops: all smooth, so second order.
+fn mass_centre_in_flight_follows_a_parabola_and_angular_momentum_is_conserved() {
+    // Tumbling at 5 rad/s with hips that swing by up to 0.5 rad at 2 Hz and feet on stretched
+    // springs, which swing at up to 40 Hz between the stops: all smooth, so of second order.
     let mut robot = stretched(0.014);
     for mount in &mut robot.legs {
         mount.leg.joint_friction.knee = 1e-3;
@@ -209,9 +212,9 @@ fn in_flight_the_mass_centre_flies_a_parabola_and_angular_momentum_stays() {
 }
 
 #[test]
-fn stops_and_cables_move_neither_mass_centre_nor_angular_momentum() {
-    // As before, and the cables pull the legs in with a jerk. An impulse acts where the step began to look for it, up to
-    // half a step's way from where it belongs: first order.
+fn stops_and_cables_conserve_momentum_and_angular_momentum() {
+    // As before, and the cables retract the legs abruptly. An impulse acts at the configuration at
+    // the start of its step, off by up to half a step's motion: first order.
     let hips = [0.4, -0.3, -0.5, 0.2];
     let (coarse, fine) = (
         flight_errors(&robot(), 1000, hips, 0.5),
@@ -222,24 +225,25 @@ fn stops_and_cables_move_neither_mass_centre_nor_angular_momentum() {
 }
 
 #[test]
-fn a_planar_robot_in_flight_with_rigid_legs_pitches_at_a_constant_rate() {
+fn planar_robot_in_flight_with_rigid_legs_pitches_at_constant_rate() {
     let step = SimDuration::from_millis(1);
     let mut plant = plant(&rigid(), &setup(Base::Planar, &LEGS, None, step));
-    throw(
+    set_velocities(
         &mut plant,
         Vector3::new(0.2, 0.0, 1.0),
         Vector3::new(0.0, 4.0, 0.0),
     );
     run(&mut plant, SimTime::ZERO, 300, step);
     let rate = plant.flows[0].state.rate();
-    // The stops are held at velocity level and recover drift: 1e-6 of the rate.
+    // The stops are constrained at velocity level with recovery of drift: 1e-6 of the rate.
     assert!(
         (rate.y - 4.0).abs() < 4e-6 && rate.x == 0.0 && rate.z == 0.0,
         "{rate}"
     );
 }
 
-/// The plant of one fixed leg whose foot hangs still where springs and weight balance, and the stiffness there.
+/// Plant of one fixed leg whose foot rests where springs and weight balance, and the stiffness
+/// there.
 fn balanced(step: SimDuration, friction: Option<f64>) -> (Massless, Matrix2<f64>) {
     let robot = stretched(0.010);
     let mut plant = plant(&robot, &setup(Base::Fixed, &["LF"], friction, step));
@@ -270,7 +274,7 @@ fn balanced(step: SimDuration, friction: Option<f64>) -> (Massless, Matrix2<f64>
 }
 
 #[test]
-fn a_foot_swings_about_its_balance_with_the_frequencies_of_the_energys_hessian() {
+fn foot_oscillates_at_the_eigenfrequencies_of_the_energys_hessian() {
     let step = SimDuration::from_millis(1);
     let h = step.as_secs_f64();
     for mode in 0..2 {
@@ -282,7 +286,7 @@ fn a_foot_swings_about_its_balance_with_the_frequencies_of_the_energys_hessian()
         let mut state = plant.flows[0].state;
         state.set_foot(0, rest + direction * 1e-6);
         plant.flows[0].replace(&state).unwrap();
-        // The midpoint rule has this frequency instead: tan(ω'h/2) = ωh/2.
+        // Frequency ω' of the midpoint rule: tan(ω'h/2) = ωh/2.
         let expected = 2.0 / h * libm::atan(0.5 * exact * h);
         let mut now = SimTime::ZERO;
         let mut worst = 0.0_f64;
@@ -292,7 +296,7 @@ fn a_foot_swings_about_its_balance_with_the_frequencies_of_the_energys_hessian()
             let cosine = 1e-6 * libm::cos(expected * h * f64::from(k));
             worst = worst.max((place - cosine).abs());
         }
-        // A micrometre of swing bends the springs by 1e-5 of their length.
+        // A swing of a micrometre changes the length of the springs by 1e-5 of it.
         assert!(
             worst < 2e-3 * 1e-6,
             "mode {mode} at {exact} rad/s: {worst:e} m"
@@ -300,7 +304,8 @@ fn a_foot_swings_about_its_balance_with_the_frequencies_of_the_energys_hessian()
     }
 }
 
-/// The plant after its foot met the ground at 1 m/s from `gap` metres above; the speeds before and after.
+/// Plant after its foot hit the ground at 1 m/s from `gap` metres above, and its speeds before and
+/// after.
 fn landed(restitution: f64, gap: f64) -> (Massless, f64, f64) {
     let step = SimDuration::from_micros(10);
     let (mut plant, _) = balanced(step, Some(0.0));
@@ -323,17 +328,17 @@ fn landed(restitution: f64, gap: f64) -> (Massless, f64, f64) {
     (plant, before, after)
 }
 
-/// Heights from which the foot meets the ground at the beginning, in the middle and at the end of a step, which are 10 µm
-/// apart: springs and weight, in balance 1 mm lower, do little on the way.
+/// Heights from which the foot hits the ground at the beginning, in the middle and at the end of a
+/// step, which is 10 µm long: springs and weight, in balance 1 mm lower, change the speed little.
 const GAPS: [f64; 4] = [30.01e-6, 33e-6, 36e-6, 39.9e-6];
 
 #[test]
-fn a_foot_that_lands_loses_the_energy_of_its_fall_and_nothing_else() {
+fn landing_foot_dissipates_exactly_its_kinetic_energy() {
     for gap in GAPS {
         let (plant, before, after) = landed(0.0, gap);
         let lost = 0.5 * plant.flows[0].model.legs[0].mass * before * before;
-        // The step of the impact leaves an overlap; pushed out of it, the foot keeps what counts as resting, 0.05 m/s,
-        // and the square of that in energy.
+        // The step of the impact leaves an overlap; its recovery leaves the foot the resting speed,
+        // 0.05 m/s, and the corresponding energy.
         let impact = plant.energy().impact;
         assert!((impact - lost).abs() < 0.003 * lost, "{impact} of {lost}");
         assert!((-0.005..=0.05 + 0.005).contains(&after), "{after}");
@@ -343,7 +348,7 @@ fn a_foot_that_lands_loses_the_energy_of_its_fall_and_nothing_else() {
 }
 
 #[test]
-fn a_foot_rebounds_with_the_share_of_its_speed_that_the_ground_gives_back() {
+fn foot_rebounds_at_the_coefficient_of_restitution() {
     for restitution in [0.3, 0.8, 1.0] {
         for gap in GAPS {
             let (plant, before, after) = landed(restitution, gap);
@@ -363,11 +368,12 @@ fn a_foot_rebounds_with_the_share_of_its_speed_that_the_ground_gives_back() {
 }
 
 #[test]
-fn springs_and_weight_lose_nothing_while_a_foot_swings() {
-    // The foot starts at 0.22 m/s and swings between the stops while the drive holds: 0.04 J to and fro. The iteration of
-    // the discrete gradient leaves up to 2e-8 J at the end of a step, which the next one makes up. A trunk that falls and
-    // turns, 2 J, adds what the iteration leaves of gravity's work, which goes with the same tolerance, and the third order
-    // of the feet's sideways inertia.
+fn swinging_foot_conserves_energy_without_friction() {
+    // The foot starts at 0.22 m/s and swings between the stops while the drive is held: 0.04 J are
+    // exchanged. The iteration of the discrete gradient leaves up to 2e-8 J at the end of a step,
+    // which the next step compensates. A trunk that falls and turns, 2 J, adds the iteration's
+    // error in the work of gravity, which has the same tolerance, and the third order of the feet's
+    // sideways inertia.
     for (base, bound) in [
         (Base::Fixed, 5e-8),
         (Base::Planar, 3.3e-7),
@@ -381,18 +387,18 @@ fn springs_and_weight_lose_nothing_while_a_foot_swings() {
             state.set_foot_velocity(0, Planar::new(0.1, 0.2));
             plant.flows[0].replace(&state).unwrap();
             let mut now = run(&mut plant, SimTime::ZERO, 1, step);
-            let begun = plant.energy();
-            let mut most = 0.0_f64;
+            let energy_before = plant.energy();
+            let mut greatest = 0.0_f64;
             for _ in 0..100 {
                 now = run(&mut plant, now, 1, step);
-                most = most.max((plant.energy().stored() - begun.stored()).abs());
+                greatest = greatest.max((plant.energy().stored() - energy_before.stored()).abs());
             }
             let balance = plant.energy();
             assert!(
                 balance.impact == 0.0 && balance.exchanged > 0.03,
                 "{balance:?}"
             );
-            assert!(most < bound, "{base:?} {ms} ms: {most:e} J");
+            assert!(greatest < bound, "{base:?} {ms} ms: {greatest:e} J");
         }
     }
 }

@@ -1,64 +1,64 @@
-//! The power books close: what is stored, put in, dissipated and lost adds up.
+//! Energy balance: stored, supplied, dissipated and lost energies add up.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_massless::Force;
 use twinrig_robot::Robot;
 
-use crate::scene::{Scene, Trot, on_slope, robot, setup};
+use crate::harness::{Harness, Trot, on_slope, robot, setup};
 
-/// Share of the energy exchanged that may be missing at 1 ms.
+/// Bound of the residual at 1 ms, relative to the energy exchanged.
 const SHARE: f64 = 1e-6;
 
-fn assert_closed(scene: &Scene, what: &str) {
-    let balance = scene.energy();
+fn assert_closed(harness: &Harness, what: &str) {
+    let balance = harness.energy();
     assert!(
         balance.residual.abs() < SHARE * balance.exchanged,
         "{what}: {balance:?}"
     );
-    // The residual is what the books say it is, and they hold something.
+    // The balance is not trivial.
     let sum = balance.stored() + balance.dissipated + balance.impact - balance.actuator;
     assert!(
         balance.exchanged > 0.01 && sum.is_finite(),
         "{what}: {balance:?}"
     );
-    // Friction and impacts only take.
+    // Friction and impacts only dissipate.
     assert!(
         balance.dissipated >= 0.0 && balance.impact >= -1e-9,
         "{what}: {balance:?}"
     );
 }
 
-fn trot(robot: &Robot, setup: &Setup, trot: Trot, ms: u64) -> Scene {
-    trotted(robot, setup, Force::Solve, trot, ms)
+fn trot(robot: &Robot, setup: &Setup, trot: Trot, ms: u64) -> Harness {
+    trot_with_force(robot, setup, Force::Solve, trot, ms)
 }
 
-fn trotted(robot: &Robot, setup: &Setup, force: Force, trot: Trot, ms: u64) -> Scene {
+fn trot_with_force(robot: &Robot, setup: &Setup, force: Force, trot: Trot, ms: u64) -> Harness {
     let mut setup = setup.clone();
     setup.start = trot.commands(robot, &setup, 0.0).into();
-    let mut scene = Scene::forced(robot, &setup, force);
+    let mut harness = Harness::with_force(robot, &setup, force);
     for now in 1..=ms {
-        scene.trot(robot, &setup, trot, now);
+        harness.trot(robot, &setup, trot, now);
     }
-    scene
+    harness
 }
 
 #[test]
-fn the_books_of_a_trot_close_on_every_base() {
+fn energy_balance_of_a_trot_closes_on_every_base() {
     let robot = robot();
     for base in [Base::Free, Base::Planar, Base::Fixed] {
         let setup = Setup { base, ..setup() };
-        let scene = trot(&robot, &setup, Trot::START, 1000);
-        assert_closed(&scene, &format!("{base:?}"));
+        let harness = trot(&robot, &setup, Trot::START, 1000);
+        assert_closed(&harness, &format!("{base:?}"));
     }
 }
 
 #[test]
-fn the_books_of_a_trot_close_with_looked_up_forces_and_over_hills() {
+fn energy_balance_of_a_trot_closes_with_tables_and_over_hills() {
     let robot = robot();
     let force = Force::Lookup { cells: 48 };
     assert_closed(
-        &trotted(&robot, &setup(), force, Trot::START, 500),
+        &trot_with_force(&robot, &setup(), force, Trot::START, 500),
         "lookup",
     );
     let heights = (0..400)
@@ -73,9 +73,9 @@ fn the_books_of_a_trot_close_with_looked_up_forces_and_over_hills() {
 }
 
 #[test]
-fn the_books_close_where_the_stops_are_hit_hard() {
-    // A stroke at 6 Hz throws the legs from stop to stop; the drives run into their torque. In the plane, because of the
-    // feet's sideways inertia, below.
+fn energy_balance_closes_under_hard_impacts_on_stops() {
+    // A stroke at 6 Hz moves the legs from stop to stop, and the drives saturate. In the plane,
+    // because of the feet's sideways inertia (see below).
     let mut hard = Setup {
         base: Base::Planar,
         ..setup()
@@ -94,9 +94,10 @@ fn the_books_close_where_the_stops_are_hit_hard() {
 }
 
 #[test]
-fn the_books_of_a_robot_that_stumbles_and_rolls_over_nearly_close() {
-    // In space the feet's sideways inertia is the one thing that the midpoint rule conserves to third order only; a hard
-    // landing that jerks the trunk into a roll leaves up to 4e-5 of its energy. Everything else is exact.
+fn energy_balance_of_a_rolling_robot_closes_to_third_order() {
+    // In space the feet's sideways inertia is the one term that the midpoint rule conserves to
+    // third order only; a hard landing that rolls the trunk leaves up to 4e-5 of its energy. All
+    // other terms are exact.
     let wild = Trot {
         frequency: 3.0,
         stroke: 0.25,
@@ -111,36 +112,36 @@ fn the_books_of_a_robot_that_stumbles_and_rolls_over_nearly_close() {
 }
 
 #[test]
-fn the_books_of_a_drop_close() {
-    // From flight: start without ground under the feet by lowering it 0.2 m.
+fn energy_balance_of_a_drop_closes() {
+    // The start is in flight, because the ground under the feet is 0.2 m lower.
     for restitution in [0.0, 0.5] {
         let robot = robot();
-        let scene = drop(&robot, 0.2, restitution);
-        assert_closed(&scene, &format!("drop, restitution {restitution}"));
-        let balance = scene.energy();
+        let harness = drop(&robot, 0.2, restitution);
+        assert_closed(&harness, &format!("drop, restitution {restitution}"));
+        let balance = harness.energy();
         assert!(balance.impact > 0.02, "{balance:?}");
     }
 }
 
-/// Half a second from a fall of `height` \[m\].
-fn drop(robot: &Robot, height: f64, restitution: f64) -> Scene {
+/// Half a second with a fall from `height` \[m\].
+fn drop(robot: &Robot, height: f64, restitution: f64) -> Harness {
     let terrain = Terrain::StepDown {
         at: -10.0,
         drop: height,
     };
     let ground = Some(Ground::new(terrain, 0.6, restitution).unwrap());
-    let mut scene = Scene::new(robot, &Setup { ground, ..setup() });
-    scene.to(500);
-    scene
+    let mut harness = Harness::new(robot, &Setup { ground, ..setup() });
+    harness.advance_to(500);
+    harness
 }
 
 #[test]
-fn the_books_of_a_slide_close_and_friction_takes_what_gravity_gives() {
+fn energy_balance_of_a_slide_closes_with_friction_work() {
     let robot = robot();
-    let mut scene = Scene::new(&robot, &on_slope(&robot, 0.3, 0.1));
-    scene.to(500);
-    assert_closed(&scene, "slide");
-    assert!(scene.read("body/velocity")[0] > 0.5);
-    let balance = scene.energy();
+    let mut harness = Harness::new(&robot, &on_slope(&robot, 0.3, 0.1));
+    harness.advance_to(500);
+    assert_closed(&harness, "slide");
+    assert!(harness.read("body/velocity")[0] > 0.5);
+    let balance = harness.energy();
     assert!(balance.dissipated > 0.1, "{balance:?}");
 }

@@ -1,28 +1,28 @@
-//! Forces looked up against forces solved for.
+//! Forces from energy tables against forces in closed form.
 
 use twinrig_leg::{EnergyTable, Pantograph};
 use twinrig_legged::Setup;
 use twinrig_massless::Force;
 
-use crate::scene::{Scene, Trot, named_robot, robot, setup};
+use crate::harness::{Harness, Trot, named_robot, robot, setup};
 
-/// Cells along each axis that a scene has by default.
+/// Default number of cells along each axis.
 const CELLS: usize = 64;
 
 #[test]
-fn tables_of_the_default_size_state_a_force_error_below_ten_millinewtons() {
+fn default_tables_have_a_force_error_below_ten_millinewtons() {
     for name in ["cheetah-cub", "oncilla"] {
         let robot = named_robot(name);
         let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
         let error = EnergyTable::new(&leg, CELLS).unwrap().error();
-        // Oncilla weighs 4.6 times as much: its forces are as much greater.
+        // Oncilla weighs 4.6 times as much: its forces are larger in proportion.
         let bound = 0.01 * robot.mass() / 1.1;
         assert!(error.force < bound, "{name}: {error:?}");
     }
 }
 
 #[test]
-fn a_looked_up_trot_differs_by_no_more_than_the_stated_error_explains() {
+fn trot_with_tables_differs_within_the_stated_force_error() {
     let robot = robot();
     let start = Setup {
         start: Trot::START.commands(&robot, &setup(), 0.0).into(),
@@ -32,21 +32,24 @@ fn a_looked_up_trot_differs_by_no_more_than_the_stated_error_explains() {
     for cells in [32, CELLS] {
         let force = Force::Lookup { cells };
         let error = EnergyTable::new(&leg, cells).unwrap().error();
-        let mut solved = Scene::new(&robot, &start);
-        let mut looked_up = Scene::forced(&robot, &start, force);
+        let mut solved = Harness::new(&robot, &start);
+        let mut looked_up = Harness::with_force(&robot, &start, force);
         for ms in 1..=50 {
             solved.trot(&robot, &start, Trot::START, ms);
             looked_up.trot(&robot, &start, Trot::START, ms);
         }
-        // Until the first foot lands anew nothing magnifies a difference: a force wrong by δ on all four feet moves the
-        // trunk by ½ · 4δ/m · t² at most.
+        // Until the first foot lands again no difference is amplified: a force error of δ on all
+        // four feet moves the trunk by ½ · 4δ/m · t² at most.
         let bound = 0.5 * 4.0 * error.force / robot.mass() * 0.05 * 0.05;
         let (a, b) = (
             solved.read("body/position").to_vec(),
             looked_up.read("body/position").to_vec(),
         );
-        let apart = (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
-        assert!(apart < bound, "{cells} cells: {apart:e} of {bound:e} m");
-        assert!(apart > 0.0, "a table was used");
+        let difference = (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
+        assert!(
+            difference < bound,
+            "{cells} cells: {difference:e} of {bound:e} m"
+        );
+        assert!(difference > 0.0, "a table was used");
     }
 }

@@ -1,4 +1,4 @@
-//! Friction of the joints, from next to none to more than any step follows by repetition.
+//! Joint friction, from almost none to more than any step resolves by fixed-point iteration.
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
@@ -7,7 +7,7 @@ use twinrig_massless::{Force, Massless, Options};
 use twinrig_robot::{JointFriction, Robot};
 use twinrig_runtime::{Plant, PlantFault};
 
-use crate::scene::{Scene, Trot, at, robot, setup};
+use crate::harness::{Harness, Trot, at, robot, setup};
 
 /// Cheetah-cub with this friction in all joints \[N·m·s/rad\].
 fn with_joint_friction(friction: f64) -> Robot {
@@ -23,7 +23,8 @@ fn with_joint_friction(friction: f64) -> Robot {
     robot
 }
 
-/// The passive legs of the thesis (2.5.1): no drives, no ground, the hips 10° in front and the knees flexed by a tenth.
+/// Passive legs of the thesis (2.5.1): no drives, no ground, the hips 10° in front and the knees
+/// flexed by a tenth.
 fn hanging(base: Base, step: SimDuration) -> Setup {
     let q = [10.0_f64, -9.5, 9.5].map(f64::to_radians);
     Setup {
@@ -41,7 +42,8 @@ fn plant(robot: &Robot, setup: Setup) -> Massless {
     Massless::new(robot, &Options { setup, force }, &|_| true).unwrap()
 }
 
-/// Legs that swing between their stops, which hide the order of a method, and hit none.
+/// Plant whose legs swing between their stops without hitting them, as impacts would hide the order
+/// of the method.
 fn swinging(friction: f64, step_us: u64) -> Massless {
     let mut robot = with_joint_friction(friction);
     for mount in &mut robot.legs {
@@ -68,18 +70,18 @@ fn angles(friction: f64, step_us: u64) -> Vec<f64> {
     each.collect()
 }
 
-/// By repetition alone friction of 2e-2 N·m·s/rad threw the hips of passive legs from 10° to 66° at 2 ms, and was said to give
-/// 0.08 J.
+/// With fixed-point iteration alone, friction of 2e-2 N·m·s/rad moved the hips of passive legs from
+/// 10° to 66° at 2 ms, and the reported dissipation was −0.08 J.
 #[test]
-fn stiff_joint_friction_is_followed_to_second_order() {
+fn stiff_joint_friction_is_integrated_to_second_order() {
     for friction in [1e-3, 5e-3, 2e-2, 1e-1, 1.0] {
         let fine = angles(friction, 25);
-        let apart = |step_us: u64| {
+        let difference = |step_us: u64| {
             let coarse = angles(friction, step_us);
-            let apart = coarse.iter().zip(&fine).map(|(a, b)| (a - b).abs());
-            apart.fold(0.0_f64, f64::max)
+            let difference = coarse.iter().zip(&fine).map(|(a, b)| (a - b).abs());
+            difference.fold(0.0_f64, f64::max)
         };
-        let [coarse, quarter] = [apart(2000), apart(500)];
+        let [coarse, quarter] = [difference(2000), difference(500)];
         assert!(coarse < 2e-3, "{friction}: {coarse:.1e} rad");
         assert!(
             quarter < coarse / 8.0,
@@ -88,7 +90,8 @@ fn stiff_joint_friction_is_followed_to_second_order() {
     }
 }
 
-/// ∫ Σ d q̇² of hip, knee and ankle, from the rates that are observed, not from the energy balance of the plant.
+/// ∫ Σ d q̇² of hip, knee and ankle, from the observed rates, not from the energy balance of the
+/// plant.
 fn friction_work(plant: &mut Massless, friction: f64, until_us: u64) -> f64 {
     const EACH_US: u64 = 50;
     let power = |plant: &Massless| {
@@ -113,20 +116,20 @@ fn friction_work(plant: &mut Massless, friction: f64, until_us: u64) -> f64 {
 }
 
 #[test]
-fn friction_takes_what_its_law_says_at_the_rates_that_are_seen() {
+fn dissipated_energy_is_that_of_the_friction_law_at_the_observed_rates() {
     for friction in [1e-3, 5e-3, 2e-2] {
         let mut plant = swinging(friction, 50);
-        let seen = friction_work(&mut plant, friction, 300_000);
+        let expected = friction_work(&mut plant, friction, 300_000);
         let balance = plant.energy();
         assert!(
-            (balance.dissipated / seen - 1.0).abs() < 1e-3,
-            "{friction}: {balance:?}, not {seen}"
+            (balance.dissipated / expected - 1.0).abs() < 1e-3,
+            "{friction}: {balance:?}, not {expected}"
         );
     }
 }
 
-/// Any friction and step, on every base: it is followed, or refused.
-fn taken(base: Base, friction: f64, step_us: u64, q: [f64; 3]) -> Result<(), PlantFault> {
+/// Runs passive legs with any friction and step on any base; fails with the plant's fault.
+fn run_passive(base: Base, friction: f64, step_us: u64, q: [f64; 3]) -> Result<(), PlantFault> {
     let mut setup = hanging(base, SimDuration::from_micros(step_us));
     setup.start = StartPose {
         q,
@@ -134,21 +137,24 @@ fn taken(base: Base, friction: f64, step_us: u64, q: [f64; 3]) -> Result<(), Pla
     }
     .into();
     let mut plant = plant(&with_joint_friction(friction), setup);
-    let mut taken = 0.0;
-    let begun = plant.energy().stored();
+    let mut dissipated = 0.0;
+    let energy_before = plant.energy().stored();
     for k in 1..=40 {
         plant.advance(at(10 * k), &[])?;
         let balance = plant.energy();
-        assert!(balance.dissipated >= taken, "{balance:?} after {taken}");
+        assert!(
+            balance.dissipated >= dissipated,
+            "{balance:?} after {dissipated}"
+        );
         assert!(
             balance.residual.abs() < 1e-5 * balance.exchanged + 1e-9,
             "{balance:?}"
         );
         assert!(
-            balance.stored() - begun < 1e-3 * balance.exchanged + 1e-9,
+            balance.stored() - energy_before < 1e-3 * balance.exchanged + 1e-9,
             "{balance:?}"
         );
-        taken = balance.dissipated;
+        dissipated = balance.dissipated;
     }
     Ok(())
 }
@@ -157,7 +163,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn friction_takes_and_the_energy_balance_closes_whatever_friction_and_step(
+    fn friction_dissipates_and_energy_balance_closes_for_any_friction_and_step(
         base in prop_oneof![Just(Base::Free), Just(Base::Planar), Just(Base::Fixed)],
         digits in -4.0..1.0_f64,
         step_us in 100..5000_u64,
@@ -165,22 +171,22 @@ proptest! {
         knee in -1.2..-0.1_f64,
     ) {
         let friction = libm::pow(10.0, digits);
-        let done = taken(base, friction, step_us, [hip, knee, 0.05 - knee]);
-        prop_assert!(done.is_ok(), "{:?}", done);
+        let outcome = run_passive(base, friction, step_us, [hip, knee, 0.05 - knee]);
+        prop_assert!(outcome.is_ok(), "{:?}", outcome);
     }
 }
 
 #[test]
-fn a_trot_with_stiff_joints_closes_its_energy_balance() {
+fn energy_balance_closes_in_a_trot_with_stiff_joints() {
     for friction in [1e-2, 1e-1] {
         let robot = with_joint_friction(friction);
         let mut setup = setup();
         setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
-        let mut scene = Scene::new(&robot, &setup);
+        let mut harness = Harness::new(&robot, &setup);
         for ms in 1..=600 {
-            scene.trot(&robot, &setup, Trot::START, ms);
+            harness.trot(&robot, &setup, Trot::START, ms);
         }
-        let balance = scene.energy();
+        let balance = harness.energy();
         assert!(
             balance.dissipated > 0.0 && balance.exchanged > 1.0,
             "{balance:?}"
@@ -193,15 +199,15 @@ fn a_trot_with_stiff_joints_closes_its_energy_balance() {
 }
 
 #[test]
-fn friction_that_gives_energy_is_a_fault() {
-    // A robot file cannot have it; a defect could.
+fn friction_that_generates_energy_is_a_fault() {
+    // A robot file cannot contain negative friction; this simulates a defect.
     let step = SimDuration::from_millis(1);
     let mut plant = plant(&with_joint_friction(-1e-3), hanging(Base::Fixed, step));
     let fault = (1..100)
         .find_map(|k| plant.advance(at(10 * k), &[]).err())
         .unwrap();
     assert!(
-        fault.why.contains("friction has given") && fault.part == "integrator",
+        fault.why.contains("friction has generated") && fault.part == "integrator",
         "{fault}"
     );
 }

@@ -7,9 +7,9 @@ use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, at, robot, setup};
+use crate::harness::{Harness, at, robot, setup};
 
-/// One leg on a trunk that is held, in the air, without drives.
+/// One leg on a fixed trunk, in the air, without drives.
 fn hanging(q: [f64; 3], rates: [f64; 3], step_us: u64) -> Setup {
     Setup {
         base: Base::Fixed,
@@ -30,8 +30,9 @@ fn without_friction(mut robot: Robot) -> Robot {
 }
 
 #[test]
-fn a_leg_that_its_springs_hold_rigid_swings_like_a_pendulum() {
-    // So preloaded that it stays stretched out and closed: a foot on a stick, and the first segment's own inertia.
+fn rigid_leg_swings_like_a_pendulum() {
+    // Preloaded so that the leg stays extended and closed: a foot on a rod, and the first segment's
+    // own inertia.
     let mut robot = without_friction(robot());
     for mount in &mut robot.legs {
         (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (0.05, 0.05);
@@ -40,33 +41,34 @@ fn a_leg_that_its_springs_hold_rigid_swings_like_a_pendulum() {
     let length = Pantograph::new(leg).unwrap().length_max();
     let inertia = leg.mass.lumped_foot * length * length + leg.mass.l1 * leg.l1 * leg.l1 / 3.0;
     let omega = (leg.mass.lumped_foot * 9.81 * length / inertia).sqrt();
-    let mut scene = Scene::new(&robot, &hanging([start, 0.0, 0.0], [0.0; 3], 100));
+    let mut harness = Harness::new(&robot, &hanging([start, 0.0, 0.0], [0.0; 3], 100));
     let mut worst = 0.0_f64;
     for ms in 1..=1000_u32 {
-        scene.to(ms.into());
+        harness.advance_to(ms.into());
         let expected = start * libm::cos(omega * f64::from(ms) * 1e-3);
-        worst = worst.max((scene.value("leg/LF/hip/position") - expected).abs());
+        worst = worst.max((harness.value("leg/LF/hip/position") - expected).abs());
     }
-    // A swing of 0.02 rad is slower by 0.02²/16 than a small one, 2.5e-5: 8.1 rad are late by 2e-4. The stops give way by
-    // what a step overlaps them, which swings the leg faster; 2e-3 of it at 1 ms, a hundredth of that at 0.1 ms.
+    // A swing of 0.02 rad is slower by 0.02²/16 than a small one, 2.5e-5: 8.1 rad are late by 2e-4.
+    // The stops yield by the overlap of a step, which makes the leg swing faster; by 2e-3 at 1 ms,
+    // a hundredth of that at 0.1 ms.
     assert!(worst < 5e-4 * start, "{worst:e} rad");
-    // Which sees the first segment's inertia, a hundredth of the foot's.
+    // The first segment's inertia, a hundredth of the foot's, is resolved.
     let without = (9.81 / length).sqrt();
     assert!((omega / without - 1.0).abs() > 1e-3);
 }
 
 #[test]
-fn the_books_of_a_passive_leg_close_and_friction_brings_it_to_rest() {
-    let mut scene = Scene::new(&robot(), &hanging([0.17, -0.16, 0.26], [0.0; 3], 250));
-    assert!(scene.commands.is_empty());
-    let begun = scene.energy();
+fn energy_balance_of_a_passive_leg_closes_until_rest() {
+    let mut harness = Harness::new(&robot(), &hanging([0.17, -0.16, 0.26], [0.0; 3], 250));
+    assert!(harness.commands.is_empty());
+    let begun = harness.energy();
     assert_eq!(begun.kinetic, 0.0);
     for ms in 1..=3000 {
-        scene.to(ms);
-        let angles = scene.read("leg/LF/angles");
+        harness.advance_to(ms);
+        let angles = harness.read("leg/LF/angles");
         assert!(angles.iter().all(|angle| angle.abs() < 2.0), "{angles:?}");
     }
-    let balance = scene.energy();
+    let balance = harness.energy();
     assert_eq!(balance.actuator, 0.0);
     assert!(
         balance.residual.abs() < 1e-9 * balance.exchanged,
@@ -76,29 +78,29 @@ fn the_books_of_a_passive_leg_close_and_friction_brings_it_to_rest() {
         balance.dissipated > 0.0 && balance.kinetic < 1e-3 * balance.dissipated,
         "{balance:?}"
     );
-    assert!(scene.value("leg/LF/hip/position").abs() < 0.05);
+    assert!(harness.value("leg/LF/hip/position").abs() < 0.05);
 }
 
 #[test]
-fn a_start_has_the_angles_and_the_kinetic_energy_of_its_rates() {
+fn start_has_the_requested_angles_and_kinetic_energy() {
     let (q, rates) = ([0.3, -0.4, 0.5], [-10.0, 15.0, 30.0]);
     let (robot, setup) = (robot(), hanging(q, rates, 1000));
-    let mut scene = Scene::new(&robot, &setup);
+    let mut harness = Harness::new(&robot, &setup);
     let leg = &robot.legs[0].leg;
     let pantograph = Pantograph::new(leg).unwrap();
-    let angles = scene.read("leg/LF/angles").to_vec();
+    let angles = harness.read("leg/LF/angles").to_vec();
     let joints = pantograph.joints([angles[0], angles[1], angles[2]]);
     assert!((joints.q2 - q[1]).abs() < 1e-9 && (joints.q3 - q[2]).abs() < 1e-9);
-    assert!((scene.value("leg/LF/hip/position") - q[0]).abs() < 1e-12);
-    let speed = scene.read("leg/LF/foot/velocity").to_vec();
-    let before = scene.read("leg/LF/foot/position").to_vec();
+    assert!((harness.value("leg/LF/hip/position") - q[0]).abs() < 1e-12);
+    let speed = harness.read("leg/LF/foot/velocity").to_vec();
+    let before = harness.read("leg/LF/foot/position").to_vec();
     let kinetic = 0.5 * leg.mass.lumped_foot * speed.iter().map(|v| v * v).sum::<f64>()
         + leg.mass.l1 * leg.l1 * leg.l1 / 6.0 * rates[0] * rates[0];
-    assert!((scene.energy().kinetic - kinetic).abs() < 1e-12);
-    // And it goes where it says: a microsecond changes 1 m/s by a millionth or so.
+    assert!((harness.energy().kinetic - kinetic).abs() < 1e-12);
+    // The velocity is consistent with the motion: a microsecond changes 1 m/s by about a millionth.
     let instant = twinrig_kernel::SimTime::from_nanos(1000);
-    scene.plant.advance(instant, &[]).unwrap();
-    let after = scene.read("leg/LF/foot/position").to_vec();
+    harness.plant.advance(instant, &[]).unwrap();
+    let after = harness.read("leg/LF/foot/position").to_vec();
     for i in 0..3 {
         let found = (after[i] - before[i]) / 1e-6;
         assert!((found - speed[i]).abs() < 5e-3, "{found} {}", speed[i]);
@@ -106,8 +108,9 @@ fn a_start_has_the_angles_and_the_kinetic_energy_of_its_rates() {
 }
 
 #[test]
-fn an_ankle_folded_up_beyond_the_second_segment_is_refused() {
-    // The widest opening at a strong bend: between the stops, but the foot's place is that of another pose, too.
+fn ankle_folded_up_beyond_the_second_segment_is_rejected() {
+    // The widest opening at a strong bend: between the stops, but the foot position also belongs to
+    // another pose.
     let robot = robot();
     let pantograph = Pantograph::new(&robot.legs[0].leg).unwrap();
     let knee = -1.4;
@@ -124,7 +127,7 @@ fn an_ankle_folded_up_beyond_the_second_segment_is_refused() {
 }
 
 #[test]
-fn drives_hold_a_start_from_joint_angles() {
+fn drives_hold_a_start_given_by_joint_angles() {
     let q = [0.2, -0.5, 0.5];
     let posed = Setup {
         base: Base::Fixed,
@@ -132,19 +135,19 @@ fn drives_hold_a_start_from_joint_angles() {
         start: StartPose { q, rates: [0.0; 3] }.into(),
         ..setup()
     };
-    let mut scene = Scene::new(&robot(), &posed);
-    let first = scene.commands.clone();
+    let mut harness = Harness::new(&robot(), &posed);
+    let first = harness.commands.clone();
     assert_eq!(first.len(), 8);
     assert!(first.chunks(2).all(|pair| pair[0] == q[0] && pair[1] > 0.0));
-    let before = scene.read("leg/RH/foot/position").to_vec();
-    scene.to(500);
-    let after = scene.read("leg/RH/foot/position").to_vec();
+    let before = harness.read("leg/RH/foot/position").to_vec();
+    harness.advance_to(500);
+    let after = harness.read("leg/RH/foot/position").to_vec();
     let moved = (0..3).map(|i| (after[i] - before[i]).abs());
     assert!(moved.fold(0.0, f64::max) < 1e-4, "{before:?} {after:?}");
 }
 
 #[test]
-fn without_drives_there_is_nothing_to_command_and_no_cable_to_stop_a_leg() {
+fn plant_without_drives_has_no_inputs_and_no_cable() {
     let options = Options {
         setup: hanging([0.0, -0.8, 0.8], [0.0; 3], 1000),
         force: Force::Solve,
@@ -153,7 +156,7 @@ fn without_drives_there_is_nothing_to_command_and_no_cable_to_stop_a_leg() {
     let ports = plant.ports();
     assert!(ports.iter().all(|port| port.direction == Direction::Output));
     assert!(ports.iter().all(|port| !port.name.contains("cable")));
-    // A cable that was just taut would hold the knee where it starts; its spring stretches it.
+    // A cable that was just taut would hold the knee at its start, while its spring extends it.
     plant.advance(at(500), &[]).unwrap();
     let layout = twinrig_kernel::Layout::of(&ports, Direction::Output);
     let mut outputs = vec![0.0; layout.len()];
@@ -165,7 +168,7 @@ fn without_drives_there_is_nothing_to_command_and_no_cable_to_stop_a_leg() {
 }
 
 #[test]
-fn a_first_segment_without_mass_cannot_turn_by_itself() {
+fn massless_first_segment_without_drive_is_rejected() {
     let mut robot = robot();
     robot.legs[0].leg.mass.l1 = 0.0;
     let options = |drives| Options {

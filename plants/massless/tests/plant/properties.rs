@@ -1,4 +1,4 @@
-//! What must hold of any motion.
+//! Invariants of any motion.
 
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
@@ -8,7 +8,7 @@ use twinrig_legged::{Base, Drives, Setup};
 use twinrig_massless::Massless;
 use twinrig_runtime::Plant;
 
-use crate::scene::{SERVO, Scene, Trot, at, robot, setup};
+use crate::harness::{Harness, SERVO, Trot, at, robot, setup};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
@@ -56,50 +56,60 @@ impl Motion {
         setup
     }
 
-    fn scene(&self) -> Scene {
-        Scene::new(&robot(), &self.setup())
+    fn harness(&self) -> Harness {
+        Harness::new(&robot(), &self.setup())
     }
 }
 
-/// What the contact solver leaves \[N\]: 1e-6 of the greatest approach, and 5 m/s of 30 g in 1 ms are 150 N.
-const LEFT: f64 = 1.5e-4;
+/// Residual of the contact solver \[N\]: 1e-6 of the greatest approach speed; 5 m/s of 30 g in 1 ms
+/// are 150 N.
+const FORCE_RESIDUAL: f64 = 1.5e-4;
 
-/// What may be read of every leg after a step of a millisecond.
-fn check_limits(scene: &mut Scene, motion: &Motion, leg: &Pantograph) -> Result<(), TestCaseError> {
+/// Checks the limits of all signals of every leg after a step of a millisecond.
+fn check_limits(
+    harness: &mut Harness,
+    motion: &Motion,
+    leg: &Pantograph,
+) -> Result<(), TestCaseError> {
     for name in LEGS {
-        let read =
-            |scene: &mut Scene, what: &str| scene.read(&format!("leg/{name}/{what}")).to_vec();
-        let [tension] = read(scene, "cable/tension")[..] else {
+        let read = |harness: &mut Harness, what: &str| {
+            harness.read(&format!("leg/{name}/{what}")).to_vec()
+        };
+        let [tension] = read(harness, "cable/tension")[..] else {
             unreachable!()
         };
         prop_assert!(tension >= 0.0);
-        let torques = [read(scene, "hip/torque")[0], read(scene, "knee/torque")[0]];
+        let torques = [
+            read(harness, "hip/torque")[0],
+            read(harness, "knee/torque")[0],
+        ];
         for torque in torques {
-            // The drive's limit is part of the step's problem: rounding only.
+            // The drive's limit is part of the step's problem: only rounding remains.
             prop_assert!(
                 torque.abs() <= motion.torque + 1e-9,
                 "{torque} of {}",
                 motion.torque
             );
         }
-        let force = read(scene, "foot/force");
+        let force = read(harness, "foot/force");
         let sideways = libm::hypot(force[0], force[1]);
-        prop_assert!(force[2] >= -LEFT, "{force:?}");
-        let most = motion.friction * force[2];
+        prop_assert!(force[2] >= -FORCE_RESIDUAL, "{force:?}");
+        let friction_max = motion.friction * force[2];
         prop_assert!(
-            sideways <= most * (1.0 + 1e-9) + LEFT,
+            sideways <= friction_max * (1.0 + 1e-9) + FORCE_RESIDUAL,
             "{force:?}: {}",
-            sideways - most
+            sideways - friction_max
         );
-        // How far a foot goes below the ground, or a rod beyond its stop, in a step: it arrives with its speed and is
-        // stopped by the end of the step, so half a step at the speed it arrives with; the feet here reach 5 m/s.
-        let gap = read(scene, "foot/clearance")[0];
+        // Penetration of a foot, or of a stop by a rod, within a step: it arrives at full speed and
+        // is stopped by the end of the step, so half a step at the speed of arrival; these feet
+        // reach 5 m/s.
+        let gap = read(harness, "foot/clearance")[0];
         prop_assert!(gap >= -0.5 * 5.0 * 1e-3, "{gap}");
-        let angles = read(scene, "angles");
+        let angles = read(harness, "angles");
         let pose = leg
             .pose_of_angles([angles[0], angles[1], angles[2]])
             .unwrap();
-        let cable = leg.cable_length(read(scene, "knee/position")[0]);
+        let cable = leg.cable_length(read(harness, "knee/position")[0]);
         for stop in Stop::ALL {
             let beyond = leg.gap(&pose, stop, cable);
             prop_assert!(beyond >= -0.5 * 5.0 * 1e-3, "{stop:?} {beyond}");
@@ -111,26 +121,26 @@ fn check_limits(scene: &mut Scene, motion: &Motion, leg: &Pantograph) -> Result<
     Ok(())
 }
 
-/// Bits of a plant's state and counters.
+/// Serialised state and counters of a plant.
 fn bytes(plant: &Massless) -> Vec<u8> {
     plant.save().0
 }
 
-/// Runs a motion on a stand with all legs and with one taken out.
-fn compare_without(motion: Motion, gone: usize) {
+/// Compares a motion on a stand with all legs to the one without the leg `removed`.
+fn compare_without(motion: Motion, removed: usize) {
     let robot = robot();
     let motion = Motion {
         base: Base::Fixed,
         ..motion
     };
     let setup = motion.setup();
-    let there = LEGS.iter().filter(|leg| **leg != LEGS[gone]);
+    let present = LEGS.iter().filter(|leg| **leg != LEGS[removed]);
     let fewer = Setup {
-        legs: there.map(|leg| (*leg).to_owned()).collect(),
+        legs: present.map(|leg| (*leg).to_owned()).collect(),
         ..setup.clone()
     };
-    let mut all = Scene::new(&robot, &setup);
-    let mut some = Scene::new(&robot, &fewer);
+    let mut all = Harness::new(&robot, &setup);
+    let mut some = Harness::new(&robot, &fewer);
     for ms in 1..=100 {
         all.trot(&robot, &setup, motion.trot, ms);
         some.trot(&robot, &fewer, motion.trot, ms);
@@ -144,8 +154,8 @@ fn compare_without(motion: Motion, gone: usize) {
 }
 
 #[test]
-fn legs_on_a_stand_that_stall_and_slip_on_ice_do_not_feel_each_other() {
-    // One that a contact problem common to all legs does not pass.
+fn stalled_and_slipping_legs_on_a_stand_are_independent() {
+    // A motion that fails with a contact problem common to all legs.
     let trot = Trot {
         frequency: 4.206_242_914_611_993,
         stroke: 0.127_072_806_142_889_8,
@@ -165,76 +175,76 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
-    fn forces_stay_within_what_cables_ground_and_drives_can_do(motion in motions()) {
+    fn forces_respect_cables_friction_cones_and_torque_limits(motion in motions()) {
         let robot = robot();
         let setup = motion.setup();
         let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
-        let mut scene = motion.scene();
+        let mut harness = motion.harness();
         for ms in 1..=200 {
-            scene.trot(&robot, &setup, motion.trot, ms);
-            check_limits(&mut scene, &motion, &leg)?;
-            scene.plant.begin_window();
+            harness.trot(&robot, &setup, motion.trot, ms);
+            check_limits(&mut harness, &motion, &leg)?;
+            harness.plant.begin_window();
         }
-        let balance = scene.energy();
+        let balance = harness.energy();
         prop_assert!(balance.dissipated >= 0.0);
         prop_assert!(balance.residual.abs() < 1e-4 * balance.exchanged + 1e-9, "{:?}", balance);
     }
 
     #[test]
-    fn a_restored_plant_goes_on_bit_for_bit(motion in motions(), at_ms in 1..150_u64) {
+    fn restored_plant_continues_bit_for_bit(motion in motions(), at_ms in 1..150_u64) {
         let robot = robot();
         let setup = motion.setup();
-        let mut scene = motion.scene();
+        let mut harness = motion.harness();
         for ms in 1..=at_ms {
-            scene.trot(&robot, &setup, motion.trot, ms);
+            harness.trot(&robot, &setup, motion.trot, ms);
         }
-        let saved = scene.plant.save();
-        // Into a plant that has been elsewhere meanwhile.
-        let mut other = motion.scene();
-        other.to(70);
+        let saved = harness.plant.save();
+        // Restores into a plant with another history.
+        let mut other = motion.harness();
+        other.advance_to(70);
         other.plant.begin_window();
         other.plant.restore(&saved).unwrap();
         prop_assert_eq!(&bytes(&other.plant), &saved.0);
         for ms in at_ms + 1..at_ms + 60 {
-            scene.trot(&robot, &setup, motion.trot, ms);
+            harness.trot(&robot, &setup, motion.trot, ms);
             other.trot(&robot, &setup, motion.trot, ms);
-            prop_assert_eq!(scene.observe(), other.observe());
+            prop_assert_eq!(harness.observe(), other.observe());
         }
-        prop_assert_eq!(bytes(&scene.plant), bytes(&other.plant));
+        prop_assert_eq!(bytes(&harness.plant), bytes(&other.plant));
     }
 
     #[test]
-    fn what_is_looked_at_and_how_often_changes_no_bit(motion in motions()) {
+    fn observations_change_no_bit_of_the_state(motion in motions()) {
         let robot = robot();
         let setup = motion.setup();
-        let mut seen = motion.scene();
-        let mut unseen = Scene::wanting(&robot, &setup, &|name| name == "body/rpy");
+        let mut observed = motion.harness();
+        let mut unobserved = Harness::with_outputs(&robot, &setup, &|name| name == "body/rpy");
         for ms in 1..=150 {
-            seen.trot(&robot, &setup, motion.trot, ms);
-            unseen.trot(&robot, &setup, motion.trot, ms);
-            seen.observe();
-            seen.observe();
+            observed.trot(&robot, &setup, motion.trot, ms);
+            unobserved.trot(&robot, &setup, motion.trot, ms);
+            observed.observe();
+            observed.observe();
         }
-        prop_assert_eq!(bytes(&seen.plant), bytes(&unseen.plant));
+        prop_assert_eq!(bytes(&observed.plant), bytes(&unobserved.plant));
     }
 
     #[test]
-    fn a_leg_that_is_left_out_of_a_stand_changes_no_bit_of_the_others(motion in motions(), gone in 0..4_usize) {
-        compare_without(motion, gone);
+    fn removing_a_leg_on_a_stand_changes_no_bit_of_the_others(motion in motions(), removed in 0..4_usize) {
+        compare_without(motion, removed);
     }
 
     #[test]
-    fn an_instant_within_a_step_can_be_visited(motion in motions(), odd_us in 1..999_u64) {
-        // The rig may ask for any instant; a shorter step is as good as a whole one.
-        let mut scene = motion.scene();
+    fn advancing_to_an_instant_within_a_step_is_accurate(motion in motions(), odd_us in 1..999_u64) {
+        // The rig may advance to any instant; a shorter step is as accurate as a whole one.
+        let mut harness = motion.harness();
         let odd = at(20) + SimDuration::from_micros(odd_us);
-        scene.to(20);
-        let commands = scene.commands.clone();
-        scene.plant.advance(odd, &commands).unwrap();
-        scene.to(50);
-        let mut straight = motion.scene();
-        straight.to(50);
-        let apart = scene.read("body/position")[2] - straight.read("body/position")[2];
-        prop_assert!(apart.abs() < 1e-3, "{}", apart);
+        harness.advance_to(20);
+        let commands = harness.commands.clone();
+        harness.plant.advance(odd, &commands).unwrap();
+        harness.advance_to(50);
+        let mut direct = motion.harness();
+        direct.advance_to(50);
+        let difference = harness.read("body/position")[2] - direct.read("body/position")[2];
+        prop_assert!(difference.abs() < 1e-3, "{}", difference);
     }
 }

@@ -1,5 +1,5 @@
-//! Against trajectories of `tests/reference/reference.py`, which has other coordinates, another integrator (DOP853 to
-//! 1e-12) and another language.
+//! Comparison with trajectories of `tests/reference/reference.py`, which uses other coordinates,
+//! another integrator (DOP853 to 1e-12) and another language.
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
@@ -8,9 +8,9 @@ use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, robot};
+use crate::harness::{Harness, robot};
 
-/// A scene of the script, with what the script says about it.
+/// A case of the script, with its parameters.
 struct Reference {
     golden: &'static str,
     legs: &'static [&'static str],
@@ -84,11 +84,12 @@ impl Reference {
         }
     }
 
-    /// Greatest errors of positions \[m\], pitch \[rad\], hip torques \[N·m\] and ground forces \[N\].
+    /// Greatest errors of positions \[m\], pitch \[rad\], hip torques \[N·m\] and ground forces
+    /// \[N\].
     fn errors(&self, step_us: u64) -> [f64; 4] {
         let step = SimDuration::from_micros(step_us);
         let robot = self.robot();
-        let mut scene = Scene::new(&robot, &self.setup(step));
+        let mut harness = Harness::new(&robot, &self.setup(step));
         let mut errors = [0.0_f64; 4];
         let mut now = 0;
         for row in self.golden.lines().skip(1) {
@@ -96,43 +97,47 @@ impl Reference {
             let end = row[0] * 1e6 - 0.5;
             while (now as f64) < end {
                 if (now + step_us) as f64 > end {
-                    scene.plant.begin_window();
+                    harness.plant.begin_window();
                 }
-                // Commands hold through a step: what the servo follows is the command of its middle.
+                // Commands are constant during a step: the servo follows the command of its
+                // midpoint.
                 let middle_s = (now as f64 + 0.5 * step_us as f64) * 1e-6;
-                for (pair, hip) in scene.commands.chunks_mut(2).zip((self.hips)(middle_s)) {
+                for (pair, hip) in harness.commands.chunks_mut(2).zip((self.hips)(middle_s)) {
                     pair[0] = hip;
                 }
                 now += step_us;
-                let to = SimTime::ZERO + SimDuration::from_micros(now);
-                scene.plant.advance(to, &scene.commands).unwrap();
+                let end_of_step = SimTime::ZERO + SimDuration::from_micros(now);
+                harness
+                    .plant
+                    .advance(end_of_step, &harness.commands)
+                    .unwrap();
             }
-            self.compare(&mut scene, &row, &mut errors);
+            self.compare(&mut harness, &row, &mut errors);
         }
         errors
     }
 
-    fn compare(&self, scene: &mut Scene, row: &[f64], errors: &mut [f64; 4]) {
+    fn compare(&self, harness: &mut Harness, row: &[f64], errors: &mut [f64; 4]) {
         let mut note = |place: usize, found: f64, expected: f64| {
             errors[place] = errors[place].max((found - expected).abs());
         };
-        let position = scene.read("body/position").to_vec();
+        let position = harness.read("body/position").to_vec();
         note(0, position[0], row[1]);
         note(0, position[2], row[2]);
-        note(1, scene.read("body/rpy")[1], row[3]);
+        note(1, harness.read("body/rpy")[1], row[3]);
         for (leg, expected) in self.legs.iter().zip(row[4..].chunks(5)) {
-            let foot = scene.read(&format!("leg/{leg}/foot/position")).to_vec();
+            let foot = harness.read(&format!("leg/{leg}/foot/position")).to_vec();
             note(0, foot[0], expected[0]);
             note(0, foot[2], expected[1]);
-            // Torques and forces are means over the last step: those of its middle, to second order. The script has the
-            // middle of a step of 1 ms.
+            // Torques and forces are means over the last step: those of its midpoint, to second
+            // order. The script gives the midpoint of a step of 1 ms.
             note(
                 2,
-                scene.value(&format!("leg/{leg}/hip/torque")),
+                harness.value(&format!("leg/{leg}/hip/torque")),
                 expected[2],
             );
             if self.ground {
-                let force = scene.read(&format!("leg/{leg}/foot/force")).to_vec();
+                let force = harness.read(&format!("leg/{leg}/foot/force")).to_vec();
                 note(3, force[0], expected[3]);
                 note(3, force[2], expected[4]);
             }
@@ -140,9 +145,10 @@ impl Reference {
     }
 }
 
-/// Second order: half the step, a quarter of the error. Between 1 ms and 0.5 ms the third order still shows.
-fn assert_second_order(scene: &Reference, bounds_at_1_ms: [f64; 4]) {
-    let (coarse, fine) = (scene.errors(1000), scene.errors(500));
+/// Second order: half the step, a quarter of the error. Between 1 ms and 0.5 ms the third order is
+/// still noticeable.
+fn assert_second_order(reference: &Reference, bounds_at_1_ms: [f64; 4]) {
+    let (coarse, fine) = (reference.errors(1000), reference.errors(500));
     for place in 0..4 {
         assert!(
             coarse[place] <= bounds_at_1_ms[place],
@@ -153,25 +159,26 @@ fn assert_second_order(scene: &Reference, bounds_at_1_ms: [f64; 4]) {
         let ratio = coarse[place] / fine[place];
         assert!(
             coarse[place] == 0.0 || (3.5..4.5).contains(&ratio),
-            "half the step leaves 1/{ratio} of the error: {coarse:?}, {fine:?}"
+            "halving the step divides the error by {ratio}: {coarse:?}, {fine:?}"
         );
     }
 }
 
-// The bounds are a little more than the errors that the midpoint rule has at 1 ms. What they stand for: the foot swings by
-// 20 mm at 15 Hz, where (ωh)²/12 is 7e-4 of the phase a cycle; torques reach 0.4 N·m, forces 7.5 N.
+// The bounds are slightly above the errors of the midpoint rule at 1 ms. For comparison: the foot
+// swings by 20 mm at 15 Hz, where (ωh)²/12 is 7e-4 of the phase a cycle; torques reach 0.4 N·m,
+// forces 7.5 N.
 
 #[test]
-fn a_foot_in_the_air_swings_on_its_springs_as_the_reference_does() {
+fn foot_in_the_air_follows_the_reference_to_second_order() {
     assert_second_order(&SWING, [5e-5, 0.0, 7e-4, 0.0]);
 }
 
 #[test]
-fn a_robot_in_flight_moves_as_the_reference_does() {
+fn robot_in_flight_follows_the_reference_to_second_order() {
     assert_second_order(&FLIGHT, [4e-5, 7e-5, 8e-4, 0.0]);
 }
 
 #[test]
-fn a_robot_that_stands_and_sways_moves_as_the_reference_does() {
+fn swaying_robot_follows_the_reference_to_second_order() {
     assert_second_order(&STANCE, [2.5e-6, 3.5e-5, 8e-5, 1.3e-3]);
 }

@@ -1,17 +1,17 @@
-//! Standing and sticking: what the ground carries, and what the cables do.
+//! Standing and sticking: ground forces and cable tensions.
 
 use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, named_robot, on_slope, robot, setup};
+use crate::harness::{Harness, named_robot, on_slope, robot, setup};
 
 const G: f64 = 9.81;
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
-/// Starts with slack cables, runs to rest, then measures a tenth of a second.
-fn settled(robot: &Robot, setup: &Setup) -> Scene {
+/// Starts with slack cables, runs to rest, then measures for a tenth of a second.
+fn settled(robot: &Robot, setup: &Setup) -> Harness {
     let extended = LegCommand {
         hip: 0.0,
         knee: 0.0,
@@ -22,15 +22,15 @@ fn settled(robot: &Robot, setup: &Setup) -> Scene {
         .iter()
         .map(|leg| (leg.clone(), extended))
         .collect();
-    let mut scene = Scene::new(robot, &setup);
-    scene.to(2000);
-    scene.plant.begin_window();
-    scene.to(2100);
-    scene
+    let mut harness = Harness::new(robot, &setup);
+    harness.advance_to(2000);
+    harness.plant.begin_window();
+    harness.advance_to(2100);
+    harness
 }
 
-/// The robot with its legs on their springs, not on their stops: no preload, so that every newton bends them. Friction that
-/// brings it to rest soon is nothing to statics.
+/// Cheetah-cub with its legs on their springs, not on their stops: no preload, so that any load
+/// deflects them. Increased joint friction, which shortens the transient, does not affect statics.
 fn sprung() -> Robot {
     let mut robot = robot();
     for mount in &mut robot.legs {
@@ -42,26 +42,28 @@ fn sprung() -> Robot {
 }
 
 #[test]
-fn the_feet_of_a_robot_that_stands_carry_its_weight() {
+fn feet_of_a_standing_robot_carry_its_weight() {
     for robot in [robot(), sprung(), named_robot("oncilla")] {
-        let mut scene = settled(&robot, &setup());
-        let loads = LEGS.map(|leg| scene.value(&format!("leg/{leg}/foot/load")));
+        let mut harness = settled(&robot, &setup());
+        let loads = LEGS.map(|leg| harness.value(&format!("leg/{leg}/foot/load")));
         let weight = robot.mass() * G;
         let sum: f64 = loads.iter().sum();
-        // A tenth of a second of mean: what is left of the bouncing after 2 s is below 1e-6 of the weight.
+        // Mean over a tenth of a second: the oscillation that remains after 2 s is below 1e-6 of
+        // the weight.
         assert!(
             (sum - weight).abs() < 1e-6 * weight,
             "{}: {sum} of {weight}",
             robot.name
         );
-        let velocity = scene.read("body/velocity").to_vec();
+        let velocity = harness.read("body/velocity").to_vec();
         assert!(velocity.iter().all(|v| v.abs() < 1e-5), "{velocity:?}");
     }
 }
 
 #[test]
-fn each_pair_of_feet_carries_what_the_balance_of_moments_leaves_it() {
-    // Two legs in the plane: statically determinate. The hind hip nearer to the mass centre carries more.
+fn loads_of_fore_and_hind_feet_satisfy_the_balance_of_moments() {
+    // Two legs in the plane are statically determinate. The hind hip is nearer to the mass centre
+    // and carries more.
     let mut robot = sprung();
     for mount in &mut robot.legs {
         if mount.name.ends_with('H') {
@@ -73,11 +75,12 @@ fn each_pair_of_feet_carries_what_the_balance_of_moments_leaves_it() {
         legs: vec!["LF".to_owned(), "LH".to_owned()],
         ..setup()
     };
-    let mut scene = settled(&robot, &two);
-    // All masses with their places: trunk and hips as one, feet where they are seen to be.
-    let body = scene.read("body/position").to_vec();
-    let foot = |scene: &mut Scene, leg: &str| scene.read(&format!("leg/{leg}/foot/position"))[0];
-    let (fore, hind) = (foot(&mut scene, "LF"), foot(&mut scene, "LH"));
+    let mut harness = settled(&robot, &two);
+    // All masses with their positions: trunk and hips as one, feet where they are measured.
+    let body = harness.read("body/position").to_vec();
+    let foot =
+        |harness: &mut Harness, leg: &str| harness.read(&format!("leg/{leg}/foot/position"))[0];
+    let (fore, hind) = (foot(&mut harness, "LF"), foot(&mut harness, "LH"));
     let mass = robot.trunk.mass + 2.0 * 0.02;
     let feet = 0.03 * G;
     let share = (body[0] - hind) / (fore - hind);
@@ -85,31 +88,31 @@ fn each_pair_of_feet_carries_what_the_balance_of_moments_leaves_it() {
         ("LF", mass * G * share + feet),
         ("LH", mass * G * (1.0 - share) + feet),
     ] {
-        let load = scene.value(&format!("leg/{leg}/foot/load"));
-        // Two seconds leave 1e-5 of the bouncing.
+        let load = harness.value(&format!("leg/{leg}/foot/load"));
+        // The oscillation that remains after 2 s is 1e-5.
         assert!(
             (load - expected).abs() < 1e-5 * expected,
             "{leg}: {load}, not {expected}"
         );
     }
-    let loads = ["LF", "LH"].map(|leg| scene.value(&format!("leg/{leg}/foot/load")));
+    let loads = ["LF", "LH"].map(|leg| harness.value(&format!("leg/{leg}/foot/load")));
     assert!(loads[1] > 1.05 * loads[0], "{loads:?}");
 }
 
 #[test]
-fn a_leg_that_stands_is_where_the_minimum_of_its_energy_is() {
-    // Four equal legs on springs, hips free of torque but for what holds them: the leg's equilibrium at the length it has
-    // pushes with the load of one foot (less the foot's own weight) and asks the hip for the torque it is measured to give.
+fn standing_leg_is_at_the_minimum_of_its_energy() {
+    // Four equal legs on springs: the equilibrium of a leg at its length has the load of one foot
+    // (less the foot's own weight) as its axial force, and the measured torque at the hip.
     let robot = sprung();
-    let mut scene = settled(&robot, &setup());
+    let mut harness = settled(&robot, &setup());
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     for name in LEGS {
-        let load = scene.value(&format!("leg/{name}/foot/load")) - 0.03 * G;
-        let angles = scene.read(&format!("leg/{name}/angles")).to_vec();
-        let torque = scene.value(&format!("leg/{name}/hip/torque"));
-        let foot = scene.read(&format!("leg/{name}/foot/position")).to_vec();
-        let body = scene.read("body/position").to_vec();
-        let pitch = scene.read("body/rpy")[1];
+        let load = harness.value(&format!("leg/{name}/foot/load")) - 0.03 * G;
+        let angles = harness.read(&format!("leg/{name}/angles")).to_vec();
+        let torque = harness.value(&format!("leg/{name}/hip/torque"));
+        let foot = harness.read(&format!("leg/{name}/foot/position")).to_vec();
+        let body = harness.read("body/position").to_vec();
+        let pitch = harness.read("body/rpy")[1];
         let hip = if name.ends_with('F') { 0.1 } else { -0.1 };
         let [x, z] = [
             foot[0] - body[0] - hip * libm::cos(pitch),
@@ -117,117 +120,120 @@ fn a_leg_that_stands_is_where_the_minimum_of_its_energy_is() {
         ];
         let length = libm::hypot(x, z);
         let lean = libm::atan2(x, -z);
-        // Turn the world so that the leg's axis is vertical.
-        let pull = scene.read(&format!("leg/{name}/foot/force")).to_vec();
-        let (along, beside) = (
+        // Rotate into the frame in which the leg's axis is vertical.
+        let pull = harness.read(&format!("leg/{name}/foot/force")).to_vec();
+        let (along, across) = (
             load * libm::cos(lean) - pull[0] * libm::sin(lean),
             load * libm::sin(lean) + pull[0] * libm::cos(lean),
         );
-        let cable = leg.cable_length(scene.value(&format!("leg/{name}/knee/position")));
-        let found = leg.equilibrium(length, torque, cable).unwrap();
+        let cable = leg.cable_length(harness.value(&format!("leg/{name}/knee/position")));
+        let measured = leg.equilibrium(length, torque, cable).unwrap();
         assert!(
-            scene.value(&format!("leg/{name}/cable/tension")) == 0.0,
+            harness.value(&format!("leg/{name}/cable/tension")) == 0.0,
             "the cable is slack"
         );
-        // The scan of `equilibrium` is refined to 1e-12 rad; the bouncing after 2 s is the larger rest.
+        // `equilibrium` is refined to 1e-12 rad; the oscillation that remains after 2 s is larger.
         assert!(
-            (found.axial - along).abs() < 1e-5,
-            "{name}: {found:?} {along}"
+            (measured.axial - along).abs() < 1e-5,
+            "{name}: {measured:?} {along}"
         );
         assert!(
-            (found.transverse - beside).abs() < 1e-5,
-            "{name}: {found:?} {beside}"
+            (measured.transverse - across).abs() < 1e-5,
+            "{name}: {measured:?} {across}"
         );
         let opening = angles[2] - angles[0];
         assert!(
-            (found.opening - opening).abs() < 1e-6,
-            "{name}: {found:?} {opening}"
+            (measured.opening - opening).abs() < 1e-6,
+            "{name}: {measured:?} {opening}"
         );
     }
 }
 
 #[test]
-fn a_taut_cable_carries_what_the_springs_and_the_foot_leave_it() {
-    // A leg on a stand, its knee pulled in: closed pantograph and cable hold it. Virtual work on foot and hip: gradient of
-    // the springs − weight of the foot = tension · gradient of the cable + force · gradient of the rod.
+fn taut_cable_balances_springs_and_weight() {
+    // A leg on a stand with its knee flexed: closed pantograph and cable hold it. Virtual work at
+    // foot and hip: gradient of the springs − weight of the foot = tension · gradient of the cable
+    // + force · gradient of the rod.
     let robot = robot();
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     for share in [0.7, 0.8, 0.9] {
         let start = leg
             .inverse_closed(Planar::new(0.01, -share * leg.length_max()))
             .unwrap();
-        let alone = Setup {
+        let single_leg = Setup {
             base: Base::Fixed,
             legs: vec!["LF".to_owned()],
             ground: None,
             start: vec![("LF".to_owned(), start)].into(),
             ..setup()
         };
-        let mut scene = Scene::new(&robot, &alone);
-        scene.to(2000);
+        let mut harness = Harness::new(&robot, &single_leg);
+        harness.advance_to(2000);
         let hip = start.hip + leg.hip_reference();
         let foot = leg.foot_of(start).unwrap();
         let pose = leg.pose(libm::sin(hip), libm::cos(hip), foot).unwrap();
-        let push = leg.spring_gradient(&pose);
+        let spring_gradient = leg.spring_gradient(&pose);
         let weight = Planar::new(0.0, 0.03 * G);
         let row = |stop: Stop| {
             let (length, sign) = stop.limits();
             leg.length_gradient(&pose, length) * sign
         };
         let (cable, closed) = (row(Stop::Cable), row(Stop::Closed));
-        // What pushes the foot apart from the stops: 2 × 2.
-        let need = push.foot + weight;
+        // Solve the foot's 2 × 2 equilibrium for tension and force of the rod.
+        let load = spring_gradient.foot + weight;
         let determinant = cable.foot.x * closed.foot.y - cable.foot.y * closed.foot.x;
-        let tension = (need.x * closed.foot.y - need.y * closed.foot.x) / determinant;
-        let rod = (cable.foot.x * need.y - cable.foot.y * need.x) / determinant;
-        let torque = push.hip - tension * cable.hip - rod * closed.hip;
-        let found = scene.value("leg/LF/cable/tension");
+        let tension = (load.x * closed.foot.y - load.y * closed.foot.x) / determinant;
+        let rod = (cable.foot.x * load.y - cable.foot.y * load.x) / determinant;
+        let torque = spring_gradient.hip - tension * cable.hip - rod * closed.hip;
+        let measured = harness.value("leg/LF/cable/tension");
         assert!(tension > 5.0 && rod > 0.0, "{tension} {rod}");
         assert!(
-            (found - tension).abs() < 1e-6 * tension,
-            "{found} N, not {tension}"
+            (measured - tension).abs() < 1e-6 * tension,
+            "{measured} N, not {tension}"
         );
-        let winding = scene.value("leg/LF/knee/torque");
+        let winding = harness.value("leg/LF/knee/torque");
         assert!((winding - 0.025 * tension).abs() < 1e-6, "{winding}");
-        let held = scene.value("leg/LF/hip/torque");
+        let held = harness.value("leg/LF/hip/torque");
         assert!((held - torque).abs() < 1e-6, "{held}, not {torque}");
     }
 }
 
-/// The robot as a rigid body: drives that yield to nothing, springs that nothing here moves off their stops.
-fn rigid_on_slope(slope: f64, friction: f64) -> Scene {
+/// The robot as a rigid body: unyielding drives, springs that no load of these tests moves off
+/// their stops.
+fn rigid_on_slope(slope: f64, friction: f64) -> Harness {
     let mut robot = robot();
     for mount in &mut robot.legs {
         (mount.leg.diagonal.preload, mount.leg.parallel.preload) = (0.05, 0.05);
     }
     let mut setup = on_slope(&robot, slope, friction);
     setup.drives = Drives::Ideal { period: 5e-3 };
-    Scene::new(&robot, &setup)
+    Harness::new(&robot, &setup)
 }
 
 #[test]
-fn a_robot_sticks_below_the_friction_angle_and_slides_above_it() {
+fn robot_sticks_below_the_friction_angle_and_slides_above_it() {
     for (slope, slides) in [(0.199, false), (0.201, true), (0.3, true)] {
         let friction = 0.2;
-        let mut scene = rigid_on_slope(slope, friction);
-        let start = scene.read("leg/LH/foot/position").to_vec();
-        scene.to(100);
-        let before = scene.read("body/velocity").to_vec();
-        scene.to(500);
-        let place = scene.read("leg/LH/foot/position").to_vec();
-        let after = scene.read("body/velocity").to_vec();
-        let found = libm::hypot(after[0] - before[0], after[2] - before[2]) / 0.4;
+        let mut harness = rigid_on_slope(slope, friction);
+        let start = harness.read("leg/LH/foot/position").to_vec();
+        harness.advance_to(100);
+        let before = harness.read("body/velocity").to_vec();
+        harness.advance_to(500);
+        let place = harness.read("leg/LH/foot/position").to_vec();
+        let after = harness.read("body/velocity").to_vec();
+        let measured = libm::hypot(after[0] - before[0], after[2] - before[2]) / 0.4;
         if slides {
             let angle = libm::atan(slope);
             let expected = G * (libm::sin(angle) - friction * libm::cos(angle));
-            // The stops give by the compliance of redundant constraints: 1e-9 of the weight and of the acceleration.
+            // The stops yield by the compliance of redundant constraints: 1e-9 of the weight and of
+            // the acceleration.
             assert!(
-                (found - expected).abs() < 1e-6 * G,
-                "{found}, not {expected}"
+                (measured - expected).abs() < 1e-6 * G,
+                "{measured}, not {expected}"
             );
         } else {
             let crept = (place[0] - start[0]).abs();
-            assert!(crept < 1e-9 && found < 1e-9, "{crept} {found}");
+            assert!(crept < 1e-9 && measured < 1e-9, "{crept} {measured}");
         }
     }
 }

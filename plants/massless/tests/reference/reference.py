@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""Trajectories of the robot with mass-less legs that no line of the Rust code has a part in.
+"""Reference trajectories of the robot with massless legs, independent of the Rust code.
 
-The model is written in joint space: the coordinates are the trunk's x, z and pitch and, per leg, the absolute angles of its
-second and third segment; the hip is led by its servo's equation. Spring energies are trigonometric formulas, their
-gradients are taken by the complex step, friction comes from Rayleigh's function, a foot on the ground is pinned by a
-Lagrange multiplier. The plant has foot positions for coordinates, vectors for energies and impulses for forces: nothing is
-the same but the physics. DOP853 integrates to 1e-12.
+The model is written in joint space: the coordinates are the trunk's x, z and pitch and, per leg, the
+absolute angles of its second and third segment; the hip follows the equation of its servo. Spring
+energies are trigonometric formulas with gradients by the complex step, friction is Rayleigh's
+dissipation function, and a foot on the ground is pinned by a Lagrange multiplier. The plant uses foot
+positions as coordinates, vectors for energies and impulses for forces: only the physics is shared.
+DOP853 integrates to 1e-12.
 
-No event happens in these scenes; that is checked here (stops, cable, ground and friction cone keep a margin).
+No event occurs in these cases, which is checked here (margins of stops, cable, ground and friction
+cone).
 
-To write the files of ci/golden/massless anew (numpy and scipy, any recent version):
+To regenerate the files of ci/golden/massless (numpy and scipy, any recent version):
 
     python3 plants/massless/tests/reference/reference.py ci/golden/massless
 """
@@ -20,7 +22,7 @@ import sys
 import numpy as np
 from scipy.integrate import solve_ivp
 
-# Cheetah-cub's leg, as `twinrig_leg::example()` has it, but for a longer travel of the parallel rod.
+# Cheetah-cub's leg as in `twinrig_robot::Leg::example()`, with a longer travel of the parallel rod.
 L1, L2, L3, LD = 0.0442, 0.0714, 0.0544, 0.015
 B = L3 - LD
 Q2_REF = np.radians(35.0)
@@ -28,7 +30,7 @@ KD, KP = 4400.0, 1800.0
 TRAVEL, DIAGONAL_MIN = 0.014, 0.063
 C_HIP, C_KNEE, C_ANKLE = 1e-3, 1e-3, 1e-3
 M_FOOT = 0.03
-# Trunk with what of each leg hangs at its hip (20 g).
+# Trunk, and the mass of each leg at its hip (20 g).
 M_TRUNK, I_TRUNK, M_HUNG, X_HIP = 0.9, 3.2176e-3, 0.02, 0.1
 SERVO_INERTIA = 1e-3
 G = 9.81
@@ -61,8 +63,8 @@ def lengths(a1, a2, a3):
 CABLE_MAX = lengths(0.0, -Q2_REF, 0.0)[2]
 
 
-class Scene:
-    """`hips`: x of each hip; `command`: hip command of each leg at a time, from the reference pose."""
+class Case:
+    """`hips`: x of each hip; `command`: hip commands at a time, relative to the reference pose."""
 
     def __init__(self, name, hips, planar, pinned, preload, lag, command):
         self.name, self.hips, self.planar, self.pinned = name, hips, planar, pinned
@@ -73,7 +75,7 @@ class Scene:
         self.inertia = I_TRUNK + sum(M_HUNG * x * x for x in hips)
 
     def energy(self, q, hips):
-        """Of springs and gravity; complex arguments are welcome."""
+        """Energy of springs and gravity, also for complex arguments."""
         _, z, pitch = q[:3]
         total = self.mass * G * z
         rest_d, rest_p = DIAGONAL_MAX + self.preload, L2 - self.preload
@@ -86,11 +88,11 @@ class Scene:
         return total
 
     def gradient(self, q, hips):
-        """By coordinates and by hip angles, by the complex step."""
-        both = np.concatenate([q, hips]).astype(complex)
-        slopes = np.empty(len(both))
-        for i in range(len(both)):
-            moved = both.copy()
+        """Gradient with respect to coordinates and hip angles, by the complex step."""
+        variables = np.concatenate([q, hips]).astype(complex)
+        slopes = np.empty(len(variables))
+        for i in range(len(variables)):
+            moved = variables.copy()
             moved[i] += 1e-30j
             slopes[i] = self.energy(moved[: self.dof], moved[self.dof :]).imag / 1e-30
         return slopes
@@ -106,7 +108,7 @@ class Scene:
         )
 
     def foot_jacobian(self, k, q, hip):
-        """By coordinates, and by the hip angle."""
+        """Jacobian with respect to the coordinates, and to the hip angle."""
         pitch = q[2]
         jacobian = np.zeros((2, self.dof))
         jacobian[0, 0] = jacobian[1, 1] = 1.0
@@ -130,7 +132,7 @@ class Scene:
         return y[:d], y[d : 2 * d], y[2 * d : 2 * d + n], y[2 * d + n :]
 
     def accelerations(self, t, y):
-        """Of coordinates and hips, the hips' torques, and the ground's forces on pinned feet."""
+        """Accelerations of coordinates and hips, torques of the hips, ground forces on pinned feet."""
         q, v, hips, hip_rates = self.split(y)
         commands = np.array(self.command(t)) + HIP_REF
         hip_acc = 4.0 / self.lag * ((commands - hips) / self.lag - hip_rates)
@@ -153,19 +155,19 @@ class Scene:
             force[4 + 2 * k] -= ankle
             torque[k] -= knee
             feet.append((jacobian, by_hip, bias))
-        kept = list(range(0 if self.planar else 3, self.dof))
+        free = list(range(0 if self.planar else 3, self.dof))
         acc = np.zeros(self.dof)
         ground = np.zeros((self.n, 2))
         if self.pinned:
-            rows = np.vstack([jacobian for jacobian, _, _ in feet])[:, kept]
+            rows = np.vstack([jacobian for jacobian, _, _ in feet])[:, free]
             size = len(rows)
-            system = np.block([[mass[np.ix_(kept, kept)], -rows.T], [rows, np.zeros((size, size))]])
-            right = np.concatenate([force[kept], -np.concatenate([bias for _, _, bias in feet])])
+            system = np.block([[mass[np.ix_(free, free)], -rows.T], [rows, np.zeros((size, size))]])
+            right = np.concatenate([force[free], -np.concatenate([bias for _, _, bias in feet])])
             solution = np.linalg.solve(system, right)
-            acc[kept] = solution[: len(kept)]
-            ground = solution[len(kept) :].reshape(self.n, 2)
+            acc[free] = solution[: len(free)]
+            ground = solution[len(free) :].reshape(self.n, 2)
         else:
-            acc[kept] = np.linalg.solve(mass[np.ix_(kept, kept)], force[kept])
+            acc[free] = np.linalg.solve(mass[np.ix_(free, free)], force[free])
         for k, (jacobian, by_hip, bias) in enumerate(feet):
             torque[k] += by_hip @ (M_FOOT * (jacobian @ acc + bias) - ground[k])
         return acc, hip_acc, torque, ground
@@ -184,7 +186,7 @@ class Scene:
         return np.concatenate([q, np.zeros(self.dof), hips, np.zeros(self.n)])
 
     def margins(self, t, y):
-        """Of closed, open, extended, bottomed and cable [m], and of the friction cone [1]."""
+        """Margins of closed, open, extended, bottomed and cable [m], and of the friction cone [1]."""
         q, _, hips, _ = self.split(y)
         least = [np.inf] * 6
         for k in range(self.n):
@@ -222,15 +224,15 @@ class Scene:
         return "\n".join(lines) + "\n"
 
 
-SCENES = [
-    # Springs without preload but stretched: in the air the foot swings about a pose between the stops.
-    Scene("swing", [X_HIP], False, False, -0.004, 5e-3, lambda t: [0.1 + 0.25 * (1 - np.cos(15 * t))]),
-    Scene(
+CASES = [
+    # Stretched springs without preload: in the air the foot swings about a pose between the stops.
+    Case("swing", [X_HIP], False, False, -0.004, 5e-3, lambda t: [0.1 + 0.25 * (1 - np.cos(15 * t))]),
+    Case(
         "flight", [X_HIP, -X_HIP], True, False, -0.004, 5e-3,
         lambda t: [0.1 + 0.2 * np.sin(12 * t), -0.2 - 0.15 * np.sin(9 * t)],
     ),
-    # Feet on the ground, the trunk bounces and sways between them.
-    Scene(
+    # Feet on the ground; the trunk bounces and sways.
+    Case(
         "stance", [X_HIP, -X_HIP], True, True, 0.0, 5e-3,
         lambda t: [0.06 * (1 - np.cos(20 * t)), 0.06 * (1 - np.cos(20 * t))],
     ),
@@ -238,5 +240,5 @@ SCENES = [
 
 if __name__ == "__main__":
     folder = pathlib.Path(sys.argv[1])
-    for scene in SCENES:
-        (folder / f"{scene.name}.csv").write_text(scene.run())
+    for case in CASES:
+        (folder / f"{case.name}.csv").write_text(case.run())

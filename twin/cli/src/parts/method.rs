@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::{OptionValue, PlantSpec};
-use twinrig_study::{MethodOffer, MethodSetting, SetBy, Variant};
+use twinrig_study::{MethodOffer, MethodSetting, SettingKind, Variant};
 
 /// The option of a plant that holds the tolerance of a method which has one.
 const TOLERANCE: &str = "tolerance";
@@ -23,7 +23,7 @@ const TOLERANCE: &str = "tolerance";
 pub struct Method {
     name: String,
     about: String,
-    set_by: SetBy,
+    set_by: SettingKind,
     options: Vec<(String, OptionValue)>,
     reference: Option<MethodSetting>,
 }
@@ -34,7 +34,7 @@ impl Method {
         Self {
             name: name.to_owned(),
             about: about.to_owned(),
-            set_by: SetBy::Step,
+            set_by: SettingKind::Step,
             options: Vec::new(),
             reference: None,
         }
@@ -43,7 +43,7 @@ impl Method {
     /// One that is set by a tolerance, which is the plant's option `tolerance`.
     pub fn tolerant(name: &str, about: &str) -> Self {
         Self {
-            set_by: SetBy::Tolerance,
+            set_by: SettingKind::Tolerance,
             ..Self::stepped(name, about)
         }
     }

@@ -7,8 +7,8 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{Plant, caught};
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
 use twinrig_study::{
-    Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, STROLL, Scales, Scene, SetBy,
-    Study, Tapped, Variant,
+    CommandRecorder, Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, STROLL,
+    Scales, SettingKind, Study, StudyInput, Variant,
 };
 
 use crate::assembly::Assembly;
@@ -28,7 +28,7 @@ const TRIED_TOLERANCE: f64 = 1e-6;
 
 /// Builds the plants of a study out of a scenario.
 pub(crate) struct StudyBuilder<'r> {
-    scene: Scene,
+    scene: StudyInput,
     offers: Vec<PlantOffer>,
     /// What solves the same model as one of those: for its reference.
     bystanders: Vec<PlantOffer>,
@@ -175,8 +175,8 @@ impl PlantUnderStudy<'_> {
                 plant: offer.name.clone(),
                 method: method.name.clone(),
                 setting: match method.set_by {
-                    SetBy::Step => MethodSetting::Step(TRIED_STEP),
-                    SetBy::Tolerance => MethodSetting::Tolerance(TRIED_TOLERANCE),
+                    SettingKind::Step => MethodSetting::Step(TRIED_STEP),
+                    SettingKind::Tolerance => MethodSetting::Tolerance(TRIED_TOLERANCE),
                 },
                 scales: Scales::AS_IS,
             };
@@ -247,7 +247,7 @@ fn models_beside(offers: &[PlantOffer]) -> Vec<String> {
 }
 
 impl PlantFactory for StudyBuilder<'_> {
-    fn scene(&self) -> &Scene {
+    fn input(&self) -> &StudyInput {
         &self.scene
     }
 
@@ -301,10 +301,10 @@ fn scene(
     registry: &Registry,
     assembly: &Assembly<'_>,
     duration: Option<SimDuration>,
-) -> Result<Scene, TwinError> {
+) -> Result<StudyInput, TwinError> {
     let scenario = assembly.scenario();
     let step = registry.plant_step(&scenario.plant);
-    Ok(Scene {
+    Ok(StudyInput {
         name: scenario.name.clone(),
         file: scenario.file.clone(),
         duration: scenario.duration,
@@ -327,7 +327,7 @@ fn commands(assembly: &Assembly<'_>, duration: SimDuration) -> Result<Commands, 
     }
     let mut tape = None;
     let mut rig = assembly.rig_around(|plant| {
-        let (tapped, its_tape) = Tapped::new(plant);
+        let (tapped, its_tape) = CommandRecorder::new(plant);
         tape = Some(its_tape);
         Box::new(tapped)
     })?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::{GridInputs, Rig};
 use twinrig_scenario::Setting;
-use twinrig_study::{CouplingChoice, RigFactory, RigScene, RigVariant};
+use twinrig_study::{CouplingChoice, CouplingInput, RigFactory, RigVariant};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -17,7 +17,7 @@ pub(crate) struct RigStudyBuilder<'r> {
     registry: &'r Registry,
     path: PathBuf,
     settings: Vec<Setting>,
-    scene: RigScene,
+    scene: CouplingInput,
     plants: Vec<String>,
     /// Other plants, with the reason why they cannot be in the scene.
     left_out: Vec<String>,
@@ -46,7 +46,7 @@ impl<'r> RigStudyBuilder<'r> {
             registry,
             path: path.to_owned(),
             settings: settings.to_vec(),
-            scene: RigScene {
+            scene: CouplingInput {
                 name: scenario.name.clone(),
                 file: scenario.file.clone(),
                 duration: scenario.duration,
@@ -136,7 +136,7 @@ fn coupled(way: CouplingChoice) -> String {
 }
 
 impl RigFactory for RigStudyBuilder<'_> {
-    fn scene(&self) -> &RigScene {
+    fn input(&self) -> &CouplingInput {
         &self.scene
     }
 

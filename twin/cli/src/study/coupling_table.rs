@@ -97,7 +97,7 @@ fn table(study: &CouplingStudy, plant: &str) -> Grid {
         speed(),
         "".into(),
     ]);
-    let of = |method| study.line(CouplingKind::Together, plant, method);
+    let of = |method| study.series(CouplingKind::Together, plant, method);
     for first in of(CouplingMethod::Exact) {
         let mut changed = 0;
         let [exact, mean, held] = CouplingMethod::ALL.map(|method| {

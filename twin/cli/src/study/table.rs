@@ -96,7 +96,7 @@ fn walking(one: &Transport) -> String {
 fn doubtful(row: &Row) -> String {
     let what = match row.kind {
         RowKind::Limit => format!("{} with segments × {:e}", row.plant, row.scales.mass),
-        _ => format!("{} {}", row.line().name(), setting(row)),
+        _ => format!("{} {}", row.series().name(), setting(row)),
     };
     let error = row.error_rms_m;
     let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
@@ -177,11 +177,11 @@ fn precision(study: &Study) -> Grid {
         "".into(),
     ]);
     let orders = study.orders();
-    for line in study.lines() {
+    for line in study.series() {
         let rows: Vec<&Row> = study
             .rows
             .iter()
-            .filter(|row| row.kind == RowKind::Integration && row.line() == line)
+            .filter(|row| row.kind == RowKind::Integration && row.series() == line)
             .collect();
         let sound = || rows.iter().filter(|row| row.status == Status::Ok);
         let usual = sound().find(|row| row.step_s == Some(USUAL_STEP_S));
@@ -204,7 +204,7 @@ fn precision(study: &Study) -> Grid {
         let failed = rows.len() - sound().count() - cut;
         grid.row([
             line.plant.into(),
-            line.way().into(),
+            line.method_label().into(),
             order
                 .map_or(String::new(), |order| format!("{:.1}", order.order))
                 .into(),
@@ -275,7 +275,7 @@ fn stability(study: &Study) -> Grid {
         };
         grid.row([
             row.plant.as_str().into(),
-            row.line().way().into(),
+            row.series().method_label().into(),
             limit.into(),
             row.error_rms_m
                 .map_or(String::new(), |error| brief(error, "m"))

@@ -1,86 +1,88 @@
-//! What a study of coupling is told, and what it asks for.
+//! Inputs of a study of coupling, and the interface by which it builds rigs.
 
 use serde::Serialize;
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::{GridInputs, Rig};
 
-/// Builds whole rigs of one scenario, plant and coupling as asked. Whoever knows the parts implements it.
+/// Builds complete rigs of one scenario with a given plant and coupling. The caller, who knows the
+/// parts, implements it.
 pub trait RigFactory {
-    /// The scene.
-    fn scene(&self) -> &RigScene;
+    /// Returns the properties of the scenario.
+    fn input(&self) -> &CouplingInput;
 
-    /// The plants to compare, by name.
+    /// Returns the names of the plants to compare.
     fn plants(&self) -> &[String];
 
-    /// The plants that were not asked for and cannot be in the scene, each with the reason.
+    /// Returns the plants that were not selected by name and cannot simulate the scenario, each
+    /// with the reason.
     fn left_out(&self) -> &[String] {
         &[]
     }
 
-    /// Builds a rig at its start. Its plant tells `leg/*/foot/position`, and `body/position` if it can \[m\], every
-    /// `observe`.
+    /// Builds a rig at time zero. Its plant outputs `leg/*/foot/position`, and `body/position` if
+    /// available \[m\], every `observe`.
     ///
     /// # Errors
-    /// Why there is none, for a person: it becomes a row of the study.
-    fn rig(&self, make: &RigVariant<'_>) -> Result<Rig, String>;
+    /// The reason in plain text; it becomes a row of the study.
+    fn rig(&self, variant: &RigVariant<'_>) -> Result<Rig, String>;
 }
 
-/// What is simulated, whichever plant does it.
+/// Properties of the simulated scenario that do not depend on plant and coupling.
 #[derive(Clone, Debug)]
-pub struct RigScene {
-    /// What the scenario calls itself.
+pub struct CouplingInput {
+    /// Name of the scenario.
     pub name: String,
-    /// Its file.
+    /// Path of the scenario file.
     pub file: String,
-    /// How long it lasts.
+    /// Duration of the scenario.
     pub duration: SimDuration,
-    /// The control period.
+    /// Control period.
     pub period: SimDuration,
-    /// The names of its buses: without any, nobody meets the plant but at transfers of the controller.
+    /// Names of the buses; without a bus, only the controller's transfers access the plant.
     pub buses: Vec<String>,
 }
 
-/// Which rig.
+/// Parameters of a rig variant.
 #[derive(Clone, Copy, Debug)]
 pub struct RigVariant<'a> {
-    /// Name of its plant.
+    /// Name of the plant.
     pub plant: &'a str,
-    /// How that meets the others.
+    /// Coupling of plant and boards.
     pub way: CouplingChoice,
-    /// The plant's own step.
+    /// Step of the plant.
     pub step: SimDuration,
-    /// The observation period.
+    /// Observation period.
     pub observe: SimDuration,
-    /// How long it is run.
+    /// Simulated duration.
     pub duration: SimDuration,
 }
 
-/// How a plant meets those who sample and actuate.
+/// Coupling of a plant with the parts that sample and actuate it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CouplingChoice {
-    /// It is moved to each of their instants.
+    /// Exact: the plant is advanced to every instant of access.
     Exact,
-    /// On a grid of so much.
+    /// On a communication grid with this step.
     Grid(SimDuration, GridInputs),
 }
 
-/// What the rows of one line have in common, besides the plant. Scripts rely on the words.
+/// Coupling method of a series of rows. The serialised words are part of the output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CouplingMethod {
     /// Exact coupling.
     Exact,
-    /// A grid, commands acting by their means.
+    /// Communication grid; commands act by their mean over an interval.
     Grid,
-    /// A grid, commands held until its next instant.
+    /// Communication grid; commands act from the next grid instant on.
     GridHeld,
 }
 
 impl CouplingMethod {
-    /// All, in the order in which they are shown.
+    /// All methods, in display order.
     pub const ALL: [Self; 3] = [Self::Exact, Self::Grid, Self::GridHeld];
 
-    /// The word for it.
+    /// Returns the serialised word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -89,23 +91,23 @@ impl CouplingMethod {
         }
     }
 
-    /// A line on it.
+    /// Returns a one-line description.
     pub fn about(self) -> &'static str {
         match self {
-            Self::Exact => {
-                "the plant is moved to every instant at which somebody samples or actuates"
-            }
+            Self::Exact => "the plant is advanced to every instant of sampling or actuation",
             Self::Grid => {
-                "the plant keeps its step: commands act by their mean over it, samples in it are extrapolated"
+                "the plant keeps its step: commands act by their mean over an interval, samples \
+                 within it are extrapolated"
             }
             Self::GridHeld => {
-                "the plant keeps its step: commands act from the next on, samples in it are interpolated"
+                "the plant keeps its step: commands act from the next grid instant on, samples \
+                 within an interval are interpolated"
             }
         }
     }
 
-    /// The same with a grid of `step`.
-    pub(crate) fn way(self, step: SimDuration) -> CouplingChoice {
+    /// Returns the coupling with a grid of `step`.
+    pub(crate) fn choice(self, step: SimDuration) -> CouplingChoice {
         match self {
             Self::Exact => CouplingChoice::Exact,
             Self::Grid => CouplingChoice::Grid(step, GridInputs::Mean),

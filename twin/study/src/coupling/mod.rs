@@ -1,12 +1,12 @@
-//! Exact against grid coupling of plant and boards: error against run time.
+//! Study of coupling: error against run time for exact and grid coupling of plant and boards.
 
 mod factory;
-mod found;
+mod results;
 mod row;
 mod run;
 
-pub use factory::{CouplingChoice, CouplingMethod, RigFactory, RigScene, RigVariant};
-pub use found::{CouplingOrder, CouplingStudy};
+pub use factory::{CouplingChoice, CouplingInput, CouplingMethod, RigFactory, RigVariant};
+pub use results::{CouplingOrder, CouplingStudy};
 pub use row::{CouplingKind, CouplingRow};
 
 use twinrig_kernel::SimDuration;
@@ -20,18 +20,19 @@ use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::Status;
 use run::Run;
 
-/// How coupling is studied.
+/// Parameters of a study of coupling.
 #[derive(Clone, Debug)]
 pub struct CouplingPlan {
-    /// How much of the scene; none: its first second, as far as it goes.
+    /// Simulated duration; `None`: the first second of the scenario, or all of it if shorter.
     pub duration: Option<SimDuration>,
-    /// Steps of the grid, the longest first, all of which divide the first: what is compared is compared at its multiples.
+    /// Steps of the grid, the longest first. All divide the first, whose multiples are the sampling
+    /// instants.
     pub steps: Vec<SimDuration>,
-    /// The step of the plant in the reference; that in its check is twice as long.
+    /// Step of the plant in the reference; its check has twice the step.
     pub fine: SimDuration,
-    /// Runs whose median is the run time.
+    /// Number of runs whose median is the run time.
     pub repetitions: u64,
-    /// What the study may take in all \[s\]. What is cut for it is a row, too.
+    /// Time budget of the whole study; truncated runs are rows of it \[s\].
     pub budget_s: f64,
 }
 
@@ -48,16 +49,16 @@ impl Default for CouplingPlan {
     }
 }
 
-/// So much of a scene is studied where nobody says how much.
+/// Default duration.
 const WINDOW: SimDuration = SimDuration::from_secs(1);
-/// The reference is trusted as long as its check is this near: a loop that is closed through contacts and whole counts of
-/// encoders takes no two runs the same way for long \[m\].
+/// Greatest distance at which a reference and its check are trusted \[m\]: contacts and encoder
+/// quantisation in the closed loop make any two runs diverge.
 const NEAR_M: f64 = 1e-3;
 
-/// Studies what coupling on a grid costs and what it saves.
+/// Measures error and run time of coupling on a grid.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or `progress` ended it.
+/// [`StudyError`] if there is nothing to study, or if `progress` stopped the study.
 pub fn coupling(
     factory: &dyn RigFactory,
     plan: &CouplingPlan,
@@ -67,8 +68,8 @@ pub fn coupling(
     let (Some(observe), false) = (plan.steps.first().copied(), plants.is_empty()) else {
         return Err(StudyError::NoPlant);
     };
-    let scene = factory.scene();
-    let duration = plan.duration.unwrap_or(WINDOW).min(scene.duration);
+    let input = factory.input();
+    let duration = plan.duration.unwrap_or(WINDOW).min(input.duration);
     if duration < observe || observe.is_zero() {
         return Err(StudyError::TooShort {
             duration,
@@ -91,7 +92,7 @@ pub fn coupling(
         ),
         progress,
     };
-    let mut study = CouplingStudy::new(scene, plan, duration, observe);
+    let mut study = CouplingStudy::new(input, plan, duration, observe);
     for plant in plants {
         let (reference, note) = job.reference(plant)?;
         study.references.push(note);
@@ -103,12 +104,12 @@ pub fn coupling(
     }
     job.budget.finished()?;
     study.left_out.extend_from_slice(factory.left_out());
-    study.panics = panics.into_all();
+    study.panics = panics.into_messages();
     study.mark_contradictions();
     Ok(study)
 }
 
-/// What is tried with every plant.
+/// Combination of coupling and steps, run with every plant.
 #[derive(Clone, Copy, Debug)]
 struct Trial {
     kind: CouplingKind,
@@ -121,9 +122,9 @@ fn trials(plan: &CouplingPlan) -> Vec<Trial> {
     let mut trials = Vec::new();
     for kind in [CouplingKind::Together, CouplingKind::Alone] {
         for method in CouplingMethod::ALL {
-            // Exact coupling by itself has no error.
-            let nothing = kind == CouplingKind::Alone && method == CouplingMethod::Exact;
-            let steps = plan.steps.iter().filter(|_| !nothing);
+            // Exact coupling alone has no error.
+            let skipped = kind == CouplingKind::Alone && method == CouplingMethod::Exact;
+            let steps = plan.steps.iter().filter(|_| !skipped);
             trials.extend(steps.map(|&step| Trial {
                 kind,
                 method,
@@ -138,7 +139,7 @@ fn trials(plan: &CouplingPlan) -> Vec<Trial> {
     trials
 }
 
-/// A study on its way.
+/// State of a running study.
 struct Job<'a> {
     factory: &'a dyn RigFactory,
     panics: &'a Panics,
@@ -160,7 +161,12 @@ impl Job<'_> {
         }
     }
 
-    fn make<'p>(&self, plant: &'p str, way: CouplingChoice, step: SimDuration) -> RigVariant<'p> {
+    fn variant<'p>(
+        &self,
+        plant: &'p str,
+        way: CouplingChoice,
+        step: SimDuration,
+    ) -> RigVariant<'p> {
         RigVariant {
             plant,
             way,
@@ -170,27 +176,29 @@ impl Job<'_> {
         }
     }
 
-    /// A run that came to the end of the scene.
-    fn whole(
+    /// Runs a rig with exact coupling; the inner error is the reason of an incomplete run.
+    fn completed(
         &mut self,
         plant: &str,
         step: SimDuration,
         doing: &str,
     ) -> Result<Result<Run, String>, StudyError> {
         let share = self.begin(&format!("{plant}, {doing}"), true)?;
-        let make = self.make(plant, CouplingChoice::Exact, step);
-        let run = self.panics.guarded(|| Run::of(self.factory, &make, share));
+        let variant = self.variant(plant, CouplingChoice::Exact, step);
+        let run = self
+            .panics
+            .guarded(|| Run::of(self.factory, &variant, share));
         Ok(run.and_then(|run| match &run.ended {
             Some((_, why)) => Err(why.clone()),
             None => Ok(run),
         }))
     }
 
-    /// The reference of a plant, no further than its check agrees.
+    /// Returns the reference of a plant, truncated where its check ceases to agree.
     fn reference(&mut self, plant: &str) -> Result<(Option<Run>, ReferenceNote), StudyError> {
         let fine = self.plan.fine;
-        let reference = self.whole(plant, fine, "reference")?;
-        let check = self.whole(plant, fine * 2, "check of the reference")?;
+        let reference = self.completed(plant, fine, "reference")?;
+        let check = self.completed(plant, fine * 2, "check of the reference")?;
         let mut reference = match reference {
             Ok(reference) => reference,
             Err(why) => return Ok((None, ReferenceNote::missing(plant, why))),
@@ -238,7 +246,7 @@ impl Job<'_> {
             si(trial.step.as_secs_f64(), "s")
         );
         let share = self.begin(&doing, false)?;
-        let make = self.make(plant, trial.method.way(trial.step), trial.plant_step);
+        let variant = self.variant(plant, trial.method.choice(trial.step), trial.plant_step);
         let mut row = CouplingRow::new(
             trial.kind,
             plant,
@@ -246,7 +254,9 @@ impl Job<'_> {
             trial.step.as_secs_f64(),
             trial.plant_step.as_secs_f64(),
         );
-        let run = self.panics.guarded(|| Run::of(self.factory, &make, share));
+        let run = self
+            .panics
+            .guarded(|| Run::of(self.factory, &variant, share));
         let run = match run {
             Ok(run) => run,
             Err(why) => return Ok(row.ended(Status::Failed, why)),
@@ -254,7 +264,7 @@ impl Job<'_> {
         let reached_s = run.trace.reached_s();
         row.note_work(&run.work, reached_s - run.opened_s);
         if let Some((status, why)) = &run.ended {
-            row.note_time(run.took_s, reached_s, 1);
+            row.note_time(run.run_s, reached_s, 1);
             row.cut = run.cut;
             return Ok(row.ended(*status, why.as_str()));
         }
@@ -262,30 +272,31 @@ impl Job<'_> {
             Some((reference, floor_m)) => compare(&mut row, &run, reference, floor_m),
             None => row.why = Some("there is no reference to compare with".to_owned()),
         }
-        self.time(&mut row, &make, &run, share);
+        self.time(&mut row, &variant, &run, share);
         Ok(row)
     }
 
-    /// Times a rig that is known to come to its end: the median of several runs without looking, of fewer where they take long.
-    fn time(&self, row: &mut CouplingRow, make: &RigVariant<'_>, run: &Run, share: Share) {
-        let (mut times, mut spent_s) = (Vec::new(), run.took_s);
+    /// Measures the run time of a rig that completes: the median of several runs without sampling,
+    /// of fewer if they are slow.
+    fn time(&self, row: &mut CouplingRow, variant: &RigVariant<'_>, run: &Run, share: Share) {
+        let (mut times, mut used_s) = (Vec::new(), run.run_s);
         for _ in 0..self.plan.repetitions.max(1) {
-            if spent_s + run.took_s > share.seconds {
+            if used_s + run.run_s > share.seconds {
                 break;
             }
-            let timed = self.panics.guarded(|| Ok(Run::time(self.factory, make)));
-            let Ok(Some(took_s)) = timed else {
+            let timed = self.panics.guarded(|| Ok(Run::time(self.factory, variant)));
+            let Ok(Some(run_s)) = timed else {
                 break;
             };
-            spent_s += took_s;
-            times.push(took_s);
+            used_s += run_s;
+            times.push(run_s);
         }
         if times.is_empty() {
-            times.push(run.took_s);
+            times.push(run.run_s);
         }
         times.sort_by(f64::total_cmp);
         let median = times[times.len() / 2];
-        row.note_time(median, make.duration.as_secs_f64(), times.len() as u64);
+        row.note_time(median, variant.duration.as_secs_f64(), times.len() as u64);
     }
 }
 
@@ -297,5 +308,5 @@ fn compare(row: &mut CouplingRow, run: &Run, reference: &Run, floor_m: f64) {
         }
         None => row.why = Some("it tells of no foot that the reference has, too".to_owned()),
     }
-    row.counters_changed = Some(run.counted_otherwise(reference));
+    row.counters_changed = Some(run.changed_counters(reference));
 }

@@ -1,85 +1,87 @@
-//! A row of a study of coupling: one plant, one way to couple it, one step.
+//! Rows of a study of coupling: one plant, one coupling, one step.
 
 use serde::Serialize;
 use twinrig_runtime::WorkCounts;
 
 use super::factory::CouplingMethod;
-use crate::row::{Status, ended_word};
+use crate::row::{Status, outcome_word};
 use crate::trace::Errors;
 
-/// What a row is about.
+/// Kind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CouplingKind {
-    /// The plant steps as far as the grid does: what one has for the time one pays.
+    /// The plant steps with the grid: error against total run time.
     Together,
-    /// The plant steps as the reference does: what is left is the error of the coupling alone.
+    /// The plant steps as in the reference: error of the coupling alone.
     Alone,
 }
 
-/// A row. Scripts rely on the names of its keys; what does not apply is null.
+/// Row of a study of coupling. The keys are part of the output format; values that do not apply are
+/// null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CouplingRow {
     /// Name of the plant.
     pub plant: String,
-    /// How it is coupled.
+    /// Coupling method.
     pub method: CouplingMethod,
-    /// The step of the grid; of exact coupling, the plant's \[s\].
+    /// Step of the grid; for exact coupling, that of the plant \[s\].
     pub step_s: f64,
-    /// Of all springs, a factor: the scene as it is.
+    /// Factor of all springs: 1, the scenario unchanged.
     pub stiffness: f64,
-    /// What became of it.
+    /// Outcome.
     pub status: Status,
-    /// Root of the mean square distance of the feet from where they should be \[m\].
+    /// RMS distance of the feet from the reference \[m\].
     pub error_rms_m: Option<f64>,
-    /// The greatest such distance \[m\].
+    /// Greatest such distance \[m\].
     pub error_max_m: Option<f64>,
-    /// Of no meaning here: null.
+    /// Not applicable: null.
     pub largest_stable_step_s: Option<f64>,
-    /// Run time of the whole rig over steps of its plant \[s\].
+    /// Run time of the whole rig per step of its plant \[s\].
     pub cost_per_step_s: Option<f64>,
-    /// Run time of the whole rig over simulated time.
+    /// Run time of the whole rig per simulated time.
     pub run_s_per_simulated_s: Option<f64>,
     /// Evaluations of the right-hand side.
     pub evaluations: Option<u64>,
-    /// What the row is about.
+    /// Kind of the row.
     pub kind: CouplingKind,
-    /// The plant's own step \[s\].
+    /// Step of the plant \[s\].
     pub plant_step_s: f64,
-    /// Why it is not `ok`, or what is to be known of it.
+    /// Reason of a status other than `ok`, or a remark.
     pub why: Option<String>,
-    /// It would have taken longer than its share of the budget.
+    /// Truncated by the budget.
     pub cut: bool,
-    /// Its error is no greater than what is known of the reference.
+    /// The error is no greater than the disagreement of the reference and its check.
     pub at_floor: bool,
-    /// It contradicts the settings next to it.
+    /// The result contradicts those of the neighbouring settings.
     pub contradicts: bool,
-    /// Root of the mean square distance of the trunk from where it should be \[m\].
+    /// RMS distance of the trunk from the reference \[m\].
     pub trunk_error_rms_m: Option<f64>,
-    /// The greatest such distance \[m\].
+    /// Greatest such distance \[m\].
     pub trunk_error_max_m: Option<f64>,
     /// Steps of the plant.
     pub steps: Option<u64>,
-    /// The same in a second, from when the plant was let go.
+    /// Steps of the plant per simulated second, from its release on.
     pub steps_per_simulated_s: Option<f64>,
-    /// Factorisations of a matrix.
+    /// Matrix factorisations.
     pub factorisations: Option<u64>,
-    /// Discontinuities met.
+    /// Number of discontinuities.
     pub events: Option<u64>,
     /// Iterations of the contact solver.
     pub solver_iterations: Option<u64>,
-    /// Times another method, or a shorter step, took over.
+    /// Steps for which another method or a shorter step was substituted.
     pub fallbacks: Option<u64>,
-    /// Counters of drivers and boards that ended elsewhere than the reference's: name, there, here.
+    /// Counters of drivers and boards whose final value differs from the reference: name, reference
+    /// value, value of this run.
     pub counters_changed: Option<Vec<(String, f64, f64)>>,
-    /// Simulated time over run time.
+    /// Simulated time per run time.
     pub real_time_factor: Option<f64>,
-    /// Runs whose median the run time is.
+    /// Number of runs whose median is the run time.
     pub timed_runs: Option<u64>,
 }
 
 impl CouplingRow {
-    /// A row on which nothing is known yet.
+    /// A row without results.
     pub(crate) fn new(
         kind: CouplingKind,
         plant: &str,
@@ -119,19 +121,19 @@ impl CouplingRow {
         }
     }
 
-    /// The word for what became of it: what was cut for the budget did nothing wrong.
+    /// Returns the word for the outcome; a truncated run is not a failure of the method.
     pub fn word(&self) -> &'static str {
-        ended_word(self.status, self.cut)
+        outcome_word(self.status, self.cut)
     }
 
-    /// The same, with what became of it.
+    /// Returns the row with its outcome.
     pub(crate) fn ended(mut self, status: Status, why: impl Into<String>) -> Self {
         self.status = status;
         self.why = Some(why.into());
         self
     }
 
-    /// Notes how far a run is from where it should be.
+    /// Records the errors of a run.
     pub(crate) fn note_errors(&mut self, errors: &Errors) {
         self.error_rms_m = Some(errors.foot_rms);
         self.error_max_m = Some(errors.foot_max);
@@ -139,7 +141,7 @@ impl CouplingRow {
         self.trunk_error_max_m = errors.trunk.map(|(_, max)| max);
     }
 
-    /// Notes the work of a run that moved its plant for so long.
+    /// Records the work of a run whose plant moved for `moved_s`.
     pub(crate) fn note_work(&mut self, work: &WorkCounts, moved_s: f64) {
         self.evaluations = Some(work.evaluations);
         self.steps = Some(work.steps);
@@ -150,7 +152,7 @@ impl CouplingRow {
         self.fallbacks = Some(work.fallbacks);
     }
 
-    /// Notes that simulating `simulated_s` took `run_s`, the median of `runs`.
+    /// Records the run time `run_s` of `simulated_s`, the median of `runs`.
     pub(crate) fn note_time(&mut self, run_s: f64, simulated_s: f64, runs: u64) {
         if simulated_s <= 0.0 {
             return;

@@ -1,4 +1,4 @@
-//! One run of a whole rig through a scene.
+//! Run of a complete rig.
 
 use twinrig_kernel::{Field, SimTime, Unit};
 use twinrig_runtime::{Group, Observer, Rig, RunEvent, WorkCounts};
@@ -10,29 +10,29 @@ use crate::row::Status;
 use crate::stopwatch::Stopwatch;
 use crate::trace::{TRUNK, Trace, is_foot};
 
-/// What was seen of a run.
+/// Samples and totals of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) trace: Trace,
-    /// What drivers and boards had counted in the end, by name.
+    /// Final counters of drivers and boards, by name.
     pub(crate) counters: Vec<(String, f64)>,
     pub(crate) work: WorkCounts,
-    /// When all devices were open, and the plant was let go \[s\].
+    /// Time at which all devices were open and the plant was released \[s\].
     pub(crate) opened_s: f64,
-    /// How long it took, looking included \[s\].
-    pub(crate) took_s: f64,
-    /// What became of it, if it did not come to its end.
+    /// Run time, sampling included \[s\].
+    pub(crate) run_s: f64,
+    /// Status and reason of a run that did not complete.
     pub(crate) ended: Option<(Status, String)>,
-    /// It would have taken too long.
+    /// Truncated by the budget.
     pub(crate) cut: bool,
 }
 
-/// Looks at feet, trunk and counters.
-struct TimingObserver {
+/// Observer that samples feet, trunk and counters.
+struct TraceObserver {
     feet: Vec<Field>,
     trunk: Option<Field>,
     counters: Vec<Field>,
-    counted: Vec<f64>,
+    counter_values: Vec<f64>,
     at_s: Vec<f64>,
     feet_at: Vec<[f64; 3]>,
     trunk_at: Vec<[f64; 3]>,
@@ -40,7 +40,7 @@ struct TimingObserver {
     opened_s: f64,
 }
 
-impl TimingObserver {
+impl TraceObserver {
     fn of(rig: &Rig) -> Self {
         let vectors = || {
             let fields = rig.layout(Group::Plant).fields();
@@ -55,7 +55,7 @@ impl TimingObserver {
                 .filter(|field| is_foot(&field.port.name))
                 .collect(),
             trunk: vectors().find(|field| field.port.name == TRUNK),
-            counted: vec![0.0; counters.len()],
+            counter_values: vec![0.0; counters.len()],
             counters,
             at_s: Vec::new(),
             feet_at: Vec::new(),
@@ -65,22 +65,22 @@ impl TimingObserver {
         }
     }
 
-    fn run(self, rig: &Rig, took_s: f64, end: Result<(), (Status, String)>, cut: bool) -> Run {
+    fn run(self, rig: &Rig, run_s: f64, end: Result<(), (Status, String)>, cut: bool) -> Run {
         let names = self.feet.iter().map(|field| field.port.name.clone());
         let counters = self.counters.iter().map(|field| field.port.name.clone());
         Run {
-            counters: counters.zip(self.counted).collect(),
-            trace: Trace::seen(names.collect(), self.at_s, self.feet_at, self.trunk_at),
+            counters: counters.zip(self.counter_values).collect(),
+            trace: Trace::from_samples(names.collect(), self.at_s, self.feet_at, self.trunk_at),
             work: rig.plant().work(),
             opened_s: self.opened_s,
-            took_s,
+            run_s,
             ended: end.err(),
             cut,
         }
     }
 }
 
-impl Observer for TimingObserver {
+impl Observer for TraceObserver {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         let place = |field: &Field| {
             let at = &values[field.range()];
@@ -94,8 +94,8 @@ impl Observer for TimingObserver {
                 self.trunk_at.extend(self.trunk.as_ref().map(place));
             }
             Group::Diagnostics => {
-                for (field, counted) in self.counters.iter().zip(&mut self.counted) {
-                    *counted = values[field.offset];
+                for (field, value) in self.counters.iter().zip(&mut self.counter_values) {
+                    *value = values[field.offset];
                 }
             }
             Group::ProcessInputs | Group::ProcessOutputs => {}
@@ -103,7 +103,7 @@ impl Observer for TimingObserver {
     }
 
     fn event(&mut self, now: SimTime, event: RunEvent) {
-        // A plant that is held is where it should be, which says nothing.
+        // While the plant is held before its release, the error is zero and not significant.
         if event == RunEvent::Opened {
             self.opened_s = now.as_secs_f64();
             self.at_s.clear();
@@ -114,27 +114,29 @@ impl Observer for TimingObserver {
 }
 
 impl Run {
-    /// Builds a rig and lets it run to the end of `make`.
+    /// Builds a rig and runs it for the duration of `variant`.
     ///
     /// # Errors
-    /// Why it could not be built.
+    /// The reason why the rig could not be built.
     pub(crate) fn of(
         factory: &dyn RigFactory,
-        make: &RigVariant<'_>,
+        variant: &RigVariant<'_>,
         share: Share,
     ) -> Result<Self, String> {
-        let mut rig = factory.rig(make)?;
-        let mut looker = TimingObserver::of(&rig);
-        let watch = Stopwatch::start();
-        let end = SimTime::ZERO + make.duration;
+        let mut rig = factory.rig(variant)?;
+        let mut observer = TraceObserver::of(&rig);
+        let stopwatch = Stopwatch::start();
+        let end = SimTime::ZERO + variant.duration;
         let (mut result, mut cut) = (Ok(()), false);
         let mut to = SimTime::ZERO;
-        // In pieces, which makes no difference to a rig.
+        // Running a rig in pieces does not change its results.
         while to < end && result.is_ok() {
-            to = to.checked_add(make.observe).map_or(end, |to| to.min(end));
-            if let Err(error) = rig.run_until(to, &mut looker) {
+            to = to
+                .checked_add(variant.observe)
+                .map_or(end, |to| to.min(end));
+            if let Err(error) = rig.run_until(to, &mut observer) {
                 result = Err((Status::Failed, error.to_string()));
-            } else if !looker.finite {
+            } else if !observer.finite {
                 let why = format!("something is no longer a number at {}", instant(to));
                 result = Err((Status::Unstable, why));
             } else if share.deadline.passed() && to < end {
@@ -147,20 +149,21 @@ impl Run {
                 result = Err((Status::Failed, why));
             }
         }
-        let took_s = watch.elapsed_s();
-        Ok(looker.run(&rig, took_s, result, cut))
+        let run_s = stopwatch.elapsed_s();
+        Ok(observer.run(&rig, run_s, result, cut))
     }
 
-    /// How long the same takes without looking \[s\].
-    pub(crate) fn time(factory: &dyn RigFactory, make: &RigVariant<'_>) -> Option<f64> {
-        let mut rig = factory.rig(make).ok()?;
-        let watch = Stopwatch::start();
-        rig.run_until(SimTime::ZERO + make.duration, &mut ()).ok()?;
-        Some(watch.elapsed_s())
+    /// Measures the run time without sampling \[s\].
+    pub(crate) fn time(factory: &dyn RigFactory, variant: &RigVariant<'_>) -> Option<f64> {
+        let mut rig = factory.rig(variant).ok()?;
+        let stopwatch = Stopwatch::start();
+        rig.run_until(SimTime::ZERO + variant.duration, &mut ())
+            .ok()?;
+        Some(stopwatch.elapsed_s())
     }
 
-    /// Counters that are not where they were in `other`: name, there, here.
-    pub(crate) fn counted_otherwise(&self, other: &Self) -> Vec<(String, f64, f64)> {
+    /// Returns the counters that differ from `other`: name, value there, value here.
+    pub(crate) fn changed_counters(&self, other: &Self) -> Vec<(String, f64, f64)> {
         let pairs = other.counters.iter().zip(&self.counters);
         pairs
             .filter(|((_, there), (_, here))| there != here)

@@ -1,24 +1,26 @@
-//! A logarithmic axis.
+//! Logarithmic axis.
 
 use crate::number::{plain, ten_to};
 
-/// A logarithmic axis between two powers of ten, on which zero can have a place of its own at the lower end.
+/// Logarithmic axis between two powers of ten, with an optional separate place for zero at the
+/// lower end.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
-    /// Exponents of its ends.
+    /// Exponents of the ends.
     low: i32,
     high: i32,
-    /// Where the ends are \[px\].
+    /// Positions of the ends \[px\].
     from: f64,
     to: f64,
     zero: bool,
 }
 
-/// Room that zero takes, and the gap behind it, in decades.
+/// Width of the place for zero with the gap behind it, in decades.
 const ZERO_DECADES: f64 = 0.7;
 
 impl Axis {
-    /// That holds all `values`, between `from` and `to` \[px\]; what is neither zero nor positive and finite has no place.
+    /// Creates an axis that contains all `values`, between `from` and `to` \[px\]. Negative and
+    /// non-finite values are ignored.
     pub(crate) fn around(values: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut zero = false;
@@ -34,9 +36,9 @@ impl Axis {
         if low > high {
             (low, high) = (-1.0, 1.0);
         }
-        // A value on a power of ten is on it, whichever way its logarithm rounds.
-        let mut low = whole(libm::floor(low + 1e-9));
-        let mut high = whole(libm::ceil(high - 1e-9));
+        // Values on a power of ten lie on the end, whichever way the logarithm rounds.
+        let mut low = to_i32(libm::floor(low + 1e-9));
+        let mut high = to_i32(libm::ceil(high - 1e-9));
         if high == low {
             low -= 1;
             high += 1;
@@ -54,7 +56,8 @@ impl Axis {
         f64::from(self.high - self.low) + if self.zero { ZERO_DECADES } else { 0.0 }
     }
 
-    /// Where a value is \[px\]; what has no place is put to the lower end.
+    /// Returns the position of a value \[px\]; values outside of the scale are placed at its nearer
+    /// end, non-positive ones at the lower.
     pub(crate) fn at(&self, value: f64) -> f64 {
         let base = if self.zero { ZERO_DECADES } else { 0.0 };
         let decades = if value > 0.0 {
@@ -66,20 +69,21 @@ impl Axis {
         self.from + (self.to - self.from) * decades / self.decades()
     }
 
-    /// Whether a value is on it.
-    pub(crate) fn holds(&self, value: f64) -> bool {
+    /// Returns whether a value is within the ends.
+    pub(crate) fn contains(&self, value: f64) -> bool {
         value > 0.0 && (f64::from(self.low)..=f64::from(self.high)).contains(&libm::log10(value))
     }
 
-    /// Places and labels of its ticks; `room` is what a label takes \[px\].
+    /// Returns positions and labels of the ticks; `room` is the size of a label \[px\].
     pub(crate) fn ticks(&self, room: f64) -> Vec<(f64, String)> {
         let decade = (self.to - self.from).abs() / self.decades();
-        let every = whole(libm::ceil(room / decade)).max(1);
+        let every = to_i32(libm::ceil(room / decade)).max(1);
         let mut ticks = Vec::new();
         if self.zero {
             ticks.push((self.from, "0".to_owned()));
         }
-        // One way of writing for the whole axis: plain numbers where all of them are short, powers where one is not.
+        // One notation for the whole axis: decimal if all labels are short, powers of ten
+        // otherwise.
         let short = self.low >= -1 && self.high <= 3;
         let marked = (self.low..=self.high).filter(|exponent| exponent % every == 0);
         ticks.extend(marked.map(|exponent| {
@@ -94,7 +98,8 @@ impl Axis {
         ticks
     }
 
-    /// Places of the lines between ticks: 2 to 9 of each decade, where they are far enough apart.
+    /// Returns the positions of the minor grid lines, 2 to 9 in each decade, if they are far enough
+    /// apart.
     pub(crate) fn lines(&self) -> Vec<f64> {
         /// \[px\]
         const APART: f64 = 90.0;
@@ -116,7 +121,7 @@ fn ten_raised(exponent: i32) -> f64 {
     clippy::cast_possible_truncation,
     reason = "exponents of f64 and numbers of ticks"
 )]
-fn whole(value: f64) -> i32 {
+fn to_i32(value: f64) -> i32 {
     value as i32
 }
 
@@ -125,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_ends_at_powers_of_ten_and_zero_stands_apart() {
+    fn axis_ends_at_powers_of_ten_with_separate_zero() {
         let axis = Axis::around([0.0, 1e-6, 0.5], 0.0, 670.0);
         assert_eq!(axis.at(0.0), 0.0);
         assert!((axis.at(1e-6) - 70.0).abs() < 1e-9);
@@ -142,11 +147,11 @@ mod tests {
         let near = Axis::around([0.1, 100.0], 0.0, 300.0).ticks(30.0);
         let labels: Vec<String> = near.into_iter().map(|(_, label)| label).collect();
         assert_eq!(labels, ["0.1", "1", "10", "100"]);
-        assert!(axis.holds(0.5) && !axis.holds(2.0) && !axis.holds(0.0));
+        assert!(axis.contains(0.5) && !axis.contains(2.0) && !axis.contains(0.0));
     }
 
     #[test]
-    fn it_is_an_axis_whatever_is_on_it() {
+    fn axis_is_valid_for_any_values() {
         for values in [vec![], vec![f64::NAN], vec![1.0], vec![-1.0, f64::INFINITY]] {
             let axis = Axis::around(values, 10.0, 20.0);
             assert!((10.0..=20.0).contains(&axis.at(1.0)));

@@ -1,22 +1,23 @@
-//! The page of a study of coupling.
+//! Page of a study of coupling.
 
 use crate::coupling::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy};
 use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, method_setting, si};
 use crate::row::Status;
 
+use super::marker::swatch;
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::precision::LEAST_M;
 use super::rows;
-use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{Page, card, figure, lead, panicked, references};
+use super::{Page, card, figure, introduction, panicked, references};
 
 impl CouplingStudy {
-    /// The page, with the machine it ran on and the command that repeats it.
+    /// Returns the page, with the machine it ran on and the command that repeats it.
     pub fn html(&self, machine: &Machine, command: &str) -> String {
-        let errors = "distance of the feet from where they are with exact coupling at a fine step of the plant, in the same closed loop";
+        let errors = "distance of the feet from their positions with exact coupling and a fine \
+                      step of the plant, in the same closed loop";
         let left_out = self.left_out.iter();
         let left_out = left_out.map(|left| ("left out".to_owned(), left.clone()));
         let mut terms = vec![("error".to_owned(), errors.to_owned())];
@@ -49,18 +50,20 @@ fn name(row: &CouplingRow) -> String {
 fn body(study: &CouplingStudy) -> String {
     let boards = if study.buses.is_empty() {
         format!(
-            "The scenario has no bus: nobody meets the plant but the controller's transfers, every {}. A grid that divides that is \
-             exact, and what is left of its errors is the plant's own step.",
+            "The scenario has no bus: only the controller's transfers access the plant, every \
+             {}. A grid that divides this period is exact, and the remaining errors are due to \
+             the step of the plant.",
             si(study.period_s, "s")
         )
     } else {
         format!(
-            "Its boards sample and actuate at instants of their own: {}.",
+            "Its boards sample and actuate at instants independent of the plant's steps: {}.",
             study.buses.join(", ")
         )
     };
-    let mut out = lead(&format!(
-        "The whole rig, controller, drivers and boards included, goes through {} of the scenario's {}; where its feet are is compared every {}. {boards}",
+    let mut out = introduction(&format!(
+        "The complete rig, with controller, drivers and boards, is simulated for {} of the \
+         scenario's {}; the positions of its feet are compared every {}. {boards}",
         si(study.simulated_s, "s"),
         si(study.scene_s, "s"),
         si(study.grid_s, "s"),
@@ -68,20 +71,22 @@ fn body(study: &CouplingStudy) -> String {
     out += &cards(study);
     out += "<h2>Error against run time</h2>\n";
     out += &paragraph(
-        "The plant steps as far as its grid does; with exact coupling its step is cut by every instant of a board.",
+        "The step of the plant is that of the grid; with exact coupling, a step ends at every \
+         instant at which a board accesses the plant.",
     );
     for plant in study.plants() {
         out += &cost(study, plant);
     }
     out += "<h2>The coupling alone</h2>\n";
     out += &paragraph(
-        "The plant steps as the reference does, whatever the grid: what is left is what the coupling does. Held commands are half a \
-         step late in the mean, which is of first order; their means lose no impulse, which is of second.",
+        "The plant has the step of the reference, whatever the grid: the remaining error is that \
+         of the coupling. Held commands act half a step late on average, an error of first \
+         order; mean commands preserve the impulse, and their error is of second order.",
     );
     for plant in study.plants() {
-        out += &alone(study, plant);
+        out += &coupling_only(study, plant);
     }
-    out += "<h2>What they are measured against</h2>\n";
+    out += "<h2>References</h2>\n";
     out += &references(&study.references);
     out += "<h2>All runs</h2>\n";
     out += &all(study);
@@ -95,7 +100,7 @@ fn cards(study: &CouplingStudy) -> String {
         out += &card(
             &what,
             &format!("{:.1}", order.order),
-            &format!("by {} steps, coupling alone", order.points),
+            &format!("from {} steps, coupling alone", order.points),
         );
     }
     let rows = || study.rows.iter().filter(|row| row.status == Status::Ok);
@@ -104,8 +109,8 @@ fn cards(study: &CouplingStudy) -> String {
             .as_ref()
             .is_some_and(|changed| !changed.is_empty())
     });
-    let more =
-        "runs in which a counter of a driver or a board ended elsewhere than in the reference";
+    let more = "runs in which a counter of a driver or a board ended at another value than in the \
+         reference";
     let cut = study.cut().count();
     out += &card("timing", &changed.count().to_string(), more);
     out += &card(
@@ -144,7 +149,7 @@ fn curve(
             cut: row.cut,
         })
     };
-    let rows = study.line(kind, plant, method);
+    let rows = study.series(kind, plant, method);
     let settings = rows.map(|row| Setting::of(point(row), || ended(row)));
     Curve::through(number, method == CouplingMethod::GridHeld, settings)
 }
@@ -168,11 +173,11 @@ fn plot(
         marks: vec![Mark::Below(
             floor,
             format!(
-                "the reference and its check are so far apart: {}",
+                "disagreement of the reference and its check: {}",
                 si(floor, "m")
             ),
         )],
-        beside: Vec::new(),
+        shared_y: Vec::new(),
         strip: "failed".to_owned(),
     }
 }
@@ -198,13 +203,14 @@ fn cost(study: &CouplingStudy, plant: &str) -> String {
         "run time of the whole rig per simulated second  [s/s]",
         &x,
     );
-    let caption = "Down and to the left is better. A point is a step, and a line goes from the longest to the shortest. That need not be \
-         to the right: steps that are too long for the contacts are handed over to shorter ones (see the table), which takes time. \
-         Point at one to see it.";
+    let caption = "Lower left is better. A point is one step size, and a line connects the \
+                   points from the longest step to the shortest. A longer step need not take \
+                   less run time: steps too long for the contacts are replaced by shorter ones \
+                   (see the table). Hover over a point for details.";
     figure(plant, &entries(&[0, 1, 2]), &plot, caption)
 }
 
-fn alone(study: &CouplingStudy, plant: &str) -> String {
+fn coupling_only(study: &CouplingStudy, plant: &str) -> String {
     let plot = plot(
         study,
         CouplingKind::Alone,
@@ -214,7 +220,7 @@ fn alone(study: &CouplingStudy, plant: &str) -> String {
     );
     let order = |method| study.order_in_words(plant, method);
     let caption = format!(
-        "The slope of a curve is its order: by means {}, held {}.",
+        "The slope of a curve is its order: mean commands {}, held commands {}.",
         order(CouplingMethod::Grid),
         order(CouplingMethod::GridHeld)
     );
@@ -235,23 +241,23 @@ fn title(row: &CouplingRow) -> String {
     parts.join("; ")
 }
 
-/// Every run.
+/// Returns the table of all runs.
 fn all(study: &CouplingStudy) -> String {
     let mut table = Table::new(
         &[
             "plant",
             "coupling",
             "step",
-            "plant's own step",
+            "plant step",
             "",
             "feet, RMS",
             "greatest",
             "trunk, RMS",
             "greatest",
-            "steps a second",
+            "steps per second",
             "evaluations",
-            "handed over",
-            "a step costs",
+            "fallbacks",
+            "time per step",
             "speed",
             "counters that differ",
             "why",
@@ -260,8 +266,8 @@ fn all(study: &CouplingStudy) -> String {
     );
     let mut before: Option<&CouplingRow> = None;
     for row in &study.rows {
-        let line = |row: &CouplingRow| (row.plant.clone(), row.kind, row.method);
-        let first = before.is_some_and(|before| line(before) != line(row));
+        let series = |row: &CouplingRow| (row.plant.clone(), row.kind, row.method);
+        let first = before.is_some_and(|before| series(before) != series(row));
         let changed = row.counters_changed.iter().flatten();
         let changed: Vec<String> = changed
             .map(|(name, there, here)| format!("{name}: {there} → {here}"))
@@ -270,7 +276,7 @@ fn all(study: &CouplingStudy) -> String {
             .steps_per_simulated_s
             .map(|steps| grouped(&format!("{steps:.0}")));
         table.row(
-            rows::line_class(first, row.status, row.cut),
+            rows::row_class(first, row.status, row.cut),
             vec![
                 escaped(&row.plant),
                 escaped(row.method.word()),
@@ -296,6 +302,8 @@ fn all(study: &CouplingStudy) -> String {
     }
     table.html()
         + &paragraph(
-            "Speed is simulated time over run time of the whole rig, the median of several runs without looking.",
+            "Speed: simulated time over run time of the complete rig, the median of several runs \
+             without sampling. Fallbacks: steps for which another method or a shorter step was \
+             substituted.",
         )
 }

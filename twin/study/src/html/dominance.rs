@@ -1,4 +1,4 @@
-//! The part of a page that sets a plant against those that solve its model by other means.
+//! Page section that compares a plant with others that solve the same model.
 
 use crate::dominance::{Comparison, Competitor, Dominance};
 use crate::headline::dominance_sentence;
@@ -6,14 +6,14 @@ use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
+use super::marker::swatch;
 use super::plot::{Curve, Look, Plot, Point, Setting};
 use super::rows;
-use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{figure, precision};
 
-/// Who is faster at no greater error, and where not.
+/// Returns the section: run times at equal or smaller error.
 pub(crate) fn section(study: &Study) -> String {
     let all = study.dominances();
     let sections: Vec<String> = all.iter().map(|one| of_plant(study, one)).collect();
@@ -27,8 +27,9 @@ fn of_plant(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
     let mut out = paragraph(&dominance_sentence(dominance));
     out += &paragraph(&format!(
-        "{} {} the model of {of} by other means, so the same reference holds for all, and what an engine gets wrong at every \
-         step is an error like any other. All run times are of this run of the study.",
+        "{} {} the model of {of} with a different engine, so all share one reference, and an \
+         error that an engine makes at every step counts as any other. All run times are from \
+         this run of the study.",
         names(&dominance.over),
         if dominance.over.len() == 1 {
             "solves"
@@ -49,7 +50,7 @@ fn names(plants: &[String]) -> String {
     }
 }
 
-/// The settings of each plant that none of its own beats in both.
+/// Returns the plot of the Pareto fronts of the plants in error and run time.
 fn fronts(study: &Study, dominance: &Dominance) -> String {
     let plants = || std::iter::once(&dominance.of).chain(&dominance.over);
     let curves = plants().enumerate().map(|(number, plant)| {
@@ -60,23 +61,24 @@ fn fronts(study: &Study, dominance: &Dominance) -> String {
         )
     });
     let plot = Plot {
-        title: "the best of each plant".to_owned(),
+        title: "Pareto front of each plant".to_owned(),
         width: 1080.0,
         height: 420.0,
         x_label: "run time per simulated second  [s/s]".to_owned(),
         y_label: "distance of the feet from the reference, RMS  [m]".to_owned(),
         curves: curves.collect(),
         marks: vec![precision::floor(study)],
-        beside: Vec::new(),
+        shared_y: Vec::new(),
         strip: String::new(),
     };
     let entries: Vec<(String, String)> = plants()
         .enumerate()
         .map(|(number, plant)| (swatch(number, false), plant.clone()))
         .collect();
-    let caption = "The settings of each plant, of whichever method, that no other of its own beats in error and run time at once. A \
-                   plant whose curve lies below and to the left of another's is ahead of it.";
-    figure("The best of each plant", &entries, &plot, caption)
+    let caption = "The settings of each plant, over all its methods, that no other of its \
+                   settings surpasses in both error and run time. A plant whose curve lies below \
+                   and to the left of another's is ahead of it.";
+    figure("Pareto front of each plant", &entries, &plot, caption)
 }
 
 fn front(study: &Study, plant: &str) -> Vec<Point> {
@@ -106,7 +108,8 @@ fn front(study: &Study, plant: &str) -> Vec<Point> {
     points.collect()
 }
 
-/// A line for each method of the others: its best, and what does better.
+/// Returns a table row for each method of the compared plants: its most accurate setting, and the
+/// settings that are better.
 fn by_method(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
     let mut table = Table::new(
@@ -117,8 +120,8 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
             "less time at no greater error",
             "its smallest RMS",
             "levels off from",
-            "less time, no further off",
-            "less error, no slower",
+            "less time than at that RMS",
+            "less error at no more time",
         ],
         2,
     );
@@ -131,13 +134,15 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
         }
         let first = before.is_some_and(|(plant, _)| plant != comparison.plant);
         before = Some(method);
-        let ours = || {
+        let settings_of_method = || {
             let settings = dominance.settings.iter();
             settings.filter(|comparison| (&*comparison.plant, &*comparison.method) == method)
         };
-        let won = ours().filter(|comparison| comparison.is_won()).count();
+        let won = settings_of_method()
+            .filter(|comparison| comparison.is_won())
+            .count();
         let range = dominance.range(method.0, Some(method.1));
-        let best = ours().min_by(|a, b| a.error_rms_m.total_cmp(&b.error_rms_m));
+        let best = settings_of_method().min_by(|a, b| a.error_rms_m.total_cmp(&b.error_rms_m));
         let best = best.unwrap_or(comparison);
         let levels = floors
             .iter()
@@ -149,39 +154,43 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
             vec![
                 element("b", "", &escaped(method.0)),
                 escaped(method.1),
-                format!("{won} of {}", ours().count()),
+                format!("{won} of {}", settings_of_method().count()),
                 range.map_or("none".to_owned(), |(least, most)| spread(least, most)),
-                beside(
+                with_detail(
                     &si(best.error_rms_m, "m"),
                     &setting(best.step_s, best.tolerance),
                 ),
                 levels.map_or(String::new(), |floor| rows::time(floor.levels_off_from_s)),
-                closer.map_or("none".to_owned(), |rival| {
-                    beside(&grouped_factor(rival.times_less_time), &name(rival))
+                closer.map_or("none".to_owned(), |competitor| {
+                    with_detail(
+                        &grouped_factor(competitor.times_less_time),
+                        &name(competitor),
+                    )
                 }),
-                faster.map_or("none".to_owned(), |rival| {
-                    let error = si(rival.error_rms_m, "m");
-                    let factor = grouped_factor(rival.times_less_error);
-                    beside(&factor, &format!("{}: {error}", name(rival)))
+                faster.map_or("none".to_owned(), |competitor| {
+                    let error = si(competitor.error_rms_m, "m");
+                    let factor = grouped_factor(competitor.times_less_error);
+                    with_detail(&factor, &format!("{}: {error}", name(competitor)))
                 }),
             ],
         );
     }
     table.html()
         + &paragraph(
-            "To the right, what does better than the smallest error of the method: the fastest setting that is no further from the \
-             reference, and the closest that takes no more time. A method levels off where shorter steps, though there are some a \
-             quarter as long, do not halve its error any more: that is the engine's own softness, or whatever else of it does not \
-             go with the step.",
+            "The last two columns give the settings that surpass the most accurate setting of \
+             the method: the fastest with no greater error, and the most accurate with no longer \
+             run time. A method levels off where shorter steps, down to at most a quarter of \
+             the length, no longer halve its error: the remaining error, such as the softness of \
+             the engine, does not depend on the step.",
         )
 }
 
-/// A figure, and what belongs to it.
-fn beside(figure: &str, more: &str) -> String {
+/// Formats a figure with a detail below it.
+fn with_detail(figure: &str, more: &str) -> String {
     format!("{figure}<br/>{}", element("span", "soft", more))
 }
 
-/// `3.1 × to 40 ×`
+/// Formats a range of factors: `3.1 × to 40 ×`.
 fn spread(least: f64, most: f64) -> String {
     let [least, most] = [least, most].map(grouped_factor);
     if least == most {
@@ -195,21 +204,21 @@ fn setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
     method_setting(step_s, tolerance)
 }
 
-fn name(rival: &Competitor) -> String {
-    let setting = setting(rival.step_s, rival.tolerance);
-    format!("{}, {setting}", escaped(&rival.method))
+fn name(competitor: &Competitor) -> String {
+    let setting = setting(competitor.step_s, competitor.tolerance);
+    format!("{}, {setting}", escaped(&competitor.method))
 }
 
-/// Where it is not ahead, with what was counted there.
+/// Returns the table of the settings at which the plant is not ahead, with their counts.
 fn behind(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
     let mut table = Table::new(
         &[
             "plant",
-            "set to",
+            "setting",
             "RMS",
             "run time",
-            &format!("{of}, no further off"),
+            &format!("{of}, no greater error"),
             "RMS",
             "run time",
             "× less time",
@@ -218,7 +227,7 @@ fn behind(study: &Study, dominance: &Dominance) -> String {
         2,
     );
     for comparison in dominance.behind() {
-        let rival = comparison.no_greater_error.as_ref();
+        let competitor = comparison.no_greater_error.as_ref();
         table.row(
             "",
             vec![
@@ -230,12 +239,14 @@ fn behind(study: &Study, dominance: &Dominance) -> String {
                 ),
                 si(comparison.error_rms_m, "m"),
                 si(comparison.run_s_per_simulated_s, "s/s"),
-                rival.map_or("none".to_owned(), name),
-                rival.map_or(String::new(), |rival| si(rival.error_rms_m, "m")),
-                rival.map_or(String::new(), |rival| {
-                    si(rival.run_s_per_simulated_s, "s/s")
+                competitor.map_or("none".to_owned(), name),
+                competitor.map_or(String::new(), |competitor| si(competitor.error_rms_m, "m")),
+                competitor.map_or(String::new(), |competitor| {
+                    si(competitor.run_s_per_simulated_s, "s/s")
                 }),
-                rival.map_or(String::new(), |rival| grouped_factor(rival.times_less_time)),
+                competitor.map_or(String::new(), |competitor| {
+                    grouped_factor(competitor.times_less_time)
+                }),
                 element("span", "why", &escaped(&counts(study, of, comparison))),
             ],
         );
@@ -246,7 +257,7 @@ fn behind(study: &Study, dominance: &Dominance) -> String {
     format!("<h3>Where {} is not ahead</h3>\n", escaped(of)) + &table.html()
 }
 
-/// What was counted of both sides of a duel: why one is slower shows there or nowhere.
+/// Returns the counts of both settings of a comparison, which may explain the difference in speed.
 fn counts(study: &Study, of: &str, comparison: &Comparison) -> String {
     let find = |plant: &str, method: &str, step: Option<f64>, tolerance: Option<f64>| {
         let mut rows = study.rows.iter();
@@ -265,9 +276,14 @@ fn counts(study: &Study, of: &str, comparison: &Comparison) -> String {
     let mut parts: Vec<String> = Vec::new();
     parts.extend(own.map(|row| format!("{}: {}", comparison.plant, counted(row))));
     match &comparison.no_greater_error {
-        None => parts.push(format!("no setting of {of} comes as close")),
-        Some(rival) => {
-            let row = find(of, &rival.method, rival.step_s, rival.tolerance);
+        None => parts.push(format!("no setting of {of} is as accurate")),
+        Some(competitor) => {
+            let row = find(
+                of,
+                &competitor.method,
+                competitor.step_s,
+                competitor.tolerance,
+            );
             parts.extend(row.map(|row| format!("{of}: {}", counted(row))));
         }
     }
@@ -280,12 +296,12 @@ fn counted(row: &Row) -> String {
         parts.push(format!("{steps} steps of {} each", si(cost, "s")));
     }
     match (row.events, row.events_expected) {
-        (Some(events), _) => parts.push(format!("{events} events found")),
-        (None, Some(expected)) => parts.push(format!("looks for none of {expected} events")),
+        (Some(events), _) => parts.push(format!("{events} events located")),
+        (None, Some(expected)) => parts.push(format!("locates none of {expected} events")),
         (None, None) => {}
     }
     if let Some(count) = row.fallbacks.filter(|&count| count > 0) {
-        parts.push(format!("{count} steps handed over"));
+        parts.push(format!("{count} fallbacks"));
     }
     if let Some(count) = row.solver_iterations.filter(|&count| count > 0) {
         parts.push(format!("{count} iterations of the contact solver"));

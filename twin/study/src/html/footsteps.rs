@@ -1,4 +1,4 @@
-//! The part of a page that compares a walk footstep by footstep.
+//! Page section that compares a walk touch-down by touch-down.
 
 use crate::footsteps::Footstep;
 use crate::number::si;
@@ -7,7 +7,7 @@ use crate::study::Study;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 
-/// Which footsteps differ, and by how much.
+/// Returns the section: differences of the touch-downs.
 pub(crate) fn section(study: &Study) -> String {
     let mut plants: Vec<&str> = Vec::new();
     for step in &study.footsteps {
@@ -22,7 +22,7 @@ pub(crate) fn section(study: &Study) -> String {
     if sections.is_empty() {
         return sections;
     }
-    "<h2>Which footsteps differ</h2>\n".to_owned() + &sections
+    "<h2>Differences of touch-downs</h2>\n".to_owned() + &sections
 }
 
 fn of_plant(study: &Study, plant: &str) -> String {
@@ -41,7 +41,11 @@ fn of_plant(study: &Study, plant: &str) -> String {
     let mut out = paragraph(&summary(plant, full, &steps));
     let mut head = vec!["touch-down".to_owned()];
     for leg in &legs {
-        head.extend([format!("{leg} at"), "later".to_owned(), "apart".to_owned()]);
+        head.extend([
+            format!("{leg} at"),
+            "delay".to_owned(),
+            "distance".to_owned(),
+        ]);
     }
     let head: Vec<&str> = head.iter().map(String::as_str).collect();
     let mut table = Table::new(&head, 1);
@@ -63,9 +67,9 @@ fn of_plant(study: &Study, plant: &str) -> String {
 fn of_step(step: &Footstep) -> [String; 3] {
     let Some((later, apart)) = step.later_s.zip(step.apart_m) else {
         let which = if step.at_s.is_some() {
-            "only here"
+            "only in this model"
         } else {
-            "only there"
+            "only in the other"
         };
         let at = step.at_s.map_or(String::new(), |at| si(at, "s"));
         return [at, element("span", "soft", which), String::new()];
@@ -101,20 +105,22 @@ fn summary(plant: &str, full: &str, steps: &[&Footstep]) -> String {
         values.sort_by(f64::total_cmp);
         values.get(values.len() / 2).copied().unwrap_or(0.0)
     };
-    let most = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).fold(0.0, f64::max);
+    let greatest = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).fold(0.0, f64::max);
     let lost = steps.len() - pairs.len();
     let lost = match lost {
         0 => String::new(),
-        lost => format!(" {lost} have no like in the other model."),
+        lost => format!(" {lost} have no counterpart in the other model."),
     };
     format!(
-        "The same commands to both models, {full} and {plant}, and each touch-down beside its like in the other model: the middle one \
-         of {} is {} off in time and {} in place, the worst {} and {}.{lost} \"Later\" is how much later {plant} touches down. What is \
-         grey may as well be the methods': either model changes by as much when its own step or tolerance is coarser.",
+        "Both models, {full} and {plant}, receive the same commands; each touch-down is compared \
+         with its counterpart in the other model. Over {} pairs, the median difference is {} in \
+         time and {} in position, the greatest {} and {}.{lost} The delay is that of {plant}. \
+         Grey values are within the uncertainty of the methods: either model changes by as much \
+         at a coarser step or tolerance.",
         pairs.len(),
         si(middle(|pair| pair.0.abs()), "s"),
         si(middle(|pair| pair.1), "m"),
-        si(most(|pair| pair.0.abs()), "s"),
-        si(most(|pair| pair.1), "m"),
+        si(greatest(|pair| pair.0.abs()), "s"),
+        si(greatest(|pair| pair.1), "m"),
     )
 }

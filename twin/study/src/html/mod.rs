@@ -1,15 +1,15 @@
-//! A study as one page that needs nothing else: no script, no font, no network.
+//! Studies as self-contained HTML pages: no scripts, fonts or network access.
 
 mod axis;
+mod constraint_violation;
 mod coupling;
 mod dominance;
-mod drift;
 mod footsteps;
+mod marker;
 mod models;
 mod plot;
 mod precision;
 mod rows;
-mod shape;
 mod stability;
 mod stiffness;
 mod table;
@@ -28,7 +28,7 @@ use text::{element, escaped, paragraph};
 
 const STYLE: &str = include_str!("style.css");
 
-/// The page of a study, with the machine it ran on and the command that repeats it.
+/// Returns the page of a study, with the machine it ran on and the command that repeats it.
 pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
     let (title, body) = match study.kind {
         StudyKind::Precision => ("Error against run time", precision::body(study)),
@@ -59,14 +59,14 @@ pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
     .html(machine, command)
 }
 
-/// What panicked, in the words of a page.
+/// Returns the panics as terms of a page.
 fn panicked(panics: &[String]) -> impl Iterator<Item = (String, String)> {
     panics
         .iter()
         .map(|panic| ("panic".to_owned(), panic.clone()))
 }
 
-/// What a page is made of, whichever study it is of.
+/// Contents of a page of any study.
 struct Page<'a> {
     kind: &'a str,
     title: &'a str,
@@ -75,9 +75,9 @@ struct Page<'a> {
     headline: String,
     /// HTML.
     body: String,
-    /// What words mean, and what was left out.
+    /// Definitions and omissions.
     terms: Vec<(String, String)>,
-    /// What would have taken too long.
+    /// Truncated runs.
     cut: Vec<String>,
     budget_s: f64,
 }
@@ -95,17 +95,17 @@ impl Page<'_> {
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
              <title>{title}: {scenario}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{heading}{}{}</main>\n</body>\n</html>\n",
             self.body,
-            self.how(machine, command)
+            self.reproduction(machine, command)
         )
     }
 
-    /// What it was run on, what its words mean, and how to run it again.
-    fn how(&self, machine: &Machine, command: &str) -> String {
+    /// Returns the section on reproduction: machine, definitions and command.
+    fn reproduction(&self, machine: &Machine, command: &str) -> String {
         let load = machine.load.map_or(String::new(), |load| {
             format!(
-                "; load {load:.2} as the study began{}",
+                "; load {load:.2} at the start of the study{}",
                 if load > 1.0 {
-                    ", so others took part of the time"
+                    ", so other programs shared the processors"
                 } else {
                     ""
                 }
@@ -113,10 +113,10 @@ impl Page<'_> {
         });
         let mut terms = String::new();
         let mut term = |name: &str, html: &str| {
-            // Writing to a text cannot fail.
+            // Writing to a `String` cannot fail.
             let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
         };
-        term("repeat it", &element("code", "", &escaped(command)));
+        term("command", &element("code", "", &escaped(command)));
         term("scenario", &element("code", "", &escaped(self.file)));
         term(
             "machine",
@@ -134,7 +134,7 @@ impl Page<'_> {
             term(name, &escaped(text));
         }
         let cut = if self.cut.is_empty() {
-            format!("nothing was cut; the study was allowed {} s", self.budget_s)
+            format!("nothing was cut; the budget was {} s", self.budget_s)
         } else {
             format!(
                 "for a budget of {} s: {}",
@@ -143,21 +143,22 @@ impl Page<'_> {
             )
         };
         term("cut", &escaped(&cut));
-        format!("<h2>How this came about</h2>\n<dl>\n{terms}</dl>\n")
+        format!("<h2>Reproduction</h2>\n<dl>\n{terms}</dl>\n")
     }
 }
 
-/// What the plants were commanded, in a sentence.
+/// Returns a sentence on the commands.
 fn commanded(study: &Study) -> &'static str {
     if study.commanded {
-        "The controller's commands were recorded once, in a run of the whole rig, and are played to every plant: what differs \
-         is the plant, and not how a controller answers it."
+        "The controller's commands were recorded once, in a run of the complete rig, and are \
+         replayed to every plant: results differ by the plant, not by the response of a \
+         controller."
     } else {
-        "The commands never change: what differs is the plant."
+        "The commands are constant: results differ by the plant only."
     }
 }
 
-/// The references of the plants.
+/// Returns the table of references.
 fn references(notes: &[ReferenceNote]) -> String {
     let mut table = table::Table::new(
         &[
@@ -199,7 +200,7 @@ fn references(notes: &[ReferenceNote]) -> String {
     table.html()
 }
 
-/// A legend: swatches and texts, in HTML.
+/// Returns a legend of swatches (HTML) and texts.
 fn legend(entries: &[(String, String)]) -> String {
     let item = |(swatch, text): &(String, String)| {
         let text = element("span", "", &escaped(text));
@@ -209,14 +210,16 @@ fn legend(entries: &[(String, String)]) -> String {
     element("ul", "legend", &items) + "\n"
 }
 
-/// A plot with its legend and its caption.
+/// Returns a plot with legend and caption.
 fn figure(heading: &str, entries: &[(String, String)], plot: &plot::Plot, caption: &str) -> String {
     let heading = if heading.is_empty() {
         String::new()
     } else {
         element("h3", "", &escaped(heading))
     };
-    let marked = [plot.ground(), plot.doubtful()].into_iter().flatten();
+    let marked = [plot.floor_legend(), plot.doubtful_legend()]
+        .into_iter()
+        .flatten();
     let entries: Vec<_> = entries.iter().cloned().chain(marked).collect();
     let legend = if entries.is_empty() {
         String::new()
@@ -234,7 +237,7 @@ fn figure(heading: &str, entries: &[(String, String)], plot: &plot::Plot, captio
     )
 }
 
-/// A number with what it means, to be seen first.
+/// Returns a card: a key figure with its meaning.
 fn card(what: &str, value: &str, more: &str) -> String {
     format!(
         "<div class=\"card\"><div class=\"what\">{}</div><div class=\"value\">{}</div><div class=\"more\">{}</div></div>\n",
@@ -244,6 +247,6 @@ fn card(what: &str, value: &str, more: &str) -> String {
     )
 }
 
-fn lead(text: &str) -> String {
+fn introduction(text: &str) -> String {
     paragraph(text)
 }

@@ -1,4 +1,4 @@
-//! The part of a page that tells what a model leaves out.
+//! Page section on modelling errors.
 
 use crate::number::{plain, power, si};
 use crate::row::{Row, RowKind, Status};
@@ -10,21 +10,22 @@ use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{figure, rows};
 
-/// What models leave out: no error of a method, and so apart.
+/// Returns the section: differences between models, apart from the errors of methods.
 pub(crate) fn section(study: &Study) -> String {
     let of = |kind| study.rows.iter().filter(move |row| row.kind == kind);
     if of(RowKind::Model).next().is_none() && of(RowKind::Limit).next().is_none() {
         return String::new();
     }
-    let mut out = "<h2>What a model leaves out</h2>\n".to_owned();
+    let mut out = "<h2>Modelling errors</h2>\n".to_owned();
     out += &paragraph(
-        "Another model is another motion, however well both are integrated. That difference is between the references of two \
-         plants; no step makes it smaller, and it belongs to none of the curves above.",
+        "Different models have different motions, however accurately both are integrated. The \
+         difference is that between the references of two plants; it does not decrease with the \
+         step and is not part of the curves above.",
     );
     let mut table = Table::new(
         &[
             "plant",
-            "its reference",
+            "reference",
             "feet, RMS",
             "greatest",
             "trunk, RMS",
@@ -84,7 +85,7 @@ pub(crate) fn section(study: &Study) -> String {
         y_label: "feet, RMS  [m]".to_owned(),
         curves: vec![Curve::through(0, false, settings)],
         marks: Vec::new(),
-        beside: Vec::new(),
+        shared_y: Vec::new(),
         strip: "failed".to_owned(),
     };
     let mut reasons: Vec<String> = Vec::new();
@@ -97,9 +98,11 @@ pub(crate) fn section(study: &Study) -> String {
     } else {
         format!(" Failed: {}", reasons.join(" "))
     };
-    let caption = "As the segments lose their mass, their feet excepted, the two models become one: what is left of the \
-                   difference is what the model without segments leaves out. In both, a foot has its own mass here. Hollow: no more than what is not known of the models.";
+    let caption = "As the masses of the segments vanish, feet excepted, the two models become \
+                   identical: the difference is the effect of the segment masses. In both \
+                   models, a foot has its own mass here. Hollow: within the uncertainty of the \
+                   references.";
     let caption = &format!("{caption}{failed}");
-    out += &figure("The limit of segments without mass", &[], &plot, caption);
+    out += &figure("Limit of vanishing segment masses", &[], &plot, caption);
     out
 }

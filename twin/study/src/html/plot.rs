@@ -1,60 +1,62 @@
-//! A log–log plot as SVG.
+//! Log–log plots as SVG.
 
 use std::fmt::Write as _;
 
 use super::axis::Axis;
-use super::shape::{DOUBTFUL, cross, doubtful_swatch, ground_swatch, shape, star};
+use super::marker::{DOUBTFUL, cross, doubtful_swatch, floor_swatch, marker, star};
 use super::text::escaped;
 
-/// Curves of more colours than this begin again at the first.
+/// Number of colours; further curves reuse them from the first.
 pub(crate) const COLOURS: usize = 8;
 
-/// A point of a curve.
+/// Point of a curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
     pub(crate) x: f64,
     pub(crate) y: f64,
-    /// What is shown when one points at it.
+    /// Tooltip.
     pub(crate) title: String,
     pub(crate) look: Look,
 }
 
-/// How a point looks.
+/// Style of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Look {
     Plain,
-    /// Larger: the one to look for.
+    /// Larger, for the settings of interest.
     Marked,
-    /// Hollow: there is something wrong with it.
+    /// Hollow, for results with a reservation.
     Hollow,
-    /// Hollow and large, in the colour of failures: it contradicts the settings next to it.
+    /// Hollow, large and in the colour of failures: the result contradicts those of the
+    /// neighbouring settings.
     Doubtful,
 }
 
-/// Points that belong together.
+/// Curve of a series.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
-    /// Its colour and the shape of its points.
+    /// Number that selects colour and marker.
     pub(crate) number: usize,
     pub(crate) dashed: bool,
-    /// In the order of the settings. A line connects the points of a stretch, which ends where a run has no point.
+    /// Points in the order of the settings. A line connects the points of a stretch, which ends at
+    /// a run without a point.
     stretches: Vec<Vec<Point>>,
-    /// Where runs ended early along the x axis, and why.
+    /// Runs that ended early, with position and reason.
     failed: Vec<Ended>,
 }
 
-/// A setting on a curve.
+/// Setting on a curve.
 #[derive(Clone, Debug)]
 pub(crate) enum Setting {
     Point(Point),
-    /// Its run has no point.
+    /// Run that ended early.
     Ended(Ended),
-    /// Nothing is known that has a place on this plot.
+    /// Nothing to show on this plot.
     Unknown,
 }
 
 impl Setting {
-    /// What is known of a setting: its point, or else how it ended.
+    /// Returns the point of a setting, otherwise how its run ended.
     pub(crate) fn of(point: Option<Point>, ended: impl FnOnce() -> Option<Ended>) -> Self {
         match point {
             Some(point) => Self::Point(point),
@@ -63,30 +65,30 @@ impl Setting {
     }
 }
 
-/// A run that has no point because it did not come to its end.
+/// Run without a point because it ended early.
 #[derive(Clone, Debug)]
 pub(crate) struct Ended {
     pub(crate) x: f64,
-    /// What is shown when one points at it.
+    /// Tooltip.
     pub(crate) title: String,
-    /// For the budget: nothing is known against it.
+    /// Truncated by the budget, which is not a failure of the method.
     pub(crate) cut: bool,
 }
 
-/// A line that means something.
+/// Annotation of a plot.
 #[derive(Clone, Debug)]
 pub(crate) enum Mark {
-    /// At this x.
+    /// Vertical line at this x.
     Across(f64, String),
-    /// At this y.
+    /// Horizontal line at this y.
     Along(f64, String),
-    /// All below this y.
+    /// Shaded region below this y.
     Below(f64, String),
-    /// A foreign point.
+    /// Point from another source.
     At(f64, f64, String),
 }
 
-/// What is plotted.
+/// Contents of a plot.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
     pub(crate) title: String,
@@ -96,9 +98,9 @@ pub(crate) struct Plot {
     pub(crate) y_label: String,
     pub(crate) curves: Vec<Curve>,
     pub(crate) marks: Vec<Mark>,
-    /// Values that the y axis holds, too: so that plots beside each other have the same.
-    pub(crate) beside: Vec<f64>,
-    /// What the strip of failures is called.
+    /// Further values that the y axis contains, so that adjacent plots share one scale.
+    pub(crate) shared_y: Vec<f64>,
+    /// Label of the strip of failures.
     pub(crate) strip: String,
 }
 
@@ -106,19 +108,19 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 16.0;
 const BOTTOM: f64 = 48.0;
 const TOP: f64 = 12.0;
-/// Height of a strip in which failures are shown, and the gap below it.
+/// Height of a strip of failures, and the gap below it.
 const STRIP: f64 = 26.0;
 const GAP: f64 = 6.0;
-/// Labels of lines stand outside of the frame, where no curve goes: above it and to its right.
+/// Margins for labels of lines, above and to the right of the frame, where no curve runs.
 const LABELS_ABOVE: f64 = 16.0;
-const LABELS_BESIDE: f64 = 92.0;
-/// What a letter of a label takes at most.
+const LABELS_RIGHT: f64 = 92.0;
+/// Greatest width of a letter of a label.
 const LETTER: f64 = 7.0;
-/// Each curve that failed has so much of it.
+/// Height of the row of one curve in a strip.
 const STRIP_ROW: f64 = 10.0;
 
 impl Plot {
-    /// The picture.
+    /// Returns the SVG element.
     pub(crate) fn svg(&self) -> String {
         let strips: Vec<f64> = [false, true].map(|cut| self.strip_height(cut)).into();
         let top = self.above() + strips.iter().sum::<f64>();
@@ -145,13 +147,13 @@ impl Plot {
         out
     }
 
-    /// The curves on which something failed, or was `cut`.
+    /// Returns the curves with failed runs, or with runs that were `cut`.
     fn failing(&self, cut: bool) -> impl Iterator<Item = &Curve> {
         let ended = move |curve: &&Curve| curve.failed.iter().any(|ended| ended.cut == cut);
         self.curves.iter().filter(ended)
     }
 
-    /// Of the strip of what failed, or was `cut`, and the gap below it.
+    /// Returns the height of the strip of failed or `cut` runs, with the gap below it.
     fn strip_height(&self, cut: bool) -> f64 {
         match self.failing(cut).count() {
             0 => 0.0,
@@ -159,7 +161,7 @@ impl Plot {
         }
     }
 
-    /// Where strips begin, or the frame if there is none.
+    /// Returns the top of the first strip, or of the frame without strips.
     fn above(&self) -> f64 {
         let across = |mark: &Mark| matches!(mark, Mark::Across(..));
         TOP + if self.marks.iter().any(across) {
@@ -169,24 +171,27 @@ impl Plot {
         }
     }
 
-    /// Where the frame ends on the right.
+    /// Returns the right edge of the frame.
     fn right(&self) -> f64 {
         let along = |mark: &Mark| matches!(mark, Mark::Along(..));
-        let beside = self.marks.iter().any(along);
-        self.width - if beside { LABELS_BESIDE } else { RIGHT }
+        let labelled = self.marks.iter().any(along);
+        self.width - if labelled { LABELS_RIGHT } else { RIGHT }
     }
 
-    /// What the shaded ground means, for a legend: in the frame it would lie under curves.
-    pub(crate) fn ground(&self) -> Option<(String, String)> {
+    /// Returns the legend entry of the shaded region, which has no label in the frame, where curves
+    /// would hide it.
+    pub(crate) fn floor_legend(&self) -> Option<(String, String)> {
         let (_, y) = self.axes(TOP);
         self.marks.iter().find_map(|mark| match mark {
-            Mark::Below(value, label) if y.holds(*value) => Some((ground_swatch(), label.clone())),
+            Mark::Below(value, label) if y.contains(*value) => {
+                Some((floor_swatch(), label.clone()))
+            }
             _ => None,
         })
     }
 
-    /// What a point that contradicts its neighbours means, for a legend.
-    pub(crate) fn doubtful(&self) -> Option<(String, String)> {
+    /// Returns the legend entry of contradicting points, if there are any.
+    pub(crate) fn doubtful_legend(&self) -> Option<(String, String)> {
         let mut points = self.curves.iter().flat_map(Curve::points);
         let any = points.any(|point| point.look == Look::Doubtful);
         any.then(|| {
@@ -210,7 +215,7 @@ impl Plot {
         let xs = points().map(|point| point.x).chain(across);
         let xs = xs.chain(failed.map(|ended| ended.x));
         let ys = points().map(|point| point.y).chain(along);
-        let ys = ys.chain(self.beside.iter().copied());
+        let ys = ys.chain(self.shared_y.iter().copied());
         (
             Axis::around(xs, LEFT, self.right()),
             Axis::around(ys, self.height - BOTTOM, top),
@@ -264,7 +269,7 @@ impl Plot {
                     let at = x.at(*value);
                     let above = self.above();
                     line(out, "", [at, above - 3.0], [at, bottom]);
-                    // No label leaves the picture.
+                    // Labels stay inside the picture.
                     let half = 0.5 * LETTER * label.chars().count() as f64;
                     let middle = at.clamp(half, self.width - half);
                     text(out, "middle", [middle, above - 7.0], label);
@@ -274,7 +279,7 @@ impl Plot {
                     line(out, "", [left, at], [right, at]);
                     text(out, "", [right + 6.0, at + 4.0], label);
                 }
-                Mark::Below(value, _) if y.holds(*value) => {
+                Mark::Below(value, _) if y.contains(*value) => {
                     let at = y.at(*value);
                     let _ = write!(
                         out,
@@ -298,7 +303,7 @@ impl Plot {
         out.push_str("</g>\n");
     }
 
-    /// What failed stands at the top edge, outside of the scale; what was cut, in a strip of its own and grey.
+    /// Draws failed runs in a strip above the scale, and truncated ones in a separate grey strip.
     fn strip(&self, out: &mut String, x: &Axis, cut: bool, from: f64, height: f64) {
         let (class, name) = if cut {
             ("strip cut", "cut")
@@ -311,7 +316,7 @@ impl Plot {
             self.right() - LEFT
         );
         text(out, "end", [LEFT - 8.0, from + height / 2.0 + 4.0], name);
-        // One row for each curve that failed, so that they do not hide each other.
+        // One row for each curve with failures, so that their marks do not overlap.
         let rows = self.failing(cut).count().max(1) as f64;
         for (row, curve) in self.failing(cut).enumerate() {
             let middle = from + height * (row as f64 + 0.5) / rows;
@@ -334,7 +339,7 @@ impl Plot {
 }
 
 impl Curve {
-    /// The curve of settings in their order.
+    /// Creates a curve from settings in their order.
     pub(crate) fn through(
         number: usize,
         dashed: bool,
@@ -362,12 +367,12 @@ impl Curve {
         curve
     }
 
-    /// Its points, in the order of the settings.
+    /// Returns the points, in the order of the settings.
     pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
         self.stretches.iter().flatten()
     }
 
-    /// How many settings have a place on the plot.
+    /// Returns the number of settings that have a place on the plot.
     pub(crate) fn len(&self) -> usize {
         self.points().count() + self.failed.len()
     }
@@ -377,7 +382,7 @@ impl Curve {
         let _ = write!(out, "<g class=\"c{}{dashed}\">", self.number % COLOURS);
         let place = |point: &Point| format!("{:.1},{:.1}", x.at(point.x), y.at(point.y));
         for stretch in &self.stretches {
-            // Zero stands apart: nothing is known between it and the next.
+            // No line to zero, which is not on the logarithmic scale.
             let path = stretch.iter().filter(|point| point.x > 0.0);
             let path: Vec<String> = path.map(place).collect();
             if path.len() > 1 {
@@ -395,7 +400,7 @@ impl Curve {
                 out,
                 "<g{class}><title>{}</title>{}</g>",
                 escaped(&point.title),
-                shape(self.number, x.at(point.x), y.at(point.y), radius)
+                marker(self.number, x.at(point.x), y.at(point.y), radius)
             );
         }
         out.push_str("</g>\n");

@@ -1,38 +1,39 @@
-//! The page of a study of precision.
+//! Page of a study of precision.
 
-use crate::row::{Line, Row, RowKind, Status};
+use crate::row::{Row, RowKind, Series, Status};
 use crate::study::{Order, Study};
 
+use super::marker::swatch;
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
-use super::shape::swatch;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{
-    card, commanded, dominance, drift, figure, footsteps, lead, models, references, transport,
+    card, commanded, constraint_violation, dominance, figure, footsteps, introduction, models,
+    references, transport,
 };
-use crate::headline::{AIM_M, Choice, Foremost, USUAL_STEP_S, at_usual_step};
+use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
 
 const AIM_FACTOR: f64 = 1000.0;
 
-/// The smallest error that has a place on a logarithmic scale \[m\].
+/// Smallest error shown on a logarithmic scale \[m\].
 pub(crate) const LEAST_M: f64 = 1e-16;
 
 pub(crate) fn body(study: &Study) -> String {
     let compared = format!(
-        "Every plant is led through {} by each of its methods at each setting, and where its feet are is \
-         compared every {} with a reference. {}",
+        "Every plant is run through {} with each of its methods at each setting, and the \
+         positions of its feet are compared every {} with a reference. {}",
         window(study),
         si(study.grid_s, "s"),
         commanded(study)
     );
-    let mut out = lead(&compared);
+    let mut out = introduction(&compared);
     for note in &study.references {
         if let Some(until_s) = note.holds_until_s {
             out += &paragraph(&format!(
-                "What is known of {} ends at {}: there its reference and the check of it part by more than they may, and \
-                 nothing is compared from there on.",
+                "The reference of {} ends at {}: from there on it differs from its check by more \
+                 than the tolerance, and nothing is compared.",
                 note.plant,
                 si(until_s, "s")
             ));
@@ -44,14 +45,15 @@ pub(crate) fn body(study: &Study) -> String {
     out += &dominance::section(study);
     out += "<h2>Error against step</h2>\n";
     out += &convergence(study);
-    out += &drift::section(study);
-    out += "<h2>The methods, side by side</h2>\n";
+    out += &constraint_violation::section(study);
+    out += "<h2>Summary by method</h2>\n";
     out += &summary(study);
-    out += "<h2>What they are measured against</h2>\n";
+    out += "<h2>References</h2>\n";
     out += &paragraph(
-        "The reference of a plant is its best method at its finest setting, checked by a second one; that of a plant which solves \
-         another's model by other means is that one's. Errors below the disagreement of the two are at the floor: less is not \
-         known of them.",
+        "The reference of a plant is its best method at its finest setting, checked by a second \
+         one; a plant that solves the model of another with a different engine shares the \
+         reference of that plant. Errors below the disagreement of reference and check are at \
+         the floor: they are not significant.",
     );
     out += &references(&study.references);
     out += &models::section(study);
@@ -62,13 +64,13 @@ pub(crate) fn body(study: &Study) -> String {
     out
 }
 
-/// How much of the scene that is.
+/// Returns the simulated part of the scenario, in words.
 fn window(study: &Study) -> String {
     let (all, some) = (si(study.scene_s, "s"), si(study.simulated_s, "s"));
     if study.simulated_s < study.scene_s * (1.0 - 1e-9) {
-        format!("the first {some} of the scene's {all}")
+        format!("the first {some} of the scenario's {all}")
     } else {
-        format!("the {some} of the scene")
+        format!("the {some} of the scenario")
     }
 }
 
@@ -79,27 +81,27 @@ pub(crate) fn integration(study: &Study) -> impl Iterator<Item = &Row> {
         .filter(|row| row.kind == RowKind::Integration)
 }
 
-pub(crate) fn of_line<'a>(study: &'a Study, line: Line<'a>) -> impl Iterator<Item = &'a Row> {
-    integration(study).filter(move |row| row.line() == line)
+pub(crate) fn of_series<'a>(study: &'a Study, series: Series<'a>) -> impl Iterator<Item = &'a Row> {
+    integration(study).filter(move |row| row.series() == series)
 }
 
-/// The order of a line, where its method steps and its errors show one.
-fn order(study: &Study, line: Line<'_>) -> Option<f64> {
+/// Returns the order of a series, if it is of a fixed-step method and its errors show one.
+fn order(study: &Study, series: Series<'_>) -> Option<f64> {
     let orders = study.orders().into_iter();
-    let of_line = |order: &Order| order.plant == line.plant && order.method == line.method;
-    let mut ours = orders.filter(of_line).map(|order| order.order);
-    ours.next().filter(|_| !line.is_adaptive())
+    let of_series = |order: &Order| order.plant == series.plant && order.method == series.method;
+    let mut orders_of_series = orders.filter(of_series).map(|order| order.order);
+    orders_of_series.next().filter(|_| !series.is_adaptive())
 }
 
-/// The row of the headline, the smallest error at the usual step, and the fastest within the aim at any setting; all of the
-/// plants that the headline is about.
+/// Returns the cards: the headline row, the smallest error at the usual step, and the fastest
+/// within the aim at any setting, of the plants of the headline.
 fn cards(study: &Study) -> String {
     let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
     let candidates = study.candidates();
     let sound = || candidates.iter().map(|(row, _)| *row);
-    let name = |row: &Row| format!("{}, {}", row.line().name(), rows::setting(row));
+    let name = |row: &Row| format!("{}, {}", row.series().name(), rows::setting(row));
     let speed = |row: &Row| format!("{} real time", rows::factor(row.real_time_factor));
-    let mut out = foremost(study);
+    let mut out = headline_card(study);
     let usual = sound().filter(|row| at_usual_step(row));
     if let Some(row) = usual.min_by(|a, b| error(a).total_cmp(&error(b))) {
         let what = format!("smallest error at {}", si(USUAL_STEP_S, "s"));
@@ -123,35 +125,35 @@ fn cards(study: &Study) -> String {
             card(
                 &what,
                 "not known",
-                &format!("the floor is {floor}: less cannot be told here"),
+                &format!("the floor is {floor}: smaller errors cannot be resolved"),
             )
         }
-        None => card(&what, "none", "no run came that close"),
+        None => card(&what, "none", "no run is that accurate"),
     };
     let count = integration(study).count();
-    let whole = integration(study).filter(|row| row.status == Status::Ok);
+    let completed = integration(study).filter(|row| row.status == Status::Ok);
     let cut = integration(study).filter(|row| row.cut).count();
-    let whole = whole.count();
-    let more = rows::outcome(whole, count - whole - cut, cut);
+    let completed = completed.count();
+    let more = rows::outcome(completed, count - completed - cut, cut);
     out += &card("runs", &count.to_string(), &more);
     element("div", "cards", &out)
 }
 
-/// The row that the headline names.
-fn foremost(study: &Study) -> String {
-    let Some(Foremost {
+/// Returns the card of the headline row.
+fn headline_card(study: &Study) -> String {
+    let Some(HeadlineRow {
         row,
         error_m,
         choice,
-    }) = study.foremost()
+    }) = study.headline_row()
     else {
         return String::new();
     };
     let (step, aim) = (si(USUAL_STEP_S, "s"), si(AIM_M, "m"));
-    let name = format!("{}, {}", row.line().name(), rows::setting(row));
+    let name = format!("{}, {}", row.series().name(), rows::setting(row));
     let speed = format!("{} real time", rows::factor(row.real_time_factor));
     match choice {
-        // The next card names it.
+        // Shown by the next card.
         Choice::Nearest => String::new(),
         Choice::Fastest => card(
             &format!("fastest at {step} with an error of at most {aim}"),
@@ -159,31 +161,32 @@ fn foremost(study: &Study) -> String {
             &format!("{name}; {}", si(error_m, "m")),
         ),
         Choice::FastestAdaptive => card(
-            &format!("fastest that chooses its steps, with an error of at most {aim}"),
+            &format!("fastest adaptive method with an error of at most {aim}"),
             &speed,
             &format!("{name}; {}", si(error_m, "m")),
         ),
     }
 }
 
-fn entries(study: &Study, of: impl Fn(&Line<'_>) -> bool) -> Vec<(String, String)> {
-    let lines = study.numbered_lines().into_iter();
-    lines
-        .filter(|(_, line)| of(line))
-        .map(|(number, line)| {
+fn entries(study: &Study, of: impl Fn(&Series<'_>) -> bool) -> Vec<(String, String)> {
+    let series = study.numbered_series().into_iter();
+    series
+        .filter(|(_, series)| of(series))
+        .map(|(number, series)| {
             let order =
-                order(study, line).map_or(String::new(), |order| format!(", order {order:.1}"));
+                order(study, series).map_or(String::new(), |order| format!(", order {order:.1}"));
             (
-                swatch(number, line.is_adaptive()),
-                format!("{}{order}", line.name()),
+                swatch(number, series.is_adaptive()),
+                format!("{}{order}", series.name()),
             )
         })
         .collect()
 }
 
-/// The place of a row on a plot. What is below the floor stands just below it: where exactly is chance.
+/// Returns the point of a row. Errors below the floor are not significant and are shown just below
+/// it.
 fn point(study: &Study, row: &Row, x: f64) -> Option<Point> {
-    /// Of the floor.
+    /// Share of the floor.
     const BELOW: f64 = 0.5;
     let error = row.error_rms_m.filter(|_| row.status == Status::Ok)?;
     let floor = study.floor_of(&row.plant);
@@ -200,7 +203,7 @@ fn point(study: &Study, row: &Row, x: f64) -> Option<Point> {
     })
 }
 
-/// The setting of a row on a plot, at `x` if it has a place there.
+/// Returns the setting of a row at `x`, if that has a place on the plot.
 fn setting(study: &Study, row: &Row, x: Option<f64>) -> Setting {
     let Some(x) = x else {
         return Setting::Unknown;
@@ -209,12 +212,12 @@ fn setting(study: &Study, row: &Row, x: Option<f64>) -> Setting {
     Setting::of(point(study, row, x), ended)
 }
 
-/// Error over run time.
+/// Returns the plot of error over run time.
 fn cost(study: &Study) -> String {
-    let curves = study.numbered_lines().into_iter().map(|(number, line)| {
+    let curves = study.numbered_series().into_iter().map(|(number, series)| {
         let cost = |row: &Row| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
-        let settings = of_line(study, line).map(|row| setting(study, row, cost(row)));
-        Curve::through(number, line.is_adaptive(), settings)
+        let settings = of_series(study, series).map(|row| setting(study, row, cost(row)));
+        Curve::through(number, series.is_adaptive(), settings)
     });
     let plot = Plot {
         title: "error of the feet over run time".to_owned(),
@@ -229,7 +232,7 @@ fn cost(study: &Study) -> String {
             Mark::Along(AIM_M, "aim: 10⁻⁶ m".to_owned()),
             floor(study),
         ],
-        beside: Vec::new(),
+        shared_y: Vec::new(),
         strip: "failed".to_owned(),
     };
     let unplaced = integration(study)
@@ -237,42 +240,44 @@ fn cost(study: &Study) -> String {
         .count();
     let unplaced = match unplaced {
         0 => String::new(),
-        1 => " One run did not begin or was cut, and has no place there; it is in the table."
+        1 => " One run did not start or was cut before it started and is not shown; it is in the \
+              table."
             .to_owned(),
         count => format!(
-            " {count} runs did not begin or were cut, and have no place there; they are in the table."
+            " {count} runs did not start or were cut before they started and are not shown; they \
+             are in the table."
         ),
     };
     let placed = integration(study)
         .any(|row| row.status != Status::Ok && row.run_s_per_simulated_s.is_some());
     let strip = if placed {
-        " Crosses in a strip at the top are runs that failed, became unstable or, in grey, were cut for the budget, at the run time \
-         they took by then."
+        " Crosses in a strip at the top are runs that failed, became unstable or, in grey, were \
+         cut for the budget, at their run time until then."
     } else {
         ""
     };
     let caption = format!(
-        "Down and to the left is better. A point is a step or a tolerance, finer ones further down; the large ones are steps of \
-         {}, hollow ones are at the floor.{strip}{unplaced} \
-         Point at anything to see what it is.",
+        "Lower left is better. A point is a step or a tolerance, finer ones further down; large \
+         points are steps of {}, hollow ones are at the floor.{strip}{unplaced} Hover over a \
+         mark for details.",
         si(USUAL_STEP_S, "s")
     );
     figure("", &entries(study, |_| true), &plot, &caption)
 }
 
-/// What is not known of the reference.
+/// Returns the mark of the floor of the reference.
 pub(crate) fn floor(study: &Study) -> Mark {
     let reference = study.reference();
     let plant = reference.map_or("", |note| note.plant.as_str());
     let floor = study.floor();
     let label = format!(
-        "floor: the references of {plant} are {} apart",
+        "floor: reference and check of {plant} differ by {}",
         si(floor, "m")
     );
     Mark::Below(floor, label)
 }
 
-/// A row without a point.
+/// Returns the mark of a run that ended early.
 fn ended(row: &Row, x: f64) -> Ended {
     Ended {
         x,
@@ -281,14 +286,14 @@ fn ended(row: &Row, x: f64) -> Ended {
     }
 }
 
-/// Error over step, and what order that is.
+/// Returns the plot of error over step, with the orders.
 fn convergence(study: &Study) -> String {
-    let stepped = |line: &Line<'_>| !line.is_adaptive();
-    let curves = study.numbered_lines().into_iter();
+    let stepped = |series: &Series<'_>| !series.is_adaptive();
+    let curves = study.numbered_series().into_iter();
     let curves = curves
-        .filter(|(_, line)| stepped(line))
-        .map(|(number, line)| {
-            let settings = of_line(study, line).map(|row| setting(study, row, row.step_s));
+        .filter(|(_, series)| stepped(series))
+        .map(|(number, series)| {
+            let settings = of_series(study, series).map(|row| setting(study, row, row.step_s));
             Curve::through(number, false, settings)
         });
     let plot = Plot {
@@ -299,14 +304,15 @@ fn convergence(study: &Study) -> String {
         y_label: "distance of the feet, RMS  [m]".to_owned(),
         curves: curves.collect(),
         marks: vec![Mark::Along(AIM_M, "aim: 10⁻⁶ m".to_owned()), floor(study)],
-        beside: Vec::new(),
+        shared_y: Vec::new(),
         strip: "failed".to_owned(),
     };
-    let caption = "The slope of a curve is the order of its method: by how many powers of ten its error falls with one of its step.";
+    let caption = "The slope of a curve is the order of its method: the powers of ten by which \
+                   the error falls per power of ten of the step.";
     figure("", &entries(study, stepped), &plot, caption)
 }
 
-/// A line for each method.
+/// Returns a table row for each method.
 fn summary(study: &Study) -> String {
     let step = si(USUAL_STEP_S, "s");
     let mut table = Table::new(
@@ -318,29 +324,30 @@ fn summary(study: &Study) -> String {
             &format!("speed at {step}"),
             "smallest RMS",
             "at",
-            "at the cost of",
-            "not to the end",
+            "speed there",
+            "incomplete",
         ],
         2,
     );
     let mut plant_before = "";
-    for line in study.lines() {
-        let plant = line.plant;
-        let sound = || of_line(study, line).filter(|row| row.status == Status::Ok);
+    for series in study.series() {
+        let plant = series.plant;
+        let sound = || of_series(study, series).filter(|row| row.status == Status::Ok);
         let usual = sound().find(|row| at_usual_step(row));
         let best = sound().min_by(|a, b| {
             let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
             error(a).total_cmp(&error(b))
         });
-        let failed = of_line(study, line).filter(|row| row.status != Status::Ok);
+        let failed = of_series(study, series).filter(|row| row.status != Status::Ok);
         let class = if plant == plant_before { "" } else { "first" };
         plant_before = plant;
         table.row(
             class,
             vec![
                 element("b", "", &escaped(plant)),
-                escaped(&line.way()) + &element("span", "wrap soft", &escaped(study.about(line))),
-                order(study, line).map_or(String::new(), |order| format!("{order:.1}")),
+                escaped(&series.method_label())
+                    + &element("span", "wrap soft", &escaped(study.about(series))),
+                order(study, series).map_or(String::new(), |order| format!("{order:.1}")),
                 usual.map_or(String::new(), |row| rows::length(row.error_rms_m)),
                 usual.map_or(String::new(), |row| rows::factor(row.real_time_factor)),
                 best.map_or(String::new(), |row| rows::length(row.error_rms_m)),
@@ -353,13 +360,13 @@ fn summary(study: &Study) -> String {
     table.html()
 }
 
-/// Every run.
+/// Returns the table of all runs.
 fn all(study: &Study) -> String {
     let mut table = Table::new(
         &[
             "plant",
             "method",
-            "set to",
+            "setting",
             "",
             "feet, RMS",
             "greatest",
@@ -367,12 +374,12 @@ fn all(study: &Study) -> String {
             "greatest",
             "event time",
             "events",
-            "energy",
-            "drift",
+            "energy residual",
+            "constraint violation",
             "evalu\u{ad}ations",
             "factori\u{ad}sations",
             "solver",
-            "handed over",
+            "fallbacks",
             "per step",
             "speed",
             "",
@@ -382,7 +389,7 @@ fn all(study: &Study) -> String {
     let mut before = None;
     for row in integration(study) {
         let events = match (row.events, row.events_expected) {
-            (None, Some(_)) => "looks for none".to_owned(),
+            (None, Some(_)) => "none located".to_owned(),
             (Some(own), Some(expected)) if own != expected => format!("{own} of {expected}"),
             (own, _) => rows::count(own),
         };
@@ -392,7 +399,7 @@ fn all(study: &Study) -> String {
             rows::class(row, before),
             vec![
                 escaped(&row.plant),
-                escaped(&row.line().way()),
+                escaped(&row.series().method_label()),
                 rows::setting(row),
                 rows::status(row),
                 row.error_rms_m
@@ -418,7 +425,8 @@ fn all(study: &Study) -> String {
     }
     table.html()
         + &paragraph(
-            "Energy is what the energy books lack at the end. Speed is simulated time over run time: the median of several \
-             runs without looking; ≤ marks errors at the floor. Handed over: steps that another method, or shorter ones, had to take.",
+            "Energy residual: residual of the energy balance at the end. Speed: simulated time \
+             over run time, the median of several runs without sampling. ≤ marks errors at the \
+             floor. Fallbacks: steps for which another method or a shorter step was substituted.",
         )
 }

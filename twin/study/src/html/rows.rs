@@ -1,38 +1,38 @@
-//! Rows of a study in words and cells.
+//! Formatting of rows as text and table cells.
 
 use crate::row::{Row, Status};
 
 use super::text::{element, escaped};
 use crate::number::{grouped, grouped_factor, method_setting, si};
 
-/// How the method of a row is set.
+/// Formats the setting of a row.
 pub(crate) fn setting(row: &Row) -> String {
     method_setting(row.step_s, row.tolerance)
 }
 
-/// A length, or nothing.
+/// Formats a length; empty if unknown.
 pub(crate) fn length(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| si(value, "m"))
 }
 
-/// A time, or nothing.
+/// Formats a time; empty if unknown.
 pub(crate) fn time(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| si(value, "s"))
 }
 
-/// `1230 ×`
+/// Formats a factor: `1230 ×`; empty if unknown.
 pub(crate) fn factor(value: Option<f64>) -> String {
     value.map_or(String::new(), grouped_factor)
 }
 
-/// A count, or nothing; a zero says nothing either.
+/// Formats a count; empty if unknown or zero.
 pub(crate) fn count(value: Option<u64>) -> String {
     value
         .filter(|&value| value > 0)
         .map_or(String::new(), |value| grouped(&value.to_string()))
 }
 
-/// The word of its status, coloured.
+/// Returns the tag of a row's outcome.
 pub(crate) fn status(row: &Row) -> String {
     if row.status == Status::Ok && row.wrong {
         return element("span", "tag bad", "stable, but wrong");
@@ -40,7 +40,7 @@ pub(crate) fn status(row: &Row) -> String {
     tag(row.status, row.cut, row.word())
 }
 
-/// The word of a status, coloured: grey where a run was cut for the budget, which says nothing against it.
+/// Returns the coloured tag of an outcome; grey for a run truncated by the budget.
 pub(crate) fn tag(status: Status, cut: bool, word: &str) -> String {
     let class = match status {
         Status::Ok => "tag ok",
@@ -50,31 +50,31 @@ pub(crate) fn tag(status: Status, cut: bool, word: &str) -> String {
     element("span", class, word)
 }
 
-/// How many runs came to the end of the scene, and what became of the others.
-pub(crate) fn outcome(whole: usize, failed: usize, cut: usize) -> String {
+/// Returns how many runs completed, failed and were truncated, in words.
+pub(crate) fn outcome(completed: usize, failed: usize, cut: usize) -> String {
     if failed + cut == 0 {
-        return "all came to the end of the scene".to_owned();
+        return "all completed".to_owned();
     }
-    let mut parts = vec![format!("{whole} came to the end")];
+    let mut parts = vec![format!("{completed} completed")];
     parts.extend((failed > 0).then(|| format!("{failed} failed")));
     parts.extend((cut > 0).then(|| format!("{cut} were cut for the budget")));
     parts.join(", ") + ": see the table of all runs"
 }
 
-/// Why it is so.
+/// Returns the reason of a row as HTML.
 pub(crate) fn why(row: &Row) -> String {
     let why = row.why.as_ref();
     why.map_or(String::new(), |why| element("span", "why", &escaped(why)))
 }
 
-/// The class of its line in a table.
+/// Returns the CSS class of a row, from its predecessor in the table.
 pub(crate) fn class(row: &Row, before: Option<&Row>) -> &'static str {
-    let first = before.is_some_and(|before| before.line() != row.line());
-    line_class(first, row.status, row.cut)
+    let first = before.is_some_and(|before| before.series() != row.series());
+    row_class(first, row.status, row.cut)
 }
 
-/// The class of a line that is the `first` of its kind or not.
-pub(crate) fn line_class(first: bool, status: Status, cut: bool) -> &'static str {
+/// Returns the CSS class of a table row that is the `first` of its series or not.
+pub(crate) fn row_class(first: bool, status: Status, cut: bool) -> &'static str {
     match (first, status) {
         (true, Status::Ok) => "first",
         (false, Status::Ok) => "",
@@ -85,9 +85,9 @@ pub(crate) fn line_class(first: bool, status: Status, cut: bool) -> &'static str
     }
 }
 
-/// What a person sees who points at it.
+/// Returns the tooltip of a row.
 pub(crate) fn title(row: &Row) -> String {
-    let mut parts = vec![format!("{}, {}", row.line().name(), setting(row))];
+    let mut parts = vec![format!("{}, {}", row.series().name(), setting(row))];
     if let Some(error) = row.error_rms_m {
         parts.push(format!("foot {} RMS", si(error, "m")));
     }

@@ -1,55 +1,56 @@
-//! The page of a study of stability.
+//! Page of a study of stability.
 
 use crate::factory::Scales;
-use crate::row::{Line, Row, Status};
+use crate::row::{Row, Series, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
 
+use super::marker::{foreign_swatch, swatch};
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
-use super::shape::{foreign_swatch, swatch};
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, lead, legend, references, stiffness, thesis};
+use super::{card, commanded, figure, introduction, legend, references, stiffness, thesis};
 use crate::number::{plain, si};
 
-/// The stiffness at which the thesis tells its second figure.
+/// Relative stiffness of the second set of results of the thesis.
 pub(crate) const QUARTER: f64 = 0.25;
 
 pub(crate) fn body(study: &Study) -> String {
     let found = format!(
-        "For each plant and method, the longest step at which the motion stays bounded over {}, found by bisection as in the \
-         thesis (section 2.5.1), with one property of the robot or the scene varied at a time. Stable is not right: at the \
-         limit, the feet are compared with a reference, too. {}",
+        "For each plant and method, the longest step at which the motion stays bounded over {}, \
+         found by bisection as in the thesis (section 2.5.1), with one property of the robot or \
+         the ground varied at a time. A stable step need not be accurate: at the limit, the feet \
+         are compared with a reference, too. {}",
         si(study.simulated_s, "s"),
         commanded(study)
     );
-    let mut out = lead(&found);
+    let mut out = introduction(&found);
     out += &cards(study);
     out += "<h2>What limits the step</h2>\n";
     out += &sweeps(study);
     out += &stiffness::section(study);
-    out += "<h2>The scene as it is</h2>\n";
+    out += "<h2>Unchanged scenario</h2>\n";
     out += &as_it_is(study);
     if !study.commanded && !study.ground {
-        out += "<h2>Beside the thesis</h2>\n";
+        out += "<h2>Comparison with the thesis</h2>\n";
         out += &thesis::section(study);
     }
-    out += "<h2>What they are measured against</h2>\n";
+    out += "<h2>References</h2>\n";
     out += &references(&study.references);
     out += "<h2>All searches</h2>\n";
     out += &all(study);
     out
 }
 
-/// The limit of a row, if it has one.
-fn shown(row: &Row) -> Option<f64> {
+/// Returns the limit of a row, if it has one.
+fn limit_of(row: &Row) -> Option<f64> {
     row.largest_stable_step_s
         .filter(|_| row.status == Status::Ok)
 }
 
-/// The longest that was tried, where that is stable.
+/// Returns whether the longest step tried is stable.
 fn unlimited(row: &Row) -> bool {
     row.largest_stable_step_s.is_some() && row.least_unstable_step_s.is_none()
 }
@@ -57,15 +58,15 @@ fn unlimited(row: &Row) -> bool {
 fn cards(study: &Study) -> String {
     let rows = || study.rows.iter().filter(|row| row.scales == Scales::AS_IS);
     let limit = |row: &&Row| row.largest_stable_step_s.unwrap_or(0.0);
-    let right = |row: &&Row| row.largest_right_step_s.unwrap_or(0.0);
+    let accurate = |row: &&Row| row.largest_right_step_s.unwrap_or(0.0);
     let sound = || rows().filter(|row| row.status == Status::Ok && limit(row) > 0.0);
-    // Of several that are alike, the first.
+    // Of equal rows, the first.
     let longest = sound().rev().max_by(|a, b| limit(a).total_cmp(&limit(b)));
-    let rightest = sound()
+    let longest_accurate = sound()
         .rev()
-        .filter(|row| right(row) > 0.0)
-        .max_by(|a, b| right(a).total_cmp(&right(b)));
-    let name = |row: &Row| row.line().name();
+        .filter(|row| accurate(row) > 0.0)
+        .max_by(|a, b| accurate(a).total_cmp(&accurate(b)));
+    let name = |row: &Row| row.series().name();
     let bound = |row: &Row| {
         format!(
             "{}{}",
@@ -76,18 +77,18 @@ fn cards(study: &Study) -> String {
     let mut out = String::new();
     if let Some(row) = longest {
         out += &card(
-            "longest stable step, scene as it is",
+            "longest stable step, unchanged scenario",
             &bound(row),
             &name(row),
         );
     }
-    if let Some(row) = rightest {
-        let step = si(right(&row), "s");
-        out += &card("longest that is right, too", &step, &name(row));
+    if let Some(row) = longest_accurate {
+        let step = si(accurate(&row), "s");
+        out += &card("longest accurate step", &step, &name(row));
     }
     let shortest = sound().min_by(|a, b| limit(a).total_cmp(&limit(b)));
     if let Some(row) = shortest {
-        out += &card("shortest limit of a method", &bound(row), &name(row));
+        out += &card("smallest limit of a method", &bound(row), &name(row));
     }
     let wrong = study.rows.iter().filter(|row| row.wrong).count();
     let failed = study
@@ -100,28 +101,29 @@ fn cards(study: &Study) -> String {
     element("div", "cards", &out)
 }
 
-/// A plot for each factor.
+/// Returns a plot for each factor.
 fn sweeps(study: &Study) -> String {
-    // What chooses its steps itself has no limit to show.
-    let lines = study.numbered_lines().into_iter();
-    let lines: Vec<(usize, Line<'_>)> = lines.filter(|(_, line)| !line.is_adaptive()).collect();
-    let mut entries: Vec<(String, String)> = lines
+    // Adaptive methods have no limit.
+    let series = study.numbered_series().into_iter();
+    let series: Vec<(usize, Series<'_>)> = series.filter(|(_, key)| !key.is_adaptive()).collect();
+    let mut entries: Vec<(String, String)> = series
         .iter()
-        .map(|&(number, line)| (swatch(number, false), line.name()))
+        .map(|&(number, key)| (swatch(number, false), key.name()))
         .collect();
     if !study.commanded && !study.ground {
         entries.push((foreign_swatch(), "thesis".to_owned()));
     }
     let mut out = legend(&entries);
     out += &paragraph(
-        "Filled: right at the limit. Hollow: stable but wrong, or the longest step that was tried. In the strip: no stable step was found.",
+        "Filled: accurate at the limit. Hollow: stable but wrong, or the longest step tried. In \
+         the strip: no stable step found.",
     );
-    let beside: Vec<f64> = study.rows.iter().filter_map(shown).collect();
+    let shared_y: Vec<f64> = study.rows.iter().filter_map(limit_of).collect();
     let mut figures = String::new();
     for factor in Factor::ALL {
-        let curves: Vec<Curve> = lines
+        let curves: Vec<Curve> = series
             .iter()
-            .map(|&(number, line)| sweep(study, factor, number, line))
+            .map(|&(number, key)| sweep(study, factor, number, key))
             .collect();
         let values = curves.iter().map(Curve::len);
         if values.max().unwrap_or(0) < 2 {
@@ -140,7 +142,7 @@ fn sweeps(study: &Study) -> String {
             y_label: "largest stable step  [s]".to_owned(),
             curves,
             marks: foreign(study, factor),
-            beside: beside.clone(),
+            shared_y: shared_y.clone(),
             strip: "none".to_owned(),
         };
         figures += &figure("", &[], &plot, "");
@@ -149,8 +151,8 @@ fn sweeps(study: &Study) -> String {
     out
 }
 
-fn sweep(study: &Study, factor: Factor, number: usize, line: Line<'_>) -> Curve {
-    let rows = study.rows.iter().filter(|row| row.line() == line);
+fn sweep(study: &Study, factor: Factor, number: usize, key: Series<'_>) -> Curve {
+    let rows = study.rows.iter().filter(|row| row.series() == key);
     let mut rows: Vec<(f64, &Row)> = rows
         .filter_map(|row| Some((factor.of(&row.scales)?, row)))
         .collect();
@@ -160,7 +162,7 @@ fn sweep(study: &Study, factor: Factor, number: usize, line: Line<'_>) -> Curve 
     let point = |&(value, row): &(f64, &Row)| {
         Some(Point {
             x: value,
-            y: shown(row)?,
+            y: limit_of(row)?,
             title: title(value, row),
             look: match (row.contradicts, row.wrong || unlimited(row)) {
                 (true, _) => Look::Doubtful,
@@ -180,7 +182,7 @@ fn sweep(study: &Study, factor: Factor, number: usize, line: Line<'_>) -> Curve 
     Curve::through(number, false, settings)
 }
 
-/// The figures of the thesis, where they belong.
+/// Returns the marks of the results of the thesis.
 fn foreign(study: &Study, factor: Factor) -> Vec<Mark> {
     if factor != Factor::Stiffness || study.commanded || study.ground {
         return Vec::new();
@@ -206,12 +208,12 @@ pub(crate) fn limit_cell(row: &Row) -> String {
     match row.largest_stable_step_s {
         Some(step) if unlimited(row) => format!("≥ {}", si(step, "s")),
         Some(step) => si(step, "s"),
-        None if row.tolerance.is_some() && row.status == Status::Ok => "its own".to_owned(),
+        None if row.tolerance.is_some() && row.status == Status::Ok => "adaptive".to_owned(),
         None => String::new(),
     }
 }
 
-/// A line for each method.
+/// Returns a table row for each method at the unchanged scenario.
 fn as_it_is(study: &Study) -> String {
     let mut table = Table::new(
         &[
@@ -219,11 +221,11 @@ fn as_it_is(study: &Study) -> String {
             "method",
             "largest stable step",
             "",
-            "right up to",
+            "accurate up to",
             "feet, RMS",
             "greatest",
-            "handed over",
-            "a step costs",
+            "fallbacks",
+            "time per step",
             "speed",
             "",
         ],
@@ -241,7 +243,7 @@ fn as_it_is(study: &Study) -> String {
             },
             vec![
                 element("b", "", &escaped(&row.plant)),
-                escaped(&row.line().way()),
+                escaped(&row.series().method_label()),
                 limit_cell(row),
                 rows::status(row),
                 rows::time(row.largest_right_step_s),
@@ -257,7 +259,7 @@ fn as_it_is(study: &Study) -> String {
     table.html()
 }
 
-/// Every search.
+/// Returns the table of all searches.
 fn all(study: &Study) -> String {
     let mut table = Table::new(
         &[
@@ -268,11 +270,11 @@ fn all(study: &Study) -> String {
             "largest stable step",
             "shortest unstable",
             "",
-            "right up to",
+            "accurate up to",
             "feet, RMS",
-            "energy",
-            "handed over",
-            "a step costs",
+            "energy residual",
+            "fallbacks",
+            "time per step",
             "speed",
             "probes",
             "",
@@ -301,7 +303,7 @@ fn all(study: &Study) -> String {
                 name.to_owned(),
                 value,
                 escaped(&row.plant),
-                escaped(&row.line().way()),
+                escaped(&row.series().method_label()),
                 limit_cell(row),
                 rows::time(row.least_unstable_step_s),
                 rows::status(row),

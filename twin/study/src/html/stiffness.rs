@@ -1,4 +1,4 @@
-//! The part of a page that tells whose limit a largest stable step is: that of the springs, or not.
+//! Page section on the dependence of the largest stable step on the stiffness of the springs.
 
 use crate::number::{plain, si};
 use crate::stiffness::StiffnessTrend;
@@ -8,7 +8,7 @@ use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 
-/// How each limit goes with the stiffness of the springs.
+/// Returns the section: limits as functions of stiffness.
 pub(crate) fn section(study: &Study) -> String {
     let trends = study.stiffnesses();
     if trends
@@ -17,27 +17,28 @@ pub(crate) fn section(study: &Study) -> String {
     {
         return String::new();
     }
-    let mut out = "<h2>Is it the springs?</h2>\n".to_owned();
+    let mut out = "<h2>Dependence on stiffness</h2>\n".to_owned();
     out += &paragraph(
-        "Springs that limit a step do so the more, the stiffer they are: with their frequency, as stiffness to the power −½, or, where \
-         the damping of a mode must not be overstepped, to the power −1. A limit that stays where it is, however stiff the springs, is not theirs. \
-         It belongs to something else that is as stiff as before: the closure of a loop, a joint, a stop, a contact. An \
-         engine that closes loops by springs of its own with a fixed stiffness has such a limit; one that makes them softer as \
-         its step becomes longer carries no limit of theirs, and pays in error. The thesis found 9 ms at every stiffness \
-         for its model in maximal coordinates (sections 2.5.2 and 2.6.1).",
+        "A limit due to the springs decreases with their stiffness: with exponent −½ if it is \
+         due to their frequency, with exponent −1 if it is due to the damping of a mode. A limit \
+         independent of the stiffness of the springs is due to another stiff element: a loop \
+         closure, a joint, a stop, a contact. An engine that closes loops by springs of fixed \
+         stiffness has such a limit; one that softens them as its step becomes longer has no \
+         such limit, but a larger error. The thesis found 9 ms at every stiffness for its model \
+         in maximal coordinates (sections 2.5.2 and 2.6.1).",
     );
     let mut table = Table::new(
         &[
             "plant",
             "method",
             "depends on stiffness",
-            "not from … to",
+            "constant from … to",
             "exponent",
-            "none below",
-            "least limit",
-            "greatest",
+            "insignificant below",
+            "smallest limit",
+            "greatest limit",
             "limits found",
-            "beyond the longest",
+            "stable at the longest",
         ],
         3,
     );
@@ -75,21 +76,23 @@ pub(crate) fn section(study: &Study) -> String {
     }
     out += &table.html();
     out += &paragraph(
-        "The exponent is by least squares over the logarithms of all limits found. One is none if it is no further from zero than a \
-         twentieth, a tenth of what springs make of it at the least, and what the width of the search leaves open; and a limit \
-         does not depend on stiffness if it has none and moves no further, either, than such an exponent would move it. \
-         Stiffnesses at which even the longest step that was tried is stable have no part in it.",
+        "The exponent is fitted by least squares to the logarithms of all limits found. It is \
+         insignificant if its magnitude is no greater than a twentieth, a tenth of the least \
+         exponent due to springs, plus the uncertainty from the resolution of the search. A \
+         limit does not depend on stiffness if its exponent is insignificant and it varies by no \
+         more than such an exponent would make it. Stiffnesses at which the longest step tried \
+         is stable are excluded.",
     );
     out
 }
 
 fn verdict(trend: &StiffnessTrend) -> &'static str {
     match (trend.depends, trend.limits, trend.unlimited) {
-        (Some(true), ..) if trend.is_power == Some(false) => "yes, as no one power",
+        (Some(true), ..) if trend.is_power == Some(false) => "yes, not as a power law",
         (Some(true), ..) => "yes",
         (Some(false), ..) => "no",
         (None, 0, 0) => "no limit is known",
-        (None, 0, _) => "no limit was met",
-        (None, ..) => "too few limits to tell",
+        (None, 0, _) => "no limit up to the longest step",
+        (None, ..) => "too few limits",
     }
 }

@@ -1,8 +1,8 @@
-//! Tables in HTML.
+//! HTML tables.
 
 use super::text::{element, escaped};
 
-/// A table whose columns are numbers but for the first `words`.
+/// Table whose columns are right-aligned numbers, except for the first `words`.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     head: Vec<String>,
@@ -10,9 +10,9 @@ pub(crate) struct Table {
     rows: Vec<(String, Vec<String>)>,
 }
 
-/// More columns than this take all the width there is.
+/// Greatest number of columns of a normal table; wider ones use the full width.
 const WIDE: usize = 7;
-/// And more than this do not even have that.
+/// Greatest number of columns at the full width; wider ones use a smaller font.
 const WIDEST: usize = 14;
 
 impl Table {
@@ -30,13 +30,13 @@ impl Table {
     }
 
     pub(crate) fn html(&self) -> String {
-        // A column without any content says nothing.
+        // Empty columns are omitted.
         let filled = |column: usize| {
             let mut cells = self.rows.iter().filter_map(|(_, cells)| cells.get(column));
             cells.any(|cell| !cell.is_empty())
         };
         let columns: Vec<usize> = (0..self.head.len()).filter(|&n| filled(n)).collect();
-        // Words stand on the left, and reasons, which come last and may be long.
+        // Text columns are left-aligned, as is the last one with reasons, which may be long.
         let last = self.head.len() - 1;
         let reasons = |head: &str| head.is_empty() || head.starts_with("why");
         let side = |column: usize| match &*self.head[column] {
@@ -44,7 +44,7 @@ impl Table {
             _ if column < self.words => "",
             _ => "n",
         };
-        // Where there are many columns there is no room for reasons beside them: they get a line of their own below.
+        // In a wide table the reasons have separate rows below, as there is no room for a column.
         let wide = columns.len() > WIDE;
         let (columns, below) = match columns.split_last() {
             Some((&reason, others)) if wide && side(reason) == "w" => (others, Some(reason)),
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn reasons_stand_beside_a_few_columns_and_below_many() {
+    fn reasons_are_a_column_of_narrow_tables_and_a_row_of_wide_ones() {
         let (few, many) = (table(4), table(14));
         assert!(few.contains("<td class=\"w\">it fell</td>") && !few.contains("colspan"));
         assert!(many.contains("<tr class=\"reason bad\"><td colspan=\"13\">it fell</td></tr>"));

@@ -1,6 +1,6 @@
-//! Text in HTML.
+//! HTML text and elements.
 
-/// `text` with what HTML would read as its own replaced.
+/// Returns `text` with HTML special characters escaped.
 pub(crate) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -9,7 +9,7 @@ pub(crate) fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // No control character may stand in a page.
+            // HTML does not allow control characters.
             letter if letter.is_control() => out.push(' '),
             letter => out.push(letter),
         }
@@ -17,7 +17,7 @@ pub(crate) fn escaped(text: &str) -> String {
     out
 }
 
-/// An element with a class and content that is HTML already.
+/// Returns an element with a class and HTML content.
 pub(crate) fn element(name: &str, class: &str, content: &str) -> String {
     if class.is_empty() {
         format!("<{name}>{content}</{name}>")
@@ -26,7 +26,7 @@ pub(crate) fn element(name: &str, class: &str, content: &str) -> String {
     }
 }
 
-/// A paragraph of plain text.
+/// Returns a paragraph of plain text.
 pub(crate) fn paragraph(text: &str) -> String {
     element("p", "", &escaped(text)) + "\n"
 }

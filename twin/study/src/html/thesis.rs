@@ -1,20 +1,22 @@
-//! The part of a page that sets figures beside those of the thesis.
+//! Page section that compares results with those of the thesis.
 
 use crate::factory::Scales;
 use crate::number::si;
-use crate::row::{Line, Status};
+use crate::row::{Series, Status};
 use crate::study::Study;
-use crate::thesis::{FIGURES, Like, ThesisFigure};
+use crate::thesis::{FIGURES, ModelClass, ThesisFigure};
 
 use super::stability::{QUARTER, limit_cell};
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 
-/// The figures of the thesis, ours, and why they differ.
+/// Returns the section: results of the thesis, those found here, and the reasons for the
+/// differences.
 pub(crate) fn section(study: &Study) -> String {
     let mut out = paragraph(
-        "The thesis' robot had other springs and masses than the robot file here, parts of which are assumed, and \
-         what its search took for unstable is told in words only. So orders of magnitude and trends compare, and digits do not.",
+        "The robot of the thesis had other springs and masses than the robot file used here, \
+         parts of which are assumed, and the thesis describes its criterion of instability in \
+         words only. Orders of magnitude and trends are comparable, digits are not.",
     );
     let mut table = Table::new(
         &[
@@ -28,10 +30,10 @@ pub(crate) fn section(study: &Study) -> String {
         1,
     );
     for thesis in &FIGURES {
-        let ours = ours(study, thesis);
-        let cells = |of: &dyn Fn(&Ours) -> String| {
-            let lines: Vec<String> = ours.iter().map(of).collect();
-            lines.join("<br/>")
+        let counterparts = counterparts(study, thesis);
+        let cells = |of: &dyn Fn(&Counterpart) -> String| {
+            let series: Vec<String> = counterparts.iter().map(of).collect();
+            series.join("<br/>")
         };
         table.row(
             "first",
@@ -43,18 +45,18 @@ pub(crate) fn section(study: &Study) -> String {
                 ),
                 si(thesis.step_s, "s"),
                 thesis.quarter_s.map_or(String::new(), |step| si(step, "s")),
-                if ours.is_empty() {
+                if counterparts.is_empty() {
                     "–".to_owned()
                 } else {
-                    cells(&|ours| escaped(&ours.name))
+                    cells(&|counterparts| escaped(&counterparts.name))
                 },
-                cells(&|ours| ours.step.clone()),
-                cells(&|ours| ours.quarter.clone()),
+                cells(&|counterparts| counterparts.step.clone()),
+                cells(&|counterparts| counterparts.quarter.clone()),
             ],
         );
     }
     out += &table.html();
-    out += "<h3>Why they differ</h3>\n";
+    out += "<h3>Reasons for the differences</h3>\n";
     for thesis in &FIGURES {
         let model = element("b", "", &escaped(thesis.model));
         let why = format!(
@@ -67,33 +69,33 @@ pub(crate) fn section(study: &Study) -> String {
     out
 }
 
-/// What compares with a figure of the thesis.
-struct Ours {
+/// Result comparable with one of the thesis.
+struct Counterpart {
     name: String,
     step: String,
     quarter: String,
 }
 
-fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
-    let like = |plant: &str| {
+fn counterparts(study: &Study, thesis: &ThesisFigure) -> Vec<Counterpart> {
+    let class_of = |plant: &str| {
         let engine = study.solves.iter().any(|(known, _)| known == plant);
         let massive = study.massive.iter().any(|known| known == plant);
         match (massive, engine) {
-            (true, true) => Like::Engines,
-            (true, false) => Like::Massive,
-            (false, _) => Like::Massless,
+            (true, true) => ModelClass::Engines,
+            (true, false) => ModelClass::Massive,
+            (false, _) => ModelClass::Massless,
         }
     };
     let quarter = Scales {
         stiffness: QUARTER,
         ..Scales::AS_IS
     };
-    let cell = |line: Line<'_>, scales: Scales| {
+    let cell = |key: Series<'_>, scales: Scales| {
         let mut rows = study.rows.iter();
-        let row = rows.find(|row| row.line() == line && row.scales == scales);
+        let row = rows.find(|row| row.series() == key && row.scales == scales);
         row.map_or(String::new(), |row| {
             let wrong = match (row.wrong, row.largest_right_step_s) {
-                (true, Some(step)) => format!(" (right to {})", si(step, "s")),
+                (true, Some(step)) => format!(" (accurate up to {})", si(step, "s")),
                 (true, None) => " (wrong)".to_owned(),
                 (false, _) => String::new(),
             };
@@ -103,14 +105,14 @@ fn ours(study: &Study, thesis: &ThesisFigure) -> Vec<Ours> {
             }
         })
     };
-    let lines = study.lines().into_iter();
-    lines
-        .filter(|line| !line.is_adaptive())
-        .filter(|line| like(line.plant) == thesis.like)
-        .map(|line| Ours {
-            name: line.name(),
-            step: cell(line, Scales::AS_IS),
-            quarter: cell(line, quarter),
+    let series = study.series().into_iter();
+    series
+        .filter(|key| !key.is_adaptive())
+        .filter(|key| class_of(key.plant) == thesis.like)
+        .map(|key| Counterpart {
+            name: key.name(),
+            step: cell(key, Scales::AS_IS),
+            quarter: cell(key, quarter),
         })
         .collect()
 }

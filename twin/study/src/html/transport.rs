@@ -1,4 +1,4 @@
-//! The part of a page that tells what a walk costs, and where energy appears or vanishes.
+//! Page section on the cost of transport and the residual of the energy balance.
 
 use crate::number::{method_setting, si};
 use crate::row::Status;
@@ -8,24 +8,27 @@ use crate::transport::{Cost, Transport};
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 
-/// What walking costs in each plant.
+/// Returns the section: cost of transport by plant and method.
 pub(crate) fn section(study: &Study) -> String {
     let Some(cost) = study.transports.iter().find_map(|one| one.cost.as_ref()) else {
         return String::new();
     };
-    let mut out = "<h2>What walking costs</h2>\n".to_owned();
+    let mut out = "<h2>Cost of transport</h2>\n".to_owned();
     out += &paragraph(&format!(
-        "Each plant by each of its methods, at the scenario's step, is led by the same commands for {} from the same start, and \
-         counted from {} on. Work is that of the drives on the robot, without losses of motors and gears; the cost of transport is \
-         work by weight and distance. Net work is by the energy books; positive work is torque by turning of every drive for \
-         itself where it gives, so a drive that brakes gets nothing back. What the drives give is taken by friction and impacts or \
-         is stored: what is then left over has appeared from nowhere or vanished. The cost is covered had the drives given \
-         that, too; where it differs much from the net cost, a plant says nothing about consumption. Shares are of the net work.",
+        "Each plant, with each of its methods at the scenario's step, receives the same commands \
+         for {} from the same start; the window begins at {}. Work is that of the drives on the \
+         robot, without losses of motors and gears; the cost of transport is work over weight \
+         and distance. Net work is that of the energy balance; positive work is torque times \
+         rotation of every drive on its own where that is positive, without recovery by braking. \
+         The work of the drives is dissipated by friction and impacts or stored; the residual \
+         is energy created or lost by the integration. The covered cost includes the residual as \
+         work of the drives; where it differs much from the net cost, the plant gives no valid \
+         consumption. Shares are of the net work.",
         si(cost.to_s, "s"),
         si(cost.from_s, "s"),
     ));
     out += &table(study);
-    out += &told(study);
+    out += &summary(study);
     out
 }
 
@@ -39,7 +42,7 @@ fn table(study: &Study) -> String {
             "covered",
             "positive",
             "work, net",
-            "from nowhere",
+            "residual",
             "friction",
             "impacts",
             "stored",
@@ -76,18 +79,20 @@ fn table(study: &Study) -> String {
     table.html()
 }
 
-/// Books and drives that are further apart than this share of the net work do not know positive work.
-const KNOWN: f64 = 0.05;
+/// Greatest relative difference between the net work of the energy balance and that of the drives
+/// at which positive work is shown.
+const MISMATCH_MAX: f64 = 0.05;
 
-/// How far net work by the drives is from that by the books, as a share of the greater.
-fn apart(cost: &Cost) -> Option<f64> {
+/// Returns the difference between the net work of the drives and that of the energy balance, as a
+/// share of the greater.
+fn mismatch(cost: &Cost) -> Option<f64> {
     let drives = cost.drive_work_j?;
     let most = cost.work_j.abs().max(drives.abs());
     (most > 0.0).then(|| (drives - cost.work_j).abs() / most)
 }
 
 fn numbers(cost: &Cost) -> [String; 9] {
-    let known = apart(cost).is_some_and(|apart| apart <= KNOWN);
+    let known = mismatch(cost).is_some_and(|mismatch| mismatch <= MISMATCH_MAX);
     let ratio = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
     let joule = |value: f64| si(value, "J");
     [
@@ -106,13 +111,13 @@ fn numbers(cost: &Cost) -> [String; 9] {
     ]
 }
 
-/// The residual as a share of the net work.
+/// Returns the residual as a share of the net work.
 fn share(cost: &Cost) -> Option<f64> {
     (cost.work_j != 0.0).then(|| cost.residual_j / cost.work_j.abs())
 }
 
-/// What the figures say, in sentences.
-fn told(study: &Study) -> String {
+/// Returns a summary of the table.
+fn summary(study: &Study) -> String {
     let sound = || {
         let all = study.transports.iter();
         let standing = all.filter(|one| one.status == Status::Ok && one.fell_at_s.is_none());
@@ -126,29 +131,32 @@ fn told(study: &Study) -> String {
         && least > 0.0
     {
         out += &paragraph(&format!(
-            "Between plants that stay upright the net cost goes from {least:.3} ({}) to {most:.3} ({}), a factor of {:.2}. The \
-             thesis (section 2.6.1) tells of a model in maximal coordinates that consumed up to 15 times less than the robot.",
+            "Over plants that stay upright, the net cost ranges from {least:.3} ({}) to \
+             {most:.3} ({}), a factor of {:.2}. The thesis (section 2.6.1) reports a model in \
+             maximal coordinates that consumed up to 15 times less than the robot.",
             name(low),
             name(high),
             most / least
         ));
     }
-    out += &opened(study);
-    let apart = sound().filter_map(|(one, cost)| Some((one, apart(cost)?)));
-    if let Some((one, apart)) = apart.max_by(|a, b| a.1.total_cmp(&b.1)) {
+    out += &greatest_residual(study);
+    let mismatch = sound().filter_map(|(one, cost)| Some((one, mismatch(cost)?)));
+    if let Some((one, mismatch)) = mismatch.max_by(|a, b| a.1.total_cmp(&b.1)) {
         out += &paragraph(&format!(
-            "Net work by torque and turning of the drives, looked at every step, and by the books are {:.2} % apart at most ({}): so \
-             well is positive work known. Where they are more than {} % apart it is not shown.",
-            100.0 * apart,
+            "Net work from torque and rotation of the drives, sampled every step, differs from \
+             that of the energy balance by {:.2} % at most ({}), which indicates the accuracy of \
+             positive work. Where they differ by more than {} %, it is not shown.",
+            100.0 * mismatch,
             name(one),
-            100.0 * KNOWN
+            100.0 * MISMATCH_MAX
         ));
     }
     out
 }
 
-/// Where the books are furthest open, upright or not, and what that does to the cost.
-fn opened(study: &Study) -> String {
+/// Returns a sentence on the greatest residual of the energy balance, of upright and fallen robots,
+/// and its effect on the cost.
+fn greatest_residual(study: &Study) -> String {
     let ended = study.transports.iter();
     let ended = ended.filter(|one| one.status == Status::Ok);
     let known = ended.filter_map(|one| {
@@ -161,15 +169,16 @@ fn opened(study: &Study) -> String {
     };
     let fell = one
         .fell_at_s
-        .map_or(String::new(), |at| format!(" (it fell at {})", si(at, "s")));
-    let way = if cost.residual_j > 0.0 {
-        "appear from nowhere"
+        .map_or(String::new(), |at| format!(" (fell at {})", si(at, "s")));
+    let direction = if cost.residual_j > 0.0 {
+        "created"
     } else {
-        "vanish"
+        "lost"
     };
-    let text = format!(
-        "The books are furthest open in {}{fell}: the drives give {}, and {} {way}, {:.2} % of that; at most {} appear and {} vanish in \
-         a tenth of the window.",
+    let sentence = format!(
+        "The energy balance has its greatest residual in {}{fell}: the net work of the drives is \
+         {}, and {} are {direction}, {:.2} % of that; at most {} are created and {} lost in a \
+         tenth of the window.",
         name(one),
         si(cost.work_j, "J"),
         si(cost.residual_j.abs(), "J"),
@@ -184,11 +193,12 @@ fn opened(study: &Study) -> String {
         .filter(|(net, _)| *net > 0.0);
     let covered = covered.map_or(String::new(), |(net, covered)| {
         format!(
-            " A cost of {net:.3} would be {covered:.3}, {:.2} times as much, had the drives covered it.",
+            " A cost of {net:.3} would be {covered:.3}, {:.2} times as much, if the drives had \
+             supplied the residual.",
             covered / net
         )
     });
-    paragraph(&(text + &covered))
+    paragraph(&(sentence + &covered))
 }
 
 fn name(one: &Transport) -> String {

@@ -1,4 +1,5 @@
-//! Exact and grid coupling of a rig whose plant is exact, so that whatever is wrong is the coupling's.
+//! Exact and grid coupling of a rig whose plant is solved exactly: all errors are those of the
+//! coupling.
 
 use std::cell::RefCell;
 
@@ -8,8 +9,8 @@ use twinrig_runtime::{
     WorkCounts,
 };
 use twinrig_study::{
-    CouplingChoice, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigFactory,
-    RigScene, RigVariant, Status, StudyError, coupling,
+    CouplingChoice, CouplingInput, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy,
+    RigFactory, RigVariant, Status, StudyError, coupling,
 };
 
 use crate::pages::{elements, machine};
@@ -18,10 +19,10 @@ const FOOT: &str = "leg/LF/foot/position";
 const PUSH: &str = "leg/LF/foot/push";
 /// \[rad/s\]
 const OMEGA: f64 = 30.0;
-/// Of the controller, which has nothing to do with any grid.
+/// Control period, not a multiple of any grid step.
 const PERIOD: SimDuration = SimDuration::from_micros(1_013);
 
-/// A foot of a kilogram on a spring, moved by the exact solution under a constant push.
+/// Foot of 1 kg on a spring, advanced by the exact solution under a constant force.
 struct Foot {
     now: SimTime,
     at: [f64; 2],
@@ -79,7 +80,7 @@ impl Plant for Foot {
     }
 }
 
-/// Pushes against where the foot is and goes.
+/// Controller with proportional and derivative feedback of the foot position.
 struct Damper([f64; 2]);
 
 impl Process for Damper {
@@ -107,15 +108,15 @@ impl Process for Damper {
 }
 
 struct Rigs {
-    scene: RigScene,
+    input: CouplingInput,
     plants: Vec<String>,
-    /// What was asked for.
+    /// Plant steps of the rigs built.
     steps: RefCell<Vec<SimDuration>>,
 }
 
 fn rigs(plants: &[&str], buses: &[&str]) -> Rigs {
     Rigs {
-        scene: RigScene {
+        input: CouplingInput {
             name: "a <foot>".to_owned(),
             file: "foot.toml".to_owned(),
             duration: SimDuration::from_millis(400),
@@ -128,24 +129,24 @@ fn rigs(plants: &[&str], buses: &[&str]) -> Rigs {
 }
 
 impl RigFactory for Rigs {
-    fn scene(&self) -> &RigScene {
-        &self.scene
+    fn input(&self) -> &CouplingInput {
+        &self.input
     }
     fn plants(&self) -> &[String] {
         &self.plants
     }
-    fn rig(&self, make: &RigVariant<'_>) -> Result<Rig, String> {
-        self.steps.borrow_mut().push(make.step);
-        if make.plant == "none" {
+    fn rig(&self, variant: &RigVariant<'_>) -> Result<Rig, String> {
+        self.steps.borrow_mut().push(variant.step);
+        if variant.plant == "none" {
             return Err("there is no such foot".to_owned());
         }
         let foot = Foot {
             now: SimTime::ZERO,
             at: [0.1, 0.0],
             steps: 0,
-            breaks: make.plant == "brittle",
+            breaks: variant.plant == "brittle",
         };
-        let plant: Box<dyn Plant> = match make.way {
+        let plant: Box<dyn Plant> = match variant.way {
             CouplingChoice::Exact => Box::new(foot),
             CouplingChoice::Grid(step, rule) => {
                 Box::new(FixedStepCoupling::new(Box::new(foot), step, rule, &|_| true).unwrap())
@@ -155,7 +156,7 @@ impl RigFactory for Rigs {
         let transfer = Timing::Constant(SimDuration::from_micros(300));
         let io = DirectIo::for_process("direct", &process.ports(), transfer, 7).unwrap();
         let schedule = Schedule {
-            observe: make.observe,
+            observe: variant.observe,
             ..Schedule::with_period(PERIOD)
         };
         let rig = Rig::new(&schedule, Box::new(process), vec![Box::new(io)], plant);
@@ -179,56 +180,58 @@ fn found(plants: &[&str], buses: &[&str]) -> CouplingStudy {
 }
 
 #[test]
-fn orders_are_those_of_the_rules_and_exact_coupling_of_an_exact_plant_has_no_error() {
+fn grid_orders_match_theory_and_exact_coupling_has_no_error() {
     let study = found(&["foot"], &["sbcp"]);
-    // Three ways together, two alone, six steps each.
+    // Three methods with the plant stepping with the grid, two of the coupling alone, six steps
+    // each.
     assert_eq!(study.rows.len(), 30);
     assert!(study.rows.iter().all(|row| row.status == Status::Ok));
-    for row in study.line(CouplingKind::Together, "foot", CouplingMethod::Exact) {
-        // Rounding apart: 400 observations and as many transfers.
+    for row in study.series(CouplingKind::Together, "foot", CouplingMethod::Exact) {
+        // Rounding error of 400 observations and as many transfers.
         assert!(row.error_max_m.unwrap() < 1e-12, "{row:?}");
     }
     let order = |method| study.order("foot", method).unwrap();
     let (mean, held) = (order(CouplingMethod::Grid), order(CouplingMethod::GridHeld));
-    // Half of what two neighbouring orders are apart: transfers fall as they fall.
+    // Half of the difference between neighbouring orders: the transfers fall anywhere in the grid
+    // intervals.
     assert!((mean - 2.0).abs() < 0.5, "{mean}");
     assert!((held - 1.0).abs() < 0.3, "{held}");
     let at = |method| {
-        let mut rows = study.line(CouplingKind::Alone, "foot", method);
+        let mut rows = study.series(CouplingKind::Alone, "foot", method);
         rows.find(|row| row.step_s == 5e-4).unwrap().clone()
     };
     let (mean, held) = (at(CouplingMethod::Grid), at(CouplingMethod::GridHeld));
     assert!(20.0 * mean.error_rms_m.unwrap() < held.error_rms_m.unwrap());
-    // 2000 a second, whoever meets the plant when.
+    // 2000 steps per second, independent of the instants of access.
     assert_eq!(mean.steps, Some(800));
     assert_eq!(held.steps, Some(800));
 }
 
 #[test]
-fn a_plant_steps_with_its_grid_or_with_the_reference() {
+fn plant_step_is_that_of_the_grid_or_of_the_reference() {
     let rigs = rigs(&["foot"], &[]);
     let plan = plan();
     let study = coupling(&rigs, &plan, &mut ()).unwrap();
     for row in &study.rows {
-        let alone = row.kind == CouplingKind::Alone;
-        let own = if alone { 2.5e-5 } else { row.step_s };
-        assert!((row.plant_step_s - own).abs() < 1e-12, "{row:?}");
+        let coupling_only = row.kind == CouplingKind::Alone;
+        let plant_step = if coupling_only { 2.5e-5 } else { row.step_s };
+        assert!((row.plant_step_s - plant_step).abs() < 1e-12, "{row:?}");
     }
-    // The reference and its check, then each row once to look and once to time.
+    // The reference and its check, then each row once for its result and once for its run time.
     let steps = rigs.steps.borrow();
     assert_eq!(steps[..2], [plan.fine, plan.fine * 2]);
     assert_eq!(steps.len(), 2 + 2 * study.rows.len());
 }
 
 #[test]
-fn without_a_bus_it_says_so() {
+fn missing_bus_is_reported() {
     assert!(found(&["foot"], &["sbcp"]).left_out.is_empty());
     let study = found(&["foot"], &[]);
     assert!(study.left_out[0].contains("no bus"), "{:?}", study.left_out);
 }
 
 #[test]
-fn what_breaks_or_cannot_be_built_is_a_row_that_says_why() {
+fn failures_are_rows_with_reasons() {
     let study = found(&["none", "brittle"], &[]);
     let (none, brittle) = study.rows.split_at(study.rows.len() / 2);
     for (rows, why) in [(none, "no such foot"), (brittle, "it snapped")] {
@@ -238,7 +241,7 @@ fn what_breaks_or_cannot_be_built_is_a_row_that_says_why() {
         }
     }
     assert!(study.references.iter().all(|note| note.method.is_none()));
-    assert!(study.headline().contains("Nothing keeps"));
+    assert!(study.headline().contains("No coupling keeps"));
     let none = coupling(&rigs(&[], &[]), &plan(), &mut ());
     assert_eq!(none.unwrap_err(), StudyError::NoPlant);
     let short = CouplingPlan {
@@ -250,7 +253,7 @@ fn what_breaks_or_cannot_be_built_is_a_row_that_says_why() {
 }
 
 #[test]
-fn json_csv_and_page_tell_of_every_row() {
+fn json_csv_and_page_contain_every_row() {
     let study = found(&["foot", "brittle"], &["sbcp"]);
     let json = study.json(&machine(), "twin study coupling");
     let keys: Vec<&String> = json.as_object().unwrap().keys().take(5).collect();
@@ -279,16 +282,19 @@ fn json_csv_and_page_tell_of_every_row() {
     assert!(csv.starts_with("plant,method,step_s,stiffness,status,"));
     let page = study.html(&machine(), "twin study <coupling>");
     let elements = elements(&page);
-    for wanted in ["svg", "table", "polyline", "title"] {
-        assert!(elements.iter().any(|name| name == wanted), "no {wanted}");
+    for expected in ["svg", "table", "polyline", "title"] {
+        assert!(
+            elements.iter().any(|name| name == expected),
+            "no {expected}"
+        );
     }
     assert!(page.contains("it snapped") && page.contains("a &lt;foot&gt;"));
     assert!(!page.contains("NaN"));
 }
 
 #[test]
-fn what_is_cut_for_the_budget_is_called_cut_and_not_failed() {
-    // As a machine leaves them that is too slow, which this one may not be.
+fn truncated_runs_are_marked_cut_not_failed() {
+    // Rows as they result on a machine that is too slow for the budget.
     let mut study = found(&["foot"], &["sbcp"]);
     for row in &mut study.rows {
         (row.status, row.cut, row.error_rms_m) = (Status::Failed, true, None);
@@ -297,24 +303,24 @@ fn what_is_cut_for_the_budget_is_called_cut_and_not_failed() {
     assert!(study.rows.iter().all(|row| row.word() == "cut"));
     let page = study.html(&machine(), "");
     elements(&page);
-    for told in [
+    for text in [
         "class=\"strip cut\"",
         "<span class=\"tag\">cut</span>",
-        "0 came to the end, 30 were cut for the budget: see the table",
-        "by means no slope (too few points), held no slope (too few points)",
+        "0 completed, 30 were cut for the budget: see the table",
+        "mean commands no slope (too few points), held commands no slope (too few points)",
     ] {
-        assert!(page.contains(told), "{told}");
+        assert!(page.contains(text), "{text}");
     }
-    for told in ["class=\"strip\"", "failed", "tag bad", "class=\"bad\""] {
-        assert!(!page.contains(told), "{told}");
+    for text in ["class=\"strip\"", "failed", "tag bad", "class=\"bad\""] {
+        assert!(!page.contains(text), "{text}");
     }
-    // What breaks is still a failure.
+    // A fault is still a failure.
     let broken = found(&["brittle"], &[]).html(&machine(), "");
     assert!(broken.contains("class=\"strip\"") && broken.contains("tag bad\">failed"));
 }
 
 #[test]
-fn a_headline_has_the_figures_of_the_table() {
+fn headline_and_table_show_equal_figures() {
     let study = found(&["foot"], &[]);
     let headline = study.headline();
     let speeds: Vec<&str> = headline
@@ -330,5 +336,5 @@ fn a_headline_has_the_figures_of_the_table() {
             "{speed}"
         );
     }
-    assert!(headline.contains("RMS from where they should be"));
+    assert!(headline.contains("RMS error of the feet"));
 }

@@ -1,4 +1,4 @@
-//! Plants that solve the model of another by other means.
+//! Plants that solve the model of another plant with another engine.
 
 use twinrig_kernel::SimDuration;
 use twinrig_study::{Factor, PrecisionPlan, RowKind, StiffnessTrend, Study, precision};
@@ -15,19 +15,19 @@ fn study(factory: &Oscillators) -> Study {
     precision(factory, &plan, &mut ()).unwrap()
 }
 
-/// The errors of `plant`, the longest step first \[m\].
+/// Returns the errors of `plant`, the longest step first \[m\].
 fn errors(study: &Study, plant: &str) -> Vec<f64> {
     let ours = study.rows.iter();
     let ours = ours.filter(|row| row.plant == plant && row.kind == RowKind::Integration);
     ours.map(|row| row.error_rms_m.unwrap()).collect()
 }
 
-/// The oscillator of frequency ω√(1 − SOFT) leaves that of ω by ω t SOFT/2 of its amplitude: a centimetre, over ω t = 20, damped by
-/// a tenth.
+/// Range of the error due to the soft spring: the oscillator of frequency ω√(1 − SOFT) leaves that
+/// of ω by ω t SOFT/2 of its amplitude of 1 cm, over ω t = 20, reduced by the damping.
 const DETUNED_M: std::ops::Range<f64> = 1e-6..1e-4;
 
 #[test]
-fn what_an_engine_gets_wrong_at_every_step_shows_against_the_reference_of_the_model() {
+fn step_independent_engine_error_shows_against_the_model_reference() {
     let found = study(&Oscillators::new(&["rk4", "semi-implicit"], 200).with_engine(&["rk4"]));
     let note = &found.references[1];
     assert_eq!(
@@ -38,7 +38,7 @@ fn what_an_engine_gets_wrong_at_every_step_shows_against_the_reference_of_the_mo
     let soft = errors(&found, "engine");
     let finest = *soft.last().unwrap();
     assert!(DETUNED_M.contains(&finest), "{finest}");
-    // Twice as soft, twice as far off: it is the softness, which a shorter step does not mend.
+    // The error is due to the soft spring and does not depend on the step.
     assert!(
         (finest / soft[soft.len() - 3] - 1.0).abs() < 1e-3,
         "{soft:?} {SOFT}"
@@ -49,12 +49,12 @@ fn what_an_engine_gets_wrong_at_every_step_shows_against_the_reference_of_the_mo
     assert!(!floor.at_floor);
     let own = floors.iter().find(|floor| floor.plant == "full").unwrap();
     assert_eq!(own.levels_off_from_s, None, "{own:?}");
-    // It is another way to the same model, and no other model.
+    // It is another solver of the same model, not another model.
     assert!(found.rows.iter().all(|row| row.kind != RowKind::Model));
 }
 
 #[test]
-fn the_reference_of_a_model_that_is_not_in_the_study_is_built_all_the_same() {
+fn model_reference_is_built_for_a_bystander() {
     let both = study(&Oscillators::new(&["rk4"], 200).with_engine(&["rk4"]));
     let aside = study(
         &Oscillators::new(&["rk4"], 200)
@@ -70,25 +70,25 @@ fn the_reference_of_a_model_that_is_not_in_the_study_is_built_all_the_same() {
 }
 
 #[test]
-fn without_the_model_an_engine_is_its_own_reference_and_the_study_says_what_that_hides() {
-    let alone = study(
+fn engine_without_model_is_its_own_reference_with_a_note() {
+    let standalone = study(
         &Oscillators::new(&["rk4"], 200)
             .with_engine(&["rk4"])
             .without_full(),
     );
-    let note = &alone.references[0];
+    let note = &standalone.references[0];
     assert_eq!(note.of_plant, None);
     let why = note.why.as_ref().unwrap();
     assert!(
         why.contains("there is no plant full") && why.contains("measured against itself"),
         "{why}"
     );
-    let finest = *errors(&alone, "engine").last().unwrap();
+    let finest = *errors(&standalone, "engine").last().unwrap();
     assert!(finest < 1e-3 * DETUNED_M.start, "{finest}");
-    assert!(alone.dominances().is_empty());
-    // Nor is there one where the model has a reference that its check contradicts.
-    let lying = study(&Oscillators::new(&["rk4", "lying"], 200).with_engine(&["rk4"]));
-    let why = lying.references[1].why.as_ref().unwrap();
+    assert!(standalone.dominances().is_empty());
+    // The same holds if the check of the model's reference contradicts it.
+    let biased = study(&Oscillators::new(&["rk4", "biased"], 200).with_engine(&["rk4"]));
+    let why = biased.references[1].why.as_ref().unwrap();
     assert!(
         why.contains("contradict each other") && why.contains("measured against itself"),
         "{why}"
@@ -96,7 +96,7 @@ fn without_the_model_an_engine_is_its_own_reference_and_the_study_says_what_that
 }
 
 #[test]
-fn a_duel_is_what_its_rows_say() {
+fn comparisons_follow_from_the_rows() {
     let methods = ["rk4", "semi-implicit", "tolerant"];
     let found = study(&Oscillators::new(&methods, 200).with_engine(&["rk4", "explicit-euler"]));
     let [dominance] = &found.dominances()[..] else {
@@ -120,16 +120,16 @@ fn a_duel_is_what_its_rows_say() {
         let known = full.filter_map(|row| Some((row.error_rms_m?, row.run_s_per_simulated_s?)));
         let closer = known.filter(|(error, _)| error.max(floor) <= comparison.error_rms_m);
         let least = closer.map(|(_, cost)| cost).fold(f64::INFINITY, f64::min);
-        let told = comparison.no_greater_error.as_ref();
+        let text = comparison.no_greater_error.as_ref();
         assert_eq!(
-            told.map_or(f64::INFINITY, |rival| rival.run_s_per_simulated_s),
+            text.map_or(f64::INFINITY, |competitor| competitor.run_s_per_simulated_s),
             least
         );
     }
 }
 
 #[test]
-fn springs_are_told_from_what_is_not_theirs_by_how_limits_go_with_stiffness() {
+fn stiffness_trend_separates_spring_limits_from_others() {
     let methods = ["rk4", "explicit-euler", "capped"];
     let factory = Oscillators::new(&methods, 200).with_engine(&["capped"]);
     let found = stability::study(&factory, &[Factor::Stiffness]);
@@ -139,18 +139,18 @@ fn springs_are_told_from_what_is_not_theirs_by_how_limits_go_with_stiffness() {
         let trend = all.find(|trend| (&*trend.plant, &*trend.method) == (plant, method));
         trend.unwrap().clone()
     };
-    // 2ζ/ω, whose damping does not go with the spring.
+    // 2ζ/ω; the damping does not depend on the spring.
     let damped = of("full", "explicit-euler");
     assert_eq!(damped.depends, Some(true));
     assert!((damped.exponent.unwrap() + 1.0).abs() < 0.05, "{damped:?}");
-    // √8/ω where damping is little beside the spring, less where there is more of it.
+    // √8/ω where damping is small against the spring, less for softer springs.
     let swinging = of("full", "rk4");
     assert_eq!(swinging.depends, Some(true));
     assert!(
         (swinging.exponent.unwrap() + 0.5).abs() < 0.1,
         "{swinging:?}"
     );
-    // Below some stiffness the cap alone limits it, and above the spring does.
+    // The cap is the limit at low stiffness, the spring at high.
     let mixed = of("full", "capped");
     assert!(
         mixed.greatest_step_s.unwrap() <= crate::oscillator::CAP_S,
@@ -160,8 +160,8 @@ fn springs_are_told_from_what_is_not_theirs_by_how_limits_go_with_stiffness() {
 }
 
 #[test]
-fn a_limit_that_no_spring_moves_does_not_depend_on_stiffness() {
-    // Stiff springs are left out: those whose own limit is below the cap.
+fn fixed_cap_does_not_depend_on_stiffness() {
+    // Without the stiff springs, whose own limit is below the cap.
     let factory = Oscillators::new(&["rk4", "capped"], 200).with_engine(&["capped"]);
     let mut found = stability::study(&factory, &[Factor::Stiffness]);
     found.rows.retain(|row| row.scales.stiffness <= 1.0);
@@ -178,7 +178,7 @@ fn a_limit_that_no_spring_moves_does_not_depend_on_stiffness() {
 }
 
 #[test]
-fn an_engine_keeps_its_reference_when_the_robot_changes() {
+fn engine_keeps_its_reference_for_changed_robots() {
     let factory = Oscillators::new(&["rk4"], 200).with_engine(&["rk4"]);
     let found = stability::study(&factory, &[Factor::Stiffness]);
     let errors = |plant: &'static str| {

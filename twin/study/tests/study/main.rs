@@ -1,4 +1,4 @@
-//! Studies of oscillators, of which all is known.
+//! Studies of plants with closed-form solutions.
 
 mod coupling;
 mod engines;

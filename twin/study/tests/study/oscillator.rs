@@ -1,22 +1,23 @@
-//! A damped oscillator, integrated by textbook methods whose limits are known in closed form: what studies are tried on.
+//! Damped oscillator, integrated by textbook methods with known stability limits.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 use twinrig_study::{
-    Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, Scene, SetBy, Variant,
+    Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind,
+    StudyInput, Variant,
 };
 
 pub const OMEGA: f64 = 100.0;
 pub const ZETA: f64 = 0.1;
-/// Steps longer than this are too long for the method `capped`, whatever the oscillator \[s\].
+/// Limit of the step of the method `capped`, independent of the oscillator \[s\].
 pub const CAP_S: f64 = 3e-3;
-/// By so much the spring of an engine is too soft.
+/// Relative softness of the spring of the plant `engine`.
 pub const SOFT: f64 = 1e-3;
-/// The share of the oscillator's mass that a plant without segments lacks.
+/// Share of the oscillator's mass that belongs to the segments.
 const SEGMENTS: f64 = 0.5;
 
-/// ẍ = −2ζω ẋ − ω² x, from x = 1 cm at rest.
+/// Oscillator ẍ = −2ζω ẋ − ω² x, from x = 1 cm at rest.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Oscillator {
     method: String,
@@ -48,12 +49,12 @@ impl Oscillator {
         along([mean(0), mean(1)], h)
     }
 
-    /// A step of `h`, halved as often as the tolerance wants.
+    /// Advances by `h`, halved until the error is within the tolerance.
     fn adaptive(&mut self, state: [f64; 2], h: f64) -> [f64; 2] {
-        let whole = self.rk4(state, h);
+        let full = self.rk4(state, h);
         let half = self.rk4(state, h / 2.0);
         let halves = self.rk4(half, h / 2.0);
-        let error = (whole[0] - halves[0]).abs() + (whole[1] - halves[1]).abs() / OMEGA;
+        let error = (full[0] - halves[0]).abs() + (full[1] - halves[1]).abs() / OMEGA;
         if error > self.tolerance * h && h > 1e-7 {
             let middle = self.adaptive(state, h / 2.0);
             self.adaptive(middle, h / 2.0)
@@ -77,12 +78,12 @@ impl Oscillator {
             }
             "tolerant" => self.adaptive(before, h),
             "rk4" if self.tolerance > 0.0 => self.adaptive(before, h),
-            // As if something held it at its first amplitude.
-            "restless" => {
+            // Undamped motion of the initial amplitude.
+            "undecaying" => {
                 let phase = OMEGA * (self.now.as_secs_f64() + h);
                 [0.01 * libm::cos(phase), -0.01 * OMEGA * libm::sin(phase)]
             }
-            // As if it closed something by a spring of its own.
+            // Limit of a constraint spring of fixed stiffness.
             "capped" if h > CAP_S => [2.0 * x, OMEGA * x],
             "brittle" if self.now >= SimTime::from_nanos(50_000_000) => {
                 return Err(PlantFault {
@@ -94,8 +95,8 @@ impl Oscillator {
             }
             _ => self.rk4(before, h),
         };
-        // Errors that are not those of a method: of the first instant on, and after 120 ms.
-        if self.method == "lying" || self.method == "late" && self.now.as_nanos() >= 120_000_000 {
+        // Errors not due to an integration method: from the first instant on, and after 120 ms.
+        if self.method == "biased" || self.method == "late" && self.now.as_nanos() >= 120_000_000 {
             self.state[0] += 1e-3 * h;
         }
         if self.method != "tolerant" {
@@ -155,8 +156,8 @@ impl Plant for Oscillator {
         self.work
     }
 
-    fn log_events(&mut self, wanted: bool) {
-        self.log = wanted.then(Vec::new);
+    fn log_events(&mut self, enabled: bool) {
+        self.log = enabled.then(Vec::new);
     }
 
     fn events(&self) -> &[PlantEvent] {
@@ -173,15 +174,15 @@ impl Plant for Oscillator {
     }
 }
 
-/// Oscillators of two models: `full`, whose mass can be made to vanish in part, and `bare`, which lacks that part.
+/// Factory of oscillators of two models: `full`, with segment masses, and `bare`, without.
 pub struct Oscillators {
-    scene: Scene,
+    input: StudyInput,
     plants: Vec<PlantOffer>,
     bystanders: Vec<PlantOffer>,
     zeta: f64,
 }
 
-fn method(name: &str, set_by: SetBy, reference: Option<MethodSetting>) -> MethodOffer {
+fn method(name: &str, set_by: SettingKind, reference: Option<MethodSetting>) -> MethodOffer {
     MethodOffer {
         name: name.to_owned(),
         about: format!("the method {name}"),
@@ -191,16 +192,16 @@ fn method(name: &str, set_by: SetBy, reference: Option<MethodSetting>) -> Method
 }
 
 impl Oscillators {
-    /// With these methods of the full model, for `millis`.
+    /// A factory with these methods of the full model, for `millis`.
     pub fn new(methods: &[&str], millis: u64) -> Self {
         let fine = Some(MethodSetting::Step(SimDuration::from_micros(20)));
         let loose = Some(MethodSetting::Tolerance(1e-9));
         let offered = |&name: &&str| match name {
-            "tolerant" => method(name, SetBy::Tolerance, None),
-            "rk4" | "lying" | "late" => method(name, SetBy::Step, fine),
-            // The same method once more, set by a tolerance.
-            "rk4 to a tolerance" => method("rk4", SetBy::Tolerance, loose),
-            _ => method(name, SetBy::Step, None),
+            "tolerant" => method(name, SettingKind::Tolerance, None),
+            "rk4" | "biased" | "late" => method(name, SettingKind::Step, fine),
+            // The same method, controlled by a tolerance.
+            "rk4 to a tolerance" => method("rk4", SettingKind::Tolerance, loose),
+            _ => method(name, SettingKind::Step, None),
         };
         let full = PlantOffer {
             name: "full".to_owned(),
@@ -210,7 +211,7 @@ impl Oscillators {
             methods: methods.iter().map(offered).collect(),
         };
         Self {
-            scene: Scene {
+            input: StudyInput {
                 name: "an oscillator".to_owned(),
                 file: "oscillator.toml".to_owned(),
                 duration: SimDuration::from_millis(millis),
@@ -232,14 +233,14 @@ impl Oscillators {
             about: "one without segments".to_owned(),
             segment_masses: false,
             model_of: None,
-            methods: vec![method("rk4", SetBy::Step, None)],
+            methods: vec![method("rk4", SettingKind::Step, None)],
         });
         self
     }
 
-    /// With another way to solve the model of `full`, which is too soft at every step.
+    /// Adds an engine that solves the model of `full`, with an error at every step.
     pub fn with_engine(mut self, methods: &[&str]) -> Self {
-        let offered = |&name: &&str| method(name, SetBy::Step, None);
+        let offered = |&name: &&str| method(name, SettingKind::Step, None);
         self.plants.push(PlantOffer {
             name: "engine".to_owned(),
             about: "the same, by other means".to_owned(),
@@ -250,13 +251,13 @@ impl Oscillators {
         self
     }
 
-    /// Without the full model among the plants, which can be built all the same.
+    /// Moves the full model from the compared plants to the bystanders.
     pub fn with_full_aside(mut self) -> Self {
         self.bystanders.push(self.plants.remove(0));
         self
     }
 
-    /// Without it at all.
+    /// Removes the full model.
     pub fn without_full(mut self) -> Self {
         self.plants.remove(0);
         self
@@ -269,8 +270,8 @@ impl Oscillators {
 }
 
 impl PlantFactory for Oscillators {
-    fn scene(&self) -> &Scene {
-        &self.scene
+    fn input(&self) -> &StudyInput {
+        &self.input
     }
 
     fn plants(&self) -> &[PlantOffer] {
@@ -309,7 +310,7 @@ impl PlantFactory for Oscillators {
             method: variant.method.clone(),
             step,
             tolerance,
-            // As it is, the full model swings at ω.
+            // Unchanged, the full model has the frequency ω.
             omega_squared: OMEGA * OMEGA * stiffness * soft * (1.0 + SEGMENTS) / mass,
             damping: 2.0 * self.zeta * OMEGA * damping * (1.0 + SEGMENTS) / mass,
             mass,

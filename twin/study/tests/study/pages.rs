@@ -1,4 +1,4 @@
-//! Pages.
+//! HTML pages.
 
 use twinrig_study::{Factor, Machine, html};
 
@@ -42,7 +42,7 @@ fn pages() -> [String; 3] {
     })
 }
 
-/// The names of the elements of `page`, which must close in the order they opened.
+/// Returns the names of the elements of `page`, and checks that they are properly nested.
 pub(crate) fn elements(page: &str) -> Vec<String> {
     let mut open: Vec<String> = Vec::new();
     let mut all = Vec::new();
@@ -62,7 +62,7 @@ pub(crate) fn elements(page: &str) -> Vec<String> {
             }
         }
         rest = &rest[end + 1..];
-        // A style sheet is no HTML.
+        // Style sheets are not parsed.
         if open.last().is_some_and(|name| name == "style") {
             rest = &rest[rest.find("</style>").unwrap()..];
         }
@@ -72,11 +72,14 @@ pub(crate) fn elements(page: &str) -> Vec<String> {
 }
 
 #[test]
-fn pages_are_well_formed_whatever_things_are_called_and_need_nothing_else() {
+fn pages_are_well_formed_and_self_contained() {
     for page in pages() {
         let elements = elements(&page);
-        for wanted in ["svg", "table", "polyline", "title"] {
-            assert!(elements.iter().any(|name| name == wanted), "no {wanted}");
+        for expected in ["svg", "table", "polyline", "title"] {
+            assert!(
+                elements.iter().any(|name| name == expected),
+                "no {expected}"
+            );
         }
         for absent in ["script", "link", "img", "iframe"] {
             assert!(elements.iter().all(|name| name != absent), "{absent}");
@@ -89,30 +92,32 @@ fn pages_are_well_formed_whatever_things_are_called_and_need_nothing_else() {
 }
 
 #[test]
-fn what_failed_is_shown_and_not_left_out() {
+fn failed_runs_are_shown() {
     let [precise, stable, _] = pages();
     assert!(precise.contains("class=\"strip\"") && precise.contains("it snapped"));
     assert!(stable.contains("class=\"strip\"") && stable.contains("it snapped"));
     assert!(
-        precise.contains("no step makes it smaller") && !precise.contains("What walking costs")
+        precise.contains("does not decrease with the step")
+            && !precise.contains("Cost of transport")
     );
     assert!(stable.contains("wrong"));
 }
 
 #[test]
-fn a_page_tells_what_a_walk_costs_and_whose_a_limit_is() {
+fn pages_show_cost_of_transport_and_stiffness_dependence() {
     let walked = walker::study(&["steady", "leaking", "falling", "unbuildable"], 5);
     let walked = html(&walked, &machine(), "");
-    for told in [
-        "What walking costs",
-        "from nowhere",
-        // 4 s of 30 mW, of 4 W; 1 W and 1.03 W at 5 W of weight by speed.
-        "the drives give 4 J, and 120 mJ appear from nowhere, 3.00 % of that",
+    for text in [
+        "Cost of transport",
+        "residual",
+        // 4 s of 30 mW, of 1 W of drive power; 1 W and 1.03 W over the product of weight and speed,
+        // 5 W.
+        "the net work of the drives is 4 J, and 120 mJ are created, 3.00 % of that",
         "A cost of 0.200 would be 0.206, 1.03 times as much",
         "fell at 4 s",
         "there is no such walker",
     ] {
-        assert!(walked.contains(told), "{told}");
+        assert!(walked.contains(text), "{text}");
     }
     let oscillators = Oscillators::new(&["rk4", "explicit-euler"], 200);
     let stable = html(
@@ -120,5 +125,5 @@ fn a_page_tells_what_a_walk_costs_and_whose_a_limit_is() {
         &machine(),
         "",
     );
-    assert!(stable.contains("Is it the springs?") && stable.contains("<td>yes</td>"));
+    assert!(stable.contains("Dependence on stiffness") && stable.contains("<td>yes</td>"));
 }

@@ -1,4 +1,4 @@
-//! Error against run time.
+//! Study of precision: error against run time.
 
 use twinrig_kernel::SimDuration;
 use twinrig_study::{
@@ -30,7 +30,7 @@ fn rows<'a>(study: &'a Study, method: &str) -> Vec<&'a Row> {
 }
 
 #[test]
-fn the_order_of_each_method_is_found_in_its_errors() {
+fn errors_show_the_order_of_each_method() {
     let study = study(&["rk4", "semi-implicit", "explicit-euler"]);
     for (method, order) in [
         ("rk4", 4.0),
@@ -47,12 +47,12 @@ fn the_order_of_each_method_is_found_in_its_errors() {
 }
 
 #[test]
-fn the_reference_is_checked_by_another_method_and_errors_below_their_difference_are_at_the_floor() {
+fn errors_below_the_reference_disagreement_are_at_the_floor() {
     let study = study(&["rk4", "tolerant"]);
     let reference = &study.references[0];
     let check = reference.check.as_ref().unwrap();
     assert_eq!(reference.method.as_deref(), Some("rk4"));
-    // Only `rk4` is trusted as a reference, so it is its own check.
+    // Only `rk4` qualifies as a reference, so it is its own check.
     assert!(!check.independent && reference.why.is_some());
     let errors = rows(&study, "tolerant");
     assert_eq!(errors.len(), 8);
@@ -63,8 +63,8 @@ fn the_reference_is_checked_by_another_method_and_errors_below_their_difference_
 }
 
 #[test]
-fn what_its_check_contradicts_is_no_reference() {
-    let study = study(&["rk4", "lying"]);
+fn contradicted_reference_is_rejected() {
+    let study = study(&["rk4", "biased"]);
     let reference = &study.references[0];
     assert_eq!(reference.method, None);
     let why = reference.why.as_ref().unwrap();
@@ -75,32 +75,32 @@ fn what_its_check_contradicts_is_no_reference() {
 }
 
 #[test]
-fn nothing_is_compared_after_a_check_leaves_its_reference() {
+fn comparison_ends_where_check_and_reference_part() {
     let study = study(&["rk4", "late", "semi-implicit"]);
     let reference = &study.references[0];
     let until = reference.holds_until_s.unwrap();
     assert!((0.12..0.15).contains(&until), "{until}");
-    let whole = study_for(&["rk4", "semi-implicit"], until);
+    let truncated = study_for(&["rk4", "semi-implicit"], until);
     let errors = |study: &Study| -> Vec<f64> {
         let rows = rows(study, "semi-implicit").into_iter();
         rows.map(|row| row.error_rms_m.unwrap()).collect()
     };
-    for (a, b) in errors(&study).iter().zip(errors(&whole)) {
+    for (a, b) in errors(&study).iter().zip(errors(&truncated)) {
         assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
     }
 }
 
 #[test]
-fn a_method_may_be_offered_by_its_step_and_by_a_tolerance() {
+fn method_can_have_step_and_tolerance_series() {
     let study = study(&["rk4", "rk4 to a tolerance"]);
-    let lines = study.lines();
+    let lines = study.series();
     let ours: Vec<String> = lines
         .iter()
         .filter(|line| line.plant == "full")
-        .map(twinrig_study::Line::way)
+        .map(twinrig_study::Series::method_label)
         .collect();
     assert_eq!(ours, ["rk4", "rk4, adaptive"]);
-    // The order is that of the steps alone.
+    // The order is fitted to the fixed steps only.
     let orders = study.orders();
     assert_eq!(
         orders.iter().filter(|order| order.plant == "full").count(),
@@ -109,7 +109,7 @@ fn a_method_may_be_offered_by_its_step_and_by_a_tolerance() {
 }
 
 #[test]
-fn a_tighter_tolerance_makes_a_smaller_error_for_more_work() {
+fn tighter_tolerance_reduces_error_and_increases_work() {
     let study = study(&["rk4", "tolerant"]);
     let rows = rows(&study, "tolerant");
     for pair in rows.windows(2) {
@@ -119,7 +119,7 @@ fn a_tighter_tolerance_makes_a_smaller_error_for_more_work() {
 }
 
 #[test]
-fn what_fails_is_a_row_that_says_why() {
+fn failures_are_rows_with_reasons() {
     let study = study(&["rk4", "brittle", "unbuildable", "explicit-euler"]);
     for (method, why) in [
         ("brittle", "spring failed at"),
@@ -136,7 +136,7 @@ fn what_fails_is_a_row_that_says_why() {
             );
         }
     }
-    // 2ζ/ω is 2 ms: at 10 and 5 ms it explodes.
+    // 2ζ/ω is 2 ms: steps of 10 and 5 ms are unstable.
     let statuses: Vec<Status> = rows(&study, "explicit-euler")
         .iter()
         .map(|row| row.status)
@@ -146,7 +146,7 @@ fn what_fails_is_a_row_that_says_why() {
 }
 
 #[test]
-fn a_row_that_takes_too_long_says_so() {
+fn row_over_budget_is_reported() {
     let plan = PrecisionPlan {
         budget_s: 0.0,
         steps: vec![SimDuration::from_millis(10), SimDuration::from_nanos(10)],
@@ -175,7 +175,7 @@ fn events_are_compared_with_those_of_the_reference() {
 }
 
 #[test]
-fn the_difference_of_models_is_no_error_of_a_method_and_vanishes_with_the_mass() {
+fn model_difference_is_separate_and_vanishes_with_the_mass() {
     let study = study(&["rk4"]);
     let of = |kind| {
         let rows = study.rows.iter().filter(move |row| row.kind == kind);
@@ -196,7 +196,7 @@ fn the_difference_of_models_is_no_error_of_a_method_and_vanishes_with_the_mass()
     assert!(own.next_back().unwrap().error_rms_m.unwrap() < 1e-9);
 }
 
-/// Everything of a study that no clock has a part in.
+/// Returns the JSON of a study without the values that depend on run times.
 pub fn without_clock(study: &Study) -> serde_json::Value {
     let machine = Machine::here("test");
     let mut json = study.json(&machine, "test");
@@ -210,7 +210,7 @@ pub fn without_clock(study: &Study) -> serde_json::Value {
 }
 
 #[test]
-fn two_studies_find_the_same_but_for_run_times() {
+fn studies_are_reproducible_except_for_run_times() {
     let methods = ["rk4", "semi-implicit", "tolerant", "brittle"];
     assert_eq!(
         without_clock(&study(&methods)),
@@ -219,7 +219,7 @@ fn two_studies_find_the_same_but_for_run_times() {
 }
 
 #[test]
-fn the_promised_keys_come_first_and_one_of_step_and_tolerance_is_there() {
+fn json_keys_keep_their_order() {
     let study = study(&["rk4", "tolerant"]);
     let json = study.json(&Machine::here("test"), "test");
     let keys: Vec<&str> = json
@@ -263,7 +263,7 @@ fn the_promised_keys_come_first_and_one_of_step_and_tolerance_is_there() {
 }
 
 #[test]
-fn the_table_has_a_line_for_each_row_and_a_cell_for_each_key() {
+fn csv_has_a_line_per_row_and_a_cell_per_key() {
     let study = study(&["rk4", "unbuildable"]);
     let text = csv(&study.rows);
     let mut lines = text.lines();
@@ -277,9 +277,9 @@ fn the_table_has_a_line_for_each_row_and_a_cell_for_each_key() {
 }
 
 #[test]
-fn whoever_looks_on_can_end_it_and_nothing_to_study_is_an_error() {
-    struct Impatient;
-    impl ProgressObserver for Impatient {
+fn observer_can_stop_the_study_and_short_duration_is_an_error() {
+    struct StopsEarly;
+    impl ProgressObserver for StopsEarly {
         fn at(&mut self, part: usize, of: usize, _: &str) -> bool {
             assert!(part <= of);
             part < 3
@@ -287,7 +287,7 @@ fn whoever_looks_on_can_end_it_and_nothing_to_study_is_an_error() {
     }
     let plan = PrecisionPlan::default();
     let factory = Oscillators::new(&["rk4"], 100);
-    let ended = precision(&factory, &plan, &mut Impatient);
+    let ended = precision(&factory, &plan, &mut StopsEarly);
     assert_eq!(ended, Err(StudyError::Interrupted { done: 3, of: 11 }));
     let short = precision(&Oscillators::new(&["rk4"], 5), &plan, &mut ());
     assert!(
@@ -297,7 +297,7 @@ fn whoever_looks_on_can_end_it_and_nothing_to_study_is_an_error() {
 }
 
 #[test]
-fn what_a_study_finds_does_not_change_unnoticed() {
+fn rows_match_snapshot() {
     let plan = PrecisionPlan {
         steps: [5, 1].map(SimDuration::from_millis).into(),
         masses: vec![1.0, 0.0],

@@ -1,4 +1,4 @@
-//! The largest stable step.
+//! Study of stability: the largest stable step.
 
 use twinrig_kernel::SimDuration;
 use twinrig_study::{Factor, RowKind, StabilityPlan, Status, Study, stability};
@@ -39,7 +39,7 @@ fn assert_near(found: f64, expected: f64) {
 }
 
 #[test]
-fn explicit_euler_is_limited_by_damping_and_so_by_the_reciprocal_of_stiffness() {
+fn explicit_euler_limit_is_inverse_to_stiffness() {
     let found = study(
         &Oscillators::new(&["rk4", "explicit-euler"], 200),
         &[Factor::Stiffness],
@@ -68,20 +68,23 @@ fn semi_implicit_and_runge_kutta_are_limited_by_the_frequency() {
 }
 
 #[test]
-fn what_does_not_come_to_rest_though_it_should_is_not_stable() {
-    let found = study(&Oscillators::new(&["rk4", "restless"], 200), &[]);
+fn missing_decay_is_unstable() {
+    let found = study(&Oscillators::new(&["rk4", "undecaying"], 200), &[]);
     let row = &found.rows[1];
     assert_eq!(
         (row.status, row.largest_stable_step_s),
         (Status::Unstable, None)
     );
     assert!(row.why.as_ref().unwrap().contains("stays"), "{row:?}");
-    let free = study(&Oscillators::new(&["rk4", "restless"], 200).undamped(), &[]);
+    let free = study(
+        &Oscillators::new(&["rk4", "undecaying"], 200).undamped(),
+        &[],
+    );
     assert_eq!(free.rows[1].status, Status::Ok, "{:?}", free.rows[1]);
 }
 
 #[test]
-fn stable_but_wrong_is_marked_wrong() {
+fn stable_but_inaccurate_step_is_marked() {
     let found = study(&Oscillators::new(&["rk4", "semi-implicit"], 200), &[]);
     let row = &found.rows[1];
     assert!(row.wrong && row.status == Status::Ok, "{row:?}");
@@ -89,7 +92,7 @@ fn stable_but_wrong_is_marked_wrong() {
 }
 
 #[test]
-fn what_is_never_stable_and_what_cannot_be_built_are_rows() {
+fn unstable_and_unbuildable_variants_are_rows() {
     let found = study(
         &Oscillators::new(&["rk4", "brittle", "unbuildable"], 200),
         &[],
@@ -116,7 +119,7 @@ fn what_is_never_stable_and_what_cannot_be_built_are_rows() {
 }
 
 #[test]
-fn a_method_with_a_tolerance_has_a_mean_step_and_no_largest() {
+fn adaptive_method_has_a_mean_step_and_no_limit() {
     let found = study(&Oscillators::new(&["rk4", "tolerant"], 200), &[]);
     let row = &found.rows[1];
     assert_eq!(
@@ -127,7 +130,7 @@ fn a_method_with_a_tolerance_has_a_mean_step_and_no_largest() {
 }
 
 #[test]
-fn factors_that_say_nothing_about_the_scene_are_left_out_with_the_reason() {
+fn ineffective_factors_are_left_out_with_reason() {
     let found = study(&Oscillators::new(&["rk4"], 200), &Factor::ALL);
     assert_eq!(
         found.left_out,
@@ -137,12 +140,12 @@ fn factors_that_say_nothing_about_the_scene_are_left_out_with_the_reason() {
             "restitution of the ground: there is no ground",
         ]
     );
-    // Ten of stiffness, five more of mass, four more of damping.
+    // Ten values of stiffness, five more of mass, four more of damping.
     assert_eq!(found.rows.len(), 19);
 }
 
 #[test]
-fn two_studies_find_the_same_but_for_run_times() {
+fn studies_are_reproducible_except_for_run_times() {
     let factory = Oscillators::new(&["rk4", "semi-implicit", "tolerant"], 200);
     let found = || without_clock(&study(&factory, &[Factor::Damping]));
     assert_eq!(found(), found());

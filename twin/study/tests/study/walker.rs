@@ -1,20 +1,20 @@
-//! Something that walks at a pace and a price that are known in closed form.
+//! Walking plant with speed and cost of transport known in closed form.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig_study::{
-    Commands, Cost, MethodOffer, PlantFactory, PlantOffer, PrecisionPlan, Scene, SetBy, Status,
-    Transport, Variant, precision,
+    Commands, Cost, MethodOffer, PlantFactory, PlantOffer, PrecisionPlan, SettingKind, Status,
+    StudyInput, Transport, Variant, precision,
 };
 
 const SPEED: f64 = 0.5;
 const WEIGHT: f64 = 10.0;
-/// Torque and rate of the hip, which always gives.
+/// Torque \[N·m\] and rate \[rad/s\] of the hip, whose power is always positive.
 const HIP: (f64, f64) = (0.25, 4.0);
-/// Torque, amplitude \[rad\] and frequency \[Hz\] of the knee, which gives one way and takes back the other.
+/// Torque \[N·m\], amplitude \[rad\] and frequency \[Hz\] of the knee, whose power changes sign.
 const KNEE: (f64, f64, f64) = (0.125, 0.5, 5.0);
-/// Power from nowhere of the plant that leaks \[W\].
+/// Power of the energy error of the method `leaking` \[W\].
 const LEAK: f64 = 0.03;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,7 +71,7 @@ impl Plant for Walker {
         } else {
             0.15
         };
-        // Along a line that is no axis: 3, 4, 5.
+        // A straight line oblique to the axes.
         let [x, y] = [0.6, 0.8].map(|share| share * SPEED * t);
         let all = [
             x,
@@ -119,7 +119,7 @@ impl Plant for Walker {
 }
 
 struct Walkers {
-    scene: Scene,
+    input: StudyInput,
     plants: Vec<PlantOffer>,
 }
 
@@ -128,7 +128,7 @@ impl Walkers {
         let method = |&name: &&str| MethodOffer {
             name: name.to_owned(),
             about: String::new(),
-            set_by: SetBy::Step,
+            set_by: SettingKind::Step,
             reference: None,
         };
         let mut commands = Commands::of(&[Port::input("leg/A/hip/position", Unit::Radian, 1)]);
@@ -137,7 +137,7 @@ impl Walkers {
             commands.hold(at, &[if n.is_multiple_of(2) { 0.0 } else { 1.0 }]);
         }
         Self {
-            scene: Scene {
+            input: StudyInput {
                 name: "a walk".to_owned(),
                 file: "walk.toml".to_owned(),
                 duration: SimDuration::from_secs(seconds),
@@ -159,8 +159,8 @@ impl Walkers {
 }
 
 impl PlantFactory for Walkers {
-    fn scene(&self) -> &Scene {
-        &self.scene
+    fn input(&self) -> &StudyInput {
+        &self.input
     }
 
     fn plants(&self) -> &[PlantOffer] {
@@ -201,11 +201,11 @@ fn assert_near(found: f64, expected: f64, within: f64) {
     );
 }
 
-/// Sums of some thousand numbers near one.
+/// Rounding error of sums of some thousand numbers near one.
 const ROUNDING: f64 = 1e-9;
 
 #[test]
-fn a_walk_costs_what_its_drives_give_by_weight_and_distance() {
+fn cost_of_transport_is_drive_work_over_weight_and_distance() {
     let found = transports(&["steady"], 10);
     let [one] = &found[..] else {
         panic!("{found:?}");
@@ -215,7 +215,7 @@ fn a_walk_costs_what_its_drives_give_by_weight_and_distance() {
         (Status::Ok, Some(2e-3), None)
     );
     let cost: Cost = one.cost.unwrap();
-    // The last four fifths, over which the knee swings whole turns and so gives nothing in the end.
+    // The last four fifths, over which the knee makes whole periods without net work.
     assert_eq!((cost.from_s, cost.to_s), (2.0, 10.0));
     assert_near(cost.distance_m, 8.0 * SPEED, ROUNDING);
     assert_near(cost.speed_m_s, SPEED, ROUNDING);
@@ -227,8 +227,8 @@ fn a_walk_costs_what_its_drives_give_by_weight_and_distance() {
         HIP.0 * HIP.1 / (WEIGHT * SPEED),
         ROUNDING,
     );
-    // Each turn the knee goes two amplitudes with its torque and as many against it. Its turning points lie at 50 ms and so
-    // on, which are looked at.
+    // In each period the knee does positive work over two amplitudes. Its turning points lie at odd
+    // multiples of 50 ms, which are sampling instants.
     let knee = 8.0 * KNEE.2 * 2.0 * KNEE.1 * KNEE.0;
     assert_near(cost.positive_work_j.unwrap(), net + knee, ROUNDING);
     let positive = (net + knee) / (WEIGHT * 8.0 * SPEED);
@@ -240,7 +240,7 @@ fn a_walk_costs_what_its_drives_give_by_weight_and_distance() {
 }
 
 #[test]
-fn energy_from_nowhere_and_energy_that_vanishes_are_told_apart() {
+fn created_and_lost_energy_are_distinguished() {
     let found = transports(&["leaking", "losing"], 10);
     let [leaking, losing] = [0, 1].map(|n| found[n].cost.unwrap());
     assert_near(leaking.residual_j, 8.0 * LEAK, ROUNDING);
@@ -249,7 +249,7 @@ fn energy_from_nowhere_and_energy_that_vanishes_are_told_apart() {
     assert_near(leaking.vanishes_most_j, 0.0, 0.0);
     assert_near(losing.vanishes_most_j, 0.8 * LEAK, ROUNDING);
     assert_near(losing.appears_most_j, 0.0, 0.0);
-    // As if the drives had given what appeared.
+    // Cost if the drives had supplied the energy created.
     let covered = (HIP.0 * HIP.1 + LEAK) / (WEIGHT * SPEED);
     assert_near(
         leaking.covered_cost_of_transport.unwrap(),
@@ -263,7 +263,7 @@ fn energy_from_nowhere_and_energy_that_vanishes_are_told_apart() {
 }
 
 #[test]
-fn a_short_scene_counts_its_last_four_fifths_and_what_falls_or_fails_says_so() {
+fn short_walk_excludes_settling_and_reports_falls_and_failures() {
     let found = transports(&["steady", "falling", "unbuildable"], 5);
     let [steady, falling, unbuildable] = &found[..] else {
         panic!("{found:?}");
@@ -282,14 +282,14 @@ fn a_short_scene_counts_its_last_four_fifths_and_what_falls_or_fails_says_so() {
 }
 
 #[test]
-fn what_does_not_walk_costs_nothing_that_is_told() {
+fn standing_robot_has_no_cost_of_transport() {
     let plan = PrecisionPlan {
         repetitions: 1,
         budget_s: 1e9,
         ..PrecisionPlan::default()
     };
     let mut still = Walkers::new(&["steady"], 5);
-    still.scene.commands = Commands::none();
+    still.input.commands = Commands::none();
     assert!(
         precision(&still, &plan, &mut ())
             .unwrap()

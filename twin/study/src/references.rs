@@ -1,26 +1,28 @@
-//! Which reference a plant is measured against: its own, or that of the plant whose model it solves by other means.
+//! Assignment of references to plants: the plant's own reference, or that of the plant whose model
+//! it solves.
 
 use std::rc::Rc;
 
 use crate::budget::Share;
 use crate::factory::{PlantFactory, PlantOffer, Scales};
-use crate::reference::{self, Reference, ReferenceNote, Stage, Trust};
+use crate::reference::{self, Reference, ReferenceNote, RunContext, Trust};
 
-/// The references of a scene, each built once.
+/// References of a scenario, each built once.
 pub(crate) struct References<'a> {
-    stage: Stage<'a>,
+    context: RunContext<'a>,
     scales: Scales,
     trust: Trust,
     known: Vec<(String, Result<Rc<Reference>, String>)>,
 }
 
-/// What a plant is measured against.
-pub(crate) struct Standard {
+/// Reference assigned to a plant.
+pub(crate) struct AssignedReference {
     pub(crate) reference: Option<Rc<Reference>>,
     pub(crate) note: ReferenceNote,
 }
 
-/// The plant whose model `offer` solves, if it can be built, and whether it is in the study.
+/// Returns the plant whose model `offer` solves, if it can be built, and whether it is part of the
+/// study.
 pub(crate) fn model_of<'a>(
     factory: &'a dyn PlantFactory,
     offer: &PlantOffer,
@@ -32,53 +34,54 @@ pub(crate) fn model_of<'a>(
 }
 
 impl<'a> References<'a> {
-    pub(crate) fn new(stage: Stage<'a>, scales: Scales, trust: Trust) -> Self {
+    pub(crate) fn new(context: RunContext<'a>, scales: Scales, trust: Trust) -> Self {
         Self {
-            stage,
+            context,
             scales,
             trust,
             known: Vec::new(),
         }
     }
 
-    /// What `offer` is measured against.
-    pub(crate) fn of(&mut self, offer: &PlantOffer, share: Share) -> Standard {
+    /// Returns the reference assigned to `offer`.
+    pub(crate) fn of(&mut self, offer: &PlantOffer, share: Share) -> AssignedReference {
         let Some(name) = &offer.model_of else {
-            return self.own(offer, share);
+            return self.own_reference(offer, share);
         };
-        let Some((model, studied)) = model_of(self.stage.factory, offer) else {
+        let Some((model, studied)) = model_of(self.context.factory, offer) else {
             let why = format!("there is no plant {name}, whose model it solves");
-            return self.own(offer, share).in_want(&why);
+            return self.own_reference(offer, share).with_fallback_note(&why);
         };
         match self.checked(model, share.part(2)) {
             Ok(reference) => {
-                let aside = if studied {
+                let suffix = if studied {
                     ""
                 } else {
                     ", which is not in this study"
                 };
-                let why = format!("that of {name}{aside}, whose model it solves");
+                let why = format!("that of {name}{suffix}, whose model it solves");
                 let note = reference.note().borrowed_by(&offer.name, &why);
-                Standard {
+                AssignedReference {
                     reference: Some(reference),
                     note,
                 }
             }
             Err(error) => {
                 let why = format!("{name}, whose model it solves, has none ({error})");
-                self.own(offer, share.part(2)).in_want(&why)
+                self.own_reference(offer, share.part(2))
+                    .with_fallback_note(&why)
             }
         }
     }
 
-    /// A reference of its own.
-    fn own(&mut self, offer: &PlantOffer, share: Share) -> Standard {
+    /// Returns the reference computed with the plant itself.
+    fn own_reference(&mut self, offer: &PlantOffer, share: Share) -> AssignedReference {
         match self.checked(offer, share) {
-            Ok(reference) => Standard {
+            Ok(reference) => AssignedReference {
                 note: reference.note(),
                 reference: Some(reference),
             },
-            Err(why) => Standard {
+            Err(why) => AssignedReference {
                 note: ReferenceNote::missing(&offer.name, why),
                 reference: None,
             },
@@ -90,16 +93,16 @@ impl<'a> References<'a> {
         if let Some((_, known)) = known.find(|(plant, _)| *plant == offer.name) {
             return known.clone();
         }
-        let found = reference::checked(&self.stage, offer, self.scales, self.trust, share);
+        let found = reference::checked(&self.context, offer, self.scales, self.trust, share);
         let found = found.map(Rc::new);
         self.known.push((offer.name.clone(), found.clone()));
         found
     }
 }
 
-impl Standard {
-    /// The same, which is its own for want of a better one.
-    fn in_want(mut self, why: &str) -> Self {
+impl AssignedReference {
+    /// Adds to the note why the plant is its own reference.
+    fn with_fallback_note(mut self, why: &str) -> Self {
         let own = "so it is measured against itself, and what is wrong with it at every step does not show";
         self.note.add_why(&format!("{why}: {own}"));
         self
@@ -107,7 +110,7 @@ impl Standard {
 }
 
 impl ReferenceNote {
-    /// The note of a plant that is measured against this.
+    /// Returns the note of a plant that uses this reference.
     fn borrowed_by(self, plant: &str, why: &str) -> Self {
         let mut note = Self {
             plant: plant.to_owned(),

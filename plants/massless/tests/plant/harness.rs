@@ -1,4 +1,4 @@
-//! The robot in motion: what the tests and the benchmark drive.
+//! Test harness: a plant with its commands and signals. Used by the tests and the benchmark.
 
 use std::path::Path;
 
@@ -17,11 +17,11 @@ pub fn robot() -> Robot {
 
 /// A robot of this repository.
 pub fn named_robot(name: &str) -> Robot {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    RobotFile::find(name, beside).unwrap().robot().unwrap()
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    RobotFile::find(name, root).unwrap().robot().unwrap()
 }
 
-/// A servo that a trot needs.
+/// A servo that is strong enough for a trot.
 pub const SERVO: Servo = Servo {
     torque: 4.0,
     speed: 25.0,
@@ -45,7 +45,8 @@ pub fn setup() -> Setup {
     }
 }
 
-/// The same on a plane that falls towards +x by `slope` metres a metre, the trunk level and all feet on it.
+/// The same on a plane that descends towards +x by `slope` metres per metre, with the trunk level
+/// and all feet on it.
 pub fn on_slope(robot: &Robot, slope: f64, friction: f64) -> Setup {
     const SPACING: f64 = 0.2;
     let hips = robot.legs.iter().map(|mount| mount.hip[0]);
@@ -68,35 +69,35 @@ pub fn on_slope(robot: &Robot, slope: f64, friction: f64) -> Setup {
     }
 }
 
-/// A plant with what is needed to drive and read it.
+/// A plant with its commands, and buffers for its signals.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct Harness {
     pub plant: Massless,
     pub commands: Vec<f64>,
     layout: Layout,
     outputs: Vec<f64>,
 }
 
-impl Scene {
-    /// With every signal.
+impl Harness {
+    /// With all signals.
     pub fn new(robot: &Robot, setup: &Setup) -> Self {
-        Self::wanting(robot, setup, &|_| true)
+        Self::with_outputs(robot, setup, &|_| true)
     }
 
-    /// With the signals that are wanted.
-    pub fn wanting(robot: &Robot, setup: &Setup, wanted: &dyn Fn(&str) -> bool) -> Self {
-        Self::built(robot, setup, Force::Solve, wanted)
+    /// With the requested signals.
+    pub fn with_outputs(robot: &Robot, setup: &Setup, requested: &dyn Fn(&str) -> bool) -> Self {
+        Self::build(robot, setup, Force::Solve, requested)
     }
 
-    /// With its forces from here or there.
-    pub fn forced(robot: &Robot, setup: &Setup, force: Force) -> Self {
-        Self::built(robot, setup, force, &|_| true)
+    /// With all signals and the given method for the force of a leg.
+    pub fn with_force(robot: &Robot, setup: &Setup, force: Force) -> Self {
+        Self::build(robot, setup, force, &|_| true)
     }
 
-    /// The commands keep the drives where they start.
-    fn built(robot: &Robot, setup: &Setup, force: Force, wanted: &dyn Fn(&str) -> bool) -> Self {
+    /// The initial commands hold the drives at their start.
+    fn build(robot: &Robot, setup: &Setup, force: Force, requested: &dyn Fn(&str) -> bool) -> Self {
         let setup = setup.clone();
-        let plant = Massless::new(robot, &Options { setup, force }, wanted).unwrap();
+        let plant = Massless::new(robot, &Options { setup, force }, requested).unwrap();
         let layout = |direction| Layout::of(&plant.ports(), direction);
         let mut commands = vec![0.0; layout(Direction::Input).len()];
         plant.first_inputs(&mut commands);
@@ -110,15 +111,15 @@ impl Scene {
         }
     }
 
-    /// A scene in mid-trot.
+    /// A harness in the middle of a trot.
     pub fn trotting(robot: &Robot, setup: &Setup, force: Force, since_ms: u64) -> Self {
         let mut setup = setup.clone();
         setup.start = Trot::START.commands(robot, &setup, 0.0).into();
-        let mut scene = Self::forced(robot, &setup, force);
+        let mut harness = Self::with_force(robot, &setup, force);
         for ms in 1..=since_ms {
-            scene.trot(robot, &setup, Trot::START, ms);
+            harness.trot(robot, &setup, Trot::START, ms);
         }
-        scene
+        harness
     }
 
     /// Advances to `ms` under the commands of a trot.
@@ -127,33 +128,33 @@ impl Scene {
         for (pair, (_, command)) in self.commands.chunks_mut(2).zip(commands) {
             pair.copy_from_slice(&[command.hip, command.knee]);
         }
-        self.to(ms);
+        self.advance_to(ms);
     }
 
     /// Advances to `ms` milliseconds with the present commands.
-    pub fn to(&mut self, ms: u64) {
-        self.try_to(ms).unwrap();
+    pub fn advance_to(&mut self, ms: u64) {
+        self.try_advance_to(ms).unwrap();
     }
 
     /// Advances to `ms` milliseconds with the present commands.
-    pub fn try_to(&mut self, ms: u64) -> Result<(), PlantFault> {
+    pub fn try_advance_to(&mut self, ms: u64) -> Result<(), PlantFault> {
         self.plant.advance(at(ms), &self.commands)
     }
 
-    /// Looks at everything.
+    /// Returns all signals.
     pub fn observe(&mut self) -> &[f64] {
         self.plant.observe(&mut self.outputs);
         &self.outputs
     }
 
-    /// A signal now.
+    /// Returns the present value of a signal.
     pub fn read(&mut self, signal: &str) -> &[f64] {
         self.plant.observe(&mut self.outputs);
         let range = self.layout.find(signal).unwrap();
         &self.outputs[range]
     }
 
-    /// A signal with one number now.
+    /// Returns the present value of a scalar signal.
     pub fn value(&mut self, signal: &str) -> f64 {
         let values = self.read(signal);
         assert_eq!(values.len(), 1, "{signal}");
@@ -165,12 +166,12 @@ impl Scene {
     }
 }
 
-/// An instant.
+/// Instant of a time in milliseconds.
 pub fn at(ms: u64) -> SimTime {
     SimTime::ZERO + SimDuration::from_millis(ms)
 }
 
-/// Name and mechanism of the legs that are there, in the robot's order.
+/// Name and mechanism of the legs that are present, in the robot's order.
 pub fn legs_of<'a>(
     robot: &'a Robot,
     setup: &'a Setup,
@@ -182,21 +183,22 @@ pub fn legs_of<'a>(
         .map(|mount| (mount.name.clone(), Pantograph::new(&mount.leg).unwrap()))
 }
 
-/// A trot in the air: feet on ellipses, diagonal pairs half a cycle apart. It knows nothing of phases, duty or springs.
+/// A trot in the air: feet on ellipses, diagonal pairs half a cycle apart, without regard to duty
+/// factor or springs.
 #[derive(Clone, Copy, Debug)]
 pub struct Trot {
-    /// Cycles a second.
+    /// Frequency of the cycle \[Hz\].
     pub frequency: f64,
-    /// Half of the stroke, as a share of the greatest leg length.
+    /// Half of the stroke, relative to the greatest leg length.
     pub stroke: f64,
-    /// How far the feet are lifted, as a share of the greatest leg length.
+    /// Lift of the feet, relative to the greatest leg length.
     pub lift: f64,
-    /// Length of the leg in stance, as a share of the greatest.
+    /// Length of the leg in stance, relative to the greatest.
     pub length: f64,
 }
 
 impl Trot {
-    /// One that the robot does not fall over at.
+    /// A trot at which the robot does not fall over.
     pub const START: Self = Self {
         frequency: 2.0,
         stroke: 0.15,
@@ -204,7 +206,7 @@ impl Trot {
         length: 0.9,
     };
 
-    /// What the drives of each leg are told at a time.
+    /// Commands of the drives of each leg at a time.
     pub fn commands(self, robot: &Robot, setup: &Setup, time_s: f64) -> Vec<(String, LegCommand)> {
         legs_of(robot, setup)
             .map(|(name, leg)| {

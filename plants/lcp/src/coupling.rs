@@ -1,78 +1,80 @@
-//! What a leg and the trunk that carries it are to each other.
+//! Inertial coupling between a leg and the trunk.
 //!
-//! Velocities are those of the trunk in its own axes, v and ω, and the rates of the links. Whatever has mass m at r has the
-//! acceleration
+//! The velocities are those of the trunk in trunk axes, v and ω, and the rates of the links. A mass
+//! m at r has the acceleration
 //!
 //! ```text
-//! a = v̇ + ω̇ × r + Σⱼ cⱼ θ̈ⱼ nⱼ  +  ω × v + ω × (ω × r) + 2 ω × ṙ − Σⱼ cⱼ θ̇ⱼ² eⱼ      n = de/dθ,  ṙ = Σⱼ cⱼ θ̇ⱼ nⱼ
+//! a = v̇ + ω̇ × r + Σⱼ cⱼ θ̈ⱼ nⱼ
+//!   + ω × v + ω × (ω × r) + 2 ω × ṙ − Σⱼ cⱼ θ̇ⱼ² eⱼ        n = de/dθ,  ṙ = Σⱼ cⱼ θ̇ⱼ nⱼ
 //! ```
 //!
-//! and m (a − g) along (v, ω, θⱼ), summed over the masses, is the equation of motion. Sums over masses are those of
-//! [`Constants`](crate::constants::Constants).
+//! The projection of m (a − g) on (v, ω, θⱼ), summed over the masses, is the equation of motion.
+//! The sums over the masses are those of [`Constants`](crate::constants::Constants).
 
 use crate::chain::Chain;
 use crate::constants::Constants;
 use crate::real::Real;
 
-/// The rows of the trunk that a leg couples to: all but sideways, which its plane does not know. Forward, up, roll, pitch,
-/// yaw.
+/// Rows of the trunk coupled to a leg: forward, up, roll, pitch, yaw. The lateral direction is
+/// normal to the leg's plane and uncoupled.
 pub(crate) const COUPLED: [usize; 5] = [0, 2, 3, 4, 5];
 
-/// The trunk as a leg sees it, the same in all lanes.
+/// Motion of the trunk in the equations of a leg, equal in all lanes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Carrier<R> {
+pub(crate) struct TrunkMotion<R> {
     /// Angular velocity, trunk axes.
     pub(crate) turning: [R; 3],
-    /// g − ω × v: gravity and what the trunk's own velocity does, trunk axes.
+    /// g − ω × v: gravity and the acceleration by the trunk's velocity, trunk axes.
     pub(crate) field: [R; 3],
 }
 
-/// What legs add to the trunk's inertia and to the forces on it.
+/// Contribution of the legs to the inertia of the trunk and to the forces on it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Burden<R> {
+pub(crate) struct LegContribution<R> {
     /// Σ m r.
     pub(crate) moment: [R; 3],
     /// Σ m r rᵀ: xx, yy, zz, xy, xz, yz.
     pub(crate) spread: [R; 6],
     /// Σ m ṙ: forward, up.
     pub(crate) drift: [R; 2],
-    /// Force and torque on the trunk by what moves in the leg: −Σ m a and −Σ m r × a for the last term of a, and
-    /// −2 Σ m r × (ω × ṙ).
+    /// Force and torque on the trunk by the motion of the leg: −Σ m a and −Σ m r × a for the last
+    /// term of a, and −2 Σ m r × (ω × ṙ).
     pub(crate) force: [R; 2],
     pub(crate) torque: [R; 3],
 }
 
-/// A leg on a trunk.
+/// Coupling terms of a leg on a trunk.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Carried<R, const N: usize> {
-    /// The columns of the inertia matrix that couple each link to the trunk, in the order of [`COUPLED`].
+pub(crate) struct LegCoupling<R, const N: usize> {
+    /// Columns of the inertia matrix that couple each link to the trunk, in the order of
+    /// [`COUPLED`].
     pub(crate) columns: [[R; 5]; N],
-    /// Torques on the links by the trunk's velocity and its turning, gravity included.
+    /// Torques on the links by the linear and angular velocity of the trunk, including gravity.
     pub(crate) torques: [R; N],
-    pub(crate) burden: Burden<R>,
+    pub(crate) contribution: LegContribution<R>,
 }
 
-impl<R: Real, const N: usize> Carried<R, N> {
+impl<R: Real, const N: usize> LegCoupling<R, N> {
     #[inline(always)]
-    pub(crate) fn new(leg: &Constants<R, N>, chain: &Chain<R, N>, trunk: &Carrier<R>) -> Self {
+    pub(crate) fn new(leg: &Constants<R, N>, chain: &Chain<R, N>, trunk: &TrunkMotion<R>) -> Self {
         Self::with::<true>(leg, chain, trunk)
     }
 
-    /// The inertia alone: neither torques nor forces.
+    /// Computes the inertia only, without torques and forces.
     #[inline(always)]
     pub(crate) fn unloaded(leg: &Constants<R, N>, chain: &Chain<R, N>) -> Self {
-        let still = Carrier {
+        let at_rest = TrunkMotion {
             turning: [R::zero(); 3],
             field: [R::zero(); 3],
         };
-        Self::with::<false>(leg, chain, &still)
+        Self::with::<false>(leg, chain, &at_rest)
     }
 
     #[inline(always)]
     fn with<const LOADED: bool>(
         leg: &Constants<R, N>,
         chain: &Chain<R, N>,
-        trunk: &Carrier<R>,
+        trunk: &TrunkMotion<R>,
     ) -> Self {
         let zero = R::zero();
         let [hx, hy, hz] = leg.hip;
@@ -97,11 +99,11 @@ impl<R: Real, const N: usize> Carried<R, N> {
                 leg.moments[j],
                 chain.rates[j],
             );
-            // xⱼ = Σ m cⱼ r, in the leg plane; across it is bⱼ times the hip's place.
-            let (mut own, mut x, mut z) = (zero, b * hx, b * hz);
+            // xⱼ = Σ m cⱼ r, in the leg plane; its lateral component is bⱼ times that of the hip.
+            let (mut about_hip, mut x, mut z) = (zero, b * hx, b * hz);
             let mut bend = zero;
             for i in 0..N {
-                own += chain.inertia[i][j];
+                about_hip += chain.inertia[i][j];
                 x += leg.inertias[i][j] * chain.sines[i];
                 z -= leg.inertias[i][j] * chain.cosines[i];
                 if i != j {
@@ -119,7 +121,7 @@ impl<R: Real, const N: usize> Carried<R, N> {
                 b * nx,
                 b * nz,
                 b * hy * nz,
-                b * across - own,
+                b * across - about_hip,
                 -(b * hy * nx),
             ];
             drift[0] += b * rate * nx;
@@ -156,7 +158,7 @@ impl<R: Real, const N: usize> Carried<R, N> {
         Self {
             columns,
             torques,
-            burden: Burden {
+            contribution: LegContribution {
                 moment: [m * hx + ex, m * hy, m * hz + ez],
                 spread: [
                     m * hx * hx + two * hx * ex + exx,

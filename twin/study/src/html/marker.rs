@@ -1,21 +1,21 @@
-//! The figures of points, in plots and legends.
+//! Markers of plots and legends.
 
 use super::plot::COLOURS;
 
-/// The size of a point that contradicts its neighbours.
+/// Radius of the marker of a contradicting point.
 pub(crate) const DOUBTFUL: f64 = 5.4;
 
-/// A curve's marker and colour, for a legend.
+/// Returns the legend swatch of a curve.
 pub(crate) fn swatch(number: usize, dashed: bool) -> String {
     let dashed = if dashed { " dashed" } else { "" };
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"c{}{dashed}\"><polyline points=\"1,7 33,7\"/>{}</g></svg>",
         number % COLOURS,
-        shape(number, 17.0, 7.0, 4.2)
+        marker(number, 17.0, 7.0, 4.2)
     )
 }
 
-/// The figure of a foreign point, for a legend.
+/// Returns the legend swatch of a point from another source.
 pub(crate) fn foreign_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"foreign\">{}</g></svg>",
@@ -23,21 +23,21 @@ pub(crate) fn foreign_swatch() -> String {
     )
 }
 
-/// A point that contradicts its neighbours, for a legend.
+/// Returns the legend swatch of a contradicting point.
 pub(crate) fn doubtful_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"doubtful\">{}</g></svg>",
-        shape(0, 17.0, 7.0, DOUBTFUL)
+        marker(0, 17.0, 7.0, DOUBTFUL)
     )
 }
 
-/// The shaded ground, for a legend.
-pub(crate) fn ground_swatch() -> String {
+/// Returns the legend swatch of the shaded region.
+pub(crate) fn floor_swatch() -> String {
     "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><rect class=\"floor\" x=\"0\" y=\"0\" width=\"34\" height=\"14\"/></svg>".to_owned()
 }
 
-/// The figure of a curve's points.
-pub(crate) fn shape(number: usize, x: f64, y: f64, r: f64) -> String {
+/// Returns the marker of a curve's points.
+pub(crate) fn marker(number: usize, x: f64, y: f64, r: f64) -> String {
     let path = |corners: &[(f64, f64)]| {
         let corner = |(a, b): &(f64, f64)| format!("{:.1} {:.1}", x + a * r, y + b * r);
         let corners: Vec<String> = corners.iter().map(corner).collect();
@@ -60,7 +60,7 @@ pub(crate) fn shape(number: usize, x: f64, y: f64, r: f64) -> String {
     }
 }
 
-/// What ended early.
+/// Returns the mark of a run that ended early.
 pub(crate) fn cross(x: f64, y: f64, r: f64) -> String {
     format!(
         "<path class=\"cross\" d=\"M{:.1} {:.1} L{:.1} {:.1} M{:.1} {:.1} L{:.1} {:.1}\"/>",
@@ -75,7 +75,7 @@ pub(crate) fn cross(x: f64, y: f64, r: f64) -> String {
     )
 }
 
-/// A foreign point.
+/// Returns the mark of a point from another source.
 pub(crate) fn star(x: f64, y: f64) -> String {
     const R: f64 = 5.5;
     format!(

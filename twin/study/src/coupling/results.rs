@@ -1,11 +1,11 @@
-//! What a study of coupling found.
+//! Results of a study of coupling.
 
 use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_kernel::SimDuration;
 
 use super::CouplingPlan;
-use super::factory::{CouplingMethod, RigScene};
+use super::factory::{CouplingInput, CouplingMethod};
 use super::row::{CouplingKind, CouplingRow};
 use crate::fit;
 use crate::machine::Machine;
@@ -14,80 +14,83 @@ use crate::panics;
 use crate::reference::ReferenceNote;
 use crate::row::Status;
 
-/// What a study of coupling found, apart from the machine it ran on.
+/// Results of a study of coupling, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CouplingStudy {
-    /// What the scenario calls itself.
+    /// Name of the scenario.
     pub scenario: String,
-    /// Its file.
+    /// Path of the scenario file.
     pub file: String,
-    /// How long the scene lasts \[s\].
+    /// Duration of the scenario \[s\].
     pub scene_s: f64,
-    /// How much of it was simulated \[s\].
+    /// Simulated duration \[s\].
     pub simulated_s: f64,
-    /// How often runs were compared \[s\].
+    /// Sampling period of the comparison \[s\].
     pub grid_s: f64,
-    /// The control period \[s\].
+    /// Control period \[s\].
     pub period_s: f64,
-    /// Its buses.
+    /// Names of the buses.
     pub buses: Vec<String>,
-    /// What it was allowed to take \[s\].
+    /// Time budget \[s\].
     pub budget_s: f64,
-    /// What each plant is measured against.
+    /// Reference of each plant.
     pub references: Vec<ReferenceNote>,
-    /// What it found.
+    /// Rows, one for each run.
     pub rows: Vec<CouplingRow>,
-    /// What was left out of it, and why.
+    /// Omitted plants and parts, each with the reason.
     pub left_out: Vec<String>,
-    /// What panicked: a bug in a part, or in this study. The rows that it befell have failed, and say so.
+    /// Panics, each a bug in a part or in this crate. The affected rows have status `failed` and
+    /// the same reason.
     pub panics: Vec<String>,
 }
 
-/// How fast the error of a coupling falls with the step of its grid.
+/// Order of convergence of a coupling with the step of its grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CouplingOrder {
-    /// The plant.
+    /// Plant.
     pub plant: String,
-    /// How it is coupled.
+    /// Coupling method.
     pub method: CouplingMethod,
-    /// The exponent, by least squares over the steps whose error is above the floor and below saturation.
+    /// Slope of log error over log step, by least squares over the steps whose error lies between
+    /// the floor of the reference and saturation.
     pub order: f64,
-    /// So many steps.
+    /// Number of steps used.
     pub points: usize,
 }
 
-/// Errors so far above the floor of the reference show an order.
+/// Least ratio of an error to the floor of the reference for the fit of an order.
 const ABOVE_FLOOR: f64 = 3.0;
-/// A run that is as far from the truth as the reference may be, and not to the same side, is so many floors away from it.
+/// Distance, in floors, between two runs with independent errors of one floor each.
 const ON_FLOOR: f64 = std::f64::consts::SQRT_2;
-/// Errors above this have nothing to do with an order any more \[m\].
+/// Saturation: larger errors are excluded from the fit of an order \[m\].
 const SATURATED_M: f64 = 1e-2;
-/// What a headline is about: half of how far a reference and its check may be apart \[m\].
+/// Greatest error of the headline: half of the trusted distance between a reference and its check
+/// \[m\].
 const AIM_M: f64 = 0.5 * super::NEAR_M;
 
 impl CouplingStudy {
     pub(crate) fn new(
-        scene: &RigScene,
+        input: &CouplingInput,
         plan: &CouplingPlan,
         duration: SimDuration,
         observe: SimDuration,
     ) -> Self {
         let mut left_out = Vec::new();
-        if scene.buses.is_empty() {
+        if input.buses.is_empty() {
             left_out.push(format!(
                 "boards: the scenario has no bus, so nobody meets the plant but the controller's transfers, every {}. A grid that \
                  divides that is exact; what is left of the errors is the plant's own step",
-                si(scene.period.as_secs_f64(), "s")
+                si(input.period.as_secs_f64(), "s")
             ));
         }
         Self {
-            scenario: scene.name.clone(),
-            file: scene.file.clone(),
-            scene_s: scene.duration.as_secs_f64(),
+            scenario: input.name.clone(),
+            file: input.file.clone(),
+            scene_s: input.duration.as_secs_f64(),
             simulated_s: duration.as_secs_f64(),
             grid_s: observe.as_secs_f64(),
-            period_s: scene.period.as_secs_f64(),
-            buses: scene.buses.clone(),
+            period_s: input.period.as_secs_f64(),
+            buses: input.buses.clone(),
             budget_s: plan.budget_s,
             references: Vec::new(),
             rows: Vec::new(),
@@ -96,12 +99,12 @@ impl CouplingStudy {
         }
     }
 
-    /// That something panicked, if so: the study is not what it should be.
+    /// Returns a description of the panics of the study, if there was any.
     pub fn error(&self) -> Option<String> {
         panics::error(&self.panics)
     }
 
-    /// The plants, in order.
+    /// Returns the plants, in order.
     pub fn plants(&self) -> Vec<&str> {
         self.references
             .iter()
@@ -109,8 +112,8 @@ impl CouplingStudy {
             .collect()
     }
 
-    /// The rows of a line, in order.
-    pub fn line<'a>(
+    /// Returns the rows of a series, in order.
+    pub fn series<'a>(
         &'a self,
         kind: CouplingKind,
         plant: &'a str,
@@ -121,7 +124,7 @@ impl CouplingStudy {
             .filter(move |row| (row.kind, row.plant.as_str(), row.method) == (kind, plant, method))
     }
 
-    /// How far the reference of a plant and its check are apart \[m\].
+    /// Returns the RMS disagreement of a plant's reference and its check \[m\].
     pub fn floor_of(&self, plant: &str) -> f64 {
         let mut notes = self.references.iter();
         let note = notes.find(|note| note.plant == plant);
@@ -129,12 +132,12 @@ impl CouplingStudy {
         check.map_or(0.0, |check| check.disagreement_rms_m)
     }
 
-    /// What was cut because it would have taken too long.
+    /// Returns the rows that were truncated by the budget.
     pub fn cut(&self) -> impl Iterator<Item = &CouplingRow> {
         self.rows.iter().filter(|row| row.cut)
     }
 
-    /// The orders of coupling alone, where errors show one.
+    /// Returns the orders of the coupling alone, where the errors show one.
     pub fn orders(&self) -> Vec<CouplingOrder> {
         let mut orders = Vec::new();
         for plant in self.plants() {
@@ -152,10 +155,10 @@ impl CouplingStudy {
         orders
     }
 
-    /// Step and error of a coupling alone where they can show an order.
+    /// Returns the logarithms of step and error of the coupling alone, for the fit of an order.
     fn logarithms(&self, plant: &str, method: CouplingMethod) -> Vec<(f64, f64)> {
         let floor = (ABOVE_FLOOR * self.floor_of(plant)).max(1e-15);
-        self.line(CouplingKind::Alone, plant, method)
+        self.series(CouplingKind::Alone, plant, method)
             .filter(|row| row.status == Status::Ok)
             .filter_map(|row| Some((row.step_s, row.error_rms_m?)))
             .filter(|&(_, error)| error > floor && error < SATURATED_M)
@@ -163,12 +166,12 @@ impl CouplingStudy {
             .collect()
     }
 
-    /// The order of a coupling, where its errors show one.
+    /// Returns the order of a coupling, if its errors show one.
     pub fn order(&self, plant: &str, method: CouplingMethod) -> Option<f64> {
         fit::order(&self.logarithms(plant, method)).ok()
     }
 
-    /// The same for a caption, or why they show none.
+    /// Returns the order for a caption, or the reason why there is none.
     pub(crate) fn order_in_words(&self, plant: &str, method: CouplingMethod) -> String {
         match fit::order(&self.logarithms(plant, method)) {
             Ok(order) => format!("order {order:.1}"),
@@ -176,14 +179,14 @@ impl CouplingStudy {
         }
     }
 
-    /// What it found, in a sentence or two: the fewest steps on a grid that stay near enough, and with exact coupling.
+    /// Returns a summary: the fewest steps within the aim on a grid and with exact coupling.
     pub fn headline(&self) -> String {
         let Some(plant) = self.plants().into_iter().next() else {
             return "There is no plant.".to_owned();
         };
         let aim = si(AIM_M, "m");
         let near = |method: CouplingMethod| {
-            let rows = self.line(CouplingKind::Together, plant, method);
+            let rows = self.series(CouplingKind::Together, plant, method);
             rows.filter(|row| {
                 row.status == Status::Ok && row.error_rms_m.is_some_and(|error| error <= AIM_M)
             })
@@ -191,7 +194,8 @@ impl CouplingStudy {
         let steps = |row: &&CouplingRow| row.steps.unwrap_or(u64::MAX);
         let grids = near(CouplingMethod::Grid).chain(near(CouplingMethod::GridHeld));
         let grid = grids.min_by_key(steps);
-        // Where boards meet the plant more often than its step has it, several steps come to the same: of those, the grid's.
+        // Where the boards access the plant more often than its step, several steps take the same
+        // number of plant steps; the step of the grid is preferred.
         let other_step = |row: &&CouplingRow| grid.is_some_and(|grid| grid.step_s != row.step_s);
         let exact = near(CouplingMethod::Exact).min_by_key(|row| (steps(row), other_step(row)));
         match (exact, grid) {
@@ -199,37 +203,40 @@ impl CouplingStudy {
                 "On a grid of {} ({}) {plant} {}; with exact coupling, at steps of {} at most, it {}.",
                 si(grid.step_s, "s"),
                 grid.method.word(),
-                self.does(grid),
+                self.performance(grid),
                 si(exact.step_s, "s"),
-                self.does(exact),
+                self.performance(exact),
             ),
             (Some(_), None) => {
                 format!("No grid keeps the feet of {plant} within {aim} RMS; exact coupling does.")
             }
-            _ => format!("Nothing keeps the feet of {plant} within {aim} RMS of a reference."),
+            _ => format!("No coupling keeps the feet of {plant} within {aim} RMS of a reference."),
         }
     }
 
-    /// What a run takes and how near it is, in the figures of the table.
-    fn does(&self, row: &CouplingRow) -> String {
+    /// Returns steps, speed and error of a run, with the figures of the table.
+    fn performance(&self, row: &CouplingRow) -> String {
         let speed = row.real_time_factor.map_or(String::new(), |factor| {
             format!(" at {} real time", grouped_factor(factor))
         });
         let floor = self.floor_of(&row.plant);
         let error = row.error_rms_m.unwrap_or_default();
-        let sure = if floor > 0.0 && error <= ON_FLOOR * floor {
-            format!(", about what the reference is sure of ({})", si(floor, "m"))
+        let floor_note = if floor > 0.0 && error <= ON_FLOOR * floor {
+            format!(
+                ", about the uncertainty of the reference ({})",
+                si(floor, "m")
+            )
         } else {
             String::new()
         };
         format!(
-            "takes {} steps a second{speed} and its feet are {} RMS from where they should be{sure}",
+            "takes {} steps per second{speed} with an RMS error of the feet of {}{floor_note}",
             steps(row),
             si(error, "m"),
         )
     }
 
-    /// The study as JSON, with the machine it ran on and the command that repeats it.
+    /// Returns the study as JSON, with the machine it ran on and the command that repeats it.
     pub fn json(&self, machine: &Machine, command: &str) -> Value {
         json!({
             "study": "coupling",
@@ -251,7 +258,7 @@ impl CouplingStudy {
         })
     }
 
-    /// The rows as comma-separated values.
+    /// Returns the rows as comma-separated values.
     pub fn csv(&self) -> String {
         crate::csv::table(&self.rows, &["step_s"])
     }

@@ -13,10 +13,10 @@ use crate::state::State;
 /// Relative joint angles \[°\] and rates \[rad/s\] of a start.
 pub(crate) type Pose = ([f64; 3], [f64; 3]);
 
-/// The thesis' passive legs, at rest on their lower stop.
+/// The passive legs of the thesis, at rest on their lower stop.
 pub(crate) const PASSIVE: Pose = ([10.0, -9.5, 9.5], [0.0; 3]);
 
-/// A start that hits the stops hard.
+/// A start with hard impacts on the stops.
 pub(crate) const HARD: Pose = ([20.0, -40.0, 62.0], [-10.0, 15.0, 30.0]);
 
 pub(crate) fn robot() -> Robot {
@@ -27,8 +27,8 @@ pub(crate) fn robot() -> Robot {
         .unwrap()
 }
 
-/// Drives of the robot's own servos.
-pub(crate) fn driven(robot: &Robot) -> Drives {
+/// Returns drives with the robot's servos.
+pub(crate) fn servo_drives(robot: &Robot) -> Drives {
     let (hip, knee) = (robot.actuators.hip, robot.actuators.knee);
     Drives::Servos { hip, knee }
 }
@@ -37,7 +37,7 @@ pub(crate) fn flat() -> Ground {
     Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()
 }
 
-/// A robot in a pose, with legs of `N` links.
+/// Builds a robot in a pose, with legs of `N` links.
 pub(crate) fn flow<const N: usize>(
     robot: &Robot,
     base: Base,
@@ -79,16 +79,16 @@ pub(crate) fn flow<const N: usize>(
         state.pulley = state.pulley.with_lane(i, start.command.knee);
     }
     let [hip, pulley] = [state.angles[0], state.pulley];
-    let mut flow = begun(model, state);
+    let mut flow = new_flow(model, state);
     (flow.mode.commands.hip, flow.mode.commands.pulley) = (hip, pulley);
     flow
 }
 
-fn begun<const N: usize>(model: Model<N>, state: State<Lanes, N>) -> Flow<N> {
+fn new_flow<const N: usize>(model: Model<N>, state: State<Lanes, N>) -> Flow<N> {
     Flow::new(model, state, crate::options::Method::Rodas4, f64::INFINITY)
 }
 
-/// A trunk that moves in every way.
+/// Gives the trunk linear and angular velocity in all directions.
 pub(crate) fn tumbling<const N: usize>(flow: &mut Flow<N>) {
     flow.state.position = [0.1, -0.2, 0.5];
     flow.state.attitude = [0.9, 0.3, -0.2, 0.245];
@@ -100,7 +100,7 @@ pub(crate) fn tumbling<const N: usize>(flow: &mut Flow<N>) {
     flow.ledger = Ledger::opened(stored);
 }
 
-/// The foot of the first leg, in the leg's plane \[m\].
+/// Returns the position of the first leg's foot in the leg plane \[m\].
 pub(crate) fn foot<const N: usize>(flow: &Flow<N>) -> [f64; 2] {
     let links = &flow.model.legs[0].constants.links;
     let mut foot = [0.0; 2];
@@ -111,7 +111,7 @@ pub(crate) fn foot<const N: usize>(flow: &Flow<N>) -> [f64; 2] {
     foot
 }
 
-/// Root mean square distance of two traces.
+/// Returns the root mean square distance of two traces.
 pub(crate) fn rms(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     assert_eq!(a.len(), b.len());
     let squares = a.iter().zip(b).map(|(a, b)| {
@@ -121,7 +121,7 @@ pub(crate) fn rms(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     libm::sqrt(squares.sum::<f64>() / a.len() as f64)
 }
 
-/// Greatest difference of two states, angles and rates alike.
+/// Returns the maximum difference of two states over all coordinates and rates.
 pub(crate) fn distance<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>) -> f64 {
     let mut most = 0.0_f64;
     let trunk = [
@@ -144,8 +144,8 @@ pub(crate) fn distance<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>)
     most
 }
 
-/// A robot with points for feet, whose legs swing between their stops.
-pub(crate) fn between() -> (Robot, Pose) {
+/// Returns a robot with point feet whose legs swing between their stops.
+pub(crate) fn between_stops() -> (Robot, Pose) {
     let mut robot = robot();
     for mount in &mut robot.legs {
         let leg = &mut mount.leg;
@@ -157,7 +157,7 @@ pub(crate) fn between() -> (Robot, Pose) {
     (robot, ([10.0, -25.0, 37.0], [6.0, -4.0, 3.0]))
 }
 
-/// A robot with points for feet.
+/// Returns a robot with point feet.
 pub(crate) fn without_toes() -> Robot {
     let mut robot = robot();
     for mount in &mut robot.legs {
@@ -166,12 +166,12 @@ pub(crate) fn without_toes() -> Robot {
     robot
 }
 
-/// The robot that hangs from a trunk that is held, without motors.
+/// Builds a robot that hangs from a fixed trunk, without motors.
 pub(crate) fn hanging(robot: &Robot, pose: Pose) -> Flow<3> {
     flow(robot, Base::Fixed, pose, Drives::None, None)
 }
 
-/// The foot's way in steps of 2 ms.
+/// Returns the trace of the foot in steps of 2 ms, and the flow at its end.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,0 +1,90 @@
+//! Page section on constraint violations.
+
+use crate::fit;
+use crate::number::si;
+use crate::row::{Row, Series, Status};
+use crate::study::Study;
+
+use super::marker::swatch;
+use super::plot::{Curve, Look, Plot, Point, Setting};
+use super::text::paragraph;
+use super::{figure, precision, rows};
+
+/// Rounding error of lengths of a tenth of a metre \[m\].
+const ROUNDING_M: f64 = 1e-15;
+
+/// Returns the section: constraint violation over step.
+pub(crate) fn section(study: &Study) -> String {
+    let series = study.numbered_series().into_iter();
+    let series = series.filter(|(_, key)| !key.is_adaptive() && points(study, *key).len() > 1);
+    let series: Vec<(usize, Series<'_>)> = series.collect();
+    if series.is_empty() {
+        return String::new();
+    }
+    let curves = series.iter().map(|&(number, key)| {
+        let settings = precision::of_series(study, key).map(|row| Setting::of(point(row), || None));
+        Curve::through(number, false, settings)
+    });
+    let plot = Plot {
+        title: "constraint violation over step".to_owned(),
+        width: 1080.0,
+        height: 420.0,
+        x_label: "step  [s]".to_owned(),
+        y_label: "maximum constraint violation  [m]".to_owned(),
+        curves: curves.collect(),
+        marks: Vec::new(),
+        shared_y: Vec::new(),
+        strip: String::new(),
+    };
+    let entries: Vec<(String, String)> = series
+        .iter()
+        .map(|&(number, key)| {
+            let points = points(study, key);
+            let logarithms = points
+                .iter()
+                .filter(|(_, violation)| *violation > ROUNDING_M);
+            let logarithms =
+                logarithms.map(|(step, violation)| (libm::log(*step), libm::log(*violation)));
+            let order = fit::order(&logarithms.collect::<Vec<_>>());
+            let order = order.map_or(String::new(), |order| format!(", order {order:.1}"));
+            (swatch(number, false), format!("{}{order}", key.name()))
+        })
+        .collect();
+    let caption = "Maximum over all sampling instants, hollow where it is within rounding. In a \
+                   plant whose coordinates satisfy the loop closures identically, only stops, \
+                   cables and contacts can be violated.";
+    "<h2>Constraint violation</h2>\n".to_owned()
+        + &paragraph(
+            "Greatest loop closure error, joint limit violation or contact penetration in \
+             metres, as reported by each plant.",
+        )
+        + &figure("", &entries, &plot, caption)
+}
+
+fn point(row: &Row) -> Option<Point> {
+    let (step, violation) = known(row)?;
+    Some(Point {
+        x: step,
+        y: violation.max(ROUNDING_M),
+        title: format!(
+            "{}; constraint violation {}",
+            rows::title(row),
+            si(violation, "m")
+        ),
+        look: if violation > ROUNDING_M {
+            Look::Plain
+        } else {
+            Look::Hollow
+        },
+    })
+}
+
+/// Returns step and constraint violation of a completed run.
+fn known(row: &Row) -> Option<(f64, f64)> {
+    let violation = row.drift_m.filter(|_| row.status == Status::Ok)?;
+    Some((row.step_s?, violation))
+}
+
+fn points(study: &Study, key: Series<'_>) -> Vec<(f64, f64)> {
+    precision::of_series(study, key).filter_map(known).collect()
+}
