@@ -180,3 +180,17 @@ pub struct WorkCounts {
     /// Times the method of choice gave up and another, or a shorter step, took over.
     pub fallbacks: u64,
 }
+
+impl WorkCounts {
+    /// The counts by name, in the order of the fields.
+    pub fn named(&self) -> [(&'static str, u64); 6] {
+        [
+            ("steps", self.steps),
+            ("evaluations", self.evaluations),
+            ("factorisations", self.factorisations),
+            ("events", self.events),
+            ("solver_iterations", self.solver_iterations),
+            ("fallbacks", self.fallbacks),
+        ]
+    }
+}

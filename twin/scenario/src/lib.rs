@@ -39,7 +39,7 @@
 //!     plant: &plant,
 //!     process_inputs: &none,
 //!     process_outputs: &none,
-//!     gauges: &none,
+//!     diagnostics: &none,
 //!     tasks: &[],
 //! };
 //! let mut judge = Judge::new(&scene, layouts);
@@ -51,7 +51,7 @@
 //! let end = RunEnd {
 //!     at: scenario.end(),
 //!     energy: None,
-//!     work: &[],
+//!     work: None,
 //!     real_time_factor: None,
 //! };
 //! let outcomes = judge.finish(&end);

@@ -351,7 +351,7 @@ fn books_and_costs_are_compared_at_the_end() {
     );
     assert_eq!(
         outcome("cost = { fallbacks = { max = 0 } }", &run).verdict,
-        Verdict::Unobserved
+        Verdict::Pass
     );
     assert_eq!(
         outcome("cost = { real_time_factor = { min = 200 } }", &run).verdict,

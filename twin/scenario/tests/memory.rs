@@ -120,7 +120,7 @@ fn the_memory_of_a_judge_does_not_grow_with_the_run() {
         let end = RunEnd {
             at,
             energy: None,
-            work: &[],
+            work: None,
             real_time_factor: None,
         };
         assert_eq!(judge.finish(&end).len(), EXPECTATIONS.len());

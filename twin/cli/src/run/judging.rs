@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{Group, WorkCounts};
+use twinrig_runtime::Group;
 use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd};
 
 use crate::assembly::Assembly;
@@ -49,7 +49,7 @@ pub(crate) fn reference(
     let _ = observers.judge(&RunEnd {
         at: rig.now(),
         energy: None,
-        work: &[],
+        work: None,
         real_time_factor: None,
     });
     Ok(Some(observers.reference()))
@@ -66,11 +66,10 @@ pub(crate) fn judged<W: Write>(
     let simulated_s = seconds(course.reached.as_nanos());
     let wall_s = course.wall_s;
     let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
-    let counted = work.as_ref().map(counts);
     let outcomes = observers.judge(&RunEnd {
         at: course.reached,
-        energy: energy.map(|balance| (balance.residual, balance.exchanged)),
-        work: counted.as_ref().map_or(&[], |counted| &counted[..]),
+        energy,
+        work,
         real_time_factor,
     });
     // A fall that ends a run is a failure whatever else is expected.
@@ -96,15 +95,4 @@ pub(crate) fn judged<W: Write>(
         warnings: Warned::all(&scenario.warnings),
         fell_at_s: fell_at.map(|at| seconds(at.as_nanos())),
     }
-}
-
-fn counts(work: &WorkCounts) -> [(&'static str, u64); 6] {
-    [
-        ("steps", work.steps),
-        ("evaluations", work.evaluations),
-        ("factorisations", work.factorisations),
-        ("events", work.events),
-        ("solver_iterations", work.solver_iterations),
-        ("fallbacks", work.fallbacks),
-    ]
 }

@@ -34,7 +34,7 @@ impl<W: Write> RunObservers<W> {
     }
 
     /// Judges the run; the footsteps that it left open are recorded, if they ended at all.
-    pub(crate) fn judge(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
+    pub(crate) fn judge(&mut self, run: &RunEnd) -> Vec<Outcome> {
         let outcomes = self.judge.finish(run);
         self.write_footsteps(run.at);
         outcomes

@@ -5,6 +5,7 @@ mod read;
 mod read_footstep;
 
 use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_runtime::WorkCounts;
 
 use crate::limits::{Domain, Limits};
 use crate::scenario::Placed;
@@ -297,15 +298,11 @@ impl Expectation {
 }
 
 impl CostMeasure {
-    /// The counts that a plant keeps.
-    pub const COUNTS: [&'static str; 6] = [
-        "steps",
-        "evaluations",
-        "factorisations",
-        "events",
-        "solver_iterations",
-        "fallbacks",
-    ];
+    /// Names of the work counts of a plant.
+    pub fn counts() -> [&'static str; 6] {
+        WorkCounts::default().named().map(|(name, _)| name)
+    }
+
     /// The measure that depends on the machine, too.
     pub(crate) const FACTOR: &'static str = "real_time_factor";
 }

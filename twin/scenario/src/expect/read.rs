@@ -371,7 +371,7 @@ fn energy(item: &Item<'_>) -> Result<Claim, Reported> {
 
 fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
     let table = item.table()?;
-    let mut keys = CostMeasure::COUNTS.to_vec();
+    let mut keys = CostMeasure::counts().to_vec();
     keys.push(CostMeasure::FACTOR);
     let key = one_of(item, &table, &keys, "nothing of the cost is expected")?;
     let (measure, domain) = if key == CostMeasure::FACTOR {

@@ -1,5 +1,7 @@
 //! Expectations of the whole run: energy balance and cost.
 
+use twinrig_runtime::{EnergyBalance, WorkCounts};
+
 use super::RunEnd;
 use super::outcome::Finding;
 use crate::expect::CostMeasure;
@@ -9,10 +11,11 @@ use crate::limits::Limits;
 /// is round-off, of which round-off is no small share \[J\].
 const LEAST_EXCHANGED: f64 = 1e-3;
 
-pub(super) fn energy(balance: Option<(f64, f64)>, limits: &Limits) -> Finding {
-    let Some((residual, exchanged)) = balance else {
-        return Finding::unobserved("nobody keeps energy books");
+pub(super) fn energy(balance: Option<&EnergyBalance>, limits: &Limits) -> Finding {
+    let Some(balance) = balance else {
+        return Finding::unobserved("no energy balance is kept");
     };
+    let (residual, exchanged) = (balance.residual, balance.exchanged);
     if exchanged == 0.0 {
         return Finding::unobserved("no energy was exchanged");
     }
@@ -26,18 +29,19 @@ pub(super) fn energy(balance: Option<(f64, f64)>, limits: &Limits) -> Finding {
     }
 }
 
-pub(super) fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd<'_>) -> Finding {
+pub(super) fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd) -> Finding {
     let value = match measure {
         CostMeasure::RealTimeFactor => run.real_time_factor,
         CostMeasure::Count(name) => {
-            let count = run.work.iter().find(|(known, _)| *known == name);
-            count.map(|(_, count)| *count as f64)
+            let mut counts = run.work.iter().flat_map(WorkCounts::named);
+            let count = counts.find(|(known, _)| *known == name);
+            count.map(|(_, count)| count as f64)
         }
     };
     match value {
         Some(value) if value.is_finite() => Finding::of(limits.compare(value, value), None, ""),
         Some(_) => Finding::not_a_number(None),
-        None => Finding::unobserved("nobody counted"),
+        None => Finding::unobserved("work is not counted"),
     }
 }
 
@@ -52,7 +56,12 @@ mod tests {
     };
 
     fn verdict(residual: f64, exchanged: f64) -> Verdict {
-        energy(Some((residual, exchanged)), &LIMITS).verdict
+        let balance = EnergyBalance {
+            residual,
+            exchanged,
+            ..EnergyBalance::default()
+        };
+        energy(Some(&balance), &LIMITS).verdict
     }
 
     #[test]
@@ -67,6 +76,19 @@ mod tests {
         assert_eq!(verdict(-2e-9, 1e-3), Verdict::Fail);
         assert_eq!(verdict(2e-6, 1.0), Verdict::Fail);
         assert_eq!(verdict(5e-7, 1.0), Verdict::Pass);
+    }
+
+    #[test]
+    fn cost_without_counts_is_unobserved() {
+        let end = |work| RunEnd {
+            at: twinrig_kernel::SimTime::ZERO,
+            energy: None,
+            work,
+            real_time_factor: None,
+        };
+        let verdict = |work| cost(CostMeasure::Count("steps"), &LIMITS, &end(work)).verdict;
+        assert_eq!(verdict(Some(WorkCounts::default())), Verdict::Pass);
+        assert_eq!(verdict(None), Verdict::Unobserved);
     }
 
     #[test]

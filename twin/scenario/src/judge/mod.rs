@@ -14,7 +14,7 @@ mod tracker;
 mod trunk;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{Group, Observer, RunEvent};
+use twinrig_runtime::{EnergyBalance, Group, Observer, RunEvent, WorkCounts};
 
 use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
@@ -35,14 +35,14 @@ pub use outcome::{Outcome, Verdict};
 
 /// What is known when a run is over.
 #[derive(Clone, Copy, Debug)]
-pub struct RunEnd<'r> {
+pub struct RunEnd {
     /// When it ended. If that is before the scenario's end, nothing passes, unless a fall ended it
     /// as it should and the time of the expectation was over.
     pub at: SimTime,
-    /// The residual of the energy balance and the energy exchanged \[J\]; none without a balance.
-    pub energy: Option<(f64, f64)>,
-    /// The work that the plant took, by the names of [`crate::CostMeasure::COUNTS`].
-    pub work: &'r [(&'r str, u64)],
+    /// Energy balance of the plant; none without a plant.
+    pub energy: Option<EnergyBalance>,
+    /// Work of the plant; none without a plant.
+    pub work: Option<WorkCounts>,
     /// Simulated over wall time; none if nobody looked at a clock.
     pub real_time_factor: Option<f64>,
 }
@@ -253,7 +253,7 @@ impl Judge {
     }
 
     /// The outcomes, one for each expectation, in their order.
-    pub fn finish(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
+    pub fn finish(&mut self, run: &RunEnd) -> Vec<Outcome> {
         self.close_footsteps();
         let outcomes = self.expectations.iter().zip(&self.watches);
         outcomes
@@ -284,7 +284,7 @@ impl Judge {
 
     /// Nothing passes of which a part was not seen: after a fall, or after the end of a run that
     /// ended early.
-    fn of_the_time_that_was(&self, finding: Finding, watch: &Monitor, run: &RunEnd<'_>) -> Finding {
+    fn of_the_time_that_was(&self, finding: Finding, watch: &Monitor, run: &RunEnd) -> Finding {
         if watch.fell && finding.verdict != Verdict::Fail {
             return fell(self.fall.fell_at());
         }
@@ -298,7 +298,7 @@ impl Judge {
         }
     }
 
-    fn finding(&self, expectation: &Expectation, watch: &Monitor, run: &RunEnd<'_>) -> Finding {
+    fn finding(&self, expectation: &Expectation, watch: &Monitor, run: &RunEnd) -> Finding {
         match (&watch.meter, &expectation.claim) {
             (MonitorKind::Absent(why), _) => Finding::unobserved(why.clone()),
             (MonitorKind::Signal(meter), _) => of_samples(meter.finding(), watch),
@@ -306,7 +306,9 @@ impl Judge {
             (MonitorKind::Footsteps(meter), _) => {
                 of_samples(self.of_footsteps(meter, watch), watch)
             }
-            (MonitorKind::AtEnd, Claim::EnergyResidual(limits)) => energy(run.energy, limits),
+            (MonitorKind::AtEnd, Claim::EnergyResidual(limits)) => {
+                energy(run.energy.as_ref(), limits)
+            }
             (MonitorKind::AtEnd, Claim::Cost(measure, limits)) => cost(*measure, limits, run),
             (MonitorKind::AtEnd, _) => Finding::unobserved("nothing watched it"),
         }

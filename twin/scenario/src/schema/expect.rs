@@ -207,8 +207,8 @@ fn signal(any: &mut Limits<'_>) -> Value {
 }
 
 fn cost(limits: &mut Limits<'_>) -> Value {
-    let measures = CostMeasure::COUNTS.iter().chain(&[CostMeasure::FACTOR]);
-    let measures: Vec<&str> = measures.copied().collect();
+    let counts = CostMeasure::counts().into_iter();
+    let measures: Vec<&str> = counts.chain([CostMeasure::FACTOR]).collect();
     let properties: Map<String, Value> = measures
         .iter()
         .map(|measure| ((*measure).to_owned(), limits.of(Unit::One)))

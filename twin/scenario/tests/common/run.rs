@@ -1,7 +1,7 @@
 //! Runs made up for the judge: bodies that glide and feet that stand and swing by the clock.
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
-use twinrig_runtime::{Group, Observer, RunEvent};
+use twinrig_runtime::{EnergyBalance, Group, Observer, RunEvent, WorkCounts};
 use twinrig_scenario::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Scene};
 
 /// Time between two observations.
@@ -117,8 +117,16 @@ pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> W
     }
     let end = RunEnd {
         at: at(reached),
-        energy: Some((2e-7, 1.0)),
-        work: &[("steps", 10_000), ("evaluations", 40_000)],
+        energy: Some(EnergyBalance {
+            residual: 2e-7,
+            exchanged: 1.0,
+            ..EnergyBalance::default()
+        }),
+        work: Some(WorkCounts {
+            steps: 10_000,
+            evaluations: 40_000,
+            ..WorkCounts::default()
+        }),
         real_time_factor: Some(400.0),
     };
     let outcomes = judge.finish(&end);
@@ -177,7 +185,7 @@ pub fn cycles_until(expect: &str, events: &[(u64, RunEvent)], end_us: u64) -> Ou
     let end = RunEnd {
         at: scene.scenario.end(),
         energy: None,
-        work: &[],
+        work: None,
         real_time_factor: None,
     };
     judge.finish(&end).remove(0)
