@@ -257,7 +257,8 @@ fn is_entry(text: &str) -> bool {
 }
 
 /// `value` as a TOML text.
-fn quoted(value: &str) -> String {
+/// `value` as a TOML string; control characters, which no key or name has, become blanks.
+pub fn quoted(value: &str) -> String {
     let mut out = String::from("\"");
     for c in value.chars() {
         match c {

@@ -51,7 +51,7 @@ mod source;
 mod table;
 mod units;
 
-pub use document::{Document, Overrides};
+pub use document::{Document, Overrides, quoted};
 pub use error::{DocumentError, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};
 pub use item::Item;

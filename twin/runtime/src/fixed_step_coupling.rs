@@ -47,6 +47,21 @@ pub struct FixedStepCoupling {
     state: State,
 }
 
+/// Coupling of a plant with the parts that sample and actuate it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coupling {
+    /// The plant is advanced to every instant of access.
+    #[default]
+    Exact,
+    /// The plant keeps a fixed step ([`FixedStepCoupling`]).
+    Grid {
+        /// Step of the communication grid.
+        step: SimDuration,
+        /// Treatment of commands and samples within a step.
+        inputs: GridInputs,
+    },
+}
+
 /// Treatment of commands and samples between two instants of the communication grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GridInputs {

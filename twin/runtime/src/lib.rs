@@ -101,7 +101,7 @@ pub use direct_io::DirectIo;
 pub use driver::{Driver, DriverError, Transfer};
 pub use error::RigError;
 pub use fault::FaultKind;
-pub use fixed_step_coupling::{FixedStepCoupling, GridInputs, ZeroGridStep};
+pub use fixed_step_coupling::{Coupling, FixedStepCoupling, GridInputs, ZeroGridStep};
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
 pub use panic::{PanicReport, PartKind, caught, in_part};

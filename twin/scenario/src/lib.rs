@@ -84,9 +84,9 @@ pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
 pub use options::{OptionValue, Options};
 pub use scenario::{
-    ActuatorKind, ActuatorSpec, Base, BusSpec, ChangeSpec, ControllerSpec, Coupling, FallSpec,
-    FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, Placed,
-    PlantSpec, Profile, RecordSpec, Scenario, ServoOverride, Setting, StartPose,
+    ActuatorKind, ActuatorSpec, Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec,
+    FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile,
+    RecordSpec, Scenario, ServoOverride, Setting, StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_document::{Document, DocumentError, Overrides, Place, Problem, Warning};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::{Change, FaultKind, GridInputs, Timing};
+use twinrig_runtime::{Change, Coupling, FaultKind, Timing};
 
 use crate::catalogue::Catalogue;
 use crate::expect::{BodyClaim, Claim, Expectation};
@@ -36,6 +36,17 @@ pub struct Setting {
     pub key: String,
     /// TOML, or else taken as a text.
     pub value: String,
+}
+
+impl Setting {
+    /// `--plant NAME`
+    pub fn plant(name: &str) -> Self {
+        Self {
+            origin: "--plant".to_owned(),
+            key: "plant.model".to_owned(),
+            value: twinrig_document::quoted(name),
+        }
+    }
 }
 
 /// A scenario, read and checked against what a build offers. What needs the robot to be checked (names of legs, names of
@@ -111,21 +122,6 @@ pub struct PlantSpec {
     pub coupling: Coupling,
     /// What the model declares.
     pub options: Options,
-}
-
-/// `[plant] coupling`
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Coupling {
-    /// It is moved to every instant at which somebody samples or actuates.
-    #[default]
-    Exact,
-    /// It keeps a step of its own.
-    Grid {
-        /// That step.
-        step: SimDuration,
-        /// What becomes of a command that is given between two instants of the grid.
-        inputs: GridInputs,
-    },
 }
 
 /// How the trunk may move.
@@ -410,6 +406,15 @@ impl Scenario {
     /// The bus of that name.
     pub fn bus(&self, name: &str) -> Option<&BusSpec> {
         self.buses.iter().find(|bus| bus.name.value == name)
+    }
+
+    /// The same scenario without expectations.
+    #[must_use]
+    pub fn without_expectations(&self) -> Self {
+        Scenario {
+            expectations: Vec::new(),
+            ..self.clone()
+        }
     }
 
     /// The reference run: the same scenario without its changes and expectations.

@@ -64,8 +64,8 @@ mod trial;
 
 pub use commands::{CommandRecorder, CommandTape, Commands};
 pub use coupling::{
-    CouplingChoice, CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan,
-    CouplingRow, CouplingStudy, RigFactory, RigVariant, coupling,
+    CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
+    CouplingStudy, RigFactory, RigVariant, coupling,
 };
 pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};

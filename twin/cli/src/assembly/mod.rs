@@ -197,6 +197,28 @@ impl<'r> Assembly<'r> {
         builder.plant_of(robot, plant, actuator, commands, wanted)
     }
 
+    /// The same robot, controller and buses under another scenario, with `compared` outputs of the plant computed besides
+    /// those that it requires.
+    ///
+    /// # Errors
+    /// As [`Scenario::scene`].
+    pub(crate) fn with_scenario(
+        &self,
+        scenario: &Scenario,
+        compared: &[String],
+    ) -> Result<Self, TwinError> {
+        let mut facts = self.facts.clone();
+        facts.measured.extend_from_slice(compared);
+        Ok(Self {
+            registry: self.registry,
+            scene: scenario.scene(&facts)?,
+            body: self.body.clone(),
+            first_commands: self.first_commands.clone(),
+            built: Mutex::default(),
+            facts,
+        })
+    }
+
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene

@@ -218,18 +218,14 @@ impl PlantUnderStudy<'_> {
 }
 
 /// The scenario at `path` with the plant `name`.
-fn of_plant<'r>(
+pub(crate) fn of_plant<'r>(
     registry: &'r Registry,
     path: &Path,
     settings: &[Setting],
     name: &str,
 ) -> Result<Assembly<'r>, TwinError> {
     let mut settings = settings.to_vec();
-    settings.push(Setting {
-        origin: "--plant".to_owned(),
-        key: "plant.model".to_owned(),
-        value: format!("{name:?}"),
-    });
+    settings.push(Setting::plant(name));
     guarded(&path.display().to_string(), || {
         Assembly::of_file(registry, path, &settings)
     })

@@ -1,28 +1,24 @@
 //! The rig of a scenario, for a study to couple in many ways.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use twinrig_kernel::SimDuration;
-use twinrig_runtime::{GridInputs, Rig};
+use twinrig_runtime::Rig;
 use twinrig_scenario::Setting;
-use twinrig_study::{CouplingChoice, CouplingInput, RigFactory, RigVariant};
+use twinrig_study::{CouplingInput, RigFactory, RigVariant};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
-use crate::error::{TwinError, guarded};
-use crate::study::builder::first_line;
+use crate::error::TwinError;
+use crate::study::builder::{first_line, of_plant};
 
 /// Builds the rigs of a study out of a scenario.
 pub(crate) struct RigStudyBuilder<'r> {
-    registry: &'r Registry,
-    path: PathBuf,
-    settings: Vec<Setting>,
     scene: CouplingInput,
     plants: Vec<String>,
-    /// Other plants, with the reason why they cannot be in the scene.
+    /// The scenario with each plant; otherwise the reason why it cannot be built.
+    assemblies: Vec<Result<Assembly<'r>, String>>,
+    /// Unselected plants that cannot be in the scene, with the reason.
     left_out: Vec<String>,
-    /// What of each plant is compared, as a scenario says it.
-    compared: Vec<String>,
 }
 
 impl<'r> RigStudyBuilder<'r> {
@@ -43,9 +39,6 @@ impl<'r> RigStudyBuilder<'r> {
         let model = scenario.plant.model.as_str();
         let others = registry.plants_on_robots().filter(|name| *name != model);
         let mut builder = Self {
-            registry,
-            path: path.to_owned(),
-            settings: settings.to_vec(),
             scene: CouplingInput {
                 name: scenario.name.clone(),
                 file: scenario.file.clone(),
@@ -54,8 +47,8 @@ impl<'r> RigStudyBuilder<'r> {
                 buses: buses.collect(),
             },
             plants: Vec::new(),
+            assemblies: Vec::new(),
             left_out: Vec::new(),
-            compared: Vec::new(),
         };
         let candidates: Vec<String> = match names {
             [] => [model]
@@ -66,73 +59,31 @@ impl<'r> RigStudyBuilder<'r> {
             names => names.to_vec(),
         };
         for name in candidates {
-            let file = path.display().to_string();
-            match guarded(&file, || builder.assembly(&[model_is(&name)])) {
-                Ok(assembly) => {
-                    builder.compared.push(compared(&assembly));
-                    builder.plants.push(name);
-                }
-                // Its rows are built anew, and say so.
-                Err(TwinError::Panic { .. }) => {
-                    builder.compared.push("[]".to_owned());
-                    builder.plants.push(name);
-                }
+            let assembly = match of_plant(registry, path, settings, &name) {
+                Ok(assembly) => Ok(assembly),
+                // Each of its rows reports the panic.
+                Err(error @ TwinError::Panic { .. }) => Err(first_line(&error.to_string())),
                 Err(error) if !names.is_empty() => return Err(error),
                 Err(error) => {
                     let why = first_line(&error.to_string());
                     builder.left_out.push(format!("{name}: {why}"));
+                    continue;
                 }
-            }
+            };
+            builder.assemblies.push(assembly);
+            builder.plants.push(name);
         }
         Ok(builder)
     }
-
-    /// The scenario with more settings.
-    fn assembly(&self, more: &[Setting]) -> Result<Assembly<'r>, TwinError> {
-        let settings = [&self.settings, more].concat();
-        Assembly::of_file(self.registry, &self.path, &settings)
-    }
 }
 
-fn setting(key: &str, value: String) -> Setting {
-    Setting {
-        origin: "--set".to_owned(),
-        key: key.to_owned(),
-        value,
-    }
-}
-
-fn model_is(name: &str) -> Setting {
-    Setting {
-        origin: "--plant".to_owned(),
-        ..setting("plant.model", format!("{name:?}"))
-    }
-}
-
-/// The list of what the plant has of it.
-fn compared(assembly: &Assembly<'_>) -> String {
+/// The outputs that are compared: positions of trunk and feet.
+fn compared(assembly: &Assembly<'_>) -> Vec<String> {
     let names = assembly.plant_outputs().iter().map(|port| &port.name);
     let names = names.filter(|name| {
         *name == "body/position" || (name.starts_with("leg/") && name.ends_with("/foot/position"))
     });
-    let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
-    format!("[{}]", names.join(", "))
-}
-
-fn quantity(duration: SimDuration) -> String {
-    format!("\"{} ns\"", duration.as_nanos())
-}
-
-/// What a scenario says for it.
-fn coupled(way: CouplingChoice) -> String {
-    let grid = |step: SimDuration, inputs: &str| {
-        format!("{{ grid = {}, inputs = \"{inputs}\" }}", quantity(step))
-    };
-    match way {
-        CouplingChoice::Exact => "\"exact\"".to_owned(),
-        CouplingChoice::Grid(step, GridInputs::Mean) => grid(step, "mean"),
-        CouplingChoice::Grid(step, GridInputs::Held) => grid(step, "held"),
-    }
+    names.cloned().collect()
 }
 
 impl RigFactory for RigStudyBuilder<'_> {
@@ -148,26 +99,20 @@ impl RigFactory for RigStudyBuilder<'_> {
         &self.left_out
     }
 
-    fn rig(&self, make: &RigVariant<'_>) -> Result<Rig, String> {
-        let place = self.plants.iter().position(|name| name == make.plant);
-        let compared = place.and_then(|place| self.compared.get(place));
-        let compared = compared.ok_or_else(|| format!("there is no plant `{}`", make.plant))?;
-        let settings = [
-            model_is(make.plant),
-            setting("plant.step", quantity(make.step)),
-            setting("plant.coupling", coupled(make.way)),
-            setting("observe.period", quantity(make.observe)),
-            setting("record.signals", compared.clone()),
-            // Nothing is judged: what an expectation demands of the observation is of no concern
-            // here.
-            setting("expect", "[]".to_owned()),
-        ];
-        let assembly = self.assembly(&settings);
-        let rig = assembly.and_then(|assembly| assembly.rig());
-        rig.map_err(|error| {
-            let text = error.to_string();
-            let line = text.lines().next().unwrap_or_default();
-            line.trim_start_matches("error: ").to_owned()
-        })
+    fn rig(&self, variant: &RigVariant<'_>) -> Result<Rig, String> {
+        let place = self.plants.iter().position(|name| name == variant.plant);
+        let assembly = place.and_then(|place| self.assemblies.get(place));
+        let assembly = assembly.ok_or_else(|| format!("there is no plant `{}`", variant.plant))?;
+        let assembly = assembly.as_ref().map_err(Clone::clone)?;
+        let mut scenario = assembly.scenario().without_expectations();
+        scenario.plant.step = Some(variant.step);
+        scenario.plant.coupling = variant.coupling;
+        scenario.observe.period = variant.observe;
+        scenario.record.signals = Some(Vec::new());
+        scenario.record.frames = None;
+        let rig = assembly
+            .with_scenario(&scenario, &compared(assembly))
+            .and_then(|assembly| assembly.rig());
+        rig.map_err(|error| first_line(&error.to_string()))
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use twinrig_kernel::SimDuration;
-use twinrig_runtime::{GridInputs, Rig};
+use twinrig_runtime::{Coupling, GridInputs, Rig};
 
 /// Builds complete rigs of one scenario with a given plant and coupling. The caller, who knows the
 /// parts, implements it.
@@ -48,22 +48,13 @@ pub struct RigVariant<'a> {
     /// Name of the plant.
     pub plant: &'a str,
     /// Coupling of plant and boards.
-    pub way: CouplingChoice,
+    pub coupling: Coupling,
     /// Step of the plant.
     pub step: SimDuration,
     /// Observation period.
     pub observe: SimDuration,
     /// Simulated duration.
     pub duration: SimDuration,
-}
-
-/// Coupling of a plant with the parts that sample and actuate it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CouplingChoice {
-    /// Exact: the plant is advanced to every instant of access.
-    Exact,
-    /// On a communication grid with this step.
-    Grid(SimDuration, GridInputs),
 }
 
 /// Coupling method of a series of rows. The serialised words are part of the output format.
@@ -107,11 +98,17 @@ impl CouplingMethod {
     }
 
     /// Returns the coupling with a grid of `step`.
-    pub(crate) fn choice(self, step: SimDuration) -> CouplingChoice {
+    pub(crate) fn choice(self, step: SimDuration) -> Coupling {
         match self {
-            Self::Exact => CouplingChoice::Exact,
-            Self::Grid => CouplingChoice::Grid(step, GridInputs::Mean),
-            Self::GridHeld => CouplingChoice::Grid(step, GridInputs::Held),
+            Self::Exact => Coupling::Exact,
+            Self::Grid => Coupling::Grid {
+                step,
+                inputs: GridInputs::Mean,
+            },
+            Self::GridHeld => Coupling::Grid {
+                step,
+                inputs: GridInputs::Held,
+            },
         }
     }
 }

@@ -5,11 +5,12 @@ mod results;
 mod row;
 mod run;
 
-pub use factory::{CouplingChoice, CouplingInput, CouplingMethod, RigFactory, RigVariant};
+pub use factory::{CouplingInput, CouplingMethod, RigFactory, RigVariant};
 pub use results::{CouplingOrder, CouplingStudy};
 pub use row::{CouplingKind, CouplingRow};
 
 use twinrig_kernel::SimDuration;
+use twinrig_runtime::Coupling;
 
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
@@ -161,15 +162,10 @@ impl Job<'_> {
         }
     }
 
-    fn variant<'p>(
-        &self,
-        plant: &'p str,
-        way: CouplingChoice,
-        step: SimDuration,
-    ) -> RigVariant<'p> {
+    fn variant<'p>(&self, plant: &'p str, coupling: Coupling, step: SimDuration) -> RigVariant<'p> {
         RigVariant {
             plant,
-            way,
+            coupling,
             step,
             observe: self.observe,
             duration: self.duration,
@@ -184,7 +180,7 @@ impl Job<'_> {
         doing: &str,
     ) -> Result<Result<Run, String>, StudyError> {
         let share = self.begin(&format!("{plant}, {doing}"), true)?;
-        let variant = self.variant(plant, CouplingChoice::Exact, step);
+        let variant = self.variant(plant, Coupling::Exact, step);
         let run = self
             .panics
             .guarded(|| Run::of(self.factory, &variant, share));

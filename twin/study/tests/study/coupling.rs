@@ -5,12 +5,12 @@ use std::cell::RefCell;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBalance, FixedStepCoupling, Plant, PlantFault, Process, Rig, Schedule, Timing,
-    WorkCounts,
+    Coupling, DirectIo, EnergyBalance, FixedStepCoupling, Plant, PlantFault, Process, Rig,
+    Schedule, Timing, WorkCounts,
 };
 use twinrig_study::{
-    CouplingChoice, CouplingInput, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy,
-    RigFactory, RigVariant, Status, StudyError, coupling,
+    CouplingInput, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigFactory,
+    RigVariant, Status, StudyError, coupling,
 };
 
 use crate::pages::{elements, machine};
@@ -146,10 +146,10 @@ impl RigFactory for Rigs {
             steps: 0,
             breaks: variant.plant == "brittle",
         };
-        let plant: Box<dyn Plant> = match variant.way {
-            CouplingChoice::Exact => Box::new(foot),
-            CouplingChoice::Grid(step, rule) => {
-                Box::new(FixedStepCoupling::new(Box::new(foot), step, rule, &|_| true).unwrap())
+        let plant: Box<dyn Plant> = match variant.coupling {
+            Coupling::Exact => Box::new(foot),
+            Coupling::Grid { step, inputs } => {
+                Box::new(FixedStepCoupling::new(Box::new(foot), step, inputs, &|_| true).unwrap())
             }
         };
         let process = Damper([0.1, 0.0]);
