@@ -5,7 +5,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::WireError;
 
-/// Something that goes wrong on a wire for a while. Plain data; prints itself as a `[[fault]]` table of a scenario.
+/// Temporary fault of a transport. Plain data; its `Display` is a `[[fault]]` table of a scenario.
 ///
 /// ```
 /// use twinrig_kernel::{SimDuration, SimTime};
@@ -28,87 +28,90 @@ use crate::WireError;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fault {
-    /// From when on.
+    /// Start time.
     pub at: SimTime,
-    /// Where: a whole bus, `wire/sbcp`, or one board's stub, `wire/sbcp/LF`.
+    /// Place: a whole bus, `wire/sbcp`, or the stub of one board, `wire/sbcp/LF`.
     pub on: String,
-    /// What.
+    /// Kind.
     pub kind: FaultKind,
-    /// For how long: what happens in [`at`, `at` + `lasts`).
+    /// Duration: the fault is active in [`at`, `at` + `lasts`).
     pub lasts: SimDuration,
 }
 
-/// What goes wrong. A *burst* is what follows without a pause of more than a byte's time; it is hit as a whole, if its first
-/// byte is complete within the fault's time. Flip, unplug, stuck and babble hit the single bytes that are.
+/// Kind of a fault. A *burst* is a sequence of bytes with pauses of at most one byte time; a fault
+/// affects a burst as a whole if its first byte is complete while the fault is active. Flip,
+/// unplug, stuck and babble affect single bytes.
 ///
-/// Faults at one place add up: a burst that any of them drops is lost, delays are added, and so on.
+/// Faults at one place combine: a burst dropped by any of them is lost, delays add up, and so on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FaultKind {
     /// A burst is lost.
     Drop {
-        /// How probable that is, from 0 to 1.
+        /// Probability, from 0 to 1.
         probability: f64,
     },
-    /// Bits are turned round: of the ten of a byte, start and stop bits included. A byte whose start bit is wrong is lost; one
-    /// whose stop bit is wrong has a framing error ([`crate::Piece::framing_error`]).
+    /// Bits are flipped, of the ten of a byte including start and stop bit. A byte with a wrong
+    /// start bit is lost; a wrong stop bit is a framing error ([`crate::Piece::framing_error`]).
     Flip {
-        /// How probable that is for each bit, from 0 to 1.
+        /// Probability per bit, from 0 to 1.
         rate: f64,
     },
-    /// A burst comes later. What follows waits for it.
+    /// A burst is delayed. The bytes behind it are queued.
     Delay {
-        /// By how much.
+        /// Delay.
         by: SimDuration,
     },
-    /// A burst comes a second time, two bytes' time after the first.
+    /// A burst is repeated, two byte times after the first.
     Duplicate {
-        /// How probable that is, from 0 to 1.
+        /// Probability, from 0 to 1.
         probability: f64,
     },
-    /// A burst changes places with the next one; without a next one it comes when the fault is over.
+    /// A burst swaps places with the next one; without a next one it is released when the fault
+    /// ends.
     Reorder {
-        /// How probable that is, from 0 to 1.
+        /// Probability, from 0 to 1.
         probability: f64,
     },
-    /// Nothing passes.
+    /// No bytes pass.
     Unplug {
-        /// Whether the host notices, so that the run ends: a converter that is pulled out, not a bus.
-        /// Only where a whole line is unplugged.
+        /// Whether the host detects the disconnection, which ends the run: an unplugged converter,
+        /// as opposed to a disconnected bus. Has an effect on whole lines only.
         fails: bool,
     },
-    /// The line is held low: both sides hear 0x00 without end, and nothing else.
+    /// The line is held low: both sides receive 0x00 continuously and nothing else.
     Stuck,
-    /// Somebody talks without being asked: bursts of 1 to 64 random bytes. What he talks over is lost. On a whole line
-    /// both sides hear it; a node that babbles is heard by the others and hears what they say when it pauses.
+    /// Unsolicited transmissions (babbling): bursts of 1 to 64 random bytes. Bytes that overlap
+    /// them are lost. On a whole line both sides receive them; the bursts of a babbling node are
+    /// received by the others, and the node receives in their pauses.
     Babble {
-        /// Pauses between the bursts last up to twice that; 0: none.
+        /// Pauses between the bursts are uniform in 0 to twice this duration; 0: none.
         pause: SimDuration,
     },
 }
 
-/// The faults of a run, and the seed of what is random about them.
+/// Faults of a run with the seed of their random draws.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FaultSchedule {
     /// In any order.
     pub faults: Vec<Fault>,
-    /// Seed. The streams are `PLACE/faults/out`, `PLACE/faults/in` and the like: what happens in one place changes
-    /// nothing in another.
+    /// Seed of the streams `PLACE/faults/out`, `PLACE/faults/in` and so on: the draws at different
+    /// places are independent.
     pub seed: u64,
 }
 
 impl Fault {
-    /// When it is over.
+    /// End time.
     pub fn until(&self) -> SimTime {
         let end = self.at.checked_add(self.lasts);
         end.unwrap_or(SimTime::MAX)
     }
 
-    /// Whether `now` is within its time.
+    /// Whether the fault is active at `now`.
     pub fn holds(&self, now: SimTime) -> bool {
         self.at <= now && now < self.until()
     }
 
-    /// Its probability or rate, if it has one, with the name.
+    /// Returns the probability or rate of the fault, if it has one, with its name.
     fn chance(&self) -> Option<(&'static str, f64)> {
         match self.kind {
             FaultKind::Drop { probability }
@@ -119,7 +122,7 @@ impl Fault {
         }
     }
 
-    /// Refuses what is no probability.
+    /// Checks that the probability or rate lies in \[0, 1\].
     pub(crate) fn check(&self) -> Result<(), WireError> {
         match self.chance() {
             Some((what, value)) if !(0.0..=1.0).contains(&value) => Err(WireError::Probability {
@@ -133,7 +136,7 @@ impl Fault {
 }
 
 impl FaultKind {
-    /// Its name in a scenario.
+    /// Returns the name in a scenario.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Drop { .. } => "drop",
@@ -148,7 +151,8 @@ impl FaultKind {
     }
 }
 
-/// A time as a scenario has it: exact, in the largest unit of which it is a whole number.
+/// Duration in the notation of a scenario: exact, in the largest unit of which it is an integer
+/// multiple.
 struct Quantity(u64);
 
 impl fmt::Display for Quantity {
@@ -179,7 +183,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// The tables one after the other.
+/// The tables in order, separated by blank lines.
 impl fmt::Display for FaultSchedule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (n, fault) in self.faults.iter().enumerate() {
