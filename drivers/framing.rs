@@ -1,11 +1,12 @@
-//! What the tests of the protocols ask of a stream of bytes. Each crate's tests include this file.
+//! Test harness for framing a stream of bytes. Included by the tests of each driver crate.
 
 use twinrig_wire::{FrameMatch, Framer};
 
-/// How a protocol judges the front of a stream.
+/// Frame matcher of a protocol.
 pub type Judge = fn(&[u8]) -> FrameMatch;
 
-/// The frames of a stream that comes in these pieces, and how many bytes belong to none.
+/// Returns the frames of a stream that is received in these pieces, and the number of bytes outside
+/// frames.
 pub fn frames(match_frame: Judge, pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
     let mut framer = Framer::new(match_frame);
     let mut frames = Vec::new();
@@ -18,7 +19,7 @@ pub fn frames(match_frame: Judge, pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
     (frames, framer.skipped())
 }
 
-/// The frames of a stream, which are the same wherever it is cut.
+/// Returns the frames of a stream, after checking that they do not depend on its division.
 pub fn frames_in_any_pieces(
     match_frame: Judge,
     bytes: &[u8],

@@ -1,5 +1,5 @@
-//! A driver and an emulated device in the hands of a test, without wire or rig: exactly when is what said? Each crate's tests
-//! include this file.
+//! Test harness that steps a driver and an emulated device without wire and rig, to check the bytes
+//! and their times. Included by the tests of each driver crate.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use std::ops::Range;
@@ -8,7 +8,7 @@ use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
 use twinrig_runtime::{Driver, PlantFault, PlantSignals, Transfer};
 use twinrig_wire::{Node, Piece};
 
-/// A driver, and what time it is for it.
+/// Driver with its present time.
 pub struct Host<D> {
     pub driver: D,
     now: HostTime,
@@ -35,13 +35,13 @@ impl<D: Driver> Host<D> {
         self.written()
     }
 
-    /// Reads bytes so much later.
+    /// Advances time by `later` and passes bytes to the driver.
     pub fn reads(&mut self, later: SimDuration, bytes: &[u8]) {
         self.now = HostTime::from_nanos(self.now.as_nanos() + later.as_nanos());
         self.driver.handle_bytes(self.now, bytes);
     }
 
-    /// For how long it waits from now on; none if it waits for nothing.
+    /// Returns the time until the driver's time-out; `None` without one.
     pub fn waits(&self) -> Option<SimDuration> {
         let until = self.driver.poll_timeout()?;
         Some(SimDuration::from_nanos(
@@ -49,7 +49,7 @@ impl<D: Driver> Host<D> {
         ))
     }
 
-    /// Lets that time go by without a byte; what it writes then.
+    /// Advances time to the time-out and returns the bytes that the driver writes then.
     pub fn waits_in_vain(&mut self) -> Vec<u8> {
         self.now = self.driver.poll_timeout().expect("it waits");
         self.driver.handle_timeout(self.now);
@@ -77,7 +77,7 @@ impl<D: Driver> Host<D> {
     }
 }
 
-/// The inputs and outputs of a plant that stays as it is.
+/// Inputs and outputs of a static plant.
 #[derive(Default)]
 pub struct Still {
     pub outputs: Vec<f64>,
@@ -94,7 +94,7 @@ impl twinrig_runtime::PlantAccess for Still {
     }
 }
 
-/// The signals of a plant with these ports.
+/// Returns the signals of a plant with these ports.
 pub fn plant(ports: &[Port]) -> PlantSignals {
     PlantSignals {
         inputs: Layout::of(ports, Direction::Input),
@@ -102,7 +102,8 @@ pub fn plant(ports: &[Port]) -> PlantSignals {
     }
 }
 
-/// Lets a device live until `to`, after it has heard `bytes` at `at`: what it says, and when.
+/// Advances a device until `to`, with `bytes` received at `at`, and returns its transmissions with
+/// their start times.
 pub fn says(
     node: &mut impl Node,
     plant: &mut Still,

@@ -1,4 +1,4 @@
-//! Small parts with which the tests of the drivers close the loop. Each crate's tests include this file.
+//! Test components that close the loop around a driver. Included by the tests of each driver crate.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use std::sync::{Arc, Mutex};
@@ -9,7 +9,7 @@ use twinrig_runtime::{
     Schedule, Wire, WiredTask, WorkCounts,
 };
 
-/// Writes `command(number of the step)` to all its outputs.
+/// Process that writes `command(number of the step)` to all its outputs.
 pub struct Script {
     pub ports: Vec<Port>,
     pub command: fn(u64) -> f64,
@@ -40,10 +40,10 @@ impl Process for Script {
     }
 }
 
-/// When the plant was told what.
+/// Times and values of the changes of a plant's inputs.
 pub type Heard = Arc<Mutex<Vec<(SimTime, Vec<f64>)>>>;
 
-/// Its outputs are functions of time \[s\], number by number. It remembers what it was told.
+/// Plant whose outputs are functions of time \[s\], one per component. It records its inputs.
 pub struct PlantAccess {
     pub ports: Vec<Port>,
     pub signal: fn(f64, usize) -> f64,
@@ -52,7 +52,7 @@ pub struct PlantAccess {
 }
 
 impl PlantAccess {
-    /// At rest until the run begins.
+    /// Creates a plant at time zero.
     pub fn new(ports: Vec<Port>, signal: fn(f64, usize) -> f64) -> Self {
         Self {
             ports,
@@ -106,7 +106,7 @@ impl Plant for PlantAccess {
     }
 }
 
-/// Everything that was seen.
+/// Record of an observed run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     pub inputs: Vec<(SimTime, Vec<f64>)>,
@@ -134,7 +134,7 @@ impl Observer for Log {
 }
 
 impl Log {
-    /// How often something happened that is `wanted`.
+    /// Returns the number of events for which `wanted` holds.
     pub fn count(&self, wanted: impl Fn(&RunEvent) -> bool) -> usize {
         self.events
             .iter()
@@ -143,7 +143,7 @@ impl Log {
     }
 }
 
-/// A rig of a driver and its wire, whose process has every port of the driver.
+/// Builds a rig of a driver and its wire, with a process that has every port of the driver.
 pub fn rig(
     driver: impl Driver + 'static,
     wire: impl Wire + 'static,
@@ -166,7 +166,7 @@ pub fn rig(
     .unwrap()
 }
 
-/// What a rig of that kind shows up to `end_ms`, and how it ends.
+/// Runs a rig up to `end_ms` and returns its record and its result.
 pub fn run(rig: &mut Rig, end_ms: u64) -> (Log, Result<(), RigError>) {
     let mut log = Log::default();
     let end = SimTime::ZERO + SimDuration::from_millis(end_ms);
@@ -174,13 +174,13 @@ pub fn run(rig: &mut Rig, end_ms: u64) -> (Log, Result<(), RigError>) {
     (log, ended)
 }
 
-/// The gauge of that name.
+/// Returns the diagnostic of that name.
 pub fn diagnostic(rig: &Rig, log: &Log, name: &str) -> f64 {
     let place = rig.layout(Group::Diagnostics).find(name);
     log.diagnostics[place.unwrap_or_else(|| panic!("no gauge {name}")).start]
 }
 
-/// Where a driver brings the port of that name.
+/// Returns the index of the driver's output port of that name.
 pub fn place(ports: &[Port], name: &str) -> usize {
     Layout::of(ports, Direction::Output)
         .find(name)

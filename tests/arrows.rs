@@ -1,4 +1,5 @@
-//! Which crate may know which. An arrow that is not in the table below wants a reason before it is added there.
+//! Permitted dependencies between crates. A dependency that is not in the table below requires a
+//! reason before it is added.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -6,7 +7,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Every crate with the crates of the project it stands on. What only its tests use does not count.
+/// Each crate with its dependencies within the project, dev-dependencies excluded.
 const ARROWS: &[(&str, &[&str])] = &[
     ("rangefinder", &["twinrig", "twinrig-wire"]),
     ("squat", &["twinrig", "twinrig-leg"]),
@@ -168,7 +169,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twinrig-wire", &["twinrig-kernel", "twinrig-runtime"]),
 ];
 
-/// Plants and controllers: what is exchanged for another, and what nobody but the program may know.
+/// Exchangeable plants and controllers, on which only the program may depend.
 const EXCHANGEABLE: &[&str] = &[
     "twinrig-drives",
     "twinrig-gait",
@@ -181,12 +182,12 @@ const EXCHANGEABLE: &[&str] = &[
 
 /// A crate of the workspace.
 struct Package {
-    /// Its folder, seen from the root.
+    /// Folder relative to the workspace root.
     folder: PathBuf,
-    /// What it stands on, without what only its tests use.
-    stands_on: BTreeSet<String>,
-    /// Everything it names, its tests included.
-    names: BTreeSet<String>,
+    /// Dependencies without dev-dependencies.
+    dependencies: BTreeSet<String>,
+    /// All dependencies, dev-dependencies included.
+    all_dependencies: BTreeSet<String>,
 }
 
 fn root() -> &'static Path {
@@ -208,10 +209,10 @@ fn packages() -> BTreeMap<String, Package> {
     let workspace = Path::new(metadata["workspace_root"].as_str().unwrap());
     let packages = metadata["packages"].as_array().unwrap();
     let read = |package: &Value| {
-        let names = |wanted: &dyn Fn(&Value) -> bool| {
+        let names = |include: &dyn Fn(&Value) -> bool| {
             let dependencies = package["dependencies"].as_array().unwrap().iter();
             dependencies
-                .filter(|dependency| wanted(dependency))
+                .filter(|dependency| include(dependency))
                 .map(|dependency| dependency["name"].as_str().unwrap().to_owned())
                 .collect()
         };
@@ -219,8 +220,8 @@ fn packages() -> BTreeMap<String, Package> {
         let folder = manifest.parent().unwrap().strip_prefix(workspace).unwrap();
         let package_read = Package {
             folder: folder.to_owned(),
-            stands_on: names(&|dependency| dependency["kind"] != "dev"),
-            names: names(&|_| true),
+            dependencies: names(&|dependency| dependency["kind"] != "dev"),
+            all_dependencies: names(&|_| true),
         };
         (package["name"].as_str().unwrap().to_owned(), package_read)
     };
@@ -228,12 +229,12 @@ fn packages() -> BTreeMap<String, Package> {
 }
 
 #[test]
-fn the_arrows_are_those_of_the_table() {
+fn dependencies_match_the_table() {
     let packages = packages();
     let found: BTreeMap<&str, BTreeSet<&str>> = packages
         .iter()
         .map(|(name, package)| {
-            let ours = package.stands_on.iter().map(String::as_str);
+            let ours = package.dependencies.iter().map(String::as_str);
             let ours = ours.filter(|other| packages.contains_key(*other));
             (name.as_str(), ours.collect())
         })
@@ -246,44 +247,47 @@ fn the_arrows_are_those_of_the_table() {
 }
 
 #[test]
-fn only_the_program_and_the_tests_of_the_whole_know_what_can_be_exchanged() {
+fn only_the_program_and_these_tests_depend_on_exchangeable_crates() {
     for (name, package) in packages() {
         if package.folder.starts_with("twin/cli") || package.folder.starts_with("tests") {
             continue;
         }
         for other in EXCHANGEABLE {
             assert!(
-                !package.names.contains(*other),
-                "{name} knows {other}, if only in its tests"
+                !package.all_dependencies.contains(*other),
+                "{name} depends on {other}, possibly in its tests only"
             );
         }
     }
 }
 
 #[test]
-fn nothing_below_the_program_knows_the_program() {
+fn libraries_do_not_depend_on_the_program() {
     for (name, package) in packages() {
         let below = ["twin", "plants", "controllers", "drivers"]
             .iter()
             .any(|folder| package.folder.starts_with(folder));
         if below && name != "twinrig" {
-            assert!(!package.names.contains("twinrig"), "{name}");
+            assert!(!package.all_dependencies.contains("twinrig"), "{name}");
         }
     }
 }
 
 #[test]
-fn the_map_shows_every_crate_and_gives_a_reason_for_every_dependency() {
+fn architecture_lists_every_crate_and_a_reason_for_every_dependency() {
     let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let packages = packages();
     for (name, package) in &packages {
         let folder = format!("`{}/`", package.folder.display());
-        assert!(map.contains(&folder), "{name} is not on the map");
-        for dependency in &package.names {
+        assert!(
+            map.contains(&folder),
+            "{name} is missing from ARCHITECTURE.md"
+        );
+        for dependency in &package.all_dependencies {
             let row = format!("| `{dependency}` |");
             assert!(
                 packages.contains_key(dependency) || map.contains(&row),
-                "{name} depends on {dependency}, for which no reason is given"
+                "{name} depends on {dependency} without a reason in ARCHITECTURE.md"
             );
         }
     }

@@ -1,47 +1,48 @@
-//! The same scenario, seed and build give the same run, bit for bit, whatever goes on around it; and if a part breaks that,
-//! it is caught at its first wrong tick. What needs several builds or processes is in `ci/determinism`.
+//! Scenario, seed and build determine a run bit for bit, independently of its environment; the
+//! first deviation of a faulty part is detected. Tests that need several builds or processes are in
+//! `ci/determinism`.
 
 use twinrig::Registry;
 use twinrig::kernel::SimTime;
 use twinrig_record::{Recording, first_divergence};
-use twinrig_tests::{Scene, record, run, with_broken_plant};
+use twinrig_tests::{TrotFixture, record, run, with_faulty_plant};
 
 #[test]
-fn a_run_done_twice_is_the_same_run() {
+fn repeated_run_has_the_same_fingerprint() {
     let registry = Registry::standard();
-    let scene = Scene::default();
-    for scene in [scene.clone(), scene.of_full_legs()] {
+    let fixture = TrotFixture::default();
+    for fixture in [fixture.clone(), fixture.with_leg_inertia()] {
         assert_eq!(
-            run(&scene.assembly(&registry)),
-            run(&scene.assembly(&registry))
+            run(&fixture.assembly(&registry)),
+            run(&fixture.assembly(&registry))
         );
     }
 }
 
 #[test]
-fn a_run_is_the_same_recorded_or_not_and_judged_or_not() {
+fn recording_and_expectations_do_not_change_the_fingerprint() {
     let registry = Registry::standard();
-    let assembly = Scene::default().assembly(&registry);
+    let assembly = TrotFixture::default().assembly(&registry);
     let (report, _) = record(&assembly, "recorded-or-not");
     assert_eq!(report.fingerprint, Some(run(&assembly).to_string()));
 }
 
 #[test]
-fn the_same_run_makes_the_same_file_byte_for_byte() {
+fn repeated_recording_is_identical() {
     let registry = Registry::standard();
-    let assembly = Scene::default().assembly(&registry);
+    let assembly = TrotFixture::default().assembly(&registry);
     let (_, a) = record(&assembly, "same-file-a");
     let (_, b) = record(&assembly, "same-file-b");
     assert!(a == b);
 }
 
 #[test]
-fn runs_side_by_side_do_not_disturb_one_another() {
-    let standalone = run(&Scene::default().assembly(&Registry::standard()));
-    let run = || run(&Scene::default().assembly(&Registry::standard()));
+fn concurrent_runs_are_independent() {
+    let standalone = run(&TrotFixture::default().assembly(&Registry::standard()));
+    let run = || run(&TrotFixture::default().assembly(&Registry::standard()));
     #[expect(
         clippy::disallowed_methods,
-        reason = "what threads could do is what is tested"
+        reason = "the test is about concurrent runs"
     )]
     let together = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..4).map(|_| scope.spawn(run)).collect();
@@ -52,27 +53,27 @@ fn runs_side_by_side_do_not_disturb_one_another() {
 }
 
 #[test]
-fn random_times_of_transfers_are_drawn_from_the_seed_and_nothing_else() {
+fn random_transfer_times_depend_on_the_seed_only() {
     let registry = Registry::standard();
-    let scene = |seed| Scene {
+    let fixture = |seed| TrotFixture {
         seed,
         io: "transfer_time = { min = \"200 us\", max = \"900 us\" }",
-        ..Scene::default()
+        ..TrotFixture::default()
     };
-    let of = |seed| run(&scene(seed).assembly(&registry));
-    assert_eq!(of(1), of(1));
-    assert_ne!(of(1), of(2));
+    let fingerprint_of = |seed| run(&fixture(seed).assembly(&registry));
+    assert_eq!(fingerprint_of(1), fingerprint_of(1));
+    assert_ne!(fingerprint_of(1), fingerprint_of(2));
 }
 
-/// The last bit of one number, once: nothing less can be wrong, and it is not overlooked.
+/// A single flipped bit of one number is detected.
 #[test]
-fn a_broken_part_is_caught_at_its_first_wrong_tick() {
-    let sound = Registry::standard();
-    let (report, a) = record(&Scene::default().assembly(&sound), "broken-a");
-    // Between two observations: the first wrong one is the next.
-    let broken = with_broken_plant(SimTime::from_nanos(301_000_000));
-    let (broken_report, b) = record(&Scene::default().assembly(&broken), "broken-b");
-    assert_ne!(report.fingerprint, broken_report.fingerprint);
+fn first_wrong_tick_of_a_faulty_part_is_located() {
+    let valid = Registry::standard();
+    let (report, a) = record(&TrotFixture::default().assembly(&valid), "broken-a");
+    // Between two observations: the next one is the first wrong one.
+    let faulty = with_faulty_plant(SimTime::from_nanos(301_000_000));
+    let (faulty_report, b) = record(&TrotFixture::default().assembly(&faulty), "broken-b");
+    assert_ne!(report.fingerprint, faulty_report.fingerprint);
     let [a, b] = [a, b].map(|bytes| Recording::from_bytes(bytes).unwrap());
     let first = first_divergence(&a, &b).first.unwrap();
     assert_eq!(first.time, SimTime::from_nanos(302_000_000));
@@ -85,9 +86,9 @@ fn a_broken_part_is_caught_at_its_first_wrong_tick() {
 }
 
 #[test]
-fn a_replay_on_a_broken_build_says_where_it_parts() {
+fn replay_on_a_faulty_build_reports_the_first_difference() {
     let (_, bytes) = record(
-        &Scene::default().assembly(&Registry::standard()),
+        &TrotFixture::default().assembly(&Registry::standard()),
         "replayed",
     );
     let name = format!("twinrig-{}-to-replay.mcap", std::process::id());
@@ -105,19 +106,19 @@ fn a_replay_on_a_broken_build_says_where_it_parts() {
         (code, &replayed["identical"]),
         (0, &serde_json::Value::Bool(true))
     );
-    let (code, replayed) = replay(&with_broken_plant(SimTime::from_nanos(1)));
+    let (code, replayed) = replay(&with_faulty_plant(SimTime::from_nanos(1)));
     assert_eq!(code, 1);
     assert_eq!(replayed["difference"]["first"]["time_ns"], 2_000_000);
     std::fs::remove_file(path).unwrap();
 }
 
-/// The comparison of whole runs is not blind to order, kind or time of events either.
+/// Comparing fingerprints detects the order, kind and time of events as well.
 #[test]
-fn a_part_that_breaks_in_the_last_tick_is_caught() {
+fn fault_in_the_last_tick_is_detected() {
     let end = SimTime::from_nanos(600_000_000);
-    let sound = run(&Scene::default().assembly(&Registry::standard()));
-    let broken = with_broken_plant(end);
-    assert_ne!(run(&Scene::default().assembly(&broken)), sound);
-    let later = with_broken_plant(SimTime::from_nanos(600_000_001));
-    assert_eq!(run(&Scene::default().assembly(&later)), sound);
+    let valid = run(&TrotFixture::default().assembly(&Registry::standard()));
+    let faulty = with_faulty_plant(end);
+    assert_ne!(run(&TrotFixture::default().assembly(&faulty)), valid);
+    let later = with_faulty_plant(SimTime::from_nanos(600_000_001));
+    assert_eq!(run(&TrotFixture::default().assembly(&later)), valid);
 }

@@ -1,4 +1,4 @@
-//! What README.md shows is so.
+//! Consistency of README.md with the program.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ fn readme() -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// The text between the first ```` ```LANGUAGE ```` and the next ```` ``` ````.
+/// Returns the text between the first ```` ```LANGUAGE ```` and the next ```` ``` ````.
 fn first_block<'t>(text: &'t str, language: &str) -> &'t str {
     let (_, rest) = text.split_once(&format!("```{language}\n")).unwrap();
     rest.split_once("```").unwrap().0
 }
 
 #[test]
-fn the_scenario_of_the_readme_runs_and_holds() {
+fn readme_scenario_passes() {
     let registry = Registry::standard();
     let robot = include_str!("../robots/cheetah-cub.toml");
     let readme = readme();
@@ -28,7 +28,7 @@ fn the_scenario_of_the_readme_runs_and_holds() {
 }
 
 #[test]
-fn the_verdict_that_is_shown_is_about_what_is_expected() {
+fn readme_verdict_lists_the_expectations_of_the_scenario() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
     let registry = Registry::standard();
     let assembly = Assembly::of_file(&registry, &path, &[]).unwrap();
@@ -46,7 +46,7 @@ fn the_verdict_that_is_shown_is_about_what_is_expected() {
 }
 
 #[test]
-fn the_table_of_commands_has_those_there_are() {
+fn readme_lists_all_commands() {
     let mut help = Vec::new();
     let code = twinrig::run_with(
         &Registry::standard(),
@@ -58,7 +58,7 @@ fn the_table_of_commands_has_those_there_are() {
     let help = String::from_utf8(help).unwrap();
     let (_, commands) = help.split_once("Commands:\n").unwrap();
     let (commands, _) = commands.split_once("\n\n").unwrap();
-    let there_are: Vec<&str> = commands
+    let expected: Vec<&str> = commands
         .lines()
         .filter_map(|line| line.split_whitespace().next())
         .collect();
@@ -68,5 +68,5 @@ fn the_table_of_commands_has_those_there_are() {
         .filter_map(|line| line.strip_prefix("| `twin "))
         .filter_map(|row| row.split([' ', '`']).next())
         .collect();
-    assert_eq!(table, there_are);
+    assert_eq!(table, expected);
 }

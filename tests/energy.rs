@@ -1,4 +1,4 @@
-//! Where the energy of a trot goes.
+//! Energy balance of a trot.
 
 use std::path::Path;
 
@@ -7,18 +7,18 @@ use twinrig::robot::Robot;
 use twinrig::runtime::EnergyBalance;
 use twinrig::scenario::Setting;
 use twinrig::{Assembly, PlantContext, PlantKind, Registry, lcp, massless};
-use twinrig_tests::Scene;
+use twinrig_tests::TrotFixture;
 
 #[test]
-fn the_power_books_of_a_trot_close_to_a_millionth() {
+fn energy_balance_of_a_trot_closes_to_a_millionth() {
     let registry = Registry::standard();
     for base in ["free", "planar", "fixed"] {
-        let scene = Scene {
+        let fixture = TrotFixture {
             duration_ms: 2000,
             base,
-            ..Scene::default()
+            ..TrotFixture::default()
         };
-        let mut rig = match scene.assembly(&registry).rig() {
+        let mut rig = match fixture.assembly(&registry).rig() {
             Ok(rig) => rig,
             Err(error) => panic!("{error}"),
         };
@@ -38,11 +38,12 @@ fn the_power_books_of_a_trot_close_to_a_millionth() {
             checked += 1;
         }
         assert_eq!(checked, 20);
-        assert!(rig.plant().energy().exchanged > 1.0, "it trotted");
+        assert!(rig.plant().energy().exchanged > 1.0, "energy was exchanged");
     }
 }
 
-/// Passive legs of the full and of the mass-less plant, with stiff joints; how far the hips of the latter swing.
+/// Runs passive legs with stiff joints in a plant; returns the energy balance and the maximum hip
+/// angle \[rad\].
 fn stiff_legs(plant: &str, friction: &str) -> (EnergyBalance, f64) {
     let registry = Registry::standard();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/passive-legs.toml");
@@ -65,7 +66,7 @@ fn stiff_legs(plant: &str, friction: &str) -> (EnergyBalance, f64) {
         Ok(rig) => rig,
         Err(error) => panic!("{error}"),
     };
-    let mut most = 0.0_f64;
+    let mut angle_max = 0.0_f64;
     for ms in (20..=3000).step_by(20) {
         let to = SimTime::ZERO + SimDuration::from_millis(ms);
         if let Err(error) = rig.run_until(to, &mut ()) {
@@ -73,31 +74,35 @@ fn stiff_legs(plant: &str, friction: &str) -> (EnergyBalance, f64) {
         }
         let state = rig.plant().state();
         let angles = state.as_ref().and_then(|state| state.get("leg/LF/angles"));
-        // From the start, where it is 10° in front of the reference.
-        most = angles.map_or(most, |angles| most.max(angles[0].abs()));
+        // From the start, at which it is 10° in front of the reference.
+        angle_max = angles.map_or(angle_max, |angles| angle_max.max(angles[0].abs()));
     }
-    (rig.plant().energy(), most)
+    (rig.plant().energy(), angle_max)
 }
 
-/// What the springs hold and gravity gives, friction takes, whichever the plant: the segments, which only one of them has, have a
-/// thirtieth of it.
+/// The energy of springs and gravity is dissipated by friction in both plants; the segments, which
+/// only one of them models, account for a thirtieth of it.
 #[test]
-fn stiff_joints_take_the_same_energy_in_both_plants() {
+fn stiff_joints_dissipate_the_same_energy_in_both_plants() {
     for friction in ["5e-3 N·m·s/rad", "2e-2 N·m·s/rad", "0.1 N·m·s/rad"] {
-        let (full, swung) = stiff_legs("lcp", friction);
-        let (massless, swings) = stiff_legs("massless", friction);
+        let (full, full_angle) = stiff_legs("lcp", friction);
+        let (massless, massless_angle) = stiff_legs("massless", friction);
         assert!(
             (massless.dissipated / full.dissipated - 1.0).abs() < 5e-2,
             "{friction}: {massless:?}, not {full:?}"
         );
-        assert!((swings - swung).abs() < 0.02, "{swings}, not {swung} rad");
-        let least = 1e-6 * massless.exchanged;
-        assert!(massless.residual.abs() < least, "{massless:?}");
+        assert!(
+            (massless_angle - full_angle).abs() < 0.02,
+            "{massless_angle}, not {full_angle} rad"
+        );
+        let bound = 1e-6 * massless.exchanged;
+        assert!(massless.residual.abs() < bound, "{massless:?}");
     }
 }
 
-/// The plant of the scene with joints whose friction pushes. No robot file has such; a defect might.
-fn with_pushing_joints() -> Registry {
+/// The plants with joints of negative friction, which supply energy. No robot file contains such
+/// joints; a defect might.
+fn with_negative_friction() -> Registry {
     fn robot_of(context: &PlantContext<'_>) -> Robot {
         let mut robot = context.robot.clone();
         for mount in &mut robot.legs {
@@ -120,27 +125,27 @@ fn with_pushing_joints() -> Registry {
             ..*context
         })
     };
-    let about = "friction that pushes";
+    let about = "negative friction";
     Registry::standard()
         .with_plant(PlantKind::new("massless", about, massless))
         .with_plant(PlantKind::new("lcp", about, lcp))
 }
 
 #[test]
-fn friction_that_gives_energy_ends_a_run_in_every_plant() {
-    let registry = with_pushing_joints();
+fn energy_gain_by_friction_ends_the_run_in_every_plant() {
+    let registry = with_negative_friction();
     for model in ["massless", "lcp"] {
-        let scene = Scene {
+        let fixture = TrotFixture {
             model,
-            ..Scene::default()
+            ..TrotFixture::default()
         };
-        let assembly = scene.assembly(&registry);
+        let assembly = fixture.assembly(&registry);
         let mut rig = match assembly.rig() {
             Ok(rig) => rig,
             Err(error) => panic!("{error}"),
         };
         let error = rig.run_until(assembly.end(), &mut ()).unwrap_err();
-        let told = error.to_string();
-        assert!(told.contains("friction has given"), "{model}: {told}");
+        let message = error.to_string();
+        assert!(message.contains("friction has given"), "{model}: {message}");
     }
 }

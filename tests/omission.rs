@@ -1,62 +1,63 @@
-//! Leaving out what nothing needs changes no other byte of the run.
+//! Omitting unneeded parts changes no other byte of the run.
 
 use twinrig::Registry;
 use twinrig_record::{Comparison, Recording, first_divergence};
-use twinrig_tests::{Scene, record};
+use twinrig_tests::{TrotFixture, record};
 
-fn recording(scene: &Scene, name: &str) -> Recording {
+fn recording(fixture: &TrotFixture, name: &str) -> Recording {
     let registry = Registry::standard();
-    let (report, bytes) = record(&scene.assembly(&registry), name);
+    let (report, bytes) = record(&fixture.assembly(&registry), name);
     assert_eq!(report.error, None);
     Recording::from_bytes(bytes).unwrap()
 }
 
-fn compare(whole: &Scene, lean: &Scene, name: &str) -> Comparison {
-    let whole = recording(whole, &format!("{name}-whole"));
-    let lean = recording(lean, &format!("{name}-lean"));
-    let comparison = first_divergence(&whole, &lean);
+fn compare(complete: &TrotFixture, reduced: &TrotFixture, name: &str) -> Comparison {
+    let complete = recording(complete, &format!("{name}-whole"));
+    let reduced = recording(reduced, &format!("{name}-lean"));
+    let comparison = first_divergence(&complete, &reduced);
     assert!(comparison.equal_samples > 0 && comparison.signals > 0);
-    assert!(!comparison.only_in_a.is_empty(), "nothing was left out");
+    assert!(!comparison.only_in_a.is_empty(), "nothing was omitted");
     assert_eq!(comparison.only_in_b, Vec::<String>::new());
     comparison
 }
 
-/// Signals that are not recorded, sensors that nobody reads among them.
-const LEAN: &str = "signals = [\"body/*\", \"leg/LF/hip/*\"]\nframes = \"0 Hz\"";
+/// Records few signals and no frames; the sensors without a reader are not recorded.
+const REDUCED: &str = "signals = [\"body/*\", \"leg/LF/hip/*\"]\nframes = \"0 Hz\"";
 
 #[test]
-fn signals_that_nobody_needs_are_not_computed_and_no_other_changes() {
-    let whole = Scene::default();
-    let lean = Scene {
-        record: LEAN,
-        ..whole.clone()
+fn unneeded_signals_are_not_computed_and_others_unchanged() {
+    let complete = TrotFixture::default();
+    let reduced = TrotFixture {
+        record: REDUCED,
+        ..complete.clone()
     };
     let registry = Registry::standard();
-    let [full, lean_full] = [whole.clone(), lean.clone()].map(Scene::of_full_legs);
+    let [complete_legs, reduced_legs] =
+        [complete.clone(), reduced.clone()].map(TrotFixture::with_leg_inertia);
     assert_eq!(
-        compare(&full, &lean_full, "signals-of-full-legs").first,
+        compare(&complete_legs, &reduced_legs, "signals-of-full-legs").first,
         None
     );
-    let wanted = lean.assembly(&registry).scene().wanted.clone();
+    let wanted = reduced.assembly(&registry).scene().wanted.clone();
     assert!(
         wanted
             .iter()
             .all(|name| name.starts_with("body/") || name.starts_with("leg/LF/hip/")),
         "{wanted:?}"
     );
-    assert_eq!(compare(&whole, &lean, "signals").first, None);
+    assert_eq!(compare(&complete, &reduced, "signals").first, None);
 }
 
 #[test]
-fn a_ground_sensor_that_nobody_reads_is_left_out_and_says_so() {
-    let whole = Scene::default();
+fn unread_ground_sensor_is_omitted_and_reported() {
+    let complete = TrotFixture::default();
     let signals = "signals = [\"body/*\", \"energy/*\", \"leg/*/angles\", \"leg/*/hip/*\", \"leg/*/foot/position\"]";
-    let lean = Scene {
+    let reduced = TrotFixture {
         record: signals,
-        ..whole.clone()
+        ..complete.clone()
     };
     let registry = Registry::standard();
-    let assembly = lean.assembly(&registry);
+    let assembly = reduced.assembly(&registry);
     let left_out = &assembly.scene().left_out;
     let sensor = left_out
         .iter()
@@ -74,7 +75,7 @@ fn a_ground_sensor_that_nobody_reads_is_left_out_and_says_so() {
             .iter()
             .any(|name| name.ends_with("foot/load"))
     );
-    let comparison = compare(&whole, &lean, "sensor");
+    let comparison = compare(&complete, &reduced, "sensor");
     assert_eq!(comparison.first, None);
     assert!(
         comparison
@@ -84,25 +85,26 @@ fn a_ground_sensor_that_nobody_reads_is_left_out_and_says_so() {
 }
 
 #[test]
-fn a_leg_that_is_taken_out_changes_no_byte_of_the_others() {
-    // Legs of a held trunk meet nowhere, on the ground neither. Energies are sums over all of them.
+fn omitted_leg_changes_no_byte_of_the_others() {
+    // Legs of a fixed trunk without ground contact do not interact. Energies are sums over all
+    // legs.
     let record = "signals = [\"body/*\", \"leg/**\"]";
-    let whole = Scene {
+    let complete = TrotFixture {
         base: "fixed",
         record,
-        ..Scene::default()
+        ..TrotFixture::default()
     };
-    let lean = Scene {
+    let reduced = TrotFixture {
         legs: &["LF", "LH", "RH"],
-        ..whole.clone()
+        ..complete.clone()
     };
     let registry = Registry::standard();
-    let left_out = lean.assembly(&registry).scene().left_out.clone();
+    let left_out = reduced.assembly(&registry).scene().left_out.clone();
     assert!(
         left_out.iter().any(|part| part.part.contains("leg")),
         "{left_out:?}"
     );
-    let comparison = compare(&whole, &lean, "leg");
+    let comparison = compare(&complete, &reduced, "leg");
     assert_eq!(comparison.first, None);
     assert!(
         comparison
@@ -115,17 +117,17 @@ fn a_leg_that_is_taken_out_changes_no_byte_of_the_others() {
 }
 
 #[test]
-fn poses_that_are_not_recorded_change_no_byte() {
-    let whole = Scene::default();
-    let lean = Scene {
+fn unrecorded_poses_change_no_byte() {
+    let complete = TrotFixture::default();
+    let reduced = TrotFixture {
         record: "frames = \"0 Hz\"",
-        ..whole.clone()
+        ..complete.clone()
     };
-    let (whole, lean) = (
-        recording(&whole, "poses-whole"),
-        recording(&lean, "poses-lean"),
+    let (complete, reduced) = (
+        recording(&complete, "poses-whole"),
+        recording(&reduced, "poses-lean"),
     );
-    let comparison = first_divergence(&whole, &lean);
+    let comparison = first_divergence(&complete, &reduced);
     assert_eq!((comparison.first, comparison.only_in_a.len()), (None, 0));
-    assert_eq!(whole.fingerprint(), lean.fingerprint());
+    assert_eq!(complete.fingerprint(), reduced.fingerprint());
 }

@@ -1,5 +1,5 @@
-//! Ten million bytes through everything that parses: random ones, and traffic that was damaged. Nobody panics, and nothing is
-//! taken for a packet whose checksum is wrong. The checksums are calculated anew here.
+//! Ten million bytes through each parser: random bytes and damaged traffic. No parser panics or
+//! accepts a packet with a wrong checksum; checksums are recomputed independently here.
 
 use twinrig_kernel::{HostTime, SimDuration, SimTime, Stream, stream};
 use twinrig_optoforce::OptoForce;
@@ -16,23 +16,23 @@ use twinrig_sbcp::{
 };
 use twinrig_wire::{Arrivals, FrameMatch, Framer, Piece};
 
-/// Bytes that each of the parties of SBCP hears, and each of the other parsers.
+/// Number of bytes received by each participant of SBCP, and by the other parsers.
 const SBCP_BYTES: u64 = 10_000_000;
 const OTHER_BYTES: u64 = 10_000_000;
 
-/// Makes bursts of bytes: noise, or good packets of which some bytes were changed, lost or added.
-struct Mangler {
+/// Generator of bursts: noise, or valid packets with altered, lost or inserted bytes.
+struct BurstGenerator {
     random: Stream,
-    good: Vec<Vec<u8>>,
+    valid: Vec<Vec<u8>>,
     burst: Vec<u8>,
 }
 
-impl Mangler {
-    fn new(name: &str, good: Vec<Vec<u8>>) -> Self {
+impl BurstGenerator {
+    fn new(name: &str, valid: Vec<Vec<u8>>) -> Self {
         let (random, burst) = (stream(1, name), Vec::new());
         Self {
             random,
-            good,
+            valid,
             burst,
         }
     }
@@ -52,8 +52,8 @@ impl Mangler {
             return &self.burst;
         }
         for _ in 0..=self.below(3) {
-            let which = self.below(self.good.len());
-            self.burst.extend_from_slice(&self.good[which]);
+            let which = self.below(self.valid.len());
+            self.burst.extend_from_slice(&self.valid[which]);
         }
         for _ in 0..self.below(4) {
             let (at, end) = (self.below(self.burst.len()), self.burst.len());
@@ -61,19 +61,19 @@ impl Mangler {
                 0 => self.burst[at] ^= 1 << self.below(8),
                 1 => self.burst[at] = self.random.bits().to_le_bytes()[0],
                 2 if end > 1 => drop(self.burst.remove(at)),
-                // A whole header's worth of hope.
-                _ => self.burst.insert(at, self.good[0][0]),
+                // Insertion of a header byte.
+                _ => self.burst.insert(at, self.valid[0][0]),
             }
         }
         &self.burst
     }
 }
 
-/// What was heard last: as much as any of them can still have in mind.
+/// Most recently received bytes, at least as many as any participant can buffer.
 #[derive(Default)]
-struct Heard(Vec<u8>);
+struct ReceivedBytes(Vec<u8>);
 
-impl Heard {
+impl ReceivedBytes {
     fn receive(&mut self, bytes: &[u8]) {
         if self.0.len() > 400 {
             self.0.drain(..self.0.len() - 200);
@@ -81,7 +81,7 @@ impl Heard {
         self.0.extend_from_slice(bytes);
     }
 
-    /// Whether a packet of SBCP with a right checksum is among it, with that code and payload.
+    /// Whether they contain a valid SBCP packet with this address, code and payload.
     fn has(&self, to: Address, code: u8, payload: &[u8]) -> bool {
         let len = payload.len() + 6;
         self.0.windows(len).any(|bytes| {
@@ -97,24 +97,24 @@ impl Heard {
     }
 }
 
-/// The sum of every byte but header and itself.
+/// Whether the checksum, the sum of all bytes except the header and itself, is right.
 fn is_right(packet: &[u8]) -> bool {
-    let (last, said) = packet.split_last().unwrap();
-    let sum: u32 = said[1..].iter().map(|byte| u32::from(*byte)).sum();
+    let (last, content) = packet.split_last().unwrap();
+    let sum: u32 = content[1..].iter().map(|byte| u32::from(*byte)).sum();
     sum % 256 == u32::from(*last)
 }
 
-fn own() -> Address {
+fn board_address() -> Address {
     Address::new(CLASS_MOTORDRIVER, 1).unwrap()
 }
 
 fn request() -> Request {
-    Request::new(own(), Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap()
+    Request::new(board_address(), Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap()
 }
 
-/// Requests and answers as they go over a bus.
+/// Requests and answers on a bus.
 fn traffic() -> Vec<Vec<u8>> {
-    let mut good = Vec::new();
+    let mut valid = Vec::new();
     for id in 1..=4 {
         let board = Address::new(CLASS_MOTORDRIVER, id).unwrap();
         for (instruction, payload) in [
@@ -127,33 +127,33 @@ fn traffic() -> Vec<Vec<u8>> {
             Request::new(board, instruction, payload)
                 .unwrap()
                 .emit(&mut bytes);
-            good.push(bytes);
+            valid.push(bytes);
         }
         for payload in [&[0xFF; 16][..], &[7; 16], &[]] {
             let mut bytes = Vec::new();
             Response::new(board, ErrorCode::OK, payload)
                 .unwrap()
                 .emit(&mut bytes);
-            good.push(bytes);
+            valid.push(bytes);
         }
     }
-    good
+    valid
 }
 
-/// Everybody who hears SBCP, and how many packets each has taken for good.
-struct Parties {
+/// All participants of SBCP, and the number of packets accepted by each.
+struct Participants {
     parser: Parser,
     slave: Slave,
     controller: Controller,
     master: Master,
-    heard: Heard,
-    said: Vec<u8>,
+    received: ReceivedBytes,
+    tx: Vec<u8>,
     arrivals: Arrivals,
     accepted: [u64; 4],
     wrong: u64,
 }
 
-impl Parties {
+impl Participants {
     fn new() -> Self {
         let config = SlaveConfig {
             low_latency_request: Some(4),
@@ -166,21 +166,21 @@ impl Parties {
             slave,
             controller: Controller::new(ControllerConfig::default()).unwrap(),
             master: Master::new(MasterConfig::new(Topology::Controller)),
-            heard: Heard::default(),
-            said: Vec::new(),
+            received: ReceivedBytes::default(),
+            tx: Vec::new(),
             arrivals: Arrivals::default(),
             accepted: [0; 4],
             wrong: 0,
         }
     }
 
-    fn judge(&mut self, who: usize, right: bool) {
-        self.accepted[who] += 1;
+    fn count_accepted(&mut self, participant: usize, right: bool) {
+        self.accepted[participant] += 1;
         self.wrong += u64::from(!right);
     }
 
     fn receive(&mut self, piece: Piece<'_>, link: bool) {
-        self.heard.receive(piece.bytes);
+        self.received.receive(piece.bytes);
         let mut rest = piece.bytes;
         let (mut found, mut wrong) = (0, 0);
         while let Some(packet) = self.parser.next(&mut rest) {
@@ -189,31 +189,33 @@ impl Parties {
         }
         self.accepted[0] += found;
         self.wrong += wrong;
-        self.slave_hears(piece);
-        self.controller_hears(piece, link);
-        self.master_hears(piece);
+        self.slave_receive(piece);
+        self.controller_receive(piece, link);
+        self.master_receive(piece);
     }
 
-    fn slave_hears(&mut self, piece: Piece<'_>) {
+    fn slave_receive(&mut self, piece: Piece<'_>) {
         self.slave.receive(piece);
         while let Some(event) = self.slave.poll_event() {
             if let SlaveEvent::LowLatency { payload, .. } = event {
                 let broadcast = |class, id| Address::new(class, id).unwrap();
-                let mine = [
-                    own(),
+                let board_addresses = [
+                    board_address(),
                     broadcast(0xFE, 1),
                     broadcast(1, 0xFE),
                     broadcast(0xFE, 0xFE),
                 ];
-                let right = mine.iter().any(|to| self.heard.has(*to, 0x10, &payload));
-                self.judge(1, right);
+                let right = board_addresses
+                    .iter()
+                    .any(|to| self.received.has(*to, 0x10, &payload));
+                self.count_accepted(1, right);
             }
         }
-        self.said.clear();
-        self.slave.poll_transmit(&mut self.said);
+        self.tx.clear();
+        self.slave.poll_transmit(&mut self.tx);
     }
 
-    fn controller_hears(&mut self, piece: Piece<'_>, link: bool) {
+    fn controller_receive(&mut self, piece: Piece<'_>, link: bool) {
         let now = piece.last();
         if self.controller.poll_timeout().is_some_and(|due| due < now) {
             self.controller.handle_timeout(now);
@@ -229,47 +231,47 @@ impl Parties {
         self.controller.poll_link(&mut self.arrivals);
         for _ in before..self.controller.counters().answers {
             let any = (6..=32).any(|len| {
-                let packets = self.heard.0.windows(len);
+                let packets = self.received.0.windows(len);
                 packets.into_iter().any(|bytes| {
                     bytes[0] == 0xFF && usize::from(bytes[3]) + 4 == len && is_right(bytes)
                 })
             });
-            self.judge(2, any);
+            self.count_accepted(2, any);
         }
     }
 
-    fn master_hears(&mut self, piece: Piece<'_>) {
-        // Its time runs faster, so that it comes to see the line quiet.
+    fn master_receive(&mut self, piece: Piece<'_>) {
+        // Accelerated time, so that the quiet time of the master elapses.
         let now = HostTime::from_nanos(100 * piece.last().as_nanos());
         self.master.handle_timeout(now);
         if !self.master.is_busy() {
             self.master.cycle(now, &[request()]).unwrap();
         }
-        self.said.clear();
-        self.master.poll_transmit(&mut self.said);
+        self.tx.clear();
+        self.master.poll_transmit(&mut self.tx);
         self.master.handle_bytes(now, piece.bytes);
         if !self.master.is_busy() {
             let outcomes = self.master.outcomes().to_vec();
             for payload in outcomes.iter().flatten() {
-                let right = self.heard.has(own(), 0, payload);
-                self.judge(3, right);
+                let right = self.received.has(board_address(), 0, payload);
+                self.count_accepted(3, right);
             }
         }
     }
 }
 
 #[test]
-fn ten_million_damaged_and_random_bytes_make_nobody_on_sbcp_panic_or_take_a_wrong_checksum() {
-    let mut mangler = Mangler::new("sbcp", traffic());
-    let mut parties = Parties::new();
+fn sbcp_participants_reject_wrong_checksums_without_panic() {
+    let mut generator = BurstGenerator::new("sbcp", traffic());
+    let mut participants = Participants::new();
     let (mut now, mut bytes) = (SimTime::ZERO, 0);
     while bytes < SBCP_BYTES {
         let (pause, spacing) = (
-            mangler.below(60) as u64,
-            3 * u64::from(mangler.below(20) > 0),
+            generator.below(60) as u64,
+            3 * u64::from(generator.below(20) > 0),
         );
-        let link = mangler.below(2) == 0;
-        let burst = mangler.next();
+        let link = generator.below(2) == 0;
+        let burst = generator.next();
         let piece = Piece {
             first: now + SimDuration::from_micros(3 + pause),
             spacing: SimDuration::from_micros(spacing),
@@ -278,18 +280,21 @@ fn ten_million_damaged_and_random_bytes_make_nobody_on_sbcp_panic_or_take_a_wron
         };
         now = piece.last();
         bytes += burst.len() as u64;
-        parties.receive(piece, link);
+        participants.receive(piece, link);
     }
-    println!("{bytes} bytes each; packets taken: {:?}", parties.accepted);
-    assert!(
-        parties.accepted.iter().all(|taken| *taken > 100),
-        "{:?}",
-        parties.accepted
+    println!(
+        "{bytes} bytes each; packets accepted: {:?}",
+        participants.accepted
     );
-    assert_eq!(parties.wrong, 0);
+    assert!(
+        participants.accepted.iter().all(|taken| *taken > 100),
+        "{:?}",
+        participants.accepted
+    );
+    assert_eq!(participants.wrong, 0);
 }
 
-/// CRC-16/IBM-3740, a byte at a time.
+/// CRC-16/IBM-3740, bytewise.
 fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc: u16, byte| {
         let mut x = (crc >> 8) as u8 ^ byte;
@@ -300,32 +305,33 @@ fn crc(bytes: &[u8]) -> u16 {
 }
 
 fn has_crc(frame: &[u8]) -> bool {
-    let (said, found) = frame.split_at(frame.len() - 2);
-    crc(said).to_le_bytes() == found
+    let (content, found) = frame.split_at(frame.len() - 2);
+    crc(content).to_le_bytes() == found
 }
 
 fn has_sum(frame: &[u8]) -> bool {
-    let (said, found) = frame.split_at(frame.len() - 2);
-    let sum: u32 = said.iter().map(|byte| u32::from(*byte)).sum();
+    let (content, found) = frame.split_at(frame.len() - 2);
+    let sum: u32 = content.iter().map(|byte| u32::from(*byte)).sum();
     (sum % 65_536).to_be_bytes()[2..] == *found
 }
 
-/// Frames of a parser whose checksum is right, and wrong; the driver hears the same bytes.
+/// Numbers of frames with right and wrong checksum accepted by a parser; the driver receives the
+/// same bytes.
 fn frames(
     name: &str,
-    good: Vec<Vec<u8>>,
+    valid: Vec<Vec<u8>>,
     match_frame: fn(&[u8]) -> FrameMatch,
     right: fn(&[u8]) -> bool,
     driver: &mut dyn Driver,
 ) -> [u64; 2] {
-    let mut mangler = Mangler::new(name, good);
+    let mut generator = BurstGenerator::new(name, valid);
     let mut framer = Framer::new(match_frame);
-    let (mut bytes, mut found, mut said) = (0, [0; 2], Vec::new());
+    let (mut bytes, mut found, mut tx) = (0, [0; 2], Vec::new());
     let mut now = HostTime::from_nanos(0);
     driver.open(now);
     while bytes < OTHER_BYTES / 3 {
-        let pause = mangler.below(20_000_000) as u64;
-        let burst = mangler.next();
+        let pause = generator.below(20_000_000) as u64;
+        let burst = generator.next();
         bytes += burst.len() as u64;
         framer.push(burst);
         while let Some(frame) = framer.next_frame() {
@@ -334,8 +340,8 @@ fn frames(
         now = HostTime::from_nanos(now.as_nanos() + pause);
         driver.handle_bytes(now, burst);
         driver.handle_timeout(now);
-        said.clear();
-        while driver.poll_transmit(&mut said) {}
+        tx.clear();
+        while driver.poll_transmit(&mut tx) {}
         match driver.poll_transfer() {
             Ok(Transfer::Done) => driver.begin(now, &[0.1]),
             Ok(Transfer::Busy) => {}
@@ -354,7 +360,7 @@ fn encoded(encode: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
 }
 
 #[test]
-fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wrong_checksum() {
+fn frame_parsers_reject_wrong_checksums_without_panic() {
     let servos = |sequence| rb110::Request {
         sequence,
         twice: sequence == 2,
@@ -366,7 +372,7 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
         replaced: false,
         counts: [Some(512); 8],
     };
-    let good = (0..3).flat_map(|n| {
+    let valid = (0..3).flat_map(|n| {
         [
             encoded(|bytes| servos(n).encode(bytes)),
             encoded(|bytes| answers(n).encode(bytes)),
@@ -377,7 +383,7 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
         .unwrap();
     let rb110 = frames(
         "rb110",
-        good.collect(),
+        valid.collect(),
         rb110::match_frame,
         has_crc,
         &mut driver,
@@ -391,18 +397,19 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
         };
         encoded(|bytes| data.encode(bytes))
     });
-    let told = encoded(|bytes| optoforce::Message::Acknowledgement { status: 0 }.encode(bytes));
-    let good = data.chain([told]).collect();
+    let acknowledgement =
+        encoded(|bytes| optoforce::Message::Acknowledgement { status: 0 }.encode(bytes));
+    let valid = data.chain([acknowledgement]).collect();
     let mut driver = OptoForce::new("optoforce", "force").driver().unwrap();
     let optoforce = frames(
         "optoforce",
-        good,
+        valid,
         optoforce::match_frame,
         has_sum,
         &mut driver,
     );
 
-    let good = [
+    let valid = [
         phidget::Message::Accepted { done: true },
         phidget::Message::Bridge {
             sequence: 1,
@@ -414,11 +421,11 @@ fn ten_million_damaged_and_random_bytes_make_no_other_parser_panic_or_take_a_wro
             readings: [500; 8],
         },
     ];
-    let good = good.map(|message| encoded(|bytes| message.encode(bytes)));
+    let valid = valid.map(|message| encoded(|bytes| message.encode(bytes)));
     let mut driver = Phidget::new("bridge", Board::default()).driver().unwrap();
     let phidget = frames(
         "phidget",
-        good.into(),
+        valid.into(),
         phidget::match_frame,
         has_crc,
         &mut driver,

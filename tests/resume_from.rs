@@ -1,4 +1,4 @@
-//! One plant goes on from where another is: the robot is then in the same place, moving in the same way.
+//! A plant resumes from the state of another: position and motion of the robot are then the same.
 
 use proptest::prelude::*;
 use twinrig::Registry;
@@ -6,7 +6,7 @@ use twinrig::kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig::runtime::Plant;
 use twinrig_legged::{Base, Drives, Setup, Start};
 use twinrig_robot::{Robot, RobotFile, Servo};
-use twinrig_tests::Scene;
+use twinrig_tests::TrotFixture;
 
 const SERVO: Servo = Servo {
     torque: 4.0,
@@ -18,8 +18,9 @@ const SERVO: Servo = Servo {
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
-/// Feet are found by two closed forms, from angles or from where they are kept; rounding alone tells them apart \[m\].
-const SAME: f64 = 1e-9;
+/// Tolerance \[m\]: foot positions are computed by two closed forms, from angles or from stored
+/// positions, which differ by rounding only.
+const TOLERANCE: f64 = 1e-9;
 
 fn robot() -> Robot {
     let text = include_str!("../robots/cheetah-cub.toml");
@@ -29,7 +30,7 @@ fn robot() -> Robot {
         .unwrap()
 }
 
-/// The robot so high above the ground, or on it.
+/// The robot at height `fall` above the ground.
 fn setup(fall: f64) -> Setup {
     let terrain = twinrig_contact::Terrain::StepDown {
         at: -10.0,
@@ -66,8 +67,8 @@ fn massless(setup: &Setup) -> Box<dyn Plant> {
     Box::new(twinrig_massless::Massless::new(&robot(), &options, &|_| true).unwrap())
 }
 
-/// What a plant shows that is of its motion and not of its forces.
-fn seen(plant: &mut dyn Plant) -> Vec<(String, Vec<f64>)> {
+/// Outputs of a plant that describe motion, not forces.
+fn motion_outputs(plant: &mut dyn Plant) -> Vec<(String, Vec<f64>)> {
     let layout = Layout::of(&plant.ports(), Direction::Output);
     let mut outputs = vec![0.0; layout.len()];
     plant.observe(&mut outputs);
@@ -87,8 +88,8 @@ fn seen(plant: &mut dyn Plant) -> Vec<(String, Vec<f64>)> {
         .collect()
 }
 
-/// Holds the drives at commands that are off by `swing` and moves on to `ms`.
-fn moved(plant: &mut dyn Plant, swing: [f64; 2], ms: u64) -> Result<(), TestCaseError> {
+/// Advances to `ms` with drive commands offset by `swing`.
+fn advance_to(plant: &mut dyn Plant, swing: [f64; 2], ms: u64) -> Result<(), TestCaseError> {
     let inputs = Layout::of(&plant.ports(), Direction::Input).len();
     let mut commands = vec![0.0; inputs];
     plant.first_inputs(&mut commands);
@@ -104,9 +105,9 @@ fn moved(plant: &mut dyn Plant, swing: [f64; 2], ms: u64) -> Result<(), TestCase
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// In flight, landing and in stance, either way round and through either's own words.
+    /// In flight, at landing and in stance, in both directions and between plants of the same kind.
     #[test]
-    fn the_robot_is_where_it_was_in_another_plant(
+    fn resumed_plant_has_the_same_motion(
         fall in prop_oneof![Just(0.0), 0.0..0.3_f64],
         swing in [-0.2..0.2_f64, 0.0..0.2],
         ms in 1..250_u64,
@@ -119,19 +120,20 @@ proptest! {
             2 => [massless(&setup), massless(&setup)],
             _ => [lcp(&setup), lcp(&setup)],
         };
-        moved(&mut *from, swing, ms)?;
+        advance_to(&mut *from, swing, ms)?;
         let state = from.state().unwrap();
         prop_assert_eq!(to.resume_from(&state).unwrap(), Vec::<String>::new());
-        for ((name, a), (_, b)) in seen(&mut *from).into_iter().zip(seen(&mut *to)) {
-            // Speeds come by way of lever arms below a metre, angles by arc tangents: as near as places.
+        for ((name, a), (_, b)) in motion_outputs(&mut *from).into_iter().zip(motion_outputs(&mut *to)) {
+            // Speeds involve lever arms below a metre, angles arc tangents: the tolerance of
+            // positions applies.
             for (a, b) in a.iter().zip(&b) {
-                prop_assert!((a - b).abs() < SAME, "{name}: {a} and {b}");
+                prop_assert!((a - b).abs() < TOLERANCE, "{name}: {a} and {b}");
             }
         }
         let balance = to.energy();
         prop_assert_eq!((balance.residual, balance.exchanged, balance.impact), (0.0, 0.0, 0.0));
         prop_assert!(balance.stored().is_finite());
-        // It can go on from there, for as long as nothing is out of the ordinary.
+        // The plant can advance from there.
         let mut inputs = vec![0.0; Layout::of(&to.ports(), Direction::Input).len()];
         to.first_inputs(&mut inputs);
         let next = state.time + SimDuration::from_millis(2);
@@ -140,12 +142,12 @@ proptest! {
 }
 
 #[test]
-fn a_leg_that_no_foot_tells_the_pose_of_is_refused_with_the_reason() {
+fn leg_pose_not_determined_by_the_foot_is_rejected() {
     let setup = setup(0.0);
     let mut plant = massless(&setup);
     let state = plant.state().unwrap();
     let angles = state.get("leg/LH/angles").unwrap();
-    // The ankle straight, and bent back.
+    // Ankle straight, and bent backwards.
     for third in [angles[1], angles[1] - 0.3] {
         let before = plant.save();
         let bent = state
@@ -159,35 +161,38 @@ fn a_leg_that_no_foot_tells_the_pose_of_is_refused_with_the_reason() {
 }
 
 #[test]
-fn a_rig_goes_on_with_another_plant_from_one_snapshot() {
+fn rig_continues_with_another_plant_from_a_snapshot() {
     let registry = Registry::standard();
-    let assembly = Scene::default().assembly(&registry);
+    let assembly = TrotFixture::default().assembly(&registry);
     let at = |ms| SimTime::ZERO + SimDuration::from_millis(ms);
     let mut rig = assembly.rig().unwrap();
     rig.run_until(at(300), &mut ()).unwrap();
-    let saved = rig.save();
+    let snapshot = rig.save();
     let restored = || {
         let mut rig = assembly.rig().unwrap();
-        rig.restore(&saved).unwrap();
+        rig.restore(&snapshot).unwrap();
         rig
     };
-    // With a leg less it has other ports: refused, and all goes on as if nobody had tried.
-    let mut tried = restored();
+    // A plant with a leg less has other ports: it is rejected, and the rig continues unchanged.
+    let mut unchanged = restored();
     let fewer = Setup {
         legs: LEGS[..3].iter().map(|leg| (*leg).to_owned()).collect(),
         ..setup(0.0)
     };
-    let error = tried.exchange_plant(lcp(&fewer)).unwrap_err();
-    let told = error.to_string();
+    let error = unchanged.exchange_plant(lcp(&fewer)).unwrap_err();
+    let message = error.to_string();
     assert!(
-        told.contains("lcp cannot take the place of massless: where that has leg/"),
-        "{told}"
+        message.contains("lcp cannot take the place of massless: where that has leg/"),
+        "{message}"
     );
-    assert_eq!((tried.save() == saved, tried.exchanged()), (true, None));
+    assert_eq!(
+        (unchanged.save() == snapshot, unchanged.exchanged()),
+        (true, None)
+    );
     rig.run_until(at(400), &mut ()).unwrap();
-    tried.run_until(at(400), &mut ()).unwrap();
-    assert_eq!(rig.save(), tried.save());
-    // With the same ports it goes on, and is a rig of another make.
+    unchanged.run_until(at(400), &mut ()).unwrap();
+    assert_eq!(rig.save(), unchanged.save());
+    // With the same ports the exchange succeeds; snapshots of the two rigs are incompatible.
     let mut exchanged = restored();
     let lost = exchanged.exchange_plant(lcp(&setup(0.0))).unwrap();
     assert_eq!(lost, Vec::<String>::new());
@@ -197,7 +202,7 @@ fn a_rig_goes_on_with_another_plant_from_one_snapshot() {
     let state = exchanged.plant().state().unwrap();
     let height = state.get("body/position").unwrap()[2];
     let before = rig.plant().state().unwrap();
-    // A tenth of a second later the two still walk at the same height, to a centimetre.
+    // A tenth of a second later both walk at the same height, to a centimetre.
     assert!(
         (height - before.get("body/position").unwrap()[2]).abs() < 0.01,
         "{height}"

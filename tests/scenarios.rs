@@ -1,4 +1,4 @@
-//! The scenarios of the repository do what their expectations say.
+//! The scenarios of the repository meet their expectations.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use twinrig::{Assembly, Execution, Registry, execute};
 use twinrig_tests::{scenarios, scenarios_in};
 
 #[test]
-fn every_scenario_is_sound_and_expects_something() {
+fn every_scenario_is_valid_and_has_expectations() {
     let registry = Registry::standard();
     let paths = [scenarios_in(""), scenarios_in("thesis")].concat();
     assert!(paths.len() >= 15);
@@ -36,7 +36,7 @@ fn scenario(name: &str) -> PathBuf {
 }
 
 #[test]
-fn a_controller_that_commands_legs_without_drives_is_told_that_nothing_takes_its_commands() {
+fn commands_to_legs_without_drives_are_an_error() {
     let registry = Registry::standard();
     let text = r#"
         robot = "cheetah-cub"
@@ -51,14 +51,17 @@ fn a_controller_that_commands_legs_without_drives_is_told_that_nothing_takes_its
     let assembly = Assembly::of_texts(&registry, text, robot, &[]);
     let error = assembly.and_then(|assembly| assembly.rig().map(drop));
     let error = error.unwrap_err();
-    let told = error.to_string();
-    assert!(told.contains("nothing takes `leg/LF/hip/command"), "{told}");
+    let message = error.to_string();
+    assert!(
+        message.contains("nothing takes `leg/LF/hip/command"),
+        "{message}"
+    );
 }
 
 #[test]
-fn ground_gives_back_what_the_scenario_says() {
+fn ground_restitution_is_that_of_the_scenario() {
     let registry = Registry::standard();
-    let stays = |plant: &str, restitution: &str| {
+    let lands = |plant: &str, restitution: &str| {
         let settings = [
             setting("plant.model", &format!("{plant:?}")),
             setting("plant.ground.restitution", restitution),
@@ -72,22 +75,22 @@ fn ground_gives_back_what_the_scenario_says() {
         lands.unwrap().holds()
     };
     for plant in ["lcp", "massless"] {
-        assert!(stays(plant, "0.0") && !stays(plant, "0.9"), "{plant}");
+        assert!(lands(plant, "0.0") && !lands(plant, "0.9"), "{plant}");
     }
 }
 
 #[test]
-fn a_start_beyond_a_stop_is_an_error_that_says_by_how_much() {
+fn start_beyond_a_stop_is_an_error_with_the_excess() {
     let registry = Registry::standard();
     let settings = [setting("plant.start.q3", "\"8 deg\"")];
     let error = Assembly::of_file(&registry, &scenario("passive-legs"), &settings).err();
-    let told = error.unwrap().to_string();
-    assert!(told.contains("m beyond the stop Closed"), "{told}");
+    let message = error.unwrap().to_string();
+    assert!(message.contains("m beyond the stop Closed"), "{message}");
 }
 
-/// The thesis reports more than 80 % of success.
+/// The thesis reports a success rate of more than 80 %.
 #[test]
-fn a_blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
+fn blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
     const STRIDE_M: f64 = 0.951 / 3.64;
     let registry = Registry::standard();
     let path = scenario("step-down");
@@ -116,9 +119,9 @@ fn a_blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
     assert!(phases_stood.len() >= 8, "{phases_stood:?}");
 }
 
-/// Counters that nothing was ever counted in read 0, which many an expectation would take for good.
+/// Counters read 0 before the devices are ready, which many expectations would accept.
 #[test]
-fn a_run_that_ends_before_its_devices_are_ready_is_an_error() {
+fn run_ending_before_its_devices_are_ready_is_an_error() {
     let registry = Registry::standard();
     let text = r#"
         robot = "oncilla"
@@ -139,9 +142,9 @@ fn a_run_that_ends_before_its_devices_are_ready_is_an_error() {
 }
 
 #[test]
-fn a_bus_that_is_told_what_it_cannot_do_says_so() {
+fn unsupported_bus_options_are_reported() {
     let registry = Registry::standard();
-    for (topology, key, value, says) in [
+    for (topology, key, value, expected) in [
         ("direct", "gap", "\"3 us\"", "`gap` says"),
         (
             "direct",
@@ -164,6 +167,6 @@ fn a_bus_that_is_told_what_it_cannot_do_says_so() {
         let error = Assembly::of_file(&registry, &path, &settings)
             .err()
             .unwrap();
-        assert!(error.to_string().contains(says), "{error}");
+        assert!(error.to_string().contains(expected), "{error}");
     }
 }

@@ -1,5 +1,6 @@
-//! Drivers of servo board, force sensor, bridge and interface kit hear arbitrary bytes, in arbitrary pieces and at arbitrary
-//! times: none may panic, and none may ask to be woken in the past for ever.
+//! Drivers of servo board, force sensor, bridge and interface kit under arbitrary bytes, in
+//! arbitrary pieces and at arbitrary times: no panic, and no endless sequence of time-outs in the
+//! past.
 
 #![no_main]
 
@@ -30,14 +31,14 @@ fuzz_target!(|data: &[u8]| {
     let Some(mut drivers) = drivers() else {
         return;
     };
-    let mut said = Vec::new();
+    let mut transmitted = Vec::new();
     for driver in &mut drivers {
         let mut data = data;
         let mut now = HostTime::from_nanos(0);
         driver.open(now);
         while let Some((&[length, pause_ms], rest)) = data.split_first_chunk() {
-            let (bytes, behind) = rest.split_at(rest.len().min(usize::from(length)));
-            data = behind;
+            let (bytes, remaining) = rest.split_at(rest.len().min(usize::from(length)));
+            data = remaining;
             now = HostTime::from_nanos(now.as_nanos() + 1_000_000 * u64::from(pause_ms));
             driver.handle_bytes(now, bytes);
             let mut woken = 0;
@@ -46,11 +47,11 @@ fuzz_target!(|data: &[u8]| {
                 woken += 1;
                 assert!(
                     woken < 10,
-                    "{} wants to be woken without end",
+                    "{} sets time-outs in the past without end",
                     driver.name()
                 );
             }
-            while driver.poll_transmit(&mut said) {}
+            while driver.poll_transmit(&mut transmitted) {}
             if driver.poll_transfer() == Ok(twinrig_runtime::Transfer::Done) {
                 driver.begin(now, &[0.1]);
             }

@@ -1,5 +1,5 @@
-//! Parser, slave, bus controller and master hear arbitrary bytes, at arbitrary paces: none may panic, and none may
-//! wait for ever.
+//! Parser, slave, bus controller and master under arbitrary bytes, at arbitrary rates: no panic,
+//! and no endless wait.
 
 #![no_main]
 
@@ -12,12 +12,13 @@ use twinrig_sbcp::{
 };
 use twinrig_wire::{Arrivals, Piece};
 
-/// Splits the input into bytes for each listener: a count, a pause, a spacing, a direction, then the bytes.
+/// Splits the input into pieces: a byte with length and direction, a pause, a spacing, then the
+/// bytes.
 fn pieces(mut data: &[u8]) -> impl Iterator<Item = (SimDuration, SimDuration, bool, &[u8])> {
     std::iter::from_fn(move || {
         let (&[control, pause, spacing], rest) = data.split_first_chunk()?;
-        let (bytes, behind) = rest.split_at(rest.len().min(usize::from(control >> 1)));
-        data = behind;
+        let (bytes, remaining) = rest.split_at(rest.len().min(usize::from(control >> 1)));
+        data = remaining;
         let micros = |n: u8| SimDuration::from_micros(u64::from(n));
         Some((micros(pause), micros(spacing), control & 1 == 1, bytes))
     })
@@ -40,7 +41,7 @@ fuzz_target!(|data: &[u8]| {
     let mut master = Master::new(MasterConfig::new(Topology::Controller));
     let mut parser = Parser::default();
     let mut now = SimTime::ZERO;
-    let (mut said, mut arrivals) = (Vec::new(), Arrivals::default());
+    let (mut transmitted, mut arrivals) = (Vec::new(), Arrivals::default());
     for (pause, spacing, link, bytes) in pieces(data) {
         let first = now + pause;
         let piece = Piece {
@@ -54,7 +55,7 @@ fuzz_target!(|data: &[u8]| {
         while parser.next(&mut rest).is_some() {}
         slave.receive(piece);
         while slave.poll_event().is_some() {}
-        slave.poll_transmit(&mut said);
+        slave.poll_transmit(&mut transmitted);
         if link {
             controller.handle_link(now, piece);
         } else {
@@ -62,12 +63,12 @@ fuzz_target!(|data: &[u8]| {
         }
         let host = HostTime::from_nanos(now.as_nanos());
         let _ = master.cycle(host, &[request; 4]);
-        master.poll_transmit(&mut said);
+        master.poll_transmit(&mut transmitted);
         master.handle_bytes(host, bytes);
         master.handle_timeout(host);
-        said.clear();
+        transmitted.clear();
     }
-    // Left alone, everybody comes to an end.
+    // Without further input, everything becomes idle.
     for _ in 0..10_000 {
         let wakes = [controller.poll_timeout(), controller.bus_start()];
         let Some(wake) = wakes.into_iter().flatten().min() else {
@@ -79,14 +80,14 @@ fuzz_target!(|data: &[u8]| {
     }
     assert!(
         controller.poll_timeout().is_none(),
-        "the controller waits for ever"
+        "the controller does not become idle"
     );
     controller.poll_link(&mut arrivals);
     for _ in 0..3 {
         if let Some(due) = master.poll_timeout() {
             master.handle_timeout(due);
         }
-        master.poll_transmit(&mut said);
+        master.poll_transmit(&mut transmitted);
     }
-    assert!(!master.is_busy(), "the master waits for ever");
+    assert!(!master.is_busy(), "the master does not become idle");
 });

@@ -1,4 +1,5 @@
-//! Says where `MuJoCo`'s library comes from if it is not there: what the wrapper says names no remedy.
+//! Reports how to install `MuJoCo`'s library if it is missing; the error of the wrapper names no
+//! remedy.
 
 use std::env;
 use std::path::Path;
@@ -7,7 +8,7 @@ fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DYNAMIC_LINK_DIR");
     println!("cargo::rerun-if-env-changed=MUJOCO_STATIC_LINK_DIR");
     println!("cargo::rerun-if-env-changed=DOCS_RS");
-    // Documentation links nothing; a static library is somebody's own affair.
+    // Documentation links nothing; a static library is the user's choice.
     if ["DOCS_RS", "MUJOCO_STATIC_LINK_DIR"].map(env::var_os) != [None, None] {
         return;
     }
@@ -19,7 +20,7 @@ fn main() {
     let names = ["libmujoco.so", "libmujoco.dylib", "mujoco.lib"];
     if !names.iter().any(|name| folder.join(name).is_file()) {
         println!(
-            "cargo::error=MuJoCo's library is not in {}: run `ci/setup mujoco`, which puts it there",
+            "cargo::error=MuJoCo's library is not in {}: install it with `ci/setup mujoco`",
             folder.display()
         );
     }

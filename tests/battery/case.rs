@@ -1,5 +1,5 @@
-//! Random drops, stands and walks. A case is drawn from its seed alone and prints itself as a scenario file, so that the seed
-//! is all that it takes to repeat it.
+//! Random drops, stands and walks. A case is determined by its seed and formats itself as a
+//! scenario file; the seed suffices to repeat it.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ use twinrig::robot::Robot;
 use twinrig_kernel::{SimDuration, Stream, stream};
 use twinrig_leg::Pantograph;
 
-/// The plants of the battery, by integration method.
+/// Plants of the battery, by integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Method {
     Rk4,
@@ -20,7 +20,7 @@ pub enum Method {
 impl Method {
     pub const ALL: [Self; 4] = [Self::Rk4, Self::Rodas4, Self::Moreau, Self::Massless];
 
-    /// Whether it locates events to the instant.
+    /// Whether the method locates events within a step.
     pub const fn locates_events(self) -> bool {
         matches!(self, Self::Rk4 | Self::Rodas4)
     }
@@ -34,13 +34,13 @@ impl Method {
         }
     }
 
-    /// Its step, which is also the observation period.
+    /// Default step, which is also the observation period.
     pub const fn step(self) -> SimDuration {
         SimDuration::from_millis(if self.locates_events() { 2 } else { 1 })
     }
 }
 
-/// How the trunk may move.
+/// Degrees of freedom of the trunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     Free,
@@ -48,25 +48,25 @@ pub enum Base {
     Fixed,
 }
 
-/// What the robot does.
+/// Task of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Task {
-    /// Falls from a random pose, with or without servos.
+    /// Fall from a random pose, with or without servos.
     Drop,
-    /// A controller that holds the legs at this height of the hips \[m\].
+    /// Controller that keeps the hips at this height \[m\].
     Stand { hip_height: f64 },
-    /// A gait, and its variables as a scenario has them.
+    /// Gait controller, as a scenario table.
     Walk { controller: String },
 }
 
-/// Joint angles \[rad\] and rates \[rad/s\] of all legs at the start.
+/// Initial joint angles \[rad\] and rates \[rad/s\] of all legs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     pub q: [f64; 3],
     pub rates: [f64; 3],
 }
 
-/// A case.
+/// A case of the battery.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     pub seed: u64,
@@ -79,25 +79,26 @@ pub struct Case {
     pub toe: bool,
     /// Distance of the ground below the lowest foot at the start \[m\].
     pub height: f64,
-    /// Heights of uneven ground on a grid of 50 mm \[m\]; level without.
+    /// Heights of uneven ground on a grid of 50 mm \[m\]; `None` for level ground.
     pub heights: Option<[[f64; 9]; 9]>,
     pub pose: Option<Pose>,
-    /// Torque of the servos \[N·m\]; none without servos.
+    /// Servo torque \[N·m\]; `None` for passive joints.
     pub servo: Option<f64>,
-    /// Viscous friction of all joints in place of the robot file's \[N·m·s/rad\].
+    /// Viscous friction of all joints that replaces that of the robot file \[N·m·s/rad\].
     pub joint_friction: Option<f64>,
     pub duration: SimDuration,
-    /// Step in place of the method's own.
+    /// Step that replaces the default of the method.
     pub step: Option<SimDuration>,
-    /// Error tolerance of rk4 and rodas4 \[m\]; the plant's own without.
+    /// Error tolerance of rk4 and rodas4 \[m\]; `None` for the default of the plant.
     pub tolerance: Option<f64>,
-    /// Added to the hip angle at the start, or to where the feet of a walk are, as an angle of the leg \[rad\].
+    /// Offset of the initial hip angle, or of the stance position of a walk as an angle of the leg
+    /// \[rad\].
     pub perturbation: f64,
 }
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
-/// Uniform between two numbers.
+/// Returns a uniform number in \[`low`, `high`).
 fn uniform(stream: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * stream.unit()
 }
@@ -107,8 +108,8 @@ fn chance(stream: &mut Stream, probability: f64) -> bool {
 }
 
 impl Case {
-    /// The case of that seed.
-    pub fn drawn(seed: u64, robot: &Robot) -> Self {
+    /// Draws the case of a seed.
+    pub fn random(seed: u64, robot: &Robot) -> Self {
         let mut stream = stream(seed, "battery/case");
         let method = match stream.between(0, 3) {
             0 => Method::Rk4,
@@ -127,7 +128,8 @@ impl Case {
         case.on_any_ground(&mut stream)
     }
 
-    /// The nominal drop of that seed: the robot as its file has it, all legs, on level ground without restitution.
+    /// Draws the nominal drop of a seed: the robot of the file with all legs, on level ground
+    /// without restitution.
     pub fn nominal_drop(seed: u64, method: Method, robot: &Robot) -> Self {
         let mut stream = stream(seed, "battery/nominal");
         let drop = Self::drop(seed, method, &mut stream, robot);
@@ -147,10 +149,10 @@ impl Case {
             2 => 2,
             _ => 4,
         };
-        let mut there = LEGS.to_vec();
-        while there.len() > legs {
-            let gone = stream.between(0, there.len() as u64 - 1);
-            there.remove(usize::try_from(gone).unwrap_or(0));
+        let mut present = LEGS.to_vec();
+        while present.len() > legs {
+            let removed = stream.between(0, present.len() as u64 - 1);
+            present.remove(usize::try_from(removed).unwrap_or(0));
         }
         let base = stream.unit();
         let share = stream.unit();
@@ -160,7 +162,7 @@ impl Case {
             0.2 * share * share
         };
         let fall = libm::sqrt(2.0 * height / 9.81);
-        let settle = uniform(stream, 0.1, 0.3);
+        let standing = uniform(stream, 0.1, 0.3);
         Self {
             task: Task::Drop,
             base: match base {
@@ -168,11 +170,11 @@ impl Case {
                 x if x < 0.85 => Base::Planar,
                 _ => Base::Fixed,
             },
-            legs: there,
+            legs: present,
             height,
             pose: Some(pose(stream, robot, method)),
             servo: chance(stream, 0.4).then(|| uniform(stream, 0.5, 5.0)),
-            duration: whole_periods(fall + settle),
+            duration: whole_periods(fall + standing),
             ..Self::blank(seed, method)
         }
     }
@@ -272,12 +274,12 @@ impl Case {
         }
     }
 
-    /// Observation period: the step of the method, whatever the plant is stepped by.
+    /// Observation period: the step of the method, also if the plant has a shorter one.
     pub fn period(&self) -> SimDuration {
         self.step().max(self.method.step())
     }
 
-    /// The same by another method.
+    /// The same case with another method.
     #[must_use]
     pub fn by(&self, method: Method) -> Self {
         Self {
@@ -296,10 +298,10 @@ impl Case {
         self.servo.is_none()
     }
 
-    /// The case as a scenario file.
+    /// Formats the case as a scenario file.
     pub fn scenario(&self) -> String {
         let mut text = String::new();
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = self.write(&mut text);
         text
     }
@@ -323,7 +325,7 @@ impl Case {
                 "\n[actuator]\nkind = \"servo\"\nlag = \"5 ms\"\nspeed = \"20 rad/s\"\ndead_band = \"0 deg\"\ntorque = \"{torque} N·m\""
             )?,
         }
-        // A hip turned by an angle is a foot moved by that share of a leg.
+        // A hip angle corresponds to a foot displacement of this share of a leg length.
         let shift = 0.13 * self.perturbation;
         match &self.task {
             Task::Drop => {}
@@ -402,7 +404,8 @@ impl Case {
     }
 }
 
-/// A pose between all stops, at rest or in motion. A leg without mass knows none with the ankle folded up.
+/// Draws a pose within all joint stops, at rest or in motion. A mass-less leg has no pose with the
+/// ankle folded up.
 fn pose(stream: &mut Stream, robot: &Robot, method: Method) -> Pose {
     const FOLDED: f64 = 0.11;
     let leg = robot
@@ -438,7 +441,7 @@ fn pose(stream: &mut Stream, robot: &Robot, method: Method) -> Pose {
     }
 }
 
-/// A duration of whole observation periods.
+/// Rounds a duration up to whole observation periods.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

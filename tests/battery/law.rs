@@ -1,4 +1,4 @@
-//! Laws that need no reference: each looks at a run and says by how much it is broken where it is broken most.
+//! Laws without a reference solution. Each returns the sample of a run that violates it most.
 
 use std::fmt;
 
@@ -10,19 +10,19 @@ use crate::run::{Run, Sample};
 /// A law of the battery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Law {
-    /// The plant goes on to the end.
+    /// The plant does not end with an error.
     Refusal,
     /// Feet stay above the ground.
     Penetration,
-    /// Friction takes energy and gives none.
+    /// Friction dissipates energy and supplies none.
     Dissipation,
-    /// What no drive moves never has more energy than at its start.
+    /// Energy of a passive robot never exceeds its initial value.
     Energy,
-    /// In flight the momentum changes by gravity alone.
+    /// Momentum in flight changes by gravity only.
     Momentum,
-    /// The ground holds a foot by its friction at most.
+    /// Ground forces are within the friction cone.
     Friction,
-    /// Methods of one model have one motion.
+    /// All methods of one model compute the same motion.
     Agreement,
 }
 
@@ -37,7 +37,8 @@ impl Law {
         Self::Agreement,
     ];
 
-    /// What a run has of the law, where it is nearest to breaking it or breaks it most; none where the law says nothing of it.
+    /// Evaluates the law and returns the sample nearest to a violation, or the worst violation;
+    /// `None` if the law does not apply to the run.
     pub fn judge(self, run: &Run) -> Option<Finding> {
         let mut finding = match self {
             Self::Refusal => Some(refusal(run)),
@@ -46,25 +47,25 @@ impl Law {
             Self::Energy => energy(run),
             Self::Momentum => momentum(run),
             Self::Friction => friction(run),
-            // Of two runs.
+            // Compares two runs.
             Self::Agreement => None,
         }?;
-        let mut until = run.samples.iter().rev();
-        let last = until.find(|sample| sample.time_s <= finding.at_s)?;
+        let mut earlier = run.samples.iter().rev();
+        let last = earlier.find(|sample| sample.time_s <= finding.at_s)?;
         finding.fallbacks = last.fallbacks;
         Some(finding)
     }
 }
 
-/// How near a run comes to breaking a law, or by how much it does.
+/// Result of a law: distance to a violation, or its magnitude.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     pub at_s: f64,
     pub measured: f64,
-    /// Above which the law is broken.
+    /// Limit above which the law is violated.
     pub bound: f64,
     pub about: String,
-    /// How often the plant had left a step to another method, or shortened it.
+    /// Number of fallbacks to another method and of shortened steps so far.
     pub fallbacks: u64,
 }
 
@@ -79,12 +80,12 @@ impl Finding {
         }
     }
 
-    /// What is not a number breaks every law.
+    /// Whether the law is violated; NaN is a violation.
     pub fn is_violation(&self) -> bool {
         self.measured.is_nan() || self.measured > self.bound
     }
 
-    /// The worse of two.
+    /// Returns the worse of two findings.
     fn worst(self, other: Option<Self>) -> Self {
         match other {
             Some(other) if other.excess() > self.excess() => other,
@@ -128,8 +129,8 @@ fn refusal(run: &Run) -> Finding {
     Finding::new(at_s, refused, 0.0, why)
 }
 
-/// Depth below the ground \[m\]: where events are located next to none, otherwise of first order in the step. A method that has
-/// left steps to Moreau's rule is held to that rule's.
+/// Penetration depth \[m\]: about 0 with event location, otherwise of first order in the step.
+/// After a fallback to Moreau's rule the bound of that rule applies.
 fn penetration(run: &Run) -> Option<Finding> {
     let step_ms = 1e3 * run.case.step().as_secs_f64();
     worst(run.samples.iter().flat_map(|sample| {
@@ -143,25 +144,25 @@ fn penetration(run: &Run) -> Option<Finding> {
     }))
 }
 
-/// Energy that friction has given since it had taken most \[J\].
+/// Energy returned by friction, relative to the maximum dissipated before \[J\].
 fn dissipation(run: &Run) -> Option<Finding> {
-    let mut most = 0.0_f64;
+    let mut dissipated_max = 0.0_f64;
     worst(run.samples.iter().map(|sample| {
-        let taken = sample.energy.dissipated;
-        most = most.max(taken);
+        let dissipated = sample.energy.dissipated;
+        dissipated_max = dissipated_max.max(dissipated);
         Finding::new(
             sample.time_s,
-            most - taken,
+            dissipated_max - dissipated,
             1e-9,
-            "energy given by friction [J]",
+            "energy returned by friction [J]",
         )
     }))
 }
 
-/// Energy above that of the start, as a share of what was exchanged [1].
+/// Energy above its initial value, relative to the energy exchanged \[1\].
 fn energy(run: &Run) -> Option<Finding> {
-    /// What is exchanged while nothing moves is round-off \[J\].
-    const LEAST_EXCHANGED: f64 = 1e-6;
+    /// Lower bound of the energy exchanged, below which it is round-off \[J\].
+    const EXCHANGED_MIN: f64 = 1e-6;
     if !run.case.is_passive() {
         return None;
     }
@@ -172,14 +173,15 @@ fn energy(run: &Run) -> Option<Finding> {
     };
     let start = run.samples.first()?.energy.stored();
     worst(run.samples.iter().map(|sample| {
-        let exchanged = sample.energy.exchanged.max(LEAST_EXCHANGED);
+        let exchanged = sample.energy.exchanged.max(EXCHANGED_MIN);
         let above = (sample.energy.stored() - start) / exchanged;
-        let about = "energy above the start, of what was exchanged";
+        let about = "energy above the start, relative to the energy exchanged";
         Finding::new(sample.time_s, above, share, about)
     }))
 }
 
-/// Change of momentum in flight that gravity does not explain, relative to the momenta of the bodies [1].
+/// Change of momentum in flight not explained by gravity, relative to the momenta of the bodies
+/// \[1\].
 fn momentum(run: &Run) -> Option<Finding> {
     if !run.case.method.locates_events() || run.case.base == Base::Fixed {
         return None;
@@ -189,7 +191,7 @@ fn momentum(run: &Run) -> Option<Finding> {
     for pair in run.samples.windows(2) {
         let [before, after] = pair else { continue };
         if after.fallbacks > 0 {
-            // Moreau's rule keeps no angular momentum.
+            // Moreau's rule does not conserve angular momentum.
             break;
         }
         let airborne = after.feet.iter().all(|foot| foot.force == [0.0; 3]);
@@ -197,21 +199,21 @@ fn momentum(run: &Run) -> Option<Finding> {
             flight = None;
             continue;
         }
-        let begun = *flight.get_or_insert(before);
-        findings.extend(change_of_momentum(run, begun, after));
+        let take_off = *flight.get_or_insert(before);
+        findings.extend(change_of_momentum(run, take_off, after));
     }
     worst(findings.into_iter())
 }
 
-fn change_of_momentum(run: &Run, begun: &Sample, now: &Sample) -> Option<Finding> {
+fn change_of_momentum(run: &Run, take_off: &Sample, now: &Sample) -> Option<Finding> {
     const SHARE: f64 = 1e-6;
-    let (from, to) = (begun.momentum?, now.momentum?);
-    let fall = run.mass * GRAVITY * (now.time_s - begun.time_s);
+    let (from, to) = (take_off.momentum?, now.momentum?);
+    let fall = run.mass * GRAVITY * (now.time_s - take_off.time_s);
     let mut linear = to.linear - from.linear;
     linear.z += fall;
     let mut angular = to.angular - from.angular;
     if run.case.base == Base::Planar {
-        // What holds the trunk in its plane pushes as it must.
+        // Constraint forces of the planar base are unknown.
         linear.y = 0.0;
         (angular.x, angular.z) = (0.0, 0.0);
     }
@@ -219,7 +221,8 @@ fn change_of_momentum(run: &Run, begun: &Sample, now: &Sample) -> Option<Finding
         from.linear_scale.max(to.linear_scale).max(fall),
         from.angular_scale.max(to.angular_scale),
     ];
-    // What next to nothing has is round-off: a thousandth of the robot's mass, its legs' length, √(g l).
+    // Lower bound for round-off: a thousandth of the robot's mass times √(g l), with the leg
+    // length l.
     let least = 1e-3 * run.mass * libm::sqrt(GRAVITY * run.length);
     let shares = [
         linear.norm() / scales[0].max(least),
@@ -230,11 +233,11 @@ fn change_of_momentum(run: &Run, begun: &Sample, now: &Sample) -> Option<Finding
     worst(findings.map(|(share, name)| Finding::new(now.time_s, share, SHARE, name)))
 }
 
-/// Tangential force beyond what friction allows, relative to that [1]; on level ground, where the mean of forces in the cone
-/// is in the cone.
+/// Tangential force beyond the friction limit, relative to that limit \[1\]; only on level ground,
+/// where the mean of forces in the cone is in the cone.
 fn friction(run: &Run) -> Option<Finding> {
     const SHARE: f64 = 1e-6;
-    /// Force below which all is round-off \[N\].
+    /// Force below which values are round-off \[N\].
     const FLOOR: f64 = 1e-9;
     if run.case.heights.is_some() {
         return None;
@@ -243,16 +246,16 @@ fn friction(run: &Run) -> Option<Finding> {
         let feet = sample.feet.iter().zip(&run.case.legs);
         feet.map(move |(foot, leg)| {
             let [x, y, z] = foot.force;
-            let greatest = run.case.friction * z;
-            let excess = (libm::hypot(x, y) - greatest - FLOOR).max(-z - FLOOR);
-            let share = excess / greatest.abs().max(FLOOR);
+            let limit = run.case.friction * z;
+            let excess = (libm::hypot(x, y) - limit - FLOOR).max(-z - FLOOR);
+            let share = excess / limit.abs().max(FLOOR);
             let about = format!("force of foot {leg} beyond its friction");
             Finding::new(sample.time_s, share, SHARE, about)
         })
     }))
 }
 
-/// The laws of one method, for a table.
+/// Whether a law applies to a method, for the table.
 pub fn applies(law: Law, method: Method) -> bool {
     match law {
         Law::Momentum => method.locates_events(),

@@ -1,4 +1,4 @@
-//! A case that is run: its plant as the laws see it, at every observation.
+//! Run of a case, with the samples that the laws evaluate.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -12,21 +12,21 @@ use twinrig_leg::Pantograph;
 use crate::case::Case;
 use crate::momentum::{Momentum, momentum};
 
-/// The robot of all cases.
+/// Robot file of all cases.
 pub const ROBOT: &str = include_str!("../../robots/cheetah-cub.toml");
 
-/// A foot at an observation.
+/// A foot at a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Foot {
-    /// Distance above the ground of its lowest point, along the normal \[m\].
+    /// Distance of its lowest point above the ground, along the normal \[m\].
     pub clearance: f64,
-    /// Mean force of the ground since the last observation \[N\].
+    /// Mean ground force since the last sample \[N\].
     pub force: [f64; 3],
     /// Position \[m\].
     pub position: [f64; 3],
 }
 
-/// A robot at an observation.
+/// A robot at a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     pub time_s: f64,
@@ -34,63 +34,63 @@ pub struct Sample {
     /// Position of the trunk \[m\].
     pub trunk: [f64; 3],
     pub feet: Vec<Foot>,
-    /// How often the plant has left a step to another method, or shortened it.
+    /// Number of fallbacks to another method and of shortened steps so far.
     pub fallbacks: u64,
-    /// Of the robot as segments; none for a plant whose legs have no mass.
+    /// Momentum of the segments; `None` for a plant with mass-less legs.
     pub momentum: Option<Momentum>,
 }
 
-/// A case and what came of it.
+/// A case and its result.
 #[derive(Clone, Debug)]
 pub struct Run {
     pub case: Case,
-    /// From the start on, to the end or to where the plant refused to go on.
+    /// Samples from the start to the end or to the error of the plant.
     pub samples: Vec<Sample>,
-    /// Why the plant refused.
+    /// Error of the plant, if any.
     pub refused: Option<String>,
-    /// Mass of the robot without the legs that are not there \[kg\].
+    /// Mass of the robot with the legs of the case \[kg\].
     pub mass: f64,
-    /// Length of its longest leg \[m\].
+    /// Length of the longest leg \[m\].
     pub length: f64,
 }
 
-/// Reads trunk and feet where a layout has them.
-struct Observed {
-    trunk_at: usize,
-    places: Vec<[usize; 3]>,
+/// Observer of trunk and feet.
+struct FootObserver {
+    trunk_offset: usize,
+    foot_offsets: Vec<[usize; 3]>,
     trunk: [f64; 3],
     feet: Vec<Foot>,
 }
 
-impl Observed {
+impl FootObserver {
     fn of(layout: &Layout, legs: &[&str]) -> Self {
-        let place = |leg: &str, what: &str| {
-            let found = layout.find(&format!("leg/{leg}/foot/{what}"));
+        let offset = |leg: &str, signal: &str| {
+            let found = layout.find(&format!("leg/{leg}/foot/{signal}"));
             found.map_or(usize::MAX, |range| range.start)
         };
         let trunk = layout.find("body/position");
         Self {
-            trunk_at: trunk.map_or(usize::MAX, |range| range.start),
+            trunk_offset: trunk.map_or(usize::MAX, |range| range.start),
             trunk: [0.0; 3],
-            places: legs
+            foot_offsets: legs
                 .iter()
-                .map(|leg| ["clearance", "force", "position"].map(|what| place(leg, what)))
+                .map(|leg| ["clearance", "force", "position"].map(|signal| offset(leg, signal)))
                 .collect(),
             feet: vec![Foot::default(); legs.len()],
         }
     }
 }
 
-impl Observer for Observed {
+impl Observer for FootObserver {
     fn event(&mut self, _: SimTime, _: RunEvent) {}
 
     fn samples(&mut self, _: SimTime, group: Group, values: &[f64]) {
         if group != Group::Plant {
             return;
         }
-        let at = self.trunk_at;
-        self.trunk.copy_from_slice(&values[at..at + 3]);
-        for (foot, &[clearance, force, position]) in self.feet.iter_mut().zip(&self.places) {
+        let start = self.trunk_offset;
+        self.trunk.copy_from_slice(&values[start..start + 3]);
+        for (foot, &[clearance, force, position]) in self.feet.iter_mut().zip(&self.foot_offsets) {
             foot.clearance = values[clearance];
             foot.force.copy_from_slice(&values[force..force + 3]);
             foot.position
@@ -99,10 +99,10 @@ impl Observer for Observed {
     }
 }
 
-/// The robot of all cases.
+/// Parses the robot of all cases.
 ///
 /// # Panics
-/// If its file has a mistake.
+/// If the file is invalid.
 pub fn robot() -> Robot {
     let file = RobotFile::parse("cheetah-cub.toml", ROBOT);
     match file.and_then(|file| file.robot()) {
@@ -111,7 +111,7 @@ pub fn robot() -> Robot {
     }
 }
 
-/// Greatest length of a leg [m].
+/// Maximum length of a leg \[m\].
 fn reach(mount: &LegMount) -> f64 {
     Pantograph::new(&mount.leg).map_or(0.0, |leg| leg.length_max())
 }
@@ -119,12 +119,12 @@ fn reach(mount: &LegMount) -> f64 {
 /// Runs a case with the parts of a registry.
 ///
 /// # Errors
-/// A case that makes no rig.
+/// The scenario of the case is invalid.
 pub fn run(registry: &Registry, case: &Case) -> Result<Run, String> {
     run_text(registry, case, &case.scenario())
 }
 
-/// Runs a scenario as what a case is said to be.
+/// Runs the scenario `text` in place of that of `case`.
 ///
 /// # Errors
 /// As [`run`].
@@ -133,12 +133,12 @@ pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, Str
     let assembly = assembly.map_err(|error| error.to_string())?;
     let mut rig = assembly.rig().map_err(|error| error.to_string())?;
     let Some(robot) = assembly.robot() else {
-        return Err("there is no robot".to_owned());
+        return Err("the scenario has no robot".to_owned());
     };
-    let mut feet = Observed::of(rig.layout(Group::Plant), &case.legs);
+    let mut feet = FootObserver::of(rig.layout(Group::Plant), &case.legs);
     let period = case.period();
-    let there = |name: &str| case.legs.contains(&name);
-    let legs = robot.legs.iter().filter(|mount| there(&mount.name));
+    let is_present = |name: &str| case.legs.contains(&name);
+    let legs = robot.legs.iter().filter(|mount| is_present(&mount.name));
     let mut run = Run {
         case: case.clone(),
         samples: Vec::new(),
@@ -148,11 +148,11 @@ pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, Str
     };
     let (mut now, end) = (SimTime::ZERO, SimTime::ZERO + case.duration);
     while now <= end {
-        // A panic is a refusal like any other, and the next case has its own plant.
-        let went = catch_unwind(AssertUnwindSafe(|| rig.run_until(now, &mut feet)));
-        let refused = match went {
-            Ok(went) => went.err().map(|error| error.to_string()),
-            Err(_) => Some("it panicked".to_owned()),
+        // A panic counts as a refusal; each case has its own plant.
+        let result = catch_unwind(AssertUnwindSafe(|| rig.run_until(now, &mut feet)));
+        let refused = match result {
+            Ok(result) => result.err().map(|error| error.to_string()),
+            Err(_) => Some("panic".to_owned()),
         };
         if refused.is_some() {
             run.refused = refused;

@@ -1,14 +1,14 @@
-//! What must hold of a whole SBCP bus, whatever the host, the clocks, the faults and the set-points are: driver, USB converter,
-//! perhaps a bus controller, RS-485 and four boards, before a plant that sees every set-point and makes every measurement
-//! tell when it was made.
+//! Properties of a complete SBCP bus for arbitrary hosts, clocks, faults and set-points: driver,
+//! USB converter, optional bus controller, RS-485 and four boards, with a plant that records all
+//! applied set-points and encodes leg and time in all measurements.
 //!
-//! What fails is shrunk, and printed as a scenario. `PROPTEST_CASES` scales how often each property is asked.
+//! Failures are shrunk and printed as a scenario. `PROPTEST_CASES` scales the number of cases.
 
-mod any;
-mod bench;
-mod law;
+mod bus_scenario;
+mod closed_form;
+mod harness;
+mod probe_plant;
+mod property;
 mod recovery;
-mod run;
-mod scope;
-mod setting;
+mod strategies;
 mod values;

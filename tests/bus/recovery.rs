@@ -1,33 +1,34 @@
-//! After faults, and during them.
+//! Behaviour during and after faults.
 
 use std::collections::BTreeSet;
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::FaultKind;
 
-use crate::any::{Kinds, any_setting};
-use crate::bench::Cycle;
-use crate::run::{ask, before_step, bench_of, run};
-use crate::scope::LEGS;
-use crate::setting::{Setting, micros, millis};
+use crate::bus_scenario::{BusScenario, micros, millis};
+use crate::harness::Cycle;
+use crate::probe_plant::LEGS;
+use crate::property::{before_step, check_property, harness_for, run};
+use crate::strategies::{FaultKinds, any_scenario};
 use crate::values::{QUIET, timeout};
 
-/// How long after the last fault something of it may still be under way to the host: what was delayed, by all delays
-/// together; half a millisecond of copies and of bursts that were held; what waits in the converter. A line that is stuck makes
-/// one burst of all its time: once more for a place that copies or holds it, twice as much for two, and so on. What comes
-/// to that place meanwhile waits, and goes on behind it: of a wire that is busy for a quarter of the time at most (four
-/// packets with their answers, 106 µs each, in 2 ms or more), a third as much again.
-fn echo(setting: &Setting) -> SimDuration {
-    let usb = setting.usb();
-    let converter = usb.latency_timer + usb.microframe * 5 + setting.late_max();
+/// Maximum time after the last fault during which its effects may still reach the host: the sum of
+/// all delays; half a millisecond for copied and delayed bursts; data waiting in the converter. A
+/// stuck line produces one burst of its whole duration, repeated once for one place that copies or
+/// holds it, three times for two, and so on. Traffic that arrives there meanwhile is queued behind
+/// it: for a wire with at most a quarter load (four packets with their answers, 106 µs each, in 2
+/// ms or more), a third of that time in addition.
+fn residual_time(scenario: &BusScenario) -> SimDuration {
+    let usb = scenario.usb();
+    let converter = usb.latency_timer + usb.microframe * 5 + scenario.host_delay_max();
     let (mut delays, mut noise) = (SimDuration::ZERO, SimDuration::ZERO);
     let mut places = BTreeSet::new();
-    for trouble in &setting.troubles {
-        match trouble.kind {
+    for timed_fault in &scenario.timed_faults {
+        match timed_fault.kind {
             FaultKind::Delay { by } => delays += by,
-            FaultKind::Stuck | FaultKind::Babble { .. } => noise += trouble.lasts,
+            FaultKind::Stuck | FaultKind::Babble { .. } => noise += timed_fault.lasts,
             FaultKind::Duplicate { .. } | FaultKind::Reorder { .. } => {
-                places.insert(&trouble.on);
+                places.insert(&timed_fault.on);
             }
             _ => {}
         }
@@ -36,51 +37,61 @@ fn echo(setting: &Setting) -> SimDuration {
     micros(500) + converter + delays + copies + copies / 3
 }
 
-/// Longest that a transfer takes while no byte comes that it did not ask for: quiet, then a time-out for each packet, or one for
-/// the frame.
-fn transfer_max(setting: &Setting) -> SimDuration {
-    let (trips, _) = setting.round_trips();
-    QUIET + timeout(setting) * trips
+/// Maximum duration of a transfer without unsolicited bytes: the quiet time, then one time-out per
+/// packet, or one for the frame.
+fn transfer_max(scenario: &BusScenario) -> SimDuration {
+    let (trips, _) = scenario.round_trips();
+    QUIET + timeout(scenario) * trips
 }
 
-/// From when on cycles are good: the echo is over, and the transfer that was then under way.
-fn recovered(setting: &Setting) -> SimTime {
-    setting.last_fault() + echo(setting) + transfer_max(setting)
+/// Time after which cycles must succeed: after the residual effects of the faults and the transfer
+/// then in progress.
+fn recovered(scenario: &BusScenario) -> SimTime {
+    scenario.last_fault() + residual_time(scenario) + transfer_max(scenario)
 }
 
 #[test]
-fn once_faults_echo_and_one_transfer_are_over_every_cycle_is_good_and_boards_follow() {
-    ask(128, any_setting(Kinds::All), |setting| {
-        let good = recovered(setting);
-        let bench = run(setting, good - setting.last_fault() + setting.period * 40)?;
-        let errors = bench.diagnostic("sbcp/errors");
-        let first = bench.watch.cycles.iter().find(|cycle| cycle.begun >= good);
-        let first = first.ok_or("no cycle begins any longer")?;
+fn cycles_succeed_and_boards_follow_after_the_residual_time() {
+    check_property(128, any_scenario(FaultKinds::All), |scenario| {
+        let recovered_at = recovered(scenario);
+        let harness = run(
+            scenario,
+            recovered_at - scenario.last_fault() + scenario.period * 40,
+        )?;
+        let errors = harness.diagnostic("sbcp/errors");
+        let first = harness
+            .monitor
+            .cycles
+            .iter()
+            .find(|cycle| cycle.begun >= recovered_at);
+        let first = first.ok_or("no cycle begins after the recovery")?;
         if errors > first.errors_before {
             let more = errors - first.errors_before;
-            return Err(format!("{more} errors in cycles from {good} on"));
+            return Err(format!("{more} errors in cycles after {recovered_at}"));
         }
         let late = |cycle: &&Cycle| {
-            cycle.begun > good
+            cycle.begun > recovered_at
                 && cycle
                     .ended
-                    .is_none_or(|end| end - cycle.begun > QUIET + setting.transfer_max())
+                    .is_none_or(|end| end - cycle.begun > QUIET + scenario.transfer_max())
         };
-        if let Some(cycle) = bench.watch.cycles.iter().find(late) {
+        if let Some(cycle) = harness.monitor.cycles.iter().find(late) {
             return Err(format!("{cycle:?} takes too long"));
         }
         for (leg, name) in LEGS.iter().enumerate() {
-            let (shown, sent) = (bench.shown(leg), &bench.watch.sent[leg]);
-            let last = shown.last().ok_or("nothing is shown")?;
-            // Nothing is further behind than what the board can hold: 8 points, the one under way, and the one that comes.
+            let (applied, sent) = (harness.applied(leg), &harness.monitor.sent[leg]);
+            let last = applied.last().ok_or("no set-point was applied")?;
+            // A board lags by at most its capacity: 8 points in the buffer, the current one, and
+            // the incoming one.
             let recent = sent.iter().rev().take(10);
-            let near = |goals: [i64; 2]| {
-                let off = |n: usize| Some((last.goals[n]? - goals[n]).abs());
-                let most = i64::try_from(30 * (setting.period.as_nanos() / 1_000_000 - 1)).unwrap();
-                off(0) <= Some(most) && off(1) <= Some(most) && off(0).is_some()
+            let is_near = |set_points: [i64; 2]| {
+                let off = |n: usize| Some((last.set_points[n]? - set_points[n]).abs());
+                let lag_max =
+                    i64::try_from(30 * (scenario.period.as_nanos() / 1_000_000 - 1)).unwrap();
+                off(0) <= Some(lag_max) && off(1) <= Some(lag_max) && off(0).is_some()
             };
-            if !recent.into_iter().any(|sent| near(sent.goals)) {
-                return Err(format!("{name} does not follow: {last:?}"));
+            if !recent.into_iter().any(|sent| is_near(sent.set_points)) {
+                return Err(format!("{name} does not follow the commands: {last:?}"));
             }
         }
         Ok(())
@@ -88,16 +99,16 @@ fn once_faults_echo_and_one_transfer_are_over_every_cycle_is_good_and_boards_fol
 }
 
 #[test]
-fn every_transfer_ends_within_a_transfer_and_an_echo_of_the_last_fault() {
-    ask(96, any_setting(Kinds::All), |setting| {
-        let bench = run(setting, millis(200))?;
-        let most = transfer_max(setting);
-        let echo_over = setting.last_fault() + echo(setting);
-        for cycle in &bench.watch.cycles {
-            let by = cycle.begun.max(echo_over) + most;
+fn transfers_end_within_their_maximum_after_the_residual_time() {
+    check_property(96, any_scenario(FaultKinds::All), |scenario| {
+        let harness = run(scenario, millis(200))?;
+        let duration_max = transfer_max(scenario);
+        let residual_end = scenario.last_fault() + residual_time(scenario);
+        for cycle in &harness.monitor.cycles {
+            let by = cycle.begun.max(residual_end) + duration_max;
             let ended = cycle.ended.is_some_and(|end| end <= by);
-            if !ended && by < bench.rig.now() {
-                return Err(format!("{cycle:?} should have ended by {by}"));
+            if !ended && by < harness.rig.now() {
+                return Err(format!("{cycle:?} has not ended by {by}"));
             }
         }
         Ok(())
@@ -105,43 +116,45 @@ fn every_transfer_ends_within_a_transfer_and_an_echo_of_the_last_fault() {
 }
 
 #[test]
-fn a_session_whose_opening_meets_faults_opens_or_says_why_not_and_the_run_comes_to_its_end() {
-    ask(48, any_setting(Kinds::All), |setting| {
-        // From power-on, not from when the boards are ready.
-        let early = Setting {
+fn opening_under_faults_succeeds_or_reports_the_board() {
+    check_property(48, any_scenario(FaultKinds::All), |scenario| {
+        // From power-on, before the boards are ready.
+        let early = BusScenario {
             opened: SimTime::ZERO,
-            ..setting.clone()
+            ..scenario.clone()
         };
-        let mut bench = bench_of(&early);
+        let mut harness = harness_for(&early);
         let end = before_step(&early, SimTime::ZERO + SimDuration::from_secs(8));
-        match bench.run_until(end) {
-            Ok(()) if bench.watch.opened.is_none() => Err("it opens for ever".into()),
-            Err(why) if !why.contains("board ") => Err(format!("it fails, but why? {why}")),
+        match harness.run_until(end) {
+            Ok(()) if harness.monitor.opened.is_none() => Err("the devices do not open".into()),
+            Err(why) if !why.contains("board ") => {
+                Err(format!("the error does not name a board: {why}"))
+            }
             _ => Ok(()),
         }
     });
 }
 
-/// Bytes on the way \[B\]: whatever a wire of 333 bytes a millisecond carries in the longest time that it is held up, both ways,
-/// at two places; a frame for each side of the master, controller and boards; and the times that go with them, at most 14 bytes
-/// a stretch of bytes.
+/// Bytes in transit \[B\]: the traffic of a wire with 333 bytes per millisecond during its longest
+/// delay, in both directions, at two places; a frame at each side of master, controller and boards;
+/// and the associated times, at most 14 bytes per stretch of bytes.
 #[test]
-fn what_is_held_on_the_way_stays_below_what_the_wire_carries_in_the_longest_delay() {
-    ask(32, any_setting(Kinds::All), |setting| {
-        let mut bench = bench_of(setting);
-        bench.run_until(setting.opened)?;
-        let calm = bench.rig.save().0.len();
-        let delays = echo(setting) + millis(2);
-        let on_the_way = delays.as_nanos() / 3_000 * 2 * 2 * (1 + 14);
-        let most = calm + usize::try_from(on_the_way).unwrap() + 4_096;
-        let mut at = setting.opened;
-        while at < setting.last_fault() + millis(20) {
+fn bytes_in_transit_are_bounded_by_wire_rate_times_delay() {
+    check_property(32, any_scenario(FaultKinds::All), |scenario| {
+        let mut harness = harness_for(scenario);
+        harness.run_until(scenario.opened)?;
+        let initial_size = harness.rig.save().0.len();
+        let delays = residual_time(scenario) + millis(2);
+        let in_transit = delays.as_nanos() / 3_000 * 2 * 2 * (1 + 14);
+        let size_max = initial_size + usize::try_from(in_transit).unwrap() + 4_096;
+        let mut at = scenario.opened;
+        while at < scenario.last_fault() + millis(20) {
             at += micros(1_700);
-            bench.run_until(at)?;
-            let held = bench.rig.save().0.len();
-            if held > most {
+            harness.run_until(at)?;
+            let size = harness.rig.save().0.len();
+            if size > size_max {
                 return Err(format!(
-                    "{held} bytes of state at {at}, {calm} when it was calm, {most} at most"
+                    "{size} bytes of state at {at}, {initial_size} without faults, at most {size_max}"
                 ));
             }
         }

@@ -1,4 +1,4 @@
-//! Which values arrive, and how many.
+//! Correctness and completeness of transmitted values.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -8,43 +8,46 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::Following;
 use twinrig_wire::FaultKind;
 
-use crate::any::{Kinds, any_setting};
-use crate::bench::{Bench, Goals};
-use crate::run::{ask, run};
-use crate::scope::{LEGS, stamp_of};
-use crate::setting::{Between, Setting, Trouble, micros, millis};
+use crate::bus_scenario::{BusScenario, TimedFault, Topology, micros, millis};
+use crate::harness::{Harness, SetPoints};
+use crate::probe_plant::{LEGS, stamp_of};
+use crate::property::{check_property, run};
+use crate::strategies::{FaultKinds, any_scenario};
 
-/// A tick of a board whose clock is slow by 2000 ppm, and what the plant's stamps leave open.
+/// A tick of a board whose clock is slow by 2000 ppm, plus the resolution of the plant's time
+/// stamps.
 const TICK: SimDuration = micros(1_003 + 250);
 
-/// The set-points that a board took, by their number among those that the master wrote for it; none for one that it never
-/// wrote by then.
-fn taken(bench: &Bench, leg: usize) -> Vec<Option<usize>> {
-    let sent = &bench.watch.sent[leg];
-    let numbers: BTreeMap<Goals, usize> = sent
+/// Set-points applied by a board, as indices into those that the master wrote for it; `None` for
+/// one that was not written before.
+fn applied_indices(harness: &Harness, leg: usize) -> Vec<Option<usize>> {
+    let sent = &harness.monitor.sent[leg];
+    let numbers: BTreeMap<SetPoints, usize> = sent
         .iter()
         .enumerate()
-        .map(|(n, sent)| (sent.goals, n))
+        .map(|(n, sent)| (sent.set_points, n))
         .collect();
-    let shown = bench.shown(leg);
-    let goals = shown.iter().filter_map(|shown| match shown.goals {
-        [Some(hip), Some(knee)] if hip != 0 || knee != 0 => Some((shown.from, [hip, knee])),
-        _ => None,
-    });
-    let number = |(from, goals): (SimTime, Goals)| {
-        let number = numbers.get(&goals).copied();
+    let applied = harness.applied(leg);
+    let set_points = applied
+        .iter()
+        .filter_map(|applied| match applied.set_points {
+            [Some(hip), Some(knee)] if hip != 0 || knee != 0 => Some((applied.from, [hip, knee])),
+            _ => None,
+        });
+    let number = |(from, set_points): (SimTime, SetPoints)| {
+        let number = numbers.get(&set_points).copied();
         number.filter(|number| sent[*number].at <= from)
     };
-    goals.map(number).collect()
+    set_points.map(number).collect()
 }
 
-/// What the process got that no board ever measured by then.
-fn invented(bench: &Bench, setting: &Setting) -> usize {
+/// Number of received measurements that no board took before.
+fn unmeasured(harness: &Harness, scenario: &BusScenario) -> usize {
     let wrong = |leg: usize| {
-        bench
-            .got(leg)
-            .filter(|(at, got)| match stamp_of(leg, got) {
-                Some(stamp) => setting.opened + stamp.since_start() > *at,
+        harness
+            .measurements(leg)
+            .filter(|(at, measurements)| match stamp_of(leg, measurements) {
+                Some(stamp) => scenario.opened + stamp.since_start() > *at,
                 None => true,
             })
             .count()
@@ -52,46 +55,48 @@ fn invented(bench: &Bench, setting: &Setting) -> usize {
     (0..4).map(wrong).sum()
 }
 
-/// Every set-point and every measurement is what was sent; set-points come in order and once, and what the process gets new
-/// was measured for the cycle that brought it.
-fn is_honest(bench: &Bench, setting: &Setting) -> Result<(), String> {
-    if invented(bench, setting) > 0 {
-        return Err("the process got what no board measured".into());
+/// Checks that set-points and measurements are those sent, that set-points are applied in order and
+/// once, and that new measurements were taken for the cycle that delivered them.
+fn check_values(harness: &Harness, scenario: &BusScenario) -> Result<(), String> {
+    if unmeasured(harness, scenario) > 0 {
+        return Err("a received measurement was not taken by any board".into());
     }
     for (leg, name) in LEGS.iter().enumerate() {
-        if setting.following == Following::Plain {
-            let taken = taken(bench, leg);
-            let order: Option<Vec<usize>> = taken.iter().copied().collect();
-            let order = order.ok_or_else(|| format!("{name} took what was never sent"))?;
+        if scenario.following == Following::Plain {
+            let applied_indices = applied_indices(harness, leg);
+            let order: Option<Vec<usize>> = applied_indices.iter().copied().collect();
+            let order =
+                order.ok_or_else(|| format!("{name} applied a set-point that was not sent"))?;
             if !order.is_sorted_by(|a, b| a < b) {
                 return Err(format!(
-                    "{name} took set-points twice or in disorder: {order:?}"
+                    "{name} applied set-points repeatedly or out of order: {order:?}"
                 ));
             }
         }
-        is_fresh(bench, setting, leg)?;
+        check_freshness(harness, scenario, leg)?;
     }
     Ok(())
 }
 
-/// What changes between two looks of the process comes from the transfer between them.
-fn is_fresh(bench: &Bench, setting: &Setting, leg: usize) -> Result<(), String> {
+/// Checks that a change between two samples of the process originates from the transfer between
+/// them.
+fn check_freshness(harness: &Harness, scenario: &BusScenario, leg: usize) -> Result<(), String> {
     let mut last = None;
-    for (at, got) in bench.got(leg) {
-        let stamp = stamp_of(leg, &got);
+    for (at, measurements) in harness.measurements(leg) {
+        let stamp = stamp_of(leg, &measurements);
         if stamp == last {
             continue;
         }
         last = stamp;
-        let ended = bench.watch.cycles.iter().rev();
+        let ended = harness.monitor.cycles.iter().rev();
         let mut ended = ended.skip_while(|cycle| cycle.ended.is_none_or(|end| end > at));
         let (Some(stamp), Some(cycle)) = (stamp, ended.next()) else {
             continue;
         };
-        let measured = setting.opened + stamp.since_start();
+        let measured = scenario.opened + stamp.since_start();
         if measured + TICK < cycle.begun {
             return Err(format!(
-                "at {at} the process got of {} what was measured at {measured}, before the cycle of {}",
+                "at {at} the process received a measurement of {} taken at {measured}, before the cycle of {}",
                 LEGS[leg], cycle.begun
             ));
         }
@@ -99,114 +104,114 @@ fn is_fresh(bench: &Bench, setting: &Setting, leg: usize) -> Result<(), String> 
     Ok(())
 }
 
-/// How many set-points of those that came in a tick of each other cannot all be seen. Of two that were written, the first may
-/// have come later by the write jitter.
-fn hidden(bench: &Bench, setting: &Setting, leg: usize) -> usize {
-    let sent = &bench.watch.sent[leg];
-    let near = TICK + micros(250) + setting.write_jitter.longest();
-    let close = |pair: &&[crate::bench::Sent]| pair[1].at - pair[0].at < near;
+/// Number of set-points received within a tick of each other, which cannot all be observed. Of two
+/// written ones, the first may be delayed by the write jitter.
+fn unresolved(harness: &Harness, scenario: &BusScenario, leg: usize) -> usize {
+    let sent = &harness.monitor.sent[leg];
+    let near = TICK + micros(250) + scenario.write_jitter.longest();
+    let close = |pair: &&[crate::harness::SentSetPoints]| pair[1].at - pair[0].at < near;
     1 + sent.windows(2).filter(close).count()
 }
 
 #[test]
-fn without_damage_no_value_is_ever_invented_repeated_disordered_or_stale() {
-    ask(48, any_setting(Kinds::Losses), |setting| {
-        is_honest(&run(setting, millis(50))?, setting)
+fn values_are_authentic_unique_ordered_and_fresh_under_losses() {
+    check_property(48, any_scenario(FaultKinds::Losses), |scenario| {
+        check_values(&run(scenario, millis(50))?, scenario)
     });
 }
 
-/// Answers that come too late, but by not more than time-out and quiet together: twice the delay and a round trip.
-fn late() -> impl Strategy<Value = Setting> {
-    let trouble = (0..100_000_u64, 0..1_000_u64, 1..100_000_u64);
-    (any_setting(Kinds::Nothing), trouble).prop_map(|(setting, (after, share, lasts))| {
-        let on = match setting.between {
-            Between::Nothing => "wire/sbcp",
-            Between::CutThrough | Between::StoreAndForward => "wire/sbcp/link",
+/// Answers delayed by at most the sum of time-out and quiet time: twice the delay and a round trip.
+fn late_answers() -> impl Strategy<Value = BusScenario> {
+    let timed_fault = (0..100_000_u64, 0..1_000_u64, 1..100_000_u64);
+    (any_scenario(FaultKinds::None), timed_fault).prop_map(|(scenario, (after, share, lasts))| {
+        let on = match scenario.topology {
+            Topology::Direct => "wire/sbcp",
+            Topology::CutThrough | Topology::StoreAndForward => "wire/sbcp/link",
         };
-        let (trips, _) = setting.round_trips();
-        let told = timeout(&setting) + QUIET;
-        let spare = told
-            .checked_sub(setting.transfer_max() / trips)
+        let (trips, _) = scenario.round_trips();
+        let limit = timeout(&scenario) + QUIET;
+        let spare = limit
+            .checked_sub(scenario.transfer_max() / trips)
             .unwrap_or_default();
         let by = SimDuration::from_nanos(spare.as_nanos() * share / 2_000);
-        let trouble = Trouble {
+        let timed_fault = TimedFault {
             after: micros(after),
             on: on.into(),
             kind: FaultKind::Delay { by },
             lasts: micros(lasts),
         };
-        Setting {
-            troubles: vec![trouble],
-            ..setting
+        BusScenario {
+            timed_faults: vec![timed_fault],
+            ..scenario
         }
     })
 }
 
-/// For which the master waits for the line to be quiet after something went wrong.
+/// Quiet time for which the master waits after an error.
 pub const QUIET: SimDuration = millis(1);
 
-/// Time-out of a packet or frame as the driver takes it from its configuration.
-pub fn timeout(setting: &Setting) -> SimDuration {
-    let usb = setting.usb();
-    let usual = match setting.between {
-        Between::Nothing => millis(1),
-        Between::CutThrough | Between::StoreAndForward => millis(2),
+/// Time-out of a packet or frame, as derived by the driver from its configuration.
+pub fn timeout(scenario: &BusScenario) -> SimDuration {
+    let usb = scenario.usb();
+    let usual = match scenario.topology {
+        Topology::Direct => millis(1),
+        Topology::CutThrough | Topology::StoreAndForward => millis(2),
     };
     usual * usb.microframe.as_nanos().div_ceil(125_000) + usb.latency_timer * 2
 }
 
 #[test]
-fn an_answer_that_is_late_by_less_than_time_out_and_quiet_is_never_taken_for_that_of_a_later_cycle()
-{
-    ask(48, late(), |setting| {
-        let bench = run(setting, millis(50))?;
-        if invented(&bench, setting) > 0 {
-            return Err("the process got what no board measured".into());
+fn late_answers_are_not_assigned_to_later_cycles() {
+    check_property(48, late_answers(), |scenario| {
+        let harness = run(scenario, millis(50))?;
+        if unmeasured(&harness, scenario) > 0 {
+            return Err("a received measurement was not taken by any board".into());
         }
-        (0..4).try_for_each(|leg| is_fresh(&bench, setting, leg))
+        (0..4).try_for_each(|leg| check_freshness(&harness, scenario, leg))
     });
 }
 
 #[test]
-fn under_faults_that_damage_packets_wrong_values_pass_no_oftener_than_the_checksum_lets_them() {
+fn rate_of_wrong_values_is_bounded_by_the_checksum() {
     let (wrong, harmed) = (Cell::new(0_u64), Cell::new(0.0_f64));
-    ask(96, any_setting(Kinds::All), |setting| {
-        let plain = Setting {
+    check_property(96, any_scenario(FaultKinds::All), |scenario| {
+        let plain = BusScenario {
             following: Following::Plain,
-            ..setting.clone()
+            ..scenario.clone()
         };
-        let bench = run(&plain, millis(50))?;
+        let harness = run(&plain, millis(50))?;
         let unsent = |leg: usize| {
-            taken(&bench, leg)
+            applied_indices(&harness, leg)
                 .iter()
                 .filter(|number| number.is_none())
                 .count()
         };
-        let taken: usize = (0..4).map(unsent).sum();
-        // What the process got wrong it keeps until the next good answer: that is one.
-        let mut got = 0;
+        let wrong_set_points: usize = (0..4).map(unsent).sum();
+        // A wrong value is retained until the next valid answer and counts once.
+        let mut wrong_measurements = 0;
         for leg in 0..LEGS.len() {
             let mut last = Vec::new();
-            for (_, values) in bench.got(leg) {
-                got += usize::from(values != last && stamp_of(leg, &values).is_none());
+            for (_, values) in harness.measurements(leg) {
+                wrong_measurements +=
+                    usize::from(values != last && stamp_of(leg, &values).is_none());
                 last = values;
             }
         }
-        // Bytes that did not pass as they were, and bytes that met others, in packets of 10 at least.
-        let bytes = bench.sum("harmed") + bench.sum("collisions");
-        wrong.set(wrong.get() + (taken + got) as u64);
+        // Altered bytes and bytes in collisions, in packets of at least 10.
+        let bytes = harness.sum("harmed") + harness.sum("collisions");
+        wrong.set(wrong.get() + (wrong_set_points + wrong_measurements) as u64);
         harmed.set(harmed.get() + bytes / 10.0);
         let allowed = 3.0 + bytes / 10.0 / 20.0;
-        if (taken + got) as f64 > allowed {
+        if (wrong_set_points + wrong_measurements) as f64 > allowed {
             return Err(format!(
-                "{taken} set-points and {got} measurements are wrong; {bytes} bytes were harmed"
+                "{wrong_set_points} set-points and {wrong_measurements} measurements are wrong; {bytes} bytes were altered"
             ));
         }
         Ok(())
     });
-    // A sum of 8 bits lets one in 256 pass of packets that are damaged at random, and fewer where few bits are.
+    // An 8-bit checksum accepts 1 of 256 randomly damaged packets, and fewer with few damaged bits.
     println!(
-        "{} wrong values, {} packets' worth of bytes harmed",
+        "{} wrong values, {} packets of altered bytes",
         wrong.get(),
         harmed.get()
     );
@@ -214,36 +219,37 @@ fn under_faults_that_damage_packets_wrong_values_pass_no_oftener_than_the_checks
 }
 
 #[test]
-fn without_faults_every_set_point_that_was_sent_is_taken_once_and_in_order() {
-    ask(32, any_setting(Kinds::Nothing), |setting| {
-        let bench = run(setting, millis(300))?;
-        is_honest(&bench, setting)?;
-        if bench.diagnostic("sbcp/errors") > 0.0 || bench.watch.skipped > 0 {
-            let (errors, skipped) = (bench.diagnostic("sbcp/errors"), bench.watch.skipped);
-            return Err(format!("{errors} errors, {skipped} cycles left out"));
+fn set_points_are_applied_once_and_in_order_without_faults() {
+    check_property(32, any_scenario(FaultKinds::None), |scenario| {
+        let harness = run(scenario, millis(300))?;
+        check_values(&harness, scenario)?;
+        if harness.diagnostic("sbcp/errors") > 0.0 || harness.monitor.skipped > 0 {
+            let (errors, skipped) = (harness.diagnostic("sbcp/errors"), harness.monitor.skipped);
+            return Err(format!("{errors} errors, {skipped} cycles skipped"));
         }
         for (leg, name) in LEGS.iter().enumerate() {
-            let sent = &bench.watch.sent[leg];
-            if bench.of_leg(leg, "requests") != sent.len() as f64 {
-                return Err(format!("{} did not take {}", name, sent.len()));
+            let sent = &harness.monitor.sent[leg];
+            if harness.leg_diagnostic(leg, "requests") != sent.len() as f64 {
+                return Err(format!("{} did not accept {} set-points", name, sent.len()));
             }
-            // Interpolated or not, every point is reached: all but those that wait at the end.
-            let shown = bench.shown(leg);
-            let mut shown = shown.iter();
+            // With or without interpolation every point is reached, except those waiting at the
+            // end.
+            let applied = harness.applied(leg);
+            let mut applied = applied.iter();
             let mut reached = 0;
             while let Some(next) = sent.get(reached) {
-                if shown.any(|shown| shown.goals == next.goals.map(Some)) {
+                if applied.any(|applied| applied.set_points == next.set_points.map(Some)) {
                     reached += 1;
                 } else {
                     break;
                 }
             }
-            let open = match setting.following {
-                Following::Plain => hidden(&bench, setting, leg),
-                // The one under way, and two that wait.
+            let open = match scenario.following {
+                Following::Plain => unresolved(&harness, scenario, leg),
+                // The current one, and two that wait.
                 Following::Smooth => 3,
             };
-            if reached + open < sent.len() && hidden(&bench, setting, leg) == 1 {
+            if reached + open < sent.len() && unresolved(&harness, scenario, leg) == 1 {
                 return Err(format!(
                     "{} reached {reached} of {} points",
                     name,
@@ -256,59 +262,65 @@ fn without_faults_every_set_point_that_was_sent_is_taken_once_and_in_order() {
 }
 
 #[test]
-fn under_losses_a_board_takes_what_was_sent_less_what_answers_and_errors_account_for() {
-    ask(48, any_setting(Kinds::Losses), |setting| {
-        let bench = run(setting, millis(50))?;
-        let (mut sent, mut took) = (0.0, 0.0);
+fn losses_are_accounted_for_by_errors() {
+    check_property(48, any_scenario(FaultKinds::Losses), |scenario| {
+        let harness = run(scenario, millis(50))?;
+        let (mut sent, mut accepted) = (0.0, 0.0);
         for (leg, name) in LEGS.iter().enumerate() {
             let (of_leg, by_leg) = (
-                bench.watch.sent[leg].len() as f64,
-                bench.of_leg(leg, "requests"),
+                harness.monitor.sent[leg].len() as f64,
+                harness.leg_diagnostic(leg, "requests"),
             );
             if by_leg > of_leg {
-                return Err(format!("{name} took {by_leg} of {of_leg} set-points"));
+                return Err(format!("{name} accepted {by_leg} of {of_leg} set-points"));
             }
-            if setting.following == Following::Plain {
-                let seen = taken(&bench, leg).len() as f64;
-                if seen > by_leg || seen + (hidden(&bench, setting, leg) as f64) < by_leg {
+            if scenario.following == Following::Plain {
+                let observed = applied_indices(&harness, leg).len() as f64;
+                if observed > by_leg
+                    || observed + (unresolved(&harness, scenario, leg) as f64) < by_leg
+                {
                     return Err(format!(
-                        "{name} counts {by_leg} set-points and shows {seen}"
+                        "{name} counts {by_leg} set-points and applied {observed}"
                     ));
                 }
             }
             sent += of_leg;
-            took += by_leg;
+            accepted += by_leg;
         }
-        // Each that was lost is an error of the master.
-        let errors = bench.diagnostic("sbcp/errors");
-        if sent - took > errors {
-            return Err(format!("{sent} sent, {took} taken, {errors} errors"));
+        // Each lost one is an error of the master.
+        let errors = harness.diagnostic("sbcp/errors");
+        if sent - accepted > errors {
+            return Err(format!("{sent} sent, {accepted} accepted, {errors} errors"));
         }
         Ok(())
     });
 }
 
-/// Where each loss takes a whole packet, of 10 bytes out or 22 back, errors and harmed bytes say how many went which way.
+/// If each loss affects a whole packet (10 bytes out or 22 back), errors and lost bytes determine
+/// the number of losses in each direction.
 #[test]
-fn under_losses_in_one_place_the_counters_say_exactly_how_many_set_points_are_lost() {
-    ask(48, any_setting(Kinds::LossesBetween), |setting| {
-        let bench = run(setting, millis(50))?;
-        let sent: usize = bench.watch.sent.iter().map(Vec::len).sum();
-        let took: f64 = (0..4).map(|leg| bench.of_leg(leg, "requests")).sum();
-        let (errors, harmed) = (bench.diagnostic("sbcp/errors"), bench.sum("harmed"));
-        let on_link = setting
-            .troubles
+fn losses_at_one_place_are_exactly_determined_by_the_counters() {
+    check_property(48, any_scenario(FaultKinds::LossesAtOnePlace), |scenario| {
+        let harness = run(scenario, millis(50))?;
+        let sent: usize = harness.monitor.sent.iter().map(Vec::len).sum();
+        let accepted: f64 = (0..4)
+            .map(|leg| harness.leg_diagnostic(leg, "requests"))
+            .sum();
+        let (errors, harmed) = (harness.diagnostic("sbcp/errors"), harness.sum("harmed"));
+        let on_link = scenario
+            .timed_faults
             .iter()
-            .any(|trouble| trouble.on.ends_with("link"));
-        // Through the link four requests go in one burst: E = 4x + y, H = 40x + 22y; elsewhere E = x + y, H = 10x + 22y.
+            .any(|timed_fault| timed_fault.on.ends_with("link"));
+        // Over the link four requests form one burst: E = 4x + y, H = 40x + 22y; elsewhere E = x +
+        // y, H = 10x + 22y.
         let lost = if on_link {
             4.0 * (22.0 * errors - harmed) / 48.0
         } else {
             (22.0 * errors - harmed) / 12.0
         };
-        if sent as f64 - took != lost {
+        if sent as f64 - accepted != lost {
             return Err(format!(
-                "{sent} sent, {took} taken, but {lost} lost by {errors} errors and {harmed} bytes"
+                "{sent} sent, {accepted} accepted, but {lost} lost according to {errors} errors and {harmed} bytes"
             ));
         }
         Ok(())

@@ -1,8 +1,9 @@
 //! Every expectation of the repository's scenarios can fail.
 //!
-//! [`table.toml`](table.toml) names a disturbance for each of them: settings of the scene, as of `--set`, of a plausible size.
-//! Under it the expectation fails, while another one of the same file still passes, so that it is this expectation that sees
-//! the disturbance and not a run that has come to nothing. Being unobserved is not failing.
+//! [`table.toml`](table.toml) contains a disturbance for each of them: settings of the scenario, as
+//! of `--set`, of plausible size. Under its disturbance the expectation must fail while another one
+//! of the same file passes, so that the failure is specific and not that of an invalid run. Being
+//! unobserved does not count as failing.
 //!
 //! ```console
 //! $ cargo test --release -p twinrig-tests --features mujoco,rapier --test mutations -- --nocapture
@@ -10,7 +11,7 @@
 
 #![expect(
     clippy::disallowed_methods,
-    reason = "runs side by side, and their durations; a run itself has neither threads nor a clock"
+    reason = "concurrent runs and their durations; a run itself uses neither threads nor a clock"
 )]
 
 mod table;
@@ -23,41 +24,38 @@ use table::{Disturbance, Table, expectations};
 use twinrig::scenario::{Outcome, Setting, Verdict};
 use twinrig::{Assembly, Execution, Registry, TwinError, execute};
 
-/// Plants that are cargo features, and whether this build has them.
+/// Plants that are cargo features, with their availability in this build.
 const FEATURES: [(&str, bool); 2] = [
     ("mujoco", cfg!(feature = "mujoco")),
     ("rapier", cfg!(feature = "rapier")),
 ];
 
 fn in_this_build(plant: &str) -> bool {
-    // A model file of MuJoCo is a plant of the feature of that name.
+    // Models in MuJoCo's file format require the feature `mujoco`.
     let feature = if plant == "mjcf" { "mujoco" } else { plant };
     FEATURES.iter().all(|&(name, has)| name != feature || has)
 }
 
 #[test]
-fn each_expectation_has_a_disturbance_or_a_reason_for_none() {
+fn each_expectation_has_a_disturbance_or_an_exception() {
     let table = Table::read();
-    let mut faults = table.misuses();
+    let mut faults = table.invalid_entries();
     for expectation in expectations() {
         let disturbed = table
             .disturbances
             .iter()
-            .any(|one| one.breaks(&expectation));
-        let excepted = table
-            .exceptions
-            .iter()
-            .any(|one| one.is_about(&expectation));
+            .any(|one| one.is_detected_by(&expectation));
+        let excepted = table.exceptions.iter().any(|one| one.covers(&expectation));
         match (disturbed, excepted) {
-            (false, false) => faults.push(format!("{expectation}: nothing disturbs it")),
-            (true, true) => faults.push(format!("{expectation}: disturbed, and an exception")),
+            (false, false) => faults.push(format!("{expectation}: no disturbance")),
+            (true, true) => faults.push(format!("{expectation}: both disturbance and exception")),
             _ => {}
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// What becomes of the expectations of `scenario` under `settings`.
+/// Returns the outcomes of the expectations of `scenario` under `settings`.
 fn outcomes(scenario: &Path, settings: &[Setting]) -> Result<Vec<Outcome>, TwinError> {
     let registry = Registry::standard();
     let assembly = Assembly::of_file(&registry, scenario, settings)?;
@@ -65,12 +63,12 @@ fn outcomes(scenario: &Path, settings: &[Setting]) -> Result<Vec<Outcome>, TwinE
     Ok(report.expectations.into_iter().map(|line| line.0).collect())
 }
 
-/// Runs `disturbance`, and says in which respects it is not as the table has it.
-fn faults_of(disturbance: &Disturbance) -> Vec<String> {
+/// Runs `disturbance` and returns its deviations from the table.
+fn deviations(disturbance: &Disturbance) -> Vec<String> {
     let scenario = disturbance.path();
     let settings: Vec<Setting> = disturbance.settings().collect();
     let mut faults = Vec::new();
-    let mut are = |settings: &[Setting], wanted: Verdict| match outcomes(&scenario, settings) {
+    let mut check = |settings: &[Setting], expected: Verdict| match outcomes(&scenario, settings) {
         Ok(outcomes) => {
             let verdict = |name: &String| {
                 let outcome = outcomes.iter().find(|outcome| outcome.name == *name);
@@ -79,23 +77,23 @@ fn faults_of(disturbance: &Disturbance) -> Vec<String> {
             let others = disturbance
                 .fails
                 .iter()
-                .filter(|name| verdict(name) != Some(wanted));
+                .filter(|name| verdict(name) != Some(expected));
             faults.extend(others.map(|name| {
                 let found = verdict(name);
-                format!("{disturbance}: `{name}` is {found:?}, not {wanted:?}")
+                format!("{disturbance}: `{name}` is {found:?}, not {expected:?}")
             }));
             if outcomes
                 .iter()
                 .all(|outcome| outcome.verdict != Verdict::Pass)
             {
-                faults.push(format!("{disturbance}: nothing passes"));
+                faults.push(format!("{disturbance}: no expectation passes"));
             }
         }
         Err(error) => faults.push(format!("{disturbance}: {error}")),
     };
-    are(&settings, Verdict::Fail);
+    check(&settings, Verdict::Fail);
     if let Some(length) = disturbance.length() {
-        are(&[length], Verdict::Pass);
+        check(&[length], Verdict::Pass);
     }
     faults
 }
@@ -108,14 +106,14 @@ fn faults_of(disturbance: &Disturbance) -> Vec<String> {
 fn each_expectation_fails_under_its_disturbance() {
     let begin = Instant::now();
     let table = Table::read();
-    let (wanted, left): (Vec<_>, Vec<_>) =
+    let (available, skipped): (Vec<_>, Vec<_>) =
         (table.disturbances.iter()).partition(|one| in_this_build(&one.plant()));
     let next = AtomicUsize::new(0);
     let work = || {
         let mut faults = Vec::new();
-        while let Some(disturbance) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(disturbance) = available.get(next.fetch_add(1, Ordering::Relaxed)) {
             let begin = Instant::now();
-            faults.extend(faults_of(disturbance));
+            faults.extend(deviations(disturbance));
             println!("{:6.2} s  {disturbance}", begin.elapsed().as_secs_f64());
         }
         faults
@@ -129,9 +127,9 @@ fn each_expectation_fails_under_its_disturbance() {
         faults.collect()
     });
     println!(
-        "{} disturbances, {} of plants that this build lacks, {:.1} s",
-        wanted.len(),
-        left.len(),
+        "{} disturbances, {} of plants not in this build, {:.1} s",
+        available.len(),
+        skipped.len(),
         begin.elapsed().as_secs_f64()
     );
     assert!(faults.is_empty(), "{}", faults.join("\n"));

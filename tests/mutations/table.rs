@@ -1,4 +1,4 @@
-//! The table of disturbances, and what the scenarios expect.
+//! Table of disturbances, and the expectations of the scenarios.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -7,9 +7,9 @@ use serde::Deserialize;
 use twinrig::scenario::Setting;
 use twinrig_tests::{scenarios, scenarios_in};
 
-/// The tables and keys of a scenario that are the scene: the robot, its plant, its controller, its buses and their faults. The
-/// others say what is expected, and how it is looked at.
-const SCENE: [&str; 8] = [
+/// Tables and keys of a scenario that a disturbance may set: robot, plant, controller, buses and
+/// their faults. The other keys define expectations and observation.
+const DISTURBABLE: [&str; 8] = [
     "override",
     "plant",
     "actuator",
@@ -20,31 +20,31 @@ const SCENE: [&str; 8] = [
     "fault",
 ];
 
-/// A disturbance of a scene, and the expectations that see it.
+/// A disturbance of a scenario, and the expectations that detect it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disturbance {
-    /// The scenario, below `scenarios/`.
+    /// Scenario file, relative to `scenarios/`.
     file: String,
-    /// Length of its run, if it is not that of the scenario.
+    /// Duration of the run, if different from that of the scenario.
     pub duration: Option<String>,
-    /// As of `--set`.
+    /// Settings, as of `--set`.
     set: Vec<String>,
     /// Names of the expectations that fail.
     pub fails: Vec<String>,
 }
 
-/// An expectation that no disturbance breaks.
+/// An expectation without a disturbance.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Exception {
     file: String,
     expectation: String,
-    /// Why.
+    /// Reason.
     reason: String,
 }
 
-/// All of them.
+/// Contents of the table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
@@ -58,35 +58,38 @@ pub struct Table {
 pub struct Expectation {
     file: String,
     name: String,
-    /// The plants that it is about; none: any.
+    /// Plants to which it applies; `None` for all.
     plants: Option<Vec<String>>,
 }
 
 impl Table {
-    /// The table beside this file.
+    /// Reads the table from the folder of this file.
     pub fn read() -> Self {
         toml::from_str(include_str!("table.toml")).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Entries that are about nothing that is there, that disturb anything but the scene, or that give no reason.
-    pub fn misuses(&self) -> Vec<String> {
+    /// Returns the invalid entries: of unknown expectations, with settings other than of the
+    /// scenario's physics, or without a reason.
+    pub fn invalid_entries(&self) -> Vec<String> {
         let expectations = expectations();
-        let mut misuses = Vec::new();
-        for one in &self.disturbances {
-            let keys = one
+        let mut invalid_entries = Vec::new();
+        for disturbance in &self.disturbances {
+            let keys = disturbance
                 .set
                 .iter()
                 .map(|set| set.split(['.', '=']).next().unwrap_or(set));
-            let beyond = keys.filter(|key| !SCENE.contains(key));
-            misuses.extend(beyond.map(|key| format!("{one}: `{key}` is not the scene")));
+            let beyond = keys.filter(|key| !DISTURBABLE.contains(key));
+            invalid_entries
+                .extend(beyond.map(|key| format!("{disturbance}: `{key}` is not a disturbance")));
             let known = |name: &str| {
                 let mut named = expectations.iter().filter(|known| known.name == name);
-                named.any(|known| one.is_of(known))
+                named.any(|known| disturbance.applies_to(known))
             };
-            let unknown = one.fails.iter().filter(|name| !known(name));
-            misuses.extend(unknown.map(|name| format!("{one}: no expectation `{name}`")));
-            if one.fails.is_empty() {
-                misuses.push(format!("{one}: nothing fails"));
+            let unknown = disturbance.fails.iter().filter(|name| !known(name));
+            invalid_entries
+                .extend(unknown.map(|name| format!("{disturbance}: no expectation `{name}`")));
+            if disturbance.fails.is_empty() {
+                invalid_entries.push(format!("{disturbance}: no expectation fails"));
             }
         }
         for exception in &self.exceptions {
@@ -95,26 +98,26 @@ impl Table {
                 expectation,
                 reason,
             } = exception;
-            if !expectations.iter().any(|known| exception.is_about(known)) {
-                misuses.push(format!("{file}: no expectation `{expectation}`"));
+            if !expectations.iter().any(|known| exception.covers(known)) {
+                invalid_entries.push(format!("{file}: no expectation `{expectation}`"));
             }
             if reason.is_empty() {
-                misuses.push(format!(
-                    "{file}: `{expectation}` is excepted without a reason"
+                invalid_entries.push(format!(
+                    "{file}: exception of `{expectation}` without a reason"
                 ));
             }
         }
-        misuses
+        invalid_entries
     }
 }
 
 impl Disturbance {
-    /// Where the scenario is.
+    /// Path of the scenario file.
     pub fn path(&self) -> PathBuf {
         scenarios().join(&self.file)
     }
 
-    /// The settings that make it.
+    /// Settings of the disturbance.
     pub fn settings(&self) -> impl Iterator<Item = Setting> {
         let parts = self
             .set
@@ -125,14 +128,14 @@ impl Disturbance {
             .chain(self.length())
     }
 
-    /// The setting of its duration.
+    /// Setting of the duration.
     pub fn length(&self) -> Option<Setting> {
         self.duration
             .as_ref()
             .map(|duration| setting("duration", duration))
     }
 
-    /// The plant of its run.
+    /// Plant of the run.
     pub fn plant(&self) -> String {
         let mut settings = self
             .settings()
@@ -143,20 +146,20 @@ impl Disturbance {
         named.unwrap_or_else(|| text(&scenario(&self.path())["plant"]["model"]))
     }
 
-    /// Whether `expectation` fails under it.
-    pub fn breaks(&self, expectation: &Expectation) -> bool {
-        self.is_of(expectation) && self.fails.contains(&expectation.name)
+    /// Whether `expectation` fails under the disturbance.
+    pub fn is_detected_by(&self, expectation: &Expectation) -> bool {
+        self.applies_to(expectation) && self.fails.contains(&expectation.name)
     }
 
-    /// Whether its run has `expectation`.
-    fn is_of(&self, expectation: &Expectation) -> bool {
+    /// Whether the run evaluates `expectation`.
+    fn applies_to(&self, expectation: &Expectation) -> bool {
         let about = |plants: &Vec<String>| plants.contains(&self.plant());
         expectation.file == self.file && expectation.plants.as_ref().is_none_or(about)
     }
 }
 
 impl Exception {
-    pub fn is_about(&self, expectation: &Expectation) -> bool {
+    pub fn covers(&self, expectation: &Expectation) -> bool {
         expectation.file == self.file && expectation.name == self.expectation
     }
 }
@@ -182,7 +185,7 @@ impl fmt::Display for Expectation {
     }
 }
 
-/// What a scenario file says, not checked by anything.
+/// Reads a scenario file without checking it.
 fn scenario(path: &Path) -> toml::Table {
     let text =
         std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -192,7 +195,7 @@ fn scenario(path: &Path) -> toml::Table {
 fn text(value: &toml::Value) -> String {
     value
         .as_str()
-        .unwrap_or_else(|| panic!("{value:?} is no text"))
+        .unwrap_or_else(|| panic!("{value:?} is not a string"))
         .to_owned()
 }
 
@@ -204,7 +207,7 @@ fn setting(key: &str, value: &str) -> Setting {
     }
 }
 
-/// Those of all scenarios of the repository.
+/// Returns the expectations of all scenarios of the repository.
 pub fn expectations() -> Vec<Expectation> {
     let mut expectations = Vec::new();
     for path in ["", "thesis", "models"].map(scenarios_in).concat() {

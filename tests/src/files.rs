@@ -1,16 +1,16 @@
-//! The scenario files of the repository.
+//! Scenario files of the repository.
 
 use std::path::{Path, PathBuf};
 
-/// The folder of the scenarios.
+/// Folder of the scenarios.
 pub fn scenarios() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")
 }
 
-/// The scenario files in `below`, a folder in that folder, in order of their names.
+/// Returns the scenario files in the subfolder `below`, sorted by name.
 ///
 /// # Panics
-/// If there is no such folder.
+/// If the folder does not exist.
 pub fn scenarios_in(below: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(scenarios().join(below)).unwrap();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();

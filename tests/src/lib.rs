@@ -1,20 +1,20 @@
-//! What the tests across crates share: short scenes on the real robot, runs of them in memory, and a part that is broken on
-//! purpose. Nothing here is part of the product.
+//! Fixtures of the tests across crates: short trots of the real robot, fingerprints and recordings
+//! of them, and a plant with an injected fault. Not part of the product.
 //!
 //! ```
 //! use twinrig::Registry;
-//! use twinrig_tests::{Scene, run};
+//! use twinrig_tests::{TrotFixture, run};
 //!
 //! let registry = Registry::standard();
-//! let scene = Scene { duration_ms: 20, ..Scene::default() };
-//! let assembly = scene.assembly(&registry);
+//! let fixture = TrotFixture { duration_ms: 20, ..TrotFixture::default() };
+//! let assembly = fixture.assembly(&registry);
 //! assert_eq!(run(&assembly).to_string(), run(&assembly).to_string());
 //! ```
 
-mod broken;
+mod faulty_plant;
 mod files;
-mod scene;
+mod fixture;
 
-pub use broken::{Broken, with_broken_plant};
+pub use faulty_plant::{FaultyPlant, with_faulty_plant};
 pub use files::{scenarios, scenarios_in};
-pub use scene::{Scene, record, run, run_from};
+pub use fixture::{TrotFixture, record, run, run_from};

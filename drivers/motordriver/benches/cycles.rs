@@ -1,10 +1,10 @@
-//! What a cycle costs: a frame of four requests through USB and bus controller, four answers back, and eight ticks of
-//! boards with two motors each.
+//! Cost of a cycle: a frame of four requests through USB and bus controller, four answers, and
+//! eight ticks of boards with two motors each.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Bench, millis};
+use common::{Harness, millis};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use twinrig_kernel::SimDuration;
@@ -14,18 +14,19 @@ fn main() {
     divan::main();
 }
 
-/// Cycles in an iteration: a thousand packets to boards, each with its answer. So an iteration lasts as many milliseconds
-/// as a packet costs microseconds, all that belongs to its cycle included; items are packets.
+/// Cycles per iteration: a thousand packets to boards, each with its answer. The time of an
+/// iteration in milliseconds is therefore the cost per packet in microseconds, including everything
+/// else in its cycle. Items are packets.
 const CYCLES: u64 = 250;
 const PACKETS: u64 = 4 * CYCLES;
 
 fn run(bencher: Bencher, config: &BusConfig, period: SimDuration, turning: bool) {
-    let mut bench = Bench::new(config);
-    bench.plant.turning = turning;
-    bench.open().expect("the bus opens");
+    let mut harness = Harness::new(config);
+    harness.plant.turning = turning;
+    harness.open().expect("the bus opens");
     bencher.counter(ItemsCount::new(PACKETS)).bench_local(|| {
-        let to = bench.now() + period * CYCLES;
-        let cycles = bench
+        let to = harness.now() + period * CYCLES;
+        let cycles = harness
             .run_cycles(period, to, |_| [0.1; 8])
             .expect("the bus works");
         assert_eq!(cycles, CYCLES);
@@ -51,14 +52,14 @@ fn packets_at_333_hz_without_a_controller(bencher: Bencher) {
     run(bencher, &config, millis(3), false);
 }
 
-/// A second of ticks alone.
+/// A second of ticks without cycles.
 #[divan::bench]
 fn second_without_cycles(bencher: Bencher) {
-    let mut bench = Bench::new(&BusConfig::default());
-    bench.plant.turning = false;
-    bench.open().expect("the bus opens");
+    let mut harness = Harness::new(&BusConfig::default());
+    harness.plant.turning = false;
+    harness.open().expect("the bus opens");
     bencher.bench_local(|| {
-        let to = bench.now() + SimDuration::from_secs(1);
-        bench.run_until(to).expect("the bus works");
+        let to = harness.now() + SimDuration::from_secs(1);
+        harness.run_until(to).expect("the bus works");
     });
 }

@@ -17,35 +17,36 @@ use crate::registers::{FORCE, MAGNETIC, MotorRegister, table};
 use crate::reply::{COMMAND_LEN, Reply, command};
 use crate::units::{Joint, Scale, force_word, magnetic_word};
 
-/// Length of a tick by the board's own clock.
+/// Tick of the firmware, by the board's own clock.
 const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
-/// Volts of a unit of duty: 24 V over 2¹⁵.
+/// Volts per unit of duty: 24 V / 2¹⁵.
 const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 
-/// An emulated motordriver board: its processor with its own clock, what it hears and says on the bus, and the motors
-/// and sensors that it has in the plant.
+/// Emulated motordriver board: processor with its own clock, bus interface, and its motors and
+/// sensors in the plant.
 ///
-/// It samples and actuates at its ticks, once a millisecond of its own time. It reads `leg/LF/hip/position` and
-/// `leg/LF/knee/position` \[rad\], and where the plant has them `leg/LF/angles` \[rad\] and `leg/LF/foot/force` \[N\]; it writes
-/// `leg/LF/hip/voltage` \[V\] and `leg/LF/hip/bridge` (1 while the motor is driven, 0 while it coasts), and the same for
-/// the knee.
+/// It samples and actuates at its ticks, once per millisecond of its own time. It reads
+/// `leg/LF/hip/position` and `leg/LF/knee/position` \[rad\], and where the plant has them
+/// `leg/LF/angles` \[rad\] and `leg/LF/foot/force` \[N\]; it writes `leg/LF/hip/voltage` \[V\] and
+/// `leg/LF/hip/bridge` (1 while the motor is driven, 0 while it coasts), and likewise for the knee.
 ///
-/// Its gauges, `sbcp/LF/…`, count since power-on:
+/// Diagnostics, `sbcp/LF/…`, counted from power-on:
 ///
-/// - `missed_points`, `filled_steps`, `lost_points`, `watchdog_drops`: what happened to the set-points (thesis, section
-///   5.3.3 and table 5.4); `saturated`: forces out of the sensor's range;
-/// - `requests`, and when those of the cycle arrived, in physical time at their last bit (with the first firmware: when the
-///   main loop took them), by the same statistics as the cycles of [`MotorDriver`](crate::MotorDriver): of the intervals
-///   `request/mean`, `request/shortest`, `request/longest`, `request/half_range`, `request/p50`, `request/p99` and
-///   `request/p999` \[s\]; `request/phase/deviation` \[s\], and `request/deviation`, which is the same;
-/// - `response/shortest`, `response/longest` and `response/half_range` \[s\]: from the last bit of a request of the cycle to
-///   the first of its answer;
+/// - `missed_points`, `filled_steps`, `lost_points`, `watchdog_drops`: faults of the set-point
+///   stream (thesis, section 5.3.3 and table 5.4); `saturated`: forces out of the sensor's range;
+/// - `requests`: requests of the cycle. Their arrival times, in physical time at the last bit (with
+///   the first firmware: at their processing by the main loop), enter the same statistics as the
+///   cycles of [`MotorDriver`](crate::MotorDriver): of the intervals `request/mean`,
+///   `request/shortest`, `request/longest`, `request/half_range`, `request/p50`, `request/p99` and
+///   `request/p999` \[s\]; `request/phase/deviation` \[s\], and its alias `request/deviation`;
+/// - `response/shortest`, `response/longest` and `response/half_range` \[s\]: time from the last
+///   bit of a request of the cycle to the first bit of its answer;
 /// - `answers`, `refused`, `damaged`, `garbage`, `framing_errors`, `superseded`, `events_lost`: see
 ///   [`twinrig_sbcp::SlaveCounters`].
 pub struct MotorBoard {
-    /// `LF`.
+    /// Name of the leg: `LF`.
     name: String,
-    /// What its gauges begin with: `sbcp/LF`.
+    /// Prefix of the diagnostics: `sbcp/LF`.
     prefix: String,
     attentive: bool,
     signals: Signals,
@@ -56,12 +57,12 @@ pub struct MotorBoard {
 struct State {
     clock: BoardClock,
     next_tick: LocalTime,
-    /// The same in physical time.
+    /// `next_tick` in physical time.
     wake: SimTime,
     slave: Slave,
     firmware: Firmware,
     scales: [Scale; 2],
-    /// Whether the bridges are closed, as far as the plant knows.
+    /// State of the bridges as last written to the plant: true for closed.
     driven: [bool; 2],
     reply: Reply,
     requests: EventTiming,
@@ -69,7 +70,7 @@ struct State {
     saturated: u64,
 }
 
-/// Where the plant has what the board measures and drives.
+/// Places of the board's signals in the plant.
 #[derive(Clone, Debug, Default)]
 struct Signals {
     positions: [Range<usize>; 2],
@@ -79,7 +80,7 @@ struct Signals {
     force: Option<Range<usize>>,
 }
 
-/// Names and units of a board's gauges beside the timing of the requests.
+/// Names and units of a board's diagnostics, without those of the request timing.
 const DIAGNOSTICS: [(&str, Unit); 16] = [
     ("missed_points", Unit::One),
     ("filled_steps", Unit::One),
@@ -100,10 +101,10 @@ const DIAGNOSTICS: [(&str, Unit); 16] = [
 ];
 
 impl MotorBoard {
-    /// A board whose power has just come, on the bus of that name.
+    /// Creates a board at power-on, on the bus of that name.
     ///
     /// # Errors
-    /// [`SbcpError::Address`] if nobody can have its id.
+    /// [`SbcpError::Address`] if the id is not a valid slave address.
     pub fn new(bus: &str, config: &BoardConfig) -> Result<Self, SbcpError> {
         let policy = match config.firmware.generation {
             Generation::First => AnswerPolicy::MainLoop,
@@ -115,7 +116,7 @@ impl MotorBoard {
             ..SlaveConfig::new(CLASS_MOTORDRIVER)
         };
         let clock = config.clock;
-        // The first tick that is wholly after power-on.
+        // The first complete tick after power-on.
         let shown = clock.local_at(SimTime::ZERO).as_nanos();
         let tick = TICK.as_nanos();
         let next_tick = LocalTime::from_nanos((shown.div_euclid(tick) + 1) * tick);
@@ -135,26 +136,26 @@ impl MotorBoard {
                 scales: [scale(0), scale(1)],
                 driven: [false; 2],
                 reply: Reply::default(),
-                requests: EventTiming::of(None),
+                requests: EventTiming::new(None),
                 requests_taken: 0,
                 saturated: 0,
             },
         })
     }
 
-    /// The same board on a bus where several packets may follow one another without a break: it then hears every byte
-    /// that may complete one as it comes. That costs time, and makes no difference elsewhere: master and bus
-    /// controller say one packet at a time.
+    /// Enables byte-wise reception for a bus on which packets may follow one another without a gap:
+    /// each byte that may complete a packet then is processed on its arrival. This costs time and
+    /// makes no difference otherwise, because master and bus controller send single packets.
     #[must_use]
     pub fn attentive(self, attentive: bool) -> Self {
         Self { attentive, ..self }
     }
 
-    /// The same board, to which requests are to come once in that time: `request/phase/deviation` is taken against this
-    /// grid. None if they come as fast as the bus lets them, as without this.
+    /// Sets the nominal period of requests, the grid of `request/phase/deviation`. `None`, the
+    /// default, if requests come as fast as the bus permits.
     #[must_use]
     pub fn with_nominal_period(mut self, period: Option<Duration>) -> Self {
-        self.state.requests = EventTiming::of(period);
+        self.state.requests = EventTiming::new(period);
         self
     }
 }
@@ -173,11 +174,11 @@ impl State {
             .set_reply(&self.reply.bytes())
             .expect("a reply is shorter than a packet");
         self.slave.main_loop(now);
-        self.obey();
+        self.process_events();
         let calibrating = self.firmware.is_calibrating();
         let duties = self.firmware.tick(positions);
         if calibrating {
-            self.show_modes();
+            self.update_mode_registers();
         }
         for (n, duty) in duties.into_iter().enumerate() {
             let driven = duty.is_some();
@@ -196,7 +197,7 @@ impl State {
         Ok(())
     }
 
-    /// Reads the sensors, makes of them the reply, and gives the motors' positions \[counts\].
+    /// Samples the sensors into the reply and returns the positions of the motors \[counts\].
     fn measure(
         &mut self,
         signals: &Signals,
@@ -223,38 +224,38 @@ impl State {
                 self.saturated += u64::from(saturated);
             }
         }
-        self.show(&before);
+        self.update_registers(&before);
         Ok(positions)
     }
 
-    /// Writes what has changed into the registers.
-    fn show(&mut self, before: &Reply) {
+    /// Copies changed measurements into the registers.
+    fn update_registers(&mut self, before: &Reply) {
         let registers = self.slave.registers_mut();
-        let mut put = |address, was: u16, is: u16| {
-            if was != is {
+        let mut put = |address, old: u16, new: u16| {
+            if old != new {
                 registers
-                    .put(address, is)
+                    .put(address, new)
                     .expect("the table has every register that is written here");
             }
         };
-        let is = &self.reply;
+        let reply = &self.reply;
         for n in 0..2 {
-            let address = MotorRegister::PresentPosition.of(n);
-            put(address, before.positions[n], is.positions[n]);
+            let address = MotorRegister::PresentPosition.address(n);
+            put(address, before.positions[n], reply.positions[n]);
         }
         for n in 0..3_u8 {
             let at = usize::from(n);
-            put(MAGNETIC + n, before.magnetic[at], is.magnetic[at]);
-            put(FORCE + n, before.force[at], is.force[at]);
+            put(MAGNETIC + n, before.magnetic[at], reply.magnetic[at]);
+            put(FORCE + n, before.force[at], reply.force[at]);
         }
     }
 
-    /// Does what the master has asked for since it was last asked.
-    fn obey(&mut self) {
+    /// Executes the requests received from the master since the last call.
+    fn process_events(&mut self) {
         while let Some(event) = self.slave.poll_event() {
             match event {
                 SlaveEvent::LowLatency { at, payload } => {
-                    self.requests.note(at.as_nanos());
+                    self.requests.record(at.as_nanos());
                     self.requests_taken += 1;
                     if let Some(goals) = command(&payload) {
                         self.firmware.command(goals);
@@ -262,19 +263,19 @@ impl State {
                 }
                 SlaveEvent::Written { address, value, .. } => {
                     self.firmware.written(address, value);
-                    self.show_modes();
+                    self.update_mode_registers();
                 }
                 SlaveEvent::Saved { .. } => {}
             }
         }
     }
 
-    fn show_modes(&mut self) {
+    fn update_mode_registers(&mut self) {
         for motor in 0..2 {
             let mode = self.firmware.mode_register(motor);
             self.slave
                 .registers_mut()
-                .put(MotorRegister::Mode.of(motor), mode)
+                .put(MotorRegister::Mode.address(motor), mode)
                 .expect("every motor has a mode");
         }
     }
@@ -305,7 +306,7 @@ impl Node for MotorBoard {
 
     fn receive(&mut self, piece: Piece<'_>) {
         self.state.slave.receive(piece);
-        self.state.obey();
+        self.state.process_events();
     }
 
     fn attention(&self) -> Option<usize> {
@@ -349,9 +350,9 @@ impl Node for MotorBoard {
         let (smooth, bus) = (firmware.smooth_counts(), slave.counters());
         let shortest = bus.response_shortest.as_secs_f64();
         let longest = bus.response_longest.as_secs_f64();
-        let (own, timing) = values.split_at_mut(DIAGNOSTICS.len());
+        let (counters, timing) = values.split_at_mut(DIAGNOSTICS.len());
         timing.copy_from_slice(&requests.values());
-        own.copy_from_slice(&[
+        counters.copy_from_slice(&[
             smooth.missed as f64,
             smooth.filled as f64,
             smooth.lost as f64,

@@ -11,33 +11,34 @@ use crate::error::BusError;
 use crate::reply::{COMMAND_LEN, REPLY_LEN};
 use crate::stack::Stack;
 
-/// Everything between the host's driver and the plant: USB converter, bus controller, RS-485 and the boards.
+/// Transport between the host's driver and the plant: USB converter, bus controller, RS-485 and the
+/// boards.
 pub type BusWire = UsbSerial<Stack>;
 
-/// Puts a bus together: left of the wire a driver, right of it everything else. A driver of a bus is good for the real
-/// thing, too.
+/// Builder of both ends of a bus: the host's driver, and the wire with the emulated boards. The
+/// driver can be used with the physical bus, too.
 #[derive(Clone, Copy, Debug)]
 pub struct Bus;
 
 impl Bus {
-    /// What runs on the host.
+    /// Returns the driver that runs on the host.
     ///
     /// # Errors
-    /// [`BusError`] if the bus cannot be.
+    /// [`BusError`] if the configuration is invalid.
     pub fn driver(config: &BusConfig) -> Result<MotorDriver, BusError> {
         MotorDriver::new(config)
     }
 
-    /// What the driver talks to in virtual time.
+    /// Returns the emulated bus to which the driver is connected in virtual time.
     ///
     /// # Errors
-    /// [`BusError`] if the bus cannot be.
+    /// [`BusError`] if the configuration is invalid.
     pub fn wire(config: &BusConfig) -> Result<BusWire, BusError> {
         config.check()?;
         let mut nodes: Vec<Box<dyn Node>> = Vec::new();
         for board in config.boards.iter().filter(|board| board.present) {
             let place = config.board_place(&board.name);
-            // Bytes that come twice or late may make one burst of two packets.
+            // Duplicated or delayed bytes may form one burst of two packets.
             let faulty = !config.faults.faults.is_empty();
             let node = MotorBoard::new(&config.name, board)?
                 .attentive(faulty)
@@ -50,9 +51,9 @@ impl Bus {
             });
         }
         let (name, byte_time) = (&config.name, config.byte_time);
-        let mut line = Stack::of(Rs485::new(name, byte_time, config.turnaround, nodes)?);
+        let mut line = Stack::new(Rs485::new(name, byte_time, config.turnaround, nodes)?);
         if config.trace {
-            line = Stack::of(Traced::new("rs485", line));
+            line = Stack::new(Traced::new("rs485", line));
         }
         line = with_faults(config, &config.place(), line)?;
         if let BusTopology::Controller(controller) = config.topology {
@@ -60,7 +61,7 @@ impl Bus {
                 byte_time,
                 ..controller
             };
-            line = Stack::of(Controlled::new(name, controller, line)?);
+            line = Stack::new(Controlled::new(name, controller, line)?);
         }
         line = with_faults(config, &config.link_place(), line)?;
         Ok(UsbSerial::new(
@@ -82,24 +83,27 @@ fn with_faults(config: &BusConfig, place: &str, line: Stack) -> Result<Stack, Bu
         return Ok(line);
     }
     let faulty = Faulty::new(place, config.byte_time, &config.faults, line)?;
-    Ok(Stack::of(faulty))
+    Ok(Stack::new(faulty))
 }
 
-/// Microframe for which the usual time-outs of the protocol's master are made.
+/// Microframe for which the default time-outs of the protocol's master are chosen.
 const MICROFRAME: Duration = Duration::from_micros(125);
-/// ASSUMED: longest that a board with the first firmware takes to answer: its main loop, and a tenth for its clock.
+/// ASSUMED: maximum response time of a board with the first firmware: its main loop, plus 10 % for
+/// its clock.
 const FIRST_FIRMWARE: Duration = Duration::from_micros(1_100);
-/// Longest that a board with the final firmware takes to answer (thesis, section 5.3.2).
+/// Maximum response time of a board with the final firmware (thesis, section 5.3.2).
 const REACTION: SimDuration = SimDuration::from_micros(10);
-/// Microframes by which a host may be later than it is configured, in a direct cycle, before an answer is given up.
+/// Microframes by which the host may exceed its configured timing in a direct cycle before an
+/// answer is given up.
 const LATENESS: u64 = 2;
 
-/// From writing a request directly on the bus to giving its answer up.
+/// Returns the time-out of a request directly on the bus, from its write.
 ///
-/// A request costs (4 + ⌈bus time / microframe⌉) microframes, the turnaround and the jitters; [`LATENESS`] is allowed for
-/// beyond that. It is not longer, because a silent board costs it in every cycle, and it counts in whole microframes,
-/// reckoned from the turnaround: with the defaults 895 µs, so that the next request leaves 7 microframes after the
-/// one that was not answered, and three boards of 5 microframes with one that is silent are polled at 364 Hz.
+/// A request takes (4 + ⌈bus time / microframe⌉) microframes, the turnaround and the jitters;
+/// [`LATENESS`] is added as a margin. The margin is small because a silent board costs the time-out
+/// in every cycle. The time-out is a whole number of microframes after the turnaround: with the
+/// defaults 895 µs, so that the next request leaves 7 microframes after the unanswered one, and
+/// three boards of 5 microframes with one that is silent are polled at 364 Hz.
 fn direct_timeout(config: &BusConfig) -> SimDuration {
     let usb = &config.usb;
     let bytes = COMMAND_LEN + REPLY_LEN + 2 * OVERHEAD;
@@ -109,13 +113,14 @@ fn direct_timeout(config: &BusConfig) -> SimDuration {
     usb.microframe * (frames + LATENESS) + late
 }
 
-/// The master of a bus: its time-outs leave room for USB as it is configured, and for boards that answer late.
+/// Returns the configuration of the bus master: its time-outs allow for USB as configured and for
+/// boards with the first firmware, which answer late.
 pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
     let topology = match config.topology {
         BusTopology::Direct => Topology::Direct,
         BusTopology::Controller(_) => Topology::Controller,
     };
-    let usual = MasterConfig::new(topology);
+    let defaults = MasterConfig::new(topology);
     let nanos = |duration: SimDuration| Duration::from_nanos(duration.as_nanos());
     let frames = nanos(config.usb.microframe)
         .as_nanos()
@@ -129,33 +134,33 @@ pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
         Topology::Controller => late,
     });
     let slow = timer + FIRST_FIRMWARE * late.unwrap_or(u32::MAX);
-    let longest = usual.cycle_timeout * frames;
+    let longest = defaults.cycle_timeout * frames;
     let shortest = match topology {
         Topology::Direct => longest.min(nanos(direct_timeout(config))),
         Topology::Controller => longest,
     };
     let (cycle_timeout, grace) = match config.session.cycle_timeout {
-        Some(timeout) => (timeout, usual.grace),
-        // A time-out that is shorter leaves an answer no less time to come late.
+        Some(timeout) => (timeout, defaults.grace),
+        // A shorter time-out does not shorten the time in which an answer may arrive late.
         None => (
             shortest + slow,
-            usual.grace + longest.saturating_sub(shortest),
+            defaults.grace + longest.saturating_sub(shortest),
         ),
     };
     MasterConfig {
-        lazy_timeout: usual.lazy_timeout + timer,
+        lazy_timeout: defaults.lazy_timeout + timer,
         cycle_timeout,
         grace,
         error_threshold: config.session.error_threshold,
-        ..usual
+        ..defaults
     }
 }
 
-/// By how much the clock of the host may be off, for which a period still counts as whole milliseconds.
+/// Relative clock error of the host up to which a period still counts as whole milliseconds.
 const PERIOD_TOLERANCE: f64 = 1e-3;
 
 impl BusConfig {
-    /// Refuses what no bus can be.
+    /// Rejects invalid configurations.
     pub(crate) fn check(&self) -> Result<(), BusError> {
         let used = self.boards.iter().filter(|board| board.used).count();
         if used > FRAME_MAX {

@@ -7,131 +7,134 @@ use twinrig_wire::{FaultSchedule, UsbTiming};
 
 use crate::units::Side;
 
-/// ASSUMED: time that an RS-485 driver of the near end takes from talking to hearing.
+/// ASSUMED: switching time of the near end's RS-485 transceiver from transmit to receive.
 const TURNAROUND: SimDuration = SimDuration::from_micros(2);
 
-/// A bus: what runs on the host, what stands between it and the boards, and the boards.
+/// Configuration of a bus: host, transport and boards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BusConfig {
-    /// Its name, which is the driver's, and with which all gauges begin: `sbcp`.
+    /// Name of the bus and of its driver, prefix of all diagnostics: `sbcp`.
     pub name: String,
-    /// The boards. LF, RF, LH and RH with the ids 1 to 4, all used.
+    /// Boards. LF, RF, LH and RH with the ids 1 to 4, all used.
     pub boards: Vec<BoardConfig>,
-    /// What is between USB converter and boards: a bus controller.
+    /// Connection of USB converter and boards: through a bus controller.
     pub topology: BusTopology,
-    /// How long USB takes: [`UsbTiming::default`].
+    /// Timing of USB: [`UsbTiming::default`].
     pub usb: UsbTiming,
-    /// Ten bits at 3.333 Mbit/s: 3 µs.
+    /// Time of a byte, ten bits at 3.333 Mbit/s: 3 µs.
     pub byte_time: SimDuration,
-    /// From talking to hearing at the near end of the RS-485 bus: 2 µs, ASSUMED.
+    /// Switching time from transmit to receive at the near end of the RS-485 bus: 2 µs, ASSUMED.
     pub turnaround: SimDuration,
-    /// What the host does with the boards.
+    /// Session of the host with the boards.
     pub session: SessionConfig,
-    /// What goes wrong. On [`BusConfig::place`] for the whole bus, [`BusConfig::link_place`] for what is between the
-    /// host and the bus, [`BusConfig::board_place`] for one board. Nothing.
+    /// Fault schedule. Places: [`BusConfig::place`] for the whole bus, [`BusConfig::link_place`]
+    /// for the link between host and bus, [`BusConfig::board_place`] for one board. Default: empty.
     pub faults: FaultSchedule,
-    /// Seed of what is random in the transport: 0.
+    /// Seed of all random quantities of the transport: 0.
     pub seed: u64,
-    /// Whether the bytes on the RS-485 bus are traced beside those that the host sees: not.
+    /// Whether the bytes on the RS-485 bus are traced in addition to those at the host: false.
     pub trace: bool,
 }
 
-/// What is between USB converter and boards.
+/// Connection of USB converter and boards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusTopology {
-    /// Nothing: the converter is on the bus (thesis, figure 5.7, below).
+    /// Direct: the converter is on the bus (thesis, figure 5.7, bottom).
     Direct,
-    /// A bus controller (thesis, section 5.3.2).
+    /// Through a bus controller (thesis, section 5.3.2).
     Controller(ControllerConfig),
 }
 
-/// One board.
+/// Configuration of one board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardConfig {
-    /// Name of its leg in signals, gauges and faults: `LF`.
+    /// Name of its leg in signals, diagnostics and faults: `LF`.
     pub name: String,
-    /// Its id on the bus.
+    /// Id on the bus.
     pub id: u8,
-    /// On which side its leg is.
+    /// Side of the leg.
     pub side: Side,
-    /// Whether it is on the bus at all: it is.
+    /// Whether the board is on the bus: true.
     pub present: bool,
-    /// Whether the driver uses it. It is no error that a board is missing which is not used.
+    /// Whether the driver uses the board: true. An unused board may be absent.
     pub used: bool,
-    /// How its motors follow: smoothly.
+    /// Set-point following of the motors: smooth.
     pub following: Following,
-    /// Its clock: perfect.
+    /// Clock of the board: ideal.
     pub clock: BoardClock,
-    /// Ranges of hip and knee \[counts of 4096 a turn\]: 1200 and 1350 (public user of the SBCP library, 2013). Host
-    /// and board have to agree about it: the host reads it from the board.
+    /// Ranges of hip and knee \[counts of 4096 per turn\]: 1200 and 1350 (public user of the SBCP
+    /// library, 2013). Host and board have to agree on them: the host reads them from the board.
     pub position_limits: [u16; 2],
-    /// What its processor runs.
+    /// Firmware of the board's processor.
     pub firmware: FirmwareConfig,
 }
 
-/// What the processor of a board runs.
+/// Firmware of a board's processor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FirmwareConfig {
-    /// How it answers.
+    /// Generation of the answer path.
     pub generation: Generation,
-    /// What it does with set-points.
+    /// Interpolation of set-points.
     pub interpolation: Interpolation,
 }
 
-/// How a board answers (thesis, section 5.3.2).
+/// Generation of a board's answer path (thesis, section 5.3.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Generation {
-    /// When its main loop comes round, once a millisecond.
+    /// Answers from the main loop, once per millisecond.
     First,
-    /// At once, from a reply made beforehand.
+    /// Answers immediately, from a reply prepared in advance.
     #[default]
     LowLatency,
 }
 
-/// What smooth interpolation is worth where clocks differ and bytes are lost (thesis, section 5.3.3).
+/// Interpolation under clock mismatch and loss of data (thesis, section 5.3.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Interpolation {
-    /// Overflow buffer, shorter periods while it is not empty, half the speed on underflow, reset of the clock.
+    /// Heuristics: overflow buffer, shorter periods while it is not empty, half the speed on
+    /// underflow, reset of the clock.
     #[default]
     Smooth,
-    /// Without all of them: a point that comes too early is lost, an empty deadline holds still.
+    /// No heuristics: an early point is lost, an underflow holds the position.
     WithoutHeuristics,
 }
 
-/// How motors follow their set-points.
+/// Mode in which motors follow their set-points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Following {
     /// Smooth interpolation between set-points.
     #[default]
     Smooth,
-    /// The position controller alone, on the last set-point: stutters (thesis, figure 5.9).
+    /// Position controller on the last set-point, no interpolation: stutters (thesis, figure 5.9).
     Plain,
 }
 
-/// What the host does with the boards: the defaults are those of the original software (public liboncilla-hw sources,
-/// 2014).
+/// Session of the host with the boards. The defaults are those of the original software (public
+/// liboncilla-hw sources, 2014).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SessionConfig {
-    /// Nominal time between two cycles: 2 ms. What the boards are told is this in whole milliseconds, and at least 2; a
-    /// host whose clock is off by less than a thousandth says here how long a period really is.
+    /// Nominal time between two cycles: 2 ms. The boards receive it rounded to whole milliseconds,
+    /// at least 2. For a host whose clock is off by less than a thousandth this is the true length
+    /// of a period.
     pub period: Duration,
-    /// What is written into the motors' registers.
+    /// Values written into the registers of the motors.
     pub gains: SessionGains,
-    /// Errors at which the run ends; negative: never. 1.
+    /// Number of errors at which the run ends; negative: never. Default: 1.
     pub error_threshold: i64,
-    /// After which calibration has failed: 5 s. The original software had none.
+    /// Time after which calibration has failed: 5 s. The original software had no such limit.
     pub calibration_timeout: Duration,
-    /// Time between two looks whether calibration is over: 100 ms.
+    /// Time between two polls of the calibration state: 100 ms.
     pub calibration_poll: Duration,
-    /// Time-out of a packet or frame of a cycle; None for what topology, USB and firmware want: through the bus controller 2 ms,
-    /// directly a round trip and two microframes (895 µs), more with a latency timer, long microframes or the first firmware.
+    /// Time-out of a packet or frame of a cycle. `None`: derived from topology, USB and firmware:
+    /// through the bus controller 2 ms; directly a round trip and two microframes (895 µs), more
+    /// with a latency timer, long microframes or the first firmware.
     pub cycle_timeout: Option<Duration>,
-    /// Whether the next cycle begins as soon as one is over, with the set-points of the last transfer, until the
-    /// controller has new ones: the rate that a bus can do shows. Not.
+    /// Whether each cycle begins as soon as the last one ends, with the set-points of the last
+    /// transfer until the controller has new ones, which shows the maximum rate of the bus: false.
     pub free_running: bool,
 }
 
-/// What is written into the registers of each motor.
+/// Values written into the registers of each motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionGains {
     /// Proportional: 400.
@@ -140,17 +143,17 @@ pub struct SessionGains {
     pub i: u16,
     /// Derivative: 200.
     pub d: u16,
-    /// 0; without effect.
+    /// Stiffness: 0; without effect.
     pub stiffness: u16,
-    /// 0; without effect.
+    /// Damping: 0; without effect.
     pub damping: u16,
-    /// 1100; without effect.
+    /// Preload: 1100; without effect.
     pub preload: u16,
-    /// Greatest current in units of 20 mA (ASSUMED): 1100.
+    /// Maximum current in units of 20 mA (ASSUMED): 1100.
     pub max_torque: u16,
-    /// Greatest speed of the interpolation in counts/s (ASSUMED): 32000.
+    /// Maximum speed of the interpolation in counts/s (ASSUMED): 32000.
     pub max_speed: u16,
-    /// 32000; without effect.
+    /// Maximum acceleration: 32000; without effect.
     pub max_acceleration: u16,
 }
 
@@ -184,17 +187,18 @@ impl Default for BusConfig {
 }
 
 impl BusConfig {
-    /// Where faults of the RS-485 bus are: `wire/sbcp`.
+    /// Returns the fault place of the RS-485 bus: `wire/sbcp`.
     pub fn place(&self) -> String {
         format!("wire/{}", self.name)
     }
 
-    /// Where faults of the link between USB converter and bus controller are: `wire/sbcp/link`.
+    /// Returns the fault place of the link between USB converter and bus controller:
+    /// `wire/sbcp/link`.
     pub fn link_place(&self) -> String {
         format!("wire/{}/link", self.name)
     }
 
-    /// Where faults of one board are: `wire/sbcp/LF`.
+    /// Returns the fault place of one board: `wire/sbcp/LF`.
     pub fn board_place(&self, board: &str) -> String {
         format!("wire/{}/{board}", self.name)
     }
@@ -217,11 +221,11 @@ impl Default for BoardConfig {
 }
 
 impl BoardConfig {
-    /// The same board with a clock that is fast by `rate_ppb`, and whose tick comes `phase` after the whole
-    /// milliseconds at the start.
+    /// Sets a clock that is fast by `rate_ppb` and whose ticks initially come `phase` after the
+    /// whole milliseconds.
     ///
     /// # Errors
-    /// [`BoardClockError`] if no clock runs like that.
+    /// [`BoardClockError`] if the rate or offset is invalid.
     pub fn with_clock(self, rate_ppb: i64, phase: SimDuration) -> Result<Self, BoardClockError> {
         let tick = SimDuration::from_millis(1).as_nanos();
         let phase = phase.as_nanos() % tick;
@@ -249,7 +253,7 @@ impl Default for SessionConfig {
 }
 
 impl SessionConfig {
-    /// The nominal period of cycles; none in a free-running session, whose cycles take as long as they do.
+    /// Returns the nominal period of cycles; `None` in a free-running session.
     pub(crate) fn nominal_period(&self) -> Option<Duration> {
         (!self.free_running).then_some(self.period)
     }

@@ -12,26 +12,31 @@ use crate::leg::{Leg, MEASURED};
 use crate::reply::{COMMAND_LEN, Reply, command_bytes};
 use crate::session::Session;
 
-/// The host's side of the motordriver boards: gets them ready, exchanges set-points for measurements once a cycle with
-/// all boards that are used (the *scheduled* workflow), and leaves them coasting.
+/// Host driver of the motordriver boards: initialises them, exchanges set-points for measurements
+/// once per cycle with all used boards (the *scheduled* workflow), and leaves them coasting.
 ///
-/// For every leg it takes `leg/LF/hip/command` and `leg/LF/knee/command` \[rad\] and brings `leg/LF/hip/position`,
-/// `leg/LF/knee/position` \[rad\], `leg/LF/angles` \[rad\] (magnetic encoders) and `leg/LF/foot/force` \[N\]. Where a board
-/// did not answer, they stay what they were.
+/// For every leg its inputs are `leg/LF/hip/command` and `leg/LF/knee/command` \[rad\], its outputs
+/// `leg/LF/hip/position`, `leg/LF/knee/position` \[rad\], `leg/LF/angles` \[rad\] (magnetic
+/// encoders) and `leg/LF/foot/force` \[N\]. The outputs of a board that did not answer keep their
+/// last values.
 ///
-/// Its gauges, `sbcp/…`, count since it was made:
+/// Diagnostics, `sbcp/…`, counted from the creation of the driver:
 ///
-/// - `packets` (requests written), `answers`, `errors`, `cycles`, `transfers` (single registers), `strays`, `garbage`, `damaged`,
-///   `drain_timeouts`: see [`twinrig_sbcp::MasterCounters`]; `success`, the share of requests with a good answer;
-/// - `held`, replies that were missing; `implausible`, replies that no board gives although their checksum is right;
-///   `saturated`, set-points out of range; `encoder_faults`, words of magnetic encoders whose status is not good;
-/// - of the intervals from the begin of one cycle to that of the next \[s\]: `cycle/mean`, which is (last − first) / (n − 1)
-///   of n begins, so that its inverse is the rate of cycles; `cycle/shortest`, `cycle/longest`, `cycle/half_range` (half of
-///   longest less shortest); the percentiles `cycle/p50`, `cycle/p99`, `cycle/p999` (nearest rank, to 1/128);
-/// - `cycle/phase/deviation` \[s\], the standard deviation of the begins against the even grid of the nominal period,
-///   [`SessionConfig::period`], modulo that period; a free-running session has none, and the even grid that fits all begins
-///   best (least squares) is taken. `cycle/deviation` is the same;
-/// - `cycle/duration` \[s\], the longest from a cycle's begin to its end.
+/// - `packets` (requests written), `answers`, `errors`, `cycles`, `transfers` (single registers),
+///   `strays`, `garbage`, `damaged`, `drain_timeouts`: see [`twinrig_sbcp::MasterCounters`];
+///   `success`, the fraction of requests with a valid answer;
+/// - `held`, missing replies; `implausible`, replies with a correct checksum that no board sends;
+///   `saturated`, set-points out of range; `encoder_faults`, words of magnetic encoders with a
+///   fault status;
+/// - of the intervals between the starts of consecutive cycles \[s\]: `cycle/mean` = (last − first)
+///   / (n − 1) of n starts, the inverse of the cycle rate; `cycle/shortest`, `cycle/longest`,
+///   `cycle/half_range` (half of longest minus shortest); the percentiles `cycle/p50`, `cycle/p99`,
+///   `cycle/p999` (nearest rank, to 1/128);
+/// - `cycle/phase/deviation` \[s\], the standard deviation of the starts from the even grid of the
+///   nominal period, [`SessionConfig::period`], modulo that period; in a free-running session,
+///   which has no nominal period, from the even grid that fits all starts best (least squares).
+///   `cycle/deviation` is an alias;
+/// - `cycle/duration` \[s\], the longest duration of a cycle.
 pub struct MotorDriver {
     name: String,
     config: SessionConfig,
@@ -44,19 +49,19 @@ struct State {
     master: Master,
     session: Session,
     legs: Vec<Leg>,
-    /// One request for each leg that is used.
+    /// One request per used leg.
     frame: Vec<Request>,
     to_process: Vec<f64>,
-    /// Set-points have been given that no finished cycle has carried.
+    /// Set-points were received that no completed cycle has transmitted.
     awaited: bool,
-    /// The cycle that is going on carries them.
+    /// The current cycle transmits them.
     carried: bool,
     cycles: EventTiming,
     begun: HostTime,
     longest_ns: u64,
-    /// Replies that no board gives.
+    /// Replies that no board sends.
     implausible: u64,
-    /// Replies that were missing: the data were held.
+    /// Missing replies, whose data were held.
     held: u64,
     failed: Option<String>,
 }
@@ -70,7 +75,7 @@ enum Stage {
     Closing,
 }
 
-/// Those beside the timing of the cycles.
+/// Names and units of the diagnostics, without those of the cycle timing.
 const DIAGNOSTICS: [(&str, Unit); 15] = [
     ("packets", Unit::One),
     ("answers", Unit::One),
@@ -90,10 +95,10 @@ const DIAGNOSTICS: [(&str, Unit); 15] = [
 ];
 
 impl MotorDriver {
-    /// The driver of a bus.
+    /// Creates the driver of a bus.
     ///
     /// # Errors
-    /// [`BusError`] if the bus cannot be.
+    /// [`BusError`] if the configuration is invalid.
     pub fn new(config: &BusConfig) -> Result<Self, BusError> {
         config.check()?;
         let legs: Vec<Leg> = config.boards.iter().map(Leg::new).collect();
@@ -117,7 +122,7 @@ impl MotorDriver {
                 frame,
                 awaited: false,
                 carried: false,
-                cycles: EventTiming::of(config.session.nominal_period()),
+                cycles: EventTiming::new(config.session.nominal_period()),
                 begun: HostTime::default(),
                 longest_ns: 0,
                 implausible: 0,
@@ -129,22 +134,22 @@ impl MotorDriver {
         Ok(driver)
     }
 
-    fn go_on(&mut self, now: HostTime) {
-        self.state.go_on(now, &self.config);
+    fn advance(&mut self, now: HostTime) {
+        self.state.advance(now, &self.config);
     }
 }
 
 impl State {
-    fn go_on(&mut self, now: HostTime, config: &SessionConfig) {
+    fn advance(&mut self, now: HostTime, config: &SessionConfig) {
         match self.stage {
             Stage::Closed | Stage::Open => {}
             Stage::Opening | Stage::Closing => {
                 let (session, master) = (&mut self.session, &mut self.master);
-                let gone_on = session.go_on(now, config, master, &mut self.legs);
-                if let Err(why) = gone_on {
-                    self.failed = Some(why);
+                let advanced = session.advance(now, config, master, &mut self.legs);
+                if let Err(reason) = advanced {
+                    self.failed = Some(reason);
                     self.stage = Stage::Closed;
-                } else if self.session.is_at_rest() {
+                } else if self.session.is_idle() {
                     self.publish();
                     self.stage = match self.stage {
                         Stage::Opening => Stage::Open,
@@ -167,10 +172,10 @@ impl State {
         self.stage = Stage::Cycling;
         self.carried = self.awaited;
         self.begun = now;
-        self.cycles.note(now.as_nanos());
+        self.cycles.record(now.as_nanos());
         self.master
             .cycle(now, &self.frame)
-            .expect("the master is at rest, and the frame was checked");
+            .expect("the master is idle, and the frame was checked");
     }
 
     fn end_cycle(&mut self, now: HostTime) {
@@ -185,7 +190,7 @@ impl State {
         for (leg, outcome) in legs.zip(self.master.outcomes()) {
             match outcome {
                 Ok(payload) => match Reply::parse(payload) {
-                    Some(reply) if leg.take(&reply) => {}
+                    Some(reply) if leg.store(&reply) => {}
                     _ => self.implausible += 1,
                 },
                 Err(failure) => {
@@ -200,7 +205,7 @@ impl State {
             let errors = self.master.counters().errors;
             let threshold = self.master.config().error_threshold;
             self.failed = Some(format!(
-                "{leg}: {failure}; that is error {errors}, and the bus is given up at {threshold}"
+                "{leg}: {failure} (error {errors}; the bus is given up at {threshold})"
             ));
         }
         self.publish();
@@ -227,7 +232,7 @@ impl Driver for MotorDriver {
     fn open(&mut self, now: HostTime) {
         self.state.stage = Stage::Opening;
         self.state.session.open();
-        self.go_on(now);
+        self.advance(now);
     }
 
     fn begin(&mut self, now: HostTime, from_process: &[f64]) {
@@ -239,7 +244,7 @@ impl Driver for MotorDriver {
             *request = Request::new(request.to, request.instruction, &command_bytes(goals))
                 .expect("four bytes are fewer than a packet holds");
         }
-        // A scene without legs has nothing to exchange.
+        // A scenario without used legs has nothing to exchange.
         state.awaited = !state.frame.is_empty();
         if state.awaited && state.stage == Stage::Open && state.failed.is_none() {
             state.begin_cycle(now);
@@ -254,13 +259,13 @@ impl Driver for MotorDriver {
             self.state.failed = None;
             self.state.stage = Stage::Closing;
             self.state.session.close();
-            self.go_on(now);
+            self.advance(now);
         }
     }
 
     fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
         self.state.master.handle_bytes(now, bytes);
-        self.go_on(now);
+        self.advance(now);
     }
 
     fn handle_timeout(&mut self, now: HostTime) {
@@ -268,7 +273,7 @@ impl Driver for MotorDriver {
         if due.is_some_and(|at| at <= now) {
             self.state.master.handle_timeout(now);
         }
-        self.go_on(now);
+        self.advance(now);
     }
 
     fn poll_timeout(&self) -> Option<HostTime> {
@@ -285,8 +290,10 @@ impl Driver for MotorDriver {
 
     fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
         let state = &self.state;
-        if let Some(why) = &state.failed {
-            return Err(DriverError { why: why.clone() });
+        if let Some(reason) = &state.failed {
+            return Err(DriverError {
+                why: reason.clone(),
+            });
         }
         Ok(match state.stage {
             Stage::Opening | Stage::Closing => Transfer::Busy,
@@ -314,9 +321,9 @@ impl Driver for MotorDriver {
         let bus = state.master.counters();
         let sum = |of: fn(&Leg) -> u64| state.legs.iter().map(of).sum::<u64>() as f64;
         let tried = (bus.answers + bus.errors).max(1);
-        let (own, timing) = values.split_at_mut(DIAGNOSTICS.len());
+        let (counters, timing) = values.split_at_mut(DIAGNOSTICS.len());
         timing.copy_from_slice(&state.cycles.values());
-        own.copy_from_slice(&[
+        counters.copy_from_slice(&[
             (bus.requests - bus.transfers) as f64,
             bus.answers as f64,
             bus.errors as f64,

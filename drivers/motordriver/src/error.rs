@@ -2,31 +2,32 @@ use thiserror::Error;
 use twinrig_sbcp::{FRAME_MAX, SbcpError};
 use twinrig_wire::WireError;
 
-/// A bus that cannot be built.
+/// Invalid configuration of a bus.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BusError {
-    /// The protocol refuses something.
+    /// Rejected by the protocol.
     #[error(transparent)]
     Sbcp(#[from] SbcpError),
-    /// The transport refuses something.
+    /// Rejected by the transport.
     #[error(transparent)]
     Wire(#[from] WireError),
-    /// A frame has no room for all boards that are used.
-    #[error("{boards} boards are used, and a frame has room for {FRAME_MAX}")]
+    /// More boards are used than one frame can address.
+    #[error("{boards} boards are used, but a frame addresses at most {FRAME_MAX}")]
     Boards {
-        /// How many are used.
+        /// Number of boards used.
         boards: usize,
     },
-    /// Two boards would answer at once.
+    /// Two boards share a name or an id and would answer simultaneously.
     #[error("{first} and {second} have the same name or id")]
     Twice {
-        /// A board.
+        /// Name of the one board.
         first: String,
-        /// Another.
+        /// Name of the other.
         second: String,
     },
-    /// Set-points cannot come at that pace.
-    #[error("a period of {millis} ms: boards interpolate over whole milliseconds, 1 to 1000")]
+    /// The cycle period is not a whole number of milliseconds from 1 to 1000: boards interpolate
+    /// over whole milliseconds.
+    #[error("a period of {millis} ms is not a whole number of milliseconds from 1 to 1000")]
     Period {
         /// The period \[ms\].
         millis: f64,

@@ -6,18 +6,22 @@ use twinrig_kernel::{Port, Unit};
 use crate::interval_histogram::{IntervalHistogram, Percentile};
 use crate::phase::Phase;
 
-/// When something that repeats happened: cycles of the host, requests at a board.
+/// Statistics of the instants of a repeated event: cycles of the host, requests at a board.
 ///
-/// Every interval from one event to the next counts, however long. What [`EventTiming::DIAGNOSTICS`] are, of n events:
+/// Every interval between consecutive events counts, however long. Definition of
+/// [`EventTiming::DIAGNOSTICS`] for n events:
 ///
-/// | gauge | is |
+/// | diagnostic | definition |
 /// |---|---|
-/// | `mean` | (last − first) / (n − 1): its inverse is the rate of the events |
+/// | `mean` | (last − first) / (n − 1), the inverse of the rate |
 /// | `shortest`, `longest` | of the intervals, exact |
-/// | `half_range` | half of longest less shortest |
-/// | `p50`, `p99`, `p999` | percentiles of the intervals, nearest rank, to 1/128 (see [`IntervalHistogram`]) |
-/// | `phase/deviation` | standard deviation of the events against the even grid of the nominal period, modulo that period; where there is none, against the even grid that fits best (see [`Phase`]) |
-/// | `deviation` | the same, by its older name |
+/// | `half_range` | half of longest minus shortest |
+/// | `p50`, `p99`, `p999` | percentiles of the intervals (see [`IntervalHistogram`]) |
+/// | `phase/deviation` | standard deviation from an even grid (see [`Phase`]) |
+/// | `deviation` | alias of `phase/deviation` |
+///
+/// Percentiles are those of the nearest rank, to 1/128. The grid is that of the nominal period,
+/// modulo that period; without a nominal period it is the even grid that fits the events best.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct EventTiming {
     first_ns: u64,
@@ -29,7 +33,7 @@ pub(crate) struct EventTiming {
 }
 
 impl EventTiming {
-    /// Names of what is told, all in seconds.
+    /// Names of the statistics, all in seconds.
     pub(crate) const DIAGNOSTICS: [&str; 9] = [
         "mean",
         "shortest",
@@ -42,8 +46,8 @@ impl EventTiming {
         "deviation",
     ];
 
-    /// Of events whose nominal period is that, or that have none.
-    pub(crate) fn of(nominal: Option<Duration>) -> Self {
+    /// Creates the statistics of events with or without a nominal period.
+    pub(crate) fn new(nominal: Option<Duration>) -> Self {
         let nanos = |period: Duration| u64::try_from(period.as_nanos()).unwrap_or(u64::MAX);
         Self {
             first_ns: 0,
@@ -51,13 +55,13 @@ impl EventTiming {
             shortest_ns: 0,
             longest_ns: 0,
             intervals: IntervalHistogram::default(),
-            phase: Phase::of(nominal.map(nanos)),
+            phase: Phase::new(nominal.map(nanos)),
         }
     }
 
-    /// It happens, so many nanoseconds after the start of whatever clock; not before the last one.
-    pub(crate) fn note(&mut self, at_ns: u64) {
-        self.phase.note(at_ns);
+    /// Records an event at `at_ns` nanoseconds of any clock, not before the last one.
+    pub(crate) fn record(&mut self, at_ns: u64) {
+        self.phase.record(at_ns);
         let Some(last) = self.last_ns.replace(at_ns) else {
             self.first_ns = at_ns;
             return;
@@ -71,18 +75,18 @@ impl EventTiming {
         self.intervals.add(interval);
     }
 
-    /// (last − first) / (n − 1) \[s\]; 0 before there is an interval.
+    /// Returns (last − first) / (n − 1) \[s\]; 0 before the first interval.
     fn mean(&self) -> f64 {
         let span = self.last_ns.unwrap_or_default() - self.first_ns;
         span as f64 * 1e-9 / (self.intervals.count().max(1) as f64)
     }
 
-    /// The gauges' ports, behind `prefix`.
+    /// Returns the ports of the diagnostics, behind `prefix`.
     pub(crate) fn ports(prefix: &str) -> [Port; 9] {
         Self::DIAGNOSTICS.map(|name| Port::output(format!("{prefix}/{name}"), Unit::Second, 1))
     }
 
-    /// Their values, in order.
+    /// Returns the values of the diagnostics, in order.
     pub(crate) fn values(&self) -> [f64; 9] {
         let (shortest, longest) = (
             self.shortest_ns as f64 * 1e-9,
@@ -113,21 +117,21 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
-        /// By the definitions, from all events.
+        /// Compares with the definitions, evaluated on all events.
         #[test]
-        fn every_statistic_is_that_of_all_intervals(
+        fn statistics_match_their_definitions(
             intervals in prop::collection::vec(
                 prop_oneof![20 => 1_900_000..2_100_000_u64, 1 => 0..40_000_000_u64], 1..2_000,
             ),
             start in 0..1_000_000_000_u64,
             cut in 0..2_000_usize,
         ) {
-            let mut timing = EventTiming::of(Some(Duration::from_millis(2)));
+            let mut timing = EventTiming::new(Some(Duration::from_millis(2)));
             let mut at = start;
-            timing.note(at);
+            timing.record(at);
             for (n, interval) in intervals.iter().enumerate() {
                 at += interval;
-                timing.note(at);
+                timing.record(at);
                 if n == cut {
                     timing = Snapshot::of(&timing).read().unwrap();
                 }
@@ -154,13 +158,13 @@ mod tests {
         }
     }
 
-    /// A bus that slows down from 400 to 258 Hz does so in its mean, not at the place of a nominal grid.
+    /// Case of a bus that slows down from 400 to 258 Hz.
     #[test]
-    fn long_intervals_count_in_the_mean() {
-        let mut timing = EventTiming::of(None);
+    fn mean_includes_long_intervals() {
+        let mut timing = EventTiming::new(None);
         let mut at = 0;
         for n in 0..8_000 {
-            timing.note(at);
+            timing.record(at);
             at += if n < 800 { 2_500_000 } else { 3_875_000 };
         }
         let [mean, ..] = timing.values();

@@ -8,17 +8,17 @@ use crate::smooth::{FRACTION_BITS, Interpolator, SmoothCounts};
 use crate::units::LIMIT_MASK;
 use crate::watchdog::Watchdog;
 
-/// What the processor of a board does once a tick, without its clock, its bus and its sensors.
+/// Firmware of a board, executed once per tick, without clock, bus and sensors.
 ///
-/// Commands and registers that came since the last tick count from the next one on.
+/// Commands and register writes received since the last tick take effect in the next one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Firmware {
     motors: [Motor; 2],
     smooth: Interpolator,
     watchdog: Watchdog,
-    /// A command has come since the last tick.
+    /// A command was received since the last tick.
     commanded: bool,
-    /// No command came for so long that the motors were let go.
+    /// The watchdog has dropped the motors.
     dropped: bool,
 }
 
@@ -26,17 +26,17 @@ pub(crate) struct Firmware {
 struct Motor {
     mode: Mode,
     calibrated: bool,
-    /// Ticks until calibration is over.
+    /// Ticks until the end of calibration.
     calibrating: u32,
-    /// The motor is to be driven from the next tick on, from where it is then.
-    starts: bool,
+    /// The motor is activated in the next tick, at its position then.
+    start_pending: bool,
     gains: Gains,
-    /// Greatest set-point \[counts\].
+    /// Maximum set-point \[counts\].
     limit: u16,
-    /// The last set-point, once there is one.
+    /// Last set-point, if any.
     goal: Option<u16>,
-    /// Where it was when it was last switched on \[counts\].
-    hold: i32,
+    /// Position at the last activation \[counts\].
+    start_position: i32,
     pid: Pid,
 }
 
@@ -46,7 +46,7 @@ impl Motor {
             mode: Mode::Coast,
             calibrated: false,
             calibrating: 0,
-            starts: false,
+            start_pending: false,
             gains: Gains {
                 p: 0,
                 i: 0,
@@ -55,13 +55,13 @@ impl Motor {
             },
             limit: limit & LIMIT_MASK,
             goal: None,
-            hold: 0,
+            start_position: 0,
             pid: Pid::default(),
         }
     }
 
     fn set_mode(&mut self, mode: Mode) {
-        // A motor that does not know where it is is not driven anywhere.
+        // An uncalibrated motor, whose position is unknown, is not driven.
         self.mode = if mode.is_driven() && !self.calibrated {
             Mode::Coast
         } else {
@@ -70,18 +70,18 @@ impl Motor {
         match self.mode {
             Mode::Calibrate => self.calibrating = CALIBRATION_TICKS,
             Mode::Position | Mode::SmoothPosition => {
-                self.starts = true;
+                self.start_pending = true;
                 self.goal = None;
             }
             Mode::Coast => {}
         }
     }
 
-    /// Begins to drive from where it is.
+    /// Activates the motor at its present position.
     fn start(&mut self, position: i32) {
-        self.starts = false;
-        self.hold = position;
-        self.pid = Pid::rest(position);
+        self.start_pending = false;
+        self.start_position = position;
+        self.pid = Pid::resting_at(position);
     }
 }
 
@@ -97,7 +97,7 @@ impl Firmware {
         }
     }
 
-    /// Set-points for both motors have come \[counts\]; those out of range become its nearest end.
+    /// Receives set-points of both motors \[counts\], limited to their ranges.
     pub(crate) fn command(&mut self, goals: [u16; 2]) {
         self.commanded = true;
         for (motor, goal) in self.motors.iter_mut().zip(goals) {
@@ -113,7 +113,7 @@ impl Firmware {
     }
 
     fn push_goals(&mut self) {
-        // What has no set-point yet stays where it is.
+        // A motor without a set-point keeps its position.
         let point = [0, 1].map(|n| match self.motors[n].goal {
             Some(goal) => i32::from(goal) << FRACTION_BITS,
             None => self.smooth.at()[n],
@@ -121,17 +121,17 @@ impl Firmware {
         self.smooth.push(point);
     }
 
-    /// The master has written a register.
+    /// Processes a register write of the master.
     pub(crate) fn written(&mut self, address: u8, value: u16) {
         if address == SMOOTH_POSITION_UPDATE {
             self.smooth.set_period(value);
             return;
         }
         for n in 0..2 {
-            let is = |register: MotorRegister| address == register.of(n);
+            let is = |register: MotorRegister| address == register.address(n);
             let motor = &mut self.motors[n];
             if is(MotorRegister::Mode) {
-                motor.set_mode(Mode::of(value));
+                motor.set_mode(Mode::from_register(value));
             } else if is(MotorRegister::GoalPosition) {
                 motor.goal = Some(value.min(motor.limit));
                 self.commanded = true;
@@ -154,7 +154,7 @@ impl Firmware {
         }
     }
 
-    /// What the mode register of a motor says.
+    /// Returns the value of a motor's mode register.
     pub(crate) fn mode_register(&self, motor: usize) -> u16 {
         let Motor {
             mode, calibrated, ..
@@ -162,7 +162,7 @@ impl Firmware {
         mode as u16 | if calibrated { RUNTIME_CALIBRATED } else { 0 }
     }
 
-    /// Whether a motor is being calibrated, so that its mode will change by itself.
+    /// Returns whether a motor is being calibrated, so that its mode will change without a write.
     pub(crate) fn is_calibrating(&self) -> bool {
         self.motors
             .iter()
@@ -177,7 +177,8 @@ impl Firmware {
         self.watchdog.drops()
     }
 
-    /// A tick: the duties of the motors, of their positions \[counts\]; none for one whose bridge is open.
+    /// Executes a tick for the positions \[counts\]. Returns the duties of the motors; `None` for
+    /// an open bridge.
     pub(crate) fn tick(&mut self, positions: [i32; 2]) -> [Option<i32>; 2] {
         self.calibrate();
         if !self.motors.iter().any(|motor| motor.mode.is_driven()) {
@@ -186,7 +187,7 @@ impl Firmware {
             return [None; 2];
         }
         self.start(positions);
-        self.watch(positions);
+        self.update_watchdog(positions);
         if self.dropped {
             return [None; 2];
         }
@@ -196,7 +197,9 @@ impl Firmware {
             let set_point = match motor.mode {
                 Mode::Coast | Mode::Calibrate => continue,
                 Mode::SmoothPosition => smooth[n],
-                Mode::Position => motor.goal.map_or(motor.hold, i32::from) << FRACTION_BITS,
+                Mode::Position => {
+                    motor.goal.map_or(motor.start_position, i32::from) << FRACTION_BITS
+                }
             };
             duties[n] = Some(motor.pid.tick(motor.gains, set_point, positions[n]));
         }
@@ -215,21 +218,21 @@ impl Firmware {
         }
     }
 
-    /// Motors that were switched on begin where they are.
+    /// Activates the motors that were switched on.
     fn start(&mut self, positions: [i32; 2]) {
         let mut any = false;
         for (motor, position) in self.motors.iter_mut().zip(positions) {
-            if motor.starts {
+            if motor.start_pending {
                 motor.start(position);
                 any = true;
             }
         }
         if any {
             self.smooth
-                .rest(positions.map(|position| position << FRACTION_BITS));
-            // A set-point may have come since the mode was written.
-            let has_come = |motor: &Motor| motor.mode.is_driven() && motor.goal.is_some();
-            if self.motors.iter().any(has_come) {
+                .rest_at(positions.map(|position| position << FRACTION_BITS));
+            // A set-point may have been received after the mode was written.
+            let has_goal = |motor: &Motor| motor.mode.is_driven() && motor.goal.is_some();
+            if self.motors.iter().any(has_goal) {
                 self.push_goals();
             }
             self.watchdog.feed();
@@ -237,18 +240,18 @@ impl Firmware {
         }
     }
 
-    fn watch(&mut self, positions: [i32; 2]) {
+    fn update_watchdog(&mut self, positions: [i32; 2]) {
         if !std::mem::take(&mut self.commanded) {
-            if self.watchdog.starve(self.smooth.period()) {
+            if self.watchdog.count_silent_tick(self.smooth.period()) {
                 self.dropped = true;
             }
             return;
         }
         self.watchdog.feed();
         if std::mem::take(&mut self.dropped) {
-            // ASSUMED: the next command takes the motors up again, from where they have fallen to.
+            // ASSUMED: the next command re-engages the motors at their present position.
             for (motor, position) in self.motors.iter_mut().zip(positions) {
-                motor.pid = Pid::rest(position);
+                motor.pid = Pid::resting_at(position);
             }
             self.smooth
                 .resume(positions.map(|position| position << FRACTION_BITS));
@@ -265,16 +268,16 @@ mod tests {
     fn firmware() -> Firmware {
         let mut firmware = Firmware::new(FirmwareConfig::default(), LIMITS);
         for motor in 0..2 {
-            firmware.written(MotorRegister::PGain.of(motor), 400);
-            firmware.written(MotorRegister::MaxTorque.of(motor), 1_100);
-            firmware.written(MotorRegister::MaxSpeed.of(motor), 32_000);
+            firmware.written(MotorRegister::PGain.address(motor), 400);
+            firmware.written(MotorRegister::MaxTorque.address(motor), 1_100);
+            firmware.written(MotorRegister::MaxSpeed.address(motor), 32_000);
         }
         firmware
     }
 
     fn set_modes(firmware: &mut Firmware, mode: Mode) {
         for motor in 0..2 {
-            firmware.written(MotorRegister::Mode.of(motor), mode as u16);
+            firmware.written(MotorRegister::Mode.address(motor), mode as u16);
         }
     }
 
@@ -288,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motor_that_was_not_calibrated_is_not_driven() {
+    fn uncalibrated_motor_is_not_driven() {
         let mut firmware = firmware();
         for mode in [Mode::Position, Mode::SmoothPosition] {
             set_modes(&mut firmware, mode);
@@ -299,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn calibration_takes_its_time_then_says_so_and_coasts() {
+    fn calibration_ends_coasting_with_its_flag_set() {
         let mut firmware = firmware();
         set_modes(&mut firmware, Mode::Calibrate);
         for _ in 1..CALIBRATION_TICKS {
@@ -311,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_switched_on_stays_where_it_is_until_a_set_point_comes() {
+    fn activated_motor_holds_position_until_a_set_point() {
         for mode in [Mode::Position, Mode::SmoothPosition] {
             let mut firmware = calibrated();
             set_modes(&mut firmware, mode);
@@ -323,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_set_point_that_comes_within_the_tick_of_switching_on_is_followed() {
+    fn set_point_in_the_tick_of_activation_is_followed() {
         for mode in [Mode::Position, Mode::SmoothPosition] {
             let mut firmware = calibrated();
             set_modes(&mut firmware, mode);
@@ -334,20 +337,20 @@ mod tests {
     }
 
     #[test]
-    fn set_points_out_of_range_become_its_end() {
+    fn set_points_saturate_at_the_range_limits() {
         let mut firmware = calibrated();
         set_modes(&mut firmware, Mode::Position);
         firmware.tick([1_200, 1_350]);
         firmware.command([4_095, 4_095]);
         assert_eq!(firmware.tick([1_200, 1_350]), [Some(0); 2]);
-        firmware.written(MotorRegister::GoalPosition.of(0), 4_000);
+        firmware.written(MotorRegister::GoalPosition.address(0), 4_000);
         assert_eq!(firmware.tick([1_200, 1_350])[0], Some(0));
     }
 
     #[test]
-    fn a_motor_that_coasts_leaves_the_other_one_alone() {
+    fn coasting_motor_does_not_affect_the_other() {
         let mut firmware = calibrated();
-        firmware.written(MotorRegister::Mode.of(1), Mode::SmoothPosition as u16);
+        firmware.written(MotorRegister::Mode.address(1), Mode::SmoothPosition as u16);
         firmware.command([0, 100]);
         let duties = firmware.tick([600, 0]);
         assert_eq!((duties[0], duties[1].is_some()), (None, true));

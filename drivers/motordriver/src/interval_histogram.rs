@@ -1,16 +1,16 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// Bits of an interval that are resolved: classes are 1/128 of their value wide.
+/// Resolved bits of an interval: the width of a class is 1/128 of its value.
 const RESOLVED_BITS: u32 = 7;
-/// Classes of the shortest intervals are 8 ns wide, which is 1/128 of 1.024 µs.
+/// Width of the classes of the shortest intervals: 8 ns, which is 1/128 of 1.024 µs.
 const UNIT_BITS: u32 = 3;
 /// Intervals of 2³⁴ ns (17 s) and longer share the last class.
 const LONGEST_BITS: u32 = 34;
-/// Classes: 128 linear ones, then 128 for each doubling.
+/// Number of classes: 128 linear ones, then 128 per octave.
 const CLASSES: usize = ((LONGEST_BITS - UNIT_BITS - RESOLVED_BITS + 1) << RESOLVED_BITS) as usize;
 const WORDS: usize = CLASSES.div_ceil(64);
 
-/// A share of all intervals of which the percentile is kept.
+/// Percentiles that are maintained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Percentile {
     P50,
@@ -21,7 +21,8 @@ pub(crate) enum Percentile {
 impl Percentile {
     pub(crate) const ALL: [Self; 3] = [Self::P50, Self::P99, Self::P999];
 
-    /// Its rank among `count` intervals in order of length, from 1 on: the nearest-rank definition.
+    /// Returns the rank among `count` intervals in order of length, from 1, by the nearest-rank
+    /// definition.
     pub(crate) fn rank(self, count: u64) -> u64 {
         let (share, of) = match self {
             Self::P50 => (1, 2),
@@ -32,21 +33,22 @@ impl Percentile {
     }
 }
 
-/// Intervals in log-linear classes, with the percentiles p50, p99 and p999 kept up to date.
+/// Log-linear histogram of intervals with incrementally maintained percentiles p50, p99 and p999.
 ///
-/// A percentile is that of the nearest rank: of n intervals in order of length the one with number ⌈p·n⌉. It is given
-/// as the mean of the class in which that interval lies, so it is off by less than the class is wide: by less than 1/128
-/// of its value, or than 8 ns where that is more, up to 17 s. Where all intervals of the class are alike, it is exact.
+/// A percentile is defined by the nearest rank: of n intervals in order of length the one with
+/// number ⌈p·n⌉. It is reported as the mean of the class that contains this interval; its error is
+/// less than the width of the class: 1/128 of the value, or 8 ns where that is more, up to 17 s. It
+/// is exact where all intervals of the class are equal.
 ///
-/// Memory is bounded (51 kB), and counting an interval takes a bounded time: every percentile keeps its class and the
-/// number of shorter intervals, and moves from one occupied class to the next.
+/// Memory is bounded (51 kB), and adding an interval takes a bounded time: every percentile keeps
+/// its class and the number of shorter intervals, and moves from one occupied class to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct IntervalHistogram {
     classes: Vec<Class>,
-    /// A bit for each class that holds an interval.
+    /// Bit set of the classes that contain an interval.
     occupied: [u64; WORDS],
     count: u64,
-    /// Those of [`Percentile::ALL`].
+    /// Positions of [`Percentile::ALL`].
     cursors: [Cursor; 3],
 }
 
@@ -56,11 +58,11 @@ struct Class {
     sum_ns: u64,
 }
 
-/// Where a percentile lies.
+/// Position of a percentile.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cursor {
     class: usize,
-    /// Intervals in the classes before.
+    /// Number of intervals in lower classes.
     below: u64,
 }
 
@@ -75,7 +77,7 @@ impl Default for IntervalHistogram {
     }
 }
 
-/// The class of an interval.
+/// Returns the class of an interval.
 fn class_of(interval_ns: u64) -> usize {
     let units = (interval_ns >> UNIT_BITS).min((1 << (LONGEST_BITS - UNIT_BITS)) - 1);
     let doublings = units
@@ -87,7 +89,7 @@ fn class_of(interval_ns: u64) -> usize {
 }
 
 impl IntervalHistogram {
-    /// How many intervals it holds.
+    /// Returns the number of intervals.
     pub(crate) fn count(&self) -> u64 {
         self.count
     }
@@ -110,12 +112,12 @@ impl IntervalHistogram {
             } else if class < cursor.class {
                 cursor.below += count;
             }
-            self.cursors[index] = self.settle(cursor, percentile.rank(self.count));
+            self.cursors[index] = self.move_to_rank(cursor, percentile.rank(self.count));
         }
     }
 
     /// Moves a percentile to the class of its rank.
-    fn settle(&self, mut cursor: Cursor, rank: u64) -> Cursor {
+    fn move_to_rank(&self, mut cursor: Cursor, rank: u64) -> Cursor {
         loop {
             let here = self.classes[cursor.class].count;
             let moved = if cursor.below >= rank {
@@ -137,7 +139,7 @@ impl IntervalHistogram {
         }
     }
 
-    /// The next occupied class.
+    /// Returns the next occupied class above.
     fn next(&self, class: usize) -> Option<usize> {
         let start = class + 1;
         let masked = |word: usize| {
@@ -151,7 +153,7 @@ impl IntervalHistogram {
         Some(64 * word + masked(word).trailing_zeros() as usize)
     }
 
-    /// The occupied class before.
+    /// Returns the next occupied class below.
     fn previous(&self, class: usize) -> Option<usize> {
         let masked = |word: usize| {
             if word == class / 64 {
@@ -164,21 +166,21 @@ impl IntervalHistogram {
         Some(64 * word + 63 - masked(word).leading_zeros() as usize)
     }
 
-    /// The percentile \[ns\]; 0 before there is an interval.
+    /// Returns the percentile \[ns\]; 0 before the first interval.
     pub(crate) fn percentile(&self, percentile: Percentile) -> f64 {
         let class = self.classes[self.cursors[percentile as usize].class];
         class.sum_ns as f64 / (class.count.max(1) as f64)
     }
 
-    /// The occupied classes with what they hold, shortest first.
+    /// Returns index, count and sum of the occupied classes in ascending order.
     fn occupied(&self) -> impl Iterator<Item = (usize, u64, u64)> {
         let classes = self.classes.iter().enumerate();
-        let held = classes.filter(|(_, class)| class.count > 0);
-        held.map(|(at, class)| (at, class.count, class.sum_ns))
+        let occupied = classes.filter(|(_, class)| class.count > 0);
+        occupied.map(|(at, class)| (at, class.count, class.sum_ns))
     }
 }
 
-/// The occupied classes alone: cursors follow from them.
+/// Serialises the occupied classes only: the cursors follow from them.
 impl Serialize for IntervalHistogram {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let occupied: Vec<(usize, u64, u64)> = self.occupied().collect();
@@ -192,8 +194,8 @@ impl<'de> Deserialize<'de> for IntervalHistogram {
         let mut histogram = Self::default();
         for (class, count, sum_ns) in occupied {
             if class >= CLASSES || count == 0 {
-                let why = format!("class {class} with {count} intervals in a histogram");
-                return Err(de::Error::custom(why));
+                let message = format!("class {class} with {count} intervals in a histogram");
+                return Err(de::Error::custom(message));
             }
             histogram.add_to(class, count, sum_ns);
         }
@@ -221,7 +223,8 @@ mod tests {
         Percentile::ALL.map(|percentile| histogram.percentile(percentile))
     }
 
-    /// Spread over all magnitudes, crowded around one, or few different ones.
+    /// Intervals spread over all magnitudes, concentrated around one value, or of few distinct
+    /// values.
     fn intervals() -> impl Strategy<Value = Vec<u64>> {
         let any_magnitude =
             (0..34_u32, any::<u64>()).prop_map(|(bits, random)| random >> (63 - bits));
@@ -238,12 +241,13 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn a_percentile_is_the_interval_of_its_rank_to_the_width_of_a_class(intervals in intervals()) {
+        fn percentile_equals_nearest_rank_within_the_class_width(intervals in intervals()) {
             let histogram = histogram(&intervals);
             let mut sorted = intervals.clone();
             sorted.sort_unstable();
             for percentile in Percentile::ALL {
-                // By definition: the shortest that at least this share of all is not longer than.
+                // Definition: the shortest interval than which at least this fraction of all is not
+                // longer.
                 let rank = usize::try_from(percentile.rank(sorted.len() as u64)).unwrap();
                 let (exact, found) = (sorted[rank - 1] as f64, histogram.percentile(percentile));
                 let width = (exact / 128.0).max(8.0);
@@ -254,7 +258,7 @@ mod tests {
         }
 
         #[test]
-        fn the_order_of_intervals_and_a_snapshot_between_them_change_nothing(
+        fn percentiles_are_independent_of_order_and_of_snapshots(
             intervals in intervals(), cut in any::<prop::sample::Index>(),
         ) {
             let straight = histogram(&intervals);
@@ -272,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_follow_one_another_and_are_as_wide_as_documented() {
+    fn classes_are_monotonic_with_documented_widths() {
         let mut last = 0;
         for bits in 0..63 {
             for interval in [
@@ -302,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_snapshot_with_a_class_that_there_is_not_is_refused() {
+    fn snapshot_with_invalid_class_is_rejected() {
         for bad in [(CLASSES, 1_u64, 1_u64), (3, 0, 0)] {
             assert!(
                 Snapshot::of(&vec![bad])

@@ -7,7 +7,7 @@ use crate::config::BoardConfig;
 use crate::reply::Reply;
 use crate::units::{Joint, Scale, Side, force, magnetic_angle};
 
-/// A board as the host sees it: the leg whose signals it carries.
+/// Host's view of a board: the leg whose signals it carries.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Leg {
     name: String,
@@ -15,15 +15,15 @@ pub(crate) struct Leg {
     side: Side,
     used: bool,
     scales: [Scale; 2],
-    /// Last good words.
+    /// Last valid words.
     words: Reply,
-    /// Set-points that were out of range.
+    /// Number of set-points that were out of range.
     pub(crate) saturated: u64,
-    /// Words of magnetic encoders whose status was not good.
+    /// Number of words of magnetic encoders with a fault status.
     pub(crate) encoder_faults: u64,
 }
 
-/// Values of a leg that the process gets: two positions, three angles, three components of force.
+/// Values of a leg for the process: two positions, three angles, three force components.
 pub(crate) const MEASURED: usize = 8;
 
 impl Leg {
@@ -45,7 +45,7 @@ impl Leg {
         self.used
     }
 
-    /// Data that it brings, and commands that it takes.
+    /// Returns the ports of its commands and measurements.
     pub(crate) fn ports(&self) -> Vec<Port> {
         let name = |what: &str| format!("leg/{}/{what}", self.name);
         vec![
@@ -58,12 +58,12 @@ impl Leg {
         ]
     }
 
-    /// What the board says that the range of a motor is \[counts\].
+    /// Sets the range of a motor as reported by the board \[counts\].
     pub(crate) fn set_limit(&mut self, motor: usize, counts: u16) {
         self.scales[motor] = Scale::new(Joint::ALL[motor], self.side, counts);
     }
 
-    /// The set-points for these angles \[rad\], within the range.
+    /// Returns the set-points for the angles \[rad\], limited to the range.
     pub(crate) fn goals(&mut self, angles: [f64; 2]) -> [u16; 2] {
         [0, 1].map(|motor| {
             let (word, saturated) = self.scales[motor].command(angles[motor]);
@@ -72,32 +72,33 @@ impl Leg {
         })
     }
 
-    /// Takes what a cycle brought; false if no board says such a thing: words of 12 bits that have more.
-    pub(crate) fn take(&mut self, reply: &Reply) -> bool {
+    /// Stores the reply of a cycle. Returns false and stores nothing if a 12-bit word exceeds 12
+    /// bits, which no board sends.
+    pub(crate) fn store(&mut self, reply: &Reply) -> bool {
         let narrow = reply.positions.iter().chain(&reply.force);
         let plausible = narrow.clone().all(|word| *word < 1 << 12);
         if plausible {
             self.words.positions = reply.positions;
             self.words.force = reply.force;
             for n in 0..3 {
-                self.take_magnetic(n, reply.magnetic[n]);
+                self.store_magnetic(n, reply.magnetic[n]);
             }
         }
         plausible
     }
 
-    /// Takes one word of a reply.
-    pub(crate) fn take_word(&mut self, place: usize, word: u16) {
+    /// Stores one word of a reply.
+    pub(crate) fn store_word(&mut self, place: usize, word: u16) {
         match place {
             0 | 1 => self.words.positions[place] = word,
-            2..=4 => self.take_magnetic(place - 2, word),
+            2..=4 => self.store_magnetic(place - 2, word),
             5..=7 => self.words.force[place - 5] = word,
             _ => {}
         }
     }
 
-    /// An encoder that is not sure is not believed.
-    fn take_magnetic(&mut self, n: usize, word: u16) {
+    /// Stores the word of an encoder unless its status reports a fault.
+    fn store_magnetic(&mut self, n: usize, word: u16) {
         if magnetic_angle(word).1 == 0 {
             self.words.magnetic[n] = word;
         } else {
@@ -105,17 +106,17 @@ impl Leg {
         }
     }
 
-    /// Writes what the process gets: the last good values.
+    /// Writes the values for the process: the last valid ones.
     pub(crate) fn write(&self, values: &mut [f64]) {
         let Reply {
             positions,
             magnetic,
             force: counts,
         } = self.words;
-        let (own, rest) = values.split_at_mut(2);
+        let (joints, rest) = values.split_at_mut(2);
         let (angles, forces) = rest.split_at_mut(3);
         for n in 0..2 {
-            own[n] = self.scales[n].position(positions[n]);
+            joints[n] = self.scales[n].position(positions[n]);
         }
         for n in 0..3 {
             angles[n] = magnetic_angle(magnetic[n]).0;
@@ -147,30 +148,30 @@ mod tests {
     };
 
     #[test]
-    fn words_that_no_board_says_are_not_believed() {
+    fn implausible_words_are_rejected() {
         let mut leg = Leg::new(&BoardConfig::default());
-        assert!(leg.take(&GOOD));
+        assert!(leg.store(&GOOD));
         let before = values(&leg);
         for place in 0..2 {
             let mut reply = GOOD;
             reply.positions[place] = 4_096;
-            assert!(!leg.take(&reply));
+            assert!(!leg.store(&reply));
             let mut reply = GOOD;
             reply.force[place] |= 0x8000;
-            assert!(!leg.take(&reply));
+            assert!(!leg.store(&reply));
         }
         assert_eq!(values(&leg), before);
         assert!((before[6] - 5.0).abs() < 1e-9 && (before[7] + 5.0).abs() < 1e-9);
     }
 
     #[test]
-    fn an_encoder_that_is_not_sure_keeps_its_last_good_angle() {
+    fn faulty_encoder_status_retains_last_good_angle() {
         let mut leg = Leg::new(&BoardConfig::default());
-        assert!(leg.take(&GOOD));
+        assert!(leg.store(&GOOD));
         let before = values(&leg);
         let mut reply = GOOD;
         reply.magnetic[1] = 0x4000 + 500;
-        assert!(leg.take(&reply));
+        assert!(leg.store(&reply));
         assert_eq!((values(&leg), leg.encoder_faults), (before, 1));
     }
 }

@@ -1,16 +1,17 @@
-//! The motordriver boards of Oncilla, four of them on one bus, each with two motors: the driver that talks to them, and an
-//! emulation of everything that it talks to, byte for byte and tick for tick. The driver cannot tell whether it has
-//! the emulation before it or a serial port; the emulation meets the plant through signals alone. Both are deterministic and
-//! can be saved and restored between any two bytes.
+//! Host driver and emulation of Oncilla's motordriver boards: four boards on one SBCP bus, each
+//! with two motors. The emulation is exact to the byte and to the firmware tick. The driver runs
+//! unchanged against the emulation and against a serial port; the emulation is coupled to the plant
+//! through signals only. Both are deterministic, and their state can be saved and restored between
+//! any two bytes.
 //!
 //! ```
 //! use twinrig_motordriver::{Bus, BusConfig, BusTopology, Generation};
 //! use twinrig_runtime::Driver;
 //!
-//! // Without the bus controller, and with a board that still has the first firmware:
+//! // Without the bus controller, and with one board that still runs the first firmware:
 //! let mut config = BusConfig { topology: BusTopology::Direct, ..BusConfig::default() };
 //! config.boards[1].firmware.generation = Generation::First;
-//! // A clock that is slow by 764 ppm, whose ticks come 0.3 ms after the whole milliseconds:
+//! // A clock that is slow by 764 ppm, with ticks 0.3 ms after the whole milliseconds:
 //! let phase = twinrig_kernel::SimDuration::from_micros(300);
 //! config.boards[0] = config.boards[0].clone().with_clock(-764_000, phase)?;
 //!
@@ -22,21 +23,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! **Board** ([`MotorBoard`]). A loop of 1 ms by its own clock: sensors, interpolation of the set-points (thesis, section
-//! 5.3.3), position controllers, watchdog. **Driver** ([`MotorDriver`]). A session: who is there, registers, calibration,
-//! then a cycle for each transfer. **Bus** ([`Bus`]). Both ends with USB converter, bus controller and faults between them.
+//! **Board** ([`MotorBoard`]). A loop with a period of 1 ms of the board's own clock: sensors,
+//! interpolation of the set-points (thesis, section 5.3.3), position controllers, watchdog.
+//! **Driver** ([`MotorDriver`]). A session: probing, register configuration, calibration, then one
+//! cycle per transfer. **Bus** ([`Bus`]). Both ends, with USB converter, bus controller and faults
+//! in between.
 //!
-//! **Left and right.** The boards of the left legs count the other way (as in liboncilla-hw; another user of the robot
-//! mirrored the right ones), so that on both sides hips count from the middle of their range and knees from the extended
-//! leg. Magnetic encoders and force sensors are not mirrored (ASSUMED).
+//! **Left and right.** The boards of the left legs count in the opposite direction (as in
+//! liboncilla-hw; another user of the robot mirrored the right ones), so that on both sides the
+//! zero of the hip is the middle of its range and the zero of the knee is the extended leg.
+//! Magnetic encoders and force sensors are not mirrored (ASSUMED).
 //!
-//! **Watchdog.** Ten periods without a command, and the motors are let go. At 500 Hz that is 20 ms, and a silence of exactly
-//! that lies on the safe side: up to 21 ms from command to command never drop the motors, 22 ms and more always do; nine
-//! commands may be lost in a row, ten may not. The next command takes the motors up again, from where they are (ASSUMED).
+//! **Watchdog.** The motors are dropped (coast) after ten periods without a command. At 500 Hz
+//! these are 20 ms; a pause of exactly 20 ms does not trigger the watchdog: intervals of
+//! up to 21 ms between commands never drop the motors, intervals of 22 ms and more always do; nine
+//! consecutive commands may be lost, ten may not. The next command re-engages the motors at their
+//! present position (ASSUMED).
 //!
-//! What it does not do: no physics (motors and gears are the plant's; it knows their back-EMF and resistance to limit
-//! the current), no heat, no winding inductance, no bus voltage that sags; registers of stiffness, damping, preload and
-//! greatest acceleration are kept without effect; registers that are saved are not kept from run to run; it opens no port.
+//! **Limits.** No physics: motors and gears belong to the plant, the firmware contains only their
+//! back-EMF constant and resistance to limit the current. No thermal model, no winding inductance,
+//! no supply sag. The registers of stiffness, damping, preload and maximum acceleration are stored
+//! without effect; non-volatile registers are not preserved between runs. The crate opens no serial
+//! port.
 
 mod assumed;
 mod board;

@@ -1,31 +1,31 @@
 use serde::{Deserialize, Serialize};
 
-/// How far instants lie from an even grid: the standard deviation of their phases.
+/// Standard deviation of the phases of instants relative to an even grid.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Phase {
-    /// Against the grid of a nominal period.
+    /// Grid of the nominal period.
     Nominal(Box<NominalGrid>),
-    /// Where there is none: against the even grid that fits best.
+    /// Without a nominal period: the even grid that fits best.
     Fitted(FittedGrid),
 }
 
 impl Phase {
-    /// Against the grid of that period; against the one that fits best where there is none.
-    pub(crate) fn of(nominal_ns: Option<u64>) -> Self {
+    /// Creates the statistics for the nominal period; for the best-fitting grid without one.
+    pub(crate) fn new(nominal_ns: Option<u64>) -> Self {
         match nominal_ns {
             Some(period_ns) => Self::Nominal(Box::new(NominalGrid::new(period_ns))),
             None => Self::Fitted(FittedGrid::default()),
         }
     }
 
-    pub(crate) fn note(&mut self, at_ns: u64) {
+    pub(crate) fn record(&mut self, at_ns: u64) {
         match self {
-            Self::Nominal(grid) => grid.note(at_ns),
-            Self::Fitted(grid) => grid.note(at_ns),
+            Self::Nominal(grid) => grid.record(at_ns),
+            Self::Fitted(grid) => grid.record(at_ns),
         }
     }
 
-    /// Standard deviation \[s\]; 0 while there are too few instants to tell.
+    /// Returns the standard deviation \[s\]; 0 for too few instants.
     pub(crate) fn deviation(&self) -> f64 {
         let variance = match self {
             Self::Nominal(grid) => grid.variance(),
@@ -35,15 +35,16 @@ impl Phase {
     }
 }
 
-/// Sectors of a period in which phases are summed.
+/// Sectors of a period over which phases are summed.
 const SECTORS: usize = 16;
 
-/// Phases of instants in a grid of known period, which says nothing of where its points lie.
+/// Phases of instants in a grid of known period and unknown offset.
 ///
-/// A phase is the time since the last point, so it is known modulo the period: an instant that is late by a whole period
-/// is on time, and one that is missing does not matter. Their spread has to be cut open somewhere, as a circle has: in the
-/// middle of the sixteenth of the period that holds the fewest, so that phases which spread over less than 7/8 of the
-/// period are not torn apart. Sums are integers, so the result depends on no order and loses no digits.
+/// The phase is the time since the last grid point, known modulo the period: an instant that is
+/// late by a whole period is on time, and a missing one has no influence. Like a circle, the phases
+/// have to be cut to compute their spread. The cut is the middle of the sixteenth of the period
+/// with the fewest instants, so phases that spread over less than 7/8 of the period are not split.
+/// The sums are integers, so the result is independent of the order and free of rounding.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct NominalGrid {
     period_ns: u64,
@@ -66,7 +67,7 @@ impl NominalGrid {
         }
     }
 
-    fn note(&mut self, at_ns: u64) {
+    fn record(&mut self, at_ns: u64) {
         let phase = at_ns % self.period_ns;
         // A period is a second at most.
         #[expect(clippy::cast_possible_truncation, reason = "below SECTORS")]
@@ -77,7 +78,7 @@ impl NominalGrid {
         self.squares += u128::from(phase) * u128::from(phase);
     }
 
-    /// \[ns²\]
+    /// Returns the variance \[ns²\].
     fn variance(&self) -> f64 {
         let counts = self.sectors.iter().map(|sector| sector.count);
         let count: u64 = counts.clone().sum();
@@ -86,7 +87,7 @@ impl NominalGrid {
         }
         let cut = (0..SECTORS).min_by_key(|sector| self.sectors[*sector].count);
         let (before, after) = self.sectors.split_at(cut.unwrap_or_default() + 1);
-        // Those before the cut follow those behind it, a period later.
+        // Instants before the cut are shifted by a period, behind the others.
         let (period, moved) = (u128::from(self.period_ns), |of: fn(&Sector) -> u64| {
             u128::from(before.iter().map(of).sum::<u64>())
         });
@@ -95,7 +96,7 @@ impl NominalGrid {
         let rest: u64 = after.iter().map(|sector| sector.sum_ns).sum();
         let sum = u128::from(rest) + moved_sum + moved_count * period;
         let squares = self.squares + (2 * moved_sum + moved_count * period) * period;
-        // About a whole number next to the mean, so that the difference has few digits.
+        // Moments about an integer next to the mean, so that the difference has few digits.
         let n = u128::from(count);
         let centre = sum / n;
         let off = sum - n * centre;
@@ -105,12 +106,11 @@ impl NominalGrid {
     }
 }
 
-/// Instants against the even grid that fits them best: least squares of the instant over its number, each
-/// instant being the next point of the grid.
+/// Even grid fitted by least squares to instant over index, each instant being the next grid point.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct FittedGrid {
     first_ns: Option<u64>,
-    /// The first interval, against which instants are taken to keep digits.
+    /// First interval, subtracted from the instants to preserve digits.
     interval_ns: Option<u64>,
     count: u64,
     mean_number: f64,
@@ -121,14 +121,14 @@ pub(crate) struct FittedGrid {
 }
 
 impl FittedGrid {
-    fn note(&mut self, at_ns: u64) {
+    fn record(&mut self, at_ns: u64) {
         let since = at_ns.saturating_sub(*self.first_ns.get_or_insert(at_ns));
         let number = self.count as f64;
         self.count += 1;
         if self.count == 2 {
             self.interval_ns = Some(since);
         }
-        // Both are far below 2^53, so that the difference is exact.
+        // Both terms are far below 2^53, so the difference is exact.
         let ns = since as f64 - number * self.interval_ns.unwrap_or_default() as f64;
         let count = self.count as f64;
         let (off_number, off_ns) = (number - self.mean_number, ns - self.mean_ns);
@@ -140,7 +140,7 @@ impl FittedGrid {
         self.sum_ns_ns += off_ns * rest_ns;
     }
 
-    /// \[ns²\]
+    /// Returns the variance \[ns²\].
     fn variance(&self) -> f64 {
         if self.count < 3 {
             return 0.0;
@@ -160,12 +160,12 @@ mod tests {
     const PERIOD_NS: u64 = 2_000_123;
 
     fn deviation(nominal_ns: Option<u64>, instants: impl IntoIterator<Item = u64>) -> f64 {
-        let mut phase = Phase::of(nominal_ns);
-        instants.into_iter().for_each(|at| phase.note(at));
+        let mut phase = Phase::new(nominal_ns);
+        instants.into_iter().for_each(|at| phase.record(at));
         phase.deviation()
     }
 
-    /// Standard deviation of lateness \[ns\], in seconds.
+    /// Standard deviation \[s\] of lateness \[ns\].
     fn direct(late_ns: &[u64]) -> f64 {
         let n = late_ns.len() as f64;
         let mean = late_ns.iter().sum::<u64>() as f64 / n;
@@ -176,9 +176,9 @@ mod tests {
     }
 
     proptest! {
-        /// Wherever the points of the grid lie, and whichever of them are missing.
+        /// For any offset of the grid and any subset of missing instants.
         #[test]
-        fn the_deviation_is_that_of_how_late_instants_are(
+        fn nominal_grid_deviation_equals_that_of_lateness(
             width in 1..7 * PERIOD_NS / 8 - PERIOD_NS / 16,
             offset in 0..3 * PERIOD_NS,
             lost in 0.0..0.9_f64,
@@ -197,9 +197,9 @@ mod tests {
             prop_assert!((found - exact).abs() <= 1e-9 * exact + 1e-14, "{found}, not {exact}");
         }
 
-        /// A straight line through all of them, in two passes.
+        /// Compares with a linear regression in two passes.
         #[test]
-        fn where_there_is_no_nominal_period_the_grid_is_the_line_of_least_squares(
+        fn fitted_grid_deviation_equals_least_squares_residual(
             intervals in prop::collection::vec(0..10 * PERIOD_NS, 3..400),
         ) {
             let instants: Vec<u64> = intervals
@@ -221,16 +221,16 @@ mod tests {
         }
 
         #[test]
-        fn saved_and_restored_it_goes_on_alike(
+        fn restored_phase_continues_bit_for_bit(
             nominal in any::<bool>(), instants in prop::collection::vec(0..10 * PERIOD_NS, 1..60), cut in 0..60_usize,
         ) {
             let nominal = nominal.then_some(PERIOD_NS);
-            let (mut straight, mut resumed) = (Phase::of(nominal), Phase::of(nominal));
+            let (mut straight, mut resumed) = (Phase::new(nominal), Phase::new(nominal));
             let mut at = 0;
             for (n, interval) in instants.iter().enumerate() {
                 at += interval;
-                straight.note(at);
-                resumed.note(at);
+                straight.record(at);
+                resumed.record(at);
                 if n == cut {
                     resumed = Snapshot::of(&resumed).read().unwrap();
                 }
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_grid_has_no_deviation() {
+    fn even_grid_has_zero_deviation() {
         let even = |n: u64| 5_000 + n * PERIOD_NS;
         assert_eq!(deviation(None, (0..1_000_000).map(even)), 0.0);
         let gaps = (0..1_000_000).filter(|n| n % 1_000 != 7 && n % 300 > 20);
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn one_instant_has_no_deviation() {
+    fn too_few_instants_have_zero_deviation() {
         assert_eq!(deviation(Some(PERIOD_NS), [7]), 0.0);
         assert_eq!(deviation(None, [7, 9]), 0.0);
     }

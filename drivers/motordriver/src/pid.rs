@@ -5,10 +5,10 @@ use crate::assumed::{
 };
 use crate::smooth::FRACTION_BITS;
 
-/// Whole supply: duty of the bridge is in 1/32768.
+/// Full supply voltage; the unit of duty is 1/32768 of it.
 pub(crate) const DUTY_MAX: i32 = 32_767;
 
-/// Gains of a motor as they stand in its registers.
+/// Gains of a motor as stored in its registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Gains {
     pub(crate) p: u16,
@@ -17,53 +17,55 @@ pub(crate) struct Gains {
     pub(crate) torque_max: u16,
 }
 
-/// Position controller of one motor, in integers, once a tick.
+/// Position controller of one motor, in integer arithmetic, executed once per tick.
 ///
-/// The duty that it asks for is limited by the supply, and so that the current i = (V − kω)/R stays within what the
-/// register `MaxTorque` allows, with ω from the encoder. While a limit holds, the integral does not grow into it.
+/// The duty is limited by the supply, and by the register `MaxTorque`, which limits the current i =
+/// (V − kω)/R, with ω from the encoder. The integral is frozen while the error drives it further
+/// into the active limit (anti-windup).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Pid {
     /// Σe, in counts × 2^`FRACTION_BITS`.
     sum: i64,
-    /// e of the last tick.
+    /// Error e of the last tick.
     last: i32,
     /// Position of the last tick \[counts\].
     position: i32,
 }
 
 impl Pid {
-    /// At rest at a position, with nothing to correct.
-    pub(crate) fn rest(position: i32) -> Self {
+    /// Creates a controller at rest at a position, with zero error.
+    pub(crate) fn resting_at(position: i32) -> Self {
         Self {
             position,
             ..Self::default()
         }
     }
 
-    /// The duty for this tick, of the set-point \[counts × 2^`FRACTION_BITS`\] and the position \[counts\].
+    /// Returns the duty of this tick for the set-point \[counts × 2^`FRACTION_BITS`\] and the
+    /// position \[counts\].
     pub(crate) fn tick(&mut self, gains: Gains, set_point: i32, position: i32) -> i32 {
         let error = set_point.saturating_sub(position << FRACTION_BITS);
         let change = i64::from(error) - i64::from(self.last);
-        let way = position - self.position;
+        let travel = position - self.position;
         self.last = error;
         self.position = position;
 
-        // What the integral alone may ask for is the whole supply.
+        // The integral term is limited to the full supply.
         let sum_max = i64::from(DUTY_MAX) << (GAIN_BITS + FRACTION_BITS) >> u32::from(gains.i != 0);
         let sum = self.sum + i64::from(error) * i64::from(gains.i);
         let sum = sum.clamp(-sum_max, sum_max);
-        let wanted = P_FACTOR * i64::from(gains.p) * i64::from(error)
+        let requested = P_FACTOR * i64::from(gains.p) * i64::from(error)
             + sum
             + D_FACTOR * i64::from(gains.d) * change;
-        let wanted = wanted >> (GAIN_BITS + FRACTION_BITS);
+        let requested = requested >> (GAIN_BITS + FRACTION_BITS);
 
-        let middle = way.saturating_mul(DUTY_PER_COUNT_IN_A_TICK);
+        let back_emf = travel.saturating_mul(DUTY_PER_COUNT_IN_A_TICK);
         let span = i32::from(gains.torque_max) * DUTY_PER_TORQUE_UNIT;
-        let least = middle.saturating_sub(span).clamp(-DUTY_MAX, DUTY_MAX);
-        let most = middle.saturating_add(span).clamp(-DUTY_MAX, DUTY_MAX);
-        let duty = wanted.clamp(i64::from(least), i64::from(most));
-        let into_the_limit = wanted > duty && error > 0 || wanted < duty && error < 0;
-        if !into_the_limit {
+        let least = back_emf.saturating_sub(span).clamp(-DUTY_MAX, DUTY_MAX);
+        let most = back_emf.saturating_add(span).clamp(-DUTY_MAX, DUTY_MAX);
+        let duty = requested.clamp(i64::from(least), i64::from(most));
+        let winds_up = requested > duty && error > 0 || requested < duty && error < 0;
+        if !winds_up {
             self.sum = sum;
         }
         #[expect(clippy::cast_possible_truncation, reason = "within the clamp")]
@@ -85,7 +87,7 @@ mod tests {
         torque_max: 1_100,
     };
 
-    /// The motor of the robot behind its gear, with a load: exact from tick to tick.
+    /// Unloaded or loaded motor of the robot behind its gear, integrated exactly over a tick.
     #[derive(Default)]
     struct Motor {
         angle: f64,
@@ -117,14 +119,14 @@ mod tests {
         }
     }
 
-    /// Positions \[counts\] of a motor that is to follow.
+    /// Returns the positions \[counts\] of a controlled motor.
     fn follow(
         gains: Gains,
         mut motor: Motor,
         ticks: u32,
         set_point: impl Fn(u32) -> f64,
     ) -> Vec<f64> {
-        let mut pid = Pid::rest(motor.counts());
+        let mut pid = Pid::resting_at(motor.counts());
         (0..ticks)
             .map(|n| {
                 #[expect(clippy::cast_possible_truncation, reason = "small")]
@@ -136,7 +138,7 @@ mod tests {
             .collect()
     }
 
-    /// Amplitude of the answer to a sine of 40 counts.
+    /// Returns the gain of the closed loop for a sine of 40 counts.
     fn gain_at(hertz: f64) -> f64 {
         let positions = follow(DEFAULT, Motor::default(), 4_000, |n| {
             40.0 * libm::sin(TAU * hertz * 1e-3 * f64::from(n))
@@ -151,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_loop_is_some_tens_of_hertz_wide_and_has_no_peak() {
+    fn closed_loop_bandwidth_is_30_to_60_hz_without_peak() {
         for (hertz, least, most) in [
             (5.0, 0.95, 1.05),
             (30.0, HALF_POWER, 1.05),
@@ -163,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_damped() {
+    fn step_response_is_damped() {
         let positions = follow(DEFAULT, Motor::default(), 500, |_| 50.0);
         let top = positions.iter().copied().fold(0.0, f64::max);
         assert!(top < 53.0, "{top}");
@@ -172,7 +174,7 @@ mod tests {
                 .iter()
                 .all(|position| (position - 50.0).abs() < 2.0)
         );
-        // With twice the motor's own inertia behind the gear.
+        // With a load of twice the motor's inertia behind the gear.
         let heavy = Motor {
             load_inertia: 2e-4,
             ..Motor::default()
@@ -183,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_of_two_newton_metres_is_held_and_then_taken_by_the_integral() {
+    fn integral_compensates_a_load_of_two_newton_metres() {
         let loaded = Motor {
             load: 2.0,
             ..Motor::default()
@@ -198,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_current_stays_within_what_the_torque_limit_allows() {
+    fn current_stays_within_the_torque_limit() {
         let gains = Gains {
             torque_max: 500,
             ..DEFAULT
@@ -208,7 +210,7 @@ mod tests {
             let duty = pid.tick(gains, 1_000 << FRACTION_BITS, motor.counts());
             let back = CONSTANT * motor.rate;
             let current = (24.0 / 32_768.0 * f64::from(duty) - back) / RESISTANCE;
-            // 10 A; the rate is known to a count and of the tick before.
+            // 10 A; the rate is measured with a resolution of one count, and one tick late.
             assert!(current < 10.0 + 1.0, "{current} A at tick {n}");
             motor.tick(duty);
         }
@@ -216,8 +218,8 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_does_not_wind_the_integral_up() {
-        // Held back by more than its torque limit allows for 2 s, then let go.
+    fn saturation_does_not_wind_up_the_integral() {
+        // Blocked for 2 s by a load above its torque limit, then released.
         let gains = Gains {
             torque_max: 100,
             ..DEFAULT
@@ -237,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn no_registers_and_no_position_make_it_overflow() {
+    fn extreme_registers_and_positions_do_not_overflow() {
         for extreme in [i32::MIN >> FRACTION_BITS, 0, i32::MAX >> FRACTION_BITS] {
             let gains = Gains {
                 p: u16::MAX,
@@ -245,7 +247,7 @@ mod tests {
                 d: u16::MAX,
                 torque_max: u16::MAX,
             };
-            let mut pid = Pid::rest(extreme);
+            let mut pid = Pid::resting_at(extreme);
             for n in 0..100 {
                 let set_point = if n % 2 == 0 { i32::MAX } else { i32::MIN };
                 assert!(pid.tick(gains, set_point, extreme).abs() <= DUTY_MAX);

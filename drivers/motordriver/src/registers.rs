@@ -1,15 +1,15 @@
-//! The registers of a motordriver board. What there is comes from the public liboncilla-hw sources of 2014; where it is,
-//! and which numbers the modes have, is ASSUMED.
+//! Registers of a motordriver board. Their list is from the public liboncilla-hw sources of 2014;
+//! their addresses and the codes of the modes are ASSUMED.
 
 use twinrig_sbcp::codes::REGISTER_FIRST_OWN;
 use twinrig_sbcp::{Register, RegisterTable, SbcpError};
 
 use crate::config::BoardConfig;
 
-/// Version of the board and its firmware. ASSUMED.
+/// ASSUMED: version of the board and its firmware.
 const DEVICE_VERSION: u16 = 0x0100;
 
-/// A register that each motor has. The discriminants are the places within the motor's block.
+/// Register of a motor. The discriminants are offsets within the motor's block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum MotorRegister {
@@ -19,20 +19,20 @@ pub(crate) enum MotorRegister {
     PGain,
     IGain,
     DGain,
-    /// Kept, without effect; as damping and preload.
+    /// Stored without effect, as are damping and preload.
     Stiffness,
     Damping,
     Preload,
     MaxTorque,
     MaxSpeed,
-    /// Kept, without effect.
+    /// Stored without effect.
     MaxAcceleration,
     PositionLimit,
 }
 
 impl MotorRegister {
-    /// Its address for motor 0 or 1.
-    pub(crate) const fn of(self, motor: usize) -> u8 {
+    /// Returns the address for motor 0 or 1.
+    pub(crate) const fn address(self, motor: usize) -> u8 {
         let block = if motor == 0 {
             REGISTER_FIRST_OWN
         } else {
@@ -42,9 +42,9 @@ impl MotorRegister {
     }
 }
 
-/// ASSUMED: registers of a motor.
+/// ASSUMED: size of a motor's block of registers.
 const MOTOR_BLOCK: u8 = 0x10;
-/// ASSUMED: where what the motors share begins.
+/// ASSUMED: first register common to both motors.
 const SHARED: u8 = REGISTER_FIRST_OWN + 2 * MOTOR_BLOCK;
 /// Period of the set-points \[ms\].
 pub(crate) const SMOOTH_POSITION_UPDATE: u8 = SHARED;
@@ -55,26 +55,26 @@ pub(crate) const FORCE: u8 = SHARED + 4;
 
 /// Bit 9 of the mode: the motor was calibrated since power-on.
 pub(crate) const RUNTIME_CALIBRATED: u16 = 1 << 9;
-/// ASSUMED: what of the mode register is the mode.
+/// ASSUMED: bits of the mode register that hold the mode.
 const MODE_MASK: u16 = 0x00FF;
 
-/// What a motor is at.
+/// Operating mode of a motor. ASSUMED codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Mode {
-    /// Nothing: the bridge is open. ASSUMED number, as all of these.
+    /// Open bridge.
     #[default]
     Coast = 0,
-    /// Finding out where it is.
+    /// Start-up calibration of the position.
     Calibrate = 1,
-    /// Following the last set-point that came.
+    /// Position control on the last set-point received.
     Position = 2,
-    /// Following what is interpolated between set-points.
+    /// Position control on set-points interpolated over each period.
     SmoothPosition = 3,
 }
 
 impl Mode {
-    /// What a mode register says.
-    pub(crate) const fn of(register: u16) -> Self {
+    /// Decodes a mode register.
+    pub(crate) const fn from_register(register: u16) -> Self {
         match register & MODE_MASK {
             1 => Self::Calibrate,
             2 => Self::Position,
@@ -83,19 +83,19 @@ impl Mode {
         }
     }
 
-    /// Whether the motor is driven in it.
+    /// Returns whether the motor is driven in this mode.
     pub(crate) const fn is_driven(self) -> bool {
         matches!(self, Self::Position | Self::SmoothPosition)
     }
 }
 
-/// The table of a board as it leaves the works.
+/// Returns the register table of a board with factory settings.
 pub(crate) fn table(board: &BoardConfig) -> Result<RegisterTable, SbcpError> {
-    let mut own = vec![Register::u16(SMOOTH_POSITION_UPDATE, 2).within(2, 1_000)];
+    let mut registers = vec![Register::u16(SMOOTH_POSITION_UPDATE, 2).within(2, 1_000)];
     for motor in 0..2 {
-        let at = |register: MotorRegister, initial| Register::u16(register.of(motor), initial);
+        let at = |register: MotorRegister, initial| Register::u16(register.address(motor), initial);
         let limit = board.position_limits[motor];
-        own.extend([
+        registers.extend([
             at(MotorRegister::Mode, Mode::Coast as u16).within(0, Mode::SmoothPosition as u16),
             at(MotorRegister::GoalPosition, 0).within(0, 0x0FFF),
             at(MotorRegister::PresentPosition, 0).read_only(),
@@ -111,9 +111,9 @@ pub(crate) fn table(board: &BoardConfig) -> Result<RegisterTable, SbcpError> {
             at(MotorRegister::PositionLimit, limit).non_volatile(),
         ]);
     }
-    own.extend((0..3).map(|n| Register::u16(MAGNETIC + n, 0).read_only()));
-    own.extend((0..3).map(|n| Register::u16(FORCE + n, 0).read_only()));
-    RegisterTable::new(board.id, DEVICE_VERSION, &own)
+    registers.extend((0..3).map(|n| Register::u16(MAGNETIC + n, 0).read_only()));
+    registers.extend((0..3).map(|n| Register::u16(FORCE + n, 0).read_only()));
+    RegisterTable::new(board.id, DEVICE_VERSION, &registers)
 }
 
 #[cfg(test)]
@@ -121,22 +121,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mode_survives_its_flags() {
+    fn mode_is_decoded_independently_of_flags() {
         for mode in [
             Mode::Coast,
             Mode::Calibrate,
             Mode::Position,
             Mode::SmoothPosition,
         ] {
-            assert_eq!(Mode::of(mode as u16 | RUNTIME_CALIBRATED), mode);
+            assert_eq!(Mode::from_register(mode as u16 | RUNTIME_CALIBRATED), mode);
         }
-        assert_eq!(Mode::of(0x00AA), Mode::Coast);
+        assert_eq!(Mode::from_register(0x00AA), Mode::Coast);
     }
 
     #[test]
-    fn every_register_has_an_address_of_its_own() {
+    fn register_addresses_are_distinct() {
         let table = table(&BoardConfig::default()).unwrap();
-        assert_eq!(table.get(MotorRegister::PositionLimit.of(1)), Some(1_350));
+        assert_eq!(
+            table.get(MotorRegister::PositionLimit.address(1)),
+            Some(1_350)
+        );
         assert_eq!(table.registers().len(), 3 + 1 + 2 * 13 + 6);
     }
 }

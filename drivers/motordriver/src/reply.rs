@@ -1,14 +1,14 @@
-//! What a cycle carries: set-points down, everything measured up, all words low byte first (the order of the parts as in
-//! the thesis, table 5.3; ASSUMED beyond that).
+//! Payload of a cycle: set-points to the board, measurements to the host, all words little-endian
+//! (order of the parts as in the thesis, table 5.3; ASSUMED beyond that).
 
 use serde::{Deserialize, Serialize};
 
-/// Length of what goes down \[B\].
+/// Length of a command \[B\].
 pub(crate) const COMMAND_LEN: usize = 4;
-/// Length of what comes up \[B\].
+/// Length of a reply \[B\].
 pub(crate) const REPLY_LEN: usize = 16;
 
-/// What a board measures, in counts.
+/// Measurements of a board \[counts\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Reply {
     /// Motors.
@@ -33,7 +33,7 @@ impl Reply {
         bytes
     }
 
-    /// None if it has not the length of a reply.
+    /// Decodes a reply; `None` if its length is wrong.
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; REPLY_LEN] = bytes.try_into().ok()?;
         let word = |n: usize| u16::from_le_bytes([bytes[2 * n], bytes[2 * n + 1]]);
@@ -45,13 +45,13 @@ impl Reply {
     }
 }
 
-/// The payload that carries set-points \[counts\].
+/// Encodes set-points \[counts\].
 pub(crate) fn command_bytes(goals: [u16; 2]) -> [u8; COMMAND_LEN] {
     let [[a, b], [c, d]] = goals.map(u16::to_le_bytes);
     [a, b, c, d]
 }
 
-/// The set-points that a payload carries: of 16 bits, 12 count. None if it has not their length.
+/// Decodes set-points, the low 12 of 16 bits each. `None` if the length is wrong.
 pub(crate) fn command(bytes: &[u8]) -> Option<[u16; 2]> {
     let &[a, b, c, d] = bytes else { return None };
     Some([[a, b], [c, d]].map(|word| u16::from_le_bytes(word) & 0x0FFF))
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_goes_down_and_up_comes_through() {
+    fn command_and_reply_round_trip() {
         assert_eq!(command(&command_bytes([1, 0x0FFE])), Some([1, 0x0FFE]));
         let reply = Reply {
             positions: [1, 2],
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn other_lengths_are_nothing() {
+    fn wrong_lengths_are_rejected() {
         assert_eq!(command(&[0; 3]), None);
         assert_eq!(Reply::parse(&[0; 15]), None);
     }

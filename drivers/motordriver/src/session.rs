@@ -10,35 +10,36 @@ use crate::registers::{
     FORCE, MAGNETIC, Mode, MotorRegister, RUNTIME_CALIBRATED, SMOOTH_POSITION_UPDATE,
 };
 
-/// How often a request is tried before the board counts as gone, as long as the error threshold allows. ASSUMED.
+/// Attempts per request before the board is considered lost, as far as the error threshold permits.
+/// ASSUMED.
 const TRIES: u8 = 10;
-/// The same where nothing is lost by giving up: asking whether a board is there, and letting it coast. ASSUMED.
+/// Attempts where giving up is harmless: probing for a board, and letting it coast. ASSUMED.
 const FEW_TRIES: u8 = 3;
 
-/// Getting boards ready and leaving them in a safe state: one register after the other, each answered before the next
-/// is asked for (the *lazy* workflow).
+/// Initialisation and safe shutdown of the boards: one register at a time, each answer received
+/// before the next request (the *lazy* workflow).
 ///
-/// 1. *Probe*: who is there.
-/// 2. *Configure*: write what is to stand in the registers, read ranges and modes.
-/// 3. *Calibrate* all boards together whose motors are not calibrated, and *poll* them now and then.
-/// 4. *Read* all sensors once, so that the first step of the controller sees them.
-/// 5. *Activate* the motors, where they are.
+/// 1. *Probe*: detect the boards on the bus.
+/// 2. *Configure*: write the settings, read ranges and modes.
+/// 3. *Calibrate* all boards with uncalibrated motors simultaneously, and *poll* them periodically.
+/// 4. *Read* all sensors once, as inputs of the first step of the controller.
+/// 5. *Activate* the motors at their present positions.
 ///
-/// And at the end: *Coast*.
+/// At the end: *Coast*.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Session {
     stage: Stage,
     board: usize,
     step: usize,
     tries: u8,
-    /// A request is under way.
-    asked: bool,
-    /// When calibration has failed.
+    /// A request is in flight.
+    in_flight: bool,
+    /// Deadline of the calibration.
     calibrated_by: HostTime,
     boards: Vec<Board>,
 }
 
-/// What the session knows of a board.
+/// State of a board as known to the session.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Board {
     address: Address,
@@ -50,12 +51,12 @@ struct Board {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Stage {
-    /// Nothing to do: not open yet, open, or closed.
-    Rest,
+    /// Idle: not yet open, open, or closed.
+    Idle,
     Probe,
     Configure,
     Calibrate,
-    /// Until it is worth looking again.
+    /// Waiting for the next poll.
     Wait(HostTime),
     Poll,
     Read,
@@ -63,7 +64,7 @@ enum Stage {
     Coast,
 }
 
-/// One request.
+/// A single request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Job {
     Ping,
@@ -71,7 +72,7 @@ enum Job {
     Set(u8, u16),
 }
 
-/// Registers written for each motor.
+/// Registers written per motor.
 const SETTINGS: usize = 9;
 
 impl Session {
@@ -86,11 +87,11 @@ impl Session {
             })
         };
         Ok(Self {
-            stage: Stage::Rest,
+            stage: Stage::Idle,
             board: 0,
             step: 0,
             tries: 0,
-            asked: false,
+            in_flight: false,
             calibrated_by: HostTime::default(),
             boards: boards.iter().map(board).collect::<Result<_, BusError>>()?,
         })
@@ -104,12 +105,12 @@ impl Session {
         self.enter(Stage::Coast);
     }
 
-    /// Whether it has nothing to do.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.stage == Stage::Rest
+    /// Returns whether no stage is in progress.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.stage == Stage::Idle
     }
 
-    /// When it wants to go on without an answer.
+    /// Returns the instant at which the session continues without an answer.
     pub(crate) fn timeout(&self) -> Option<HostTime> {
         match self.stage {
             Stage::Wait(until) => Some(until),
@@ -122,35 +123,35 @@ impl Session {
         self.board = 0;
         self.step = 0;
         self.tries = 0;
-        self.asked = false;
+        self.in_flight = false;
     }
 
-    /// Goes on as far as that goes without an answer. `names` and `legs` are those of the boards.
+    /// Advances until an answer or an instant has to be awaited. `legs` are those of the boards.
     ///
     /// # Errors
-    /// Why the boards cannot be used.
-    pub(crate) fn go_on(
+    /// The reason why the boards cannot be used.
+    pub(crate) fn advance(
         &mut self,
         now: HostTime,
         config: &SessionConfig,
         master: &mut Master,
         legs: &mut [Leg],
     ) -> Result<(), String> {
-        while !master.is_busy() && self.stage != Stage::Rest {
+        while !master.is_busy() && self.stage != Stage::Idle {
             if let Stage::Wait(until) = self.stage {
                 if now < until {
                     break;
                 }
                 self.enter(Stage::Poll);
             }
-            if self.asked {
-                self.asked = false;
+            if self.in_flight {
+                self.in_flight = false;
                 let outcome = master.outcomes().first().copied();
                 let outcome = outcome.unwrap_or(Err(Failure::NoAnswer));
-                self.take(outcome, config, master, legs)?;
+                self.handle_outcome(outcome, config, master, legs)?;
             }
             if let Some(job) = self.next_job(config) {
-                self.ask(now, job, master);
+                self.send(now, job, master);
             } else {
                 self.next_stage(now, config, legs)?;
             }
@@ -158,8 +159,8 @@ impl Session {
         Ok(())
     }
 
-    fn ask(&mut self, now: HostTime, job: Job, master: &mut Master) {
-        self.asked = true;
+    fn send(&mut self, now: HostTime, job: Job, master: &mut Master) {
+        self.in_flight = true;
         let to = self.boards[self.board].address;
         let (instruction, payload, len) = match job {
             Job::Ping => (Instruction::PING, [0; 3], 0),
@@ -176,10 +177,10 @@ impl Session {
         } else {
             master.transfer(now, &request)
         };
-        begun.expect("the master is at rest");
+        begun.expect("the master is idle");
     }
 
-    /// The next thing to ask, from where the session is on.
+    /// Returns the next request of the stage, starting at the current board and step.
     fn next_job(&mut self, config: &SessionConfig) -> Option<Job> {
         while self.board < self.boards.len() {
             if let Some(job) = self.job(config) {
@@ -201,13 +202,16 @@ impl Session {
             return None;
         }
         let step = self.step;
-        let mode =
-            |mode: Mode| (step < 2).then(|| Job::Set(MotorRegister::Mode.of(step), mode as u16));
+        let mode = |mode: Mode| {
+            (step < 2).then(|| Job::Set(MotorRegister::Mode.address(step), mode as u16))
+        };
         let uncalibrated = board.calibrated != [true; 2];
         match self.stage {
             Stage::Configure => configuration(config, step),
             Stage::Calibrate if uncalibrated => mode(Mode::Calibrate),
-            Stage::Poll if uncalibrated && step < 2 => Some(Job::Get(MotorRegister::Mode.of(step))),
+            Stage::Poll if uncalibrated && step < 2 => {
+                Some(Job::Get(MotorRegister::Mode.address(step)))
+            }
             Stage::Read => sensor(step).map(Job::Get),
             Stage::Activate => mode(match board.following {
                 Following::Smooth => Mode::SmoothPosition,
@@ -218,7 +222,7 @@ impl Session {
         }
     }
 
-    fn take(
+    fn handle_outcome(
         &mut self,
         outcome: Outcome,
         config: &SessionConfig,
@@ -229,18 +233,18 @@ impl Session {
             return Ok(());
         };
         let leg = &mut legs[self.board];
-        let why = match outcome.map(|payload| self.apply(job, &payload, leg)) {
+        let reason = match outcome.map(|payload| self.apply(job, &payload, leg)) {
             Ok(true) => {
                 self.step += 1;
                 self.tries = 0;
                 return Ok(());
             }
-            Ok(false) => "its answer has another length than it should".to_owned(),
+            Ok(false) => "the length of its answer is wrong".to_owned(),
             Err(failure) => failure.to_string(),
         };
         self.tries += 1;
-        let few = matches!(self.stage, Stage::Probe | Stage::Coast);
-        if few {
+        let optional = matches!(self.stage, Stage::Probe | Stage::Coast);
+        if optional {
             if self.tries >= FEW_TRIES {
                 self.step += 1;
                 self.tries = 0;
@@ -248,13 +252,13 @@ impl Session {
         } else if self.tries >= TRIES || master.is_out_of_errors() {
             let errors = master.counters().errors;
             return Err(format!(
-                "{leg} failed while it was made ready, after {errors} errors in all: {why}"
+                "{leg} failed during initialisation, after {errors} errors in total: {reason}"
             ));
         }
         Ok(())
     }
 
-    /// Takes an answer; false if it is none to that.
+    /// Processes an answer; returns false if its length does not match the request.
     fn apply(&mut self, job: Job, answer: &[u8], leg: &mut Leg) -> bool {
         let board = &mut self.boards[self.board];
         match job {
@@ -264,14 +268,14 @@ impl Session {
                 let &[low, high] = answer else { return false };
                 let value = u16::from_le_bytes([low, high]);
                 for motor in 0..2 {
-                    if address == MotorRegister::Mode.of(motor) {
+                    if address == MotorRegister::Mode.address(motor) {
                         board.calibrated[motor] = value & RUNTIME_CALIBRATED != 0;
-                    } else if address == MotorRegister::PositionLimit.of(motor) {
+                    } else if address == MotorRegister::PositionLimit.address(motor) {
                         leg.set_limit(motor, value);
                     }
                 }
                 if self.stage == Stage::Read {
-                    leg.take_word(self.step, value);
+                    leg.store_word(self.step, value);
                 }
             }
         }
@@ -312,7 +316,7 @@ impl Session {
             }
             Stage::Configure | Stage::Poll => Stage::Read,
             Stage::Read => Stage::Activate,
-            Stage::Activate | Stage::Coast | Stage::Rest | Stage::Wait(_) => Stage::Rest,
+            Stage::Activate | Stage::Coast | Stage::Idle | Stage::Wait(_) => Stage::Idle,
         };
         self.enter(next);
         Ok(())
@@ -332,7 +336,7 @@ impl Session {
     }
 }
 
-/// What is written into the registers, and read of them, before calibration.
+/// Returns the request of a configuration step: register writes, then reads, before calibration.
 fn configuration(config: &SessionConfig, step: usize) -> Option<Job> {
     let gains = &config.gains;
     let (motor, setting) = (step / SETTINGS, step % SETTINGS);
@@ -345,7 +349,7 @@ fn configuration(config: &SessionConfig, step: usize) -> Option<Job> {
                 3 | 4 => MotorRegister::Mode,
                 _ => return None,
             };
-            return Some(Job::Get(register.of((step - last + 1) % 2)));
+            return Some(Job::Get(register.address((step - last + 1) % 2)));
         }
         0 => (MotorRegister::PGain, gains.p),
         1 => (MotorRegister::IGain, gains.i),
@@ -357,19 +361,19 @@ fn configuration(config: &SessionConfig, step: usize) -> Option<Job> {
         7 => (MotorRegister::MaxSpeed, gains.max_speed),
         _ => (MotorRegister::MaxAcceleration, gains.max_acceleration),
     };
-    Some(Job::Set(register.of(motor), value))
+    Some(Job::Set(register.address(motor), value))
 }
 
-/// Interpolation period that boards are told \[ms\].
+/// Returns the interpolation period of the boards \[ms\].
 fn ticks(config: &SessionConfig) -> u16 {
     let millis = (config.period.as_nanos() + 500_000) / 1_000_000;
     u16::try_from(millis.clamp(2, 1_000)).unwrap_or(1_000)
 }
 
-/// The registers of the sensors, in the order of a cycle's reply.
+/// Returns the register of a sensor, in the order of a cycle's reply.
 fn sensor(step: usize) -> Option<u8> {
     let register = match step {
-        0 | 1 => MotorRegister::PresentPosition.of(step),
+        0 | 1 => MotorRegister::PresentPosition.address(step),
         2 => MAGNETIC,
         3 => MAGNETIC + 1,
         4 => MAGNETIC + 2,
@@ -381,7 +385,7 @@ fn sensor(step: usize) -> Option<u8> {
     Some(register)
 }
 
-/// The instant that much later.
+/// Returns `now + by`, saturated.
 pub(crate) fn after(now: HostTime, by: std::time::Duration) -> HostTime {
     let by = u64::try_from(by.as_nanos()).unwrap_or(u64::MAX);
     HostTime::from_nanos(now.as_nanos().saturating_add(by))

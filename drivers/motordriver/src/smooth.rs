@@ -2,67 +2,70 @@ use serde::{Deserialize, Serialize};
 
 use crate::assumed::OVERFLOW_BUFFER;
 
-/// Positions of the two motors in the board's fixed point: counts × 2^[`FRACTION_BITS`].
+/// Positions of the two motors in the board's fixed-point format: counts × 2^[`FRACTION_BITS`].
 pub(crate) type Point = [i32; 2];
 
-/// Bits behind the point of a position.
+/// Fractional bits of a position.
 pub(crate) const FRACTION_BITS: u32 = 8;
 
-/// Shortest interpolation period \[ticks\]: a tick must be left when one is taken away (thesis, section 5.3.3).
+/// Minimum interpolation period \[ticks\]: one tick must remain when one is removed (thesis,
+/// section 5.3.3).
 pub(crate) const PERIOD_MIN: u16 = 2;
 
-/// How set-points that come once a period become one for each tick (thesis, section 5.3.3).
+/// Interpolation of periodic set-points to one set-point per tick (thesis, section 5.3.3).
 ///
-/// A *segment* leads from where the set-point is to the next point that came, at an even speed, and lasts a period.
-/// At its end the next point is taken out of the buffer:
+/// A *segment* leads from the present set-point to the next received point at constant speed within
+/// one period. At its end the next point is taken from the buffer:
 ///
-/// - there are more: this segment is one tick shorter, a *filled-buffer step*;
-/// - there is none: the set-point goes on with half its last speed, a *missed point*, again and again until a point
-///   comes. The first tick after that begins a new segment at once: the clock of the interpolation is reset.
+/// - more points are in the buffer: this segment is one tick shorter, a *filled-buffer step*;
+/// - the buffer is empty: the set-point is extrapolated at half its last speed, a *missed point*,
+///   repeatedly until a point is received. The first tick after that begins a new segment
+///   immediately: the clock of the interpolation is reset.
 ///
-/// Every point takes its period, less a tick for a filled-buffer step; and with periods of two ticks every missed point
-/// takes a tick more, as long as none comes more than a tick late. So what the counters say is how the clocks of both
-/// ends differ: filled − missed = mismatch × points × 2.
+/// Every point takes its period, less one tick for a filled-buffer step; with periods of two ticks
+/// every missed point takes one tick more, provided that no point is more than a tick late. The
+/// counters therefore measure the clock mismatch of both ends: filled − missed = mismatch × points
+/// × 2.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Interpolator {
     period: u16,
     heuristics: bool,
-    /// Greatest ways in a tick.
+    /// Maximum displacement per tick.
     step_max: [i32; 2],
-    waiting: Buffer,
+    queue: Buffer,
     state: State,
     from: Point,
     to: Point,
     /// Ticks of this segment.
     length: u16,
-    /// Ticks of it that are over.
+    /// Elapsed ticks of this segment.
     done: u16,
     at: Point,
     counts: SmoothCounts,
 }
 
-/// What happened to the points since power-on.
+/// Counts of irregular points since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SmoothCounts {
-    /// Points that were not there when their time had come.
+    /// Points that were not available at their deadline.
     pub missed: u64,
-    /// Interpolation periods that were shortened because the buffer held more.
+    /// Interpolation periods shortened because the buffer contained more points.
     pub filled: u64,
-    /// Points that were thrown away: the buffer was full.
+    /// Points discarded because the buffer was full.
     pub lost: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum State {
-    /// No point has come yet.
+    /// No point received yet.
     Idle,
-    /// On the way to a point.
+    /// Towards a received point.
     Moving,
-    /// On the way to where a missed point may be.
+    /// Towards an extrapolated point.
     Starved,
 }
 
-/// Points that wait, oldest first.
+/// Queue of points, oldest first.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Buffer {
     points: [Point; OVERFLOW_BUFFER],
@@ -93,13 +96,14 @@ impl Buffer {
 }
 
 impl Interpolator {
-    /// With a period \[ticks\], with or without the heuristics; at rest at 0.
+    /// Creates an interpolator with a period \[ticks\], with or without the heuristics, at rest at
+    /// 0.
     pub(crate) fn new(period: u16, heuristics: bool) -> Self {
         Self {
             period: period.max(PERIOD_MIN),
             heuristics,
             step_max: [i32::MAX; 2],
-            waiting: Buffer::EMPTY,
+            queue: Buffer::EMPTY,
             state: State::Idle,
             from: [0; 2],
             to: [0; 2],
@@ -110,13 +114,13 @@ impl Interpolator {
         }
     }
 
-    /// Forgets the points that wait, and rests at a place until the next one comes.
-    pub(crate) fn rest(&mut self, at: Point) {
-        self.waiting = Buffer::EMPTY;
+    /// Clears the queue and rests at a position until the next point.
+    pub(crate) fn rest_at(&mut self, at: Point) {
+        self.queue = Buffer::EMPTY;
         self.resume(at);
     }
 
-    /// Goes on from a place with the points that wait.
+    /// Continues from a position with the queued points.
     pub(crate) fn resume(&mut self, at: Point) {
         self.state = State::Idle;
         self.at = at;
@@ -125,12 +129,12 @@ impl Interpolator {
         self.done = 0;
     }
 
-    /// From the next segment on \[ticks\].
+    /// Sets the period from the next segment on \[ticks\].
     pub(crate) fn set_period(&mut self, ticks: u16) {
         self.period = ticks.max(PERIOD_MIN);
     }
 
-    /// Greatest speed of a motor, from the next segment on \[counts/s\].
+    /// Sets the maximum speed of a motor from the next segment on \[counts/s\].
     pub(crate) fn set_speed_max(&mut self, motor: usize, counts_per_second: u16) {
         self.step_max[motor] = (i32::from(counts_per_second) << FRACTION_BITS) / 1_000;
     }
@@ -143,35 +147,35 @@ impl Interpolator {
         self.counts
     }
 
-    /// Where the set-point is.
+    /// Returns the present set-point.
     pub(crate) fn at(&self) -> Point {
         self.at
     }
 
-    /// How many points wait.
+    /// Returns the number of queued points.
     #[cfg(test)]
-    fn waiting(&self) -> usize {
-        self.waiting.len
+    fn queued(&self) -> usize {
+        self.queue.len
     }
 
-    /// A point has come. Where there is no room, the oldest one that waits makes room for it.
+    /// Queues a received point. A full queue discards its oldest point.
     pub(crate) fn push(&mut self, point: Point) {
-        let room = if self.heuristics { OVERFLOW_BUFFER } else { 1 };
-        if self.waiting.len == room {
-            let _ = self.waiting.pop();
+        let capacity = if self.heuristics { OVERFLOW_BUFFER } else { 1 };
+        if self.queue.len == capacity {
+            let _ = self.queue.pop();
             self.counts.lost += 1;
         }
-        self.waiting.push(point);
+        self.queue.push(point);
     }
 
-    /// The next tick: the set-point for it.
+    /// Advances by one tick and returns its set-point.
     pub(crate) fn tick(&mut self) -> Point {
-        let over = self.done == self.length;
-        let there = self.waiting.len > 0;
+        let finished = self.done == self.length;
+        let available = self.queue.len > 0;
         let due = match self.state {
-            State::Idle => there,
-            State::Moving => over,
-            State::Starved => over || self.heuristics && there,
+            State::Idle => available,
+            State::Moving => finished,
+            State::Starved => finished || self.heuristics && available,
         };
         if due {
             self.begin_segment();
@@ -179,14 +183,14 @@ impl Interpolator {
         if self.state != State::Idle {
             self.done += 1;
             for motor in 0..2 {
-                let way = i64::from(self.to[motor] - self.from[motor]);
-                let gone = way * i64::from(self.done) / i64::from(self.length);
+                let travel = i64::from(self.to[motor] - self.from[motor]);
+                let travelled = travel * i64::from(self.done) / i64::from(self.length);
                 #[expect(
                     clippy::cast_possible_truncation,
-                    reason = "not longer than the way, which fits"
+                    reason = "not longer than the travel, which fits"
                 )]
-                let gone = gone as i32;
-                self.at[motor] = self.from[motor] + gone;
+                let travelled = travelled as i32;
+                self.at[motor] = self.from[motor] + travelled;
             }
         }
         self.at
@@ -194,45 +198,45 @@ impl Interpolator {
 
     fn begin_segment(&mut self) {
         let first = self.state == State::Idle;
-        if let Some(point) = self.waiting.pop() {
+        if let Some(point) = self.queue.pop() {
             self.state = State::Moving;
-            let more = self.waiting.len > 0;
+            let more = self.queue.len > 0;
             if more && self.heuristics && !first {
                 self.counts.filled += 1;
-                self.lead_to(point, self.period - 1);
+                self.start_segment(point, self.period - 1);
             } else {
-                self.lead_to(point, self.period);
+                self.start_segment(point, self.period);
             }
         } else {
             self.state = State::Starved;
             self.counts.missed += 1;
-            let guess = if self.heuristics {
-                [0, 1].map(|motor| self.guess(motor))
+            let extrapolation = if self.heuristics {
+                [0, 1].map(|motor| self.extrapolation(motor))
             } else {
                 self.at
             };
-            self.lead_to(guess, self.period);
+            self.start_segment(extrapolation, self.period);
         }
     }
 
-    /// Where half the last speed would lead to.
-    fn guess(&self, motor: usize) -> i32 {
-        let way = i64::from(self.to[motor] - self.from[motor]);
-        let half = way * i64::from(self.period) / (2 * i64::from(self.length));
+    /// Returns the extrapolation at half the last speed.
+    fn extrapolation(&self, motor: usize) -> i32 {
+        let travel = i64::from(self.to[motor] - self.from[motor]);
+        let half = travel * i64::from(self.period) / (2 * i64::from(self.length));
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "a shortened segment is half as long at least: not longer than the way, which fits"
+            reason = "a shortened segment has at least half the length: not longer than the travel, which fits"
         )]
         let half = half as i32;
         self.at[motor].saturating_add(half)
     }
 
-    fn lead_to(&mut self, point: Point, length: u16) {
+    fn start_segment(&mut self, point: Point, length: u16) {
         self.from = self.at;
         self.to = [0, 1].map(|motor| {
-            let way = point[motor].saturating_sub(self.at[motor]);
-            let way_max = self.step_max[motor].saturating_mul(i32::from(length));
-            self.at[motor] + way.clamp(-way_max, way_max)
+            let travel = point[motor].saturating_sub(self.at[motor]);
+            let travel_max = self.step_max[motor].saturating_mul(i32::from(length));
+            self.at[motor] + travel.clamp(-travel_max, travel_max)
         });
         self.length = length;
         self.done = 0;
@@ -258,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_reached_in_exactly_a_period() {
+    fn point_is_reached_in_exactly_one_period() {
         let mut smooth = Interpolator::new(10, true);
         assert_eq!(ticks(&mut smooth), [0, 0]);
         smooth.push(both(100));
@@ -269,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_point_in_the_buffer_takes_a_tick_off_this_segment_but_for_the_first() {
+    fn queued_points_shorten_every_segment_but_the_first() {
         let mut smooth = Interpolator::new(4, true);
         smooth.push(both(40));
         smooth.push(both(70));
@@ -297,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn the_greatest_speed_clips_the_catching_up() {
+    fn catching_up_is_limited_to_the_maximum_speed() {
         let mut smooth = Interpolator::new(2, true);
         smooth.set_speed_max(0, 10_000);
         smooth.push(both(100));
@@ -307,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn without_heuristics_points_are_lost_and_an_empty_deadline_holds_still() {
+    fn without_heuristics_points_are_lost_and_underflow_holds_position() {
         let mut smooth = Interpolator::new(2, false);
         smooth.push(both(10));
         smooth.push(both(20));
@@ -319,16 +323,16 @@ mod tests {
     }
 
     #[test]
-    fn a_full_buffer_throws_the_oldest_away_and_says_so() {
+    fn full_buffer_discards_and_counts_the_oldest_point() {
         let mut smooth = Interpolator::new(2, true);
         for n in 0..=8 {
             smooth.push(both(n));
         }
-        assert_eq!((smooth.waiting(), smooth.counts().lost), (8, 1));
+        assert_eq!((smooth.queued(), smooth.counts().lost), (8, 1));
         assert_eq!(ticks(&mut smooth), [0, 1]);
     }
 
-    /// Points at 2 ms with a delay each, ticks at 1 ms and a bit.
+    /// Runs with points every 2 ms, each delayed, and ticks of about 1 ms.
     fn run(heuristics: bool, tick_ns: u64, phase_ns: u64, delays_ns: &[u64]) -> Interpolator {
         let mut smooth = Interpolator::new(2, heuristics);
         let mut tick = phase_ns;
@@ -344,9 +348,9 @@ mod tests {
     }
 
     proptest! {
-        /// What the counters say is the difference of the clocks, whatever the jitter.
+        /// The difference of the counters is that of the clocks, independent of the jitter.
         #[test]
-        fn filled_less_missed_is_the_mismatch(
+        fn filled_minus_missed_equals_the_clock_mismatch(
             mismatch_ppm in -3_000_i64..3_000,
             phase_ns in 0_u64..2_000_000,
             jitter_ns in 0_u64..=1_000_000,
@@ -364,9 +368,9 @@ mod tests {
             prop_assert_eq!(counts.lost, 0);
         }
 
-        /// A slave that ticks slower never misses a point once it has its margin, and loses none.
+        /// A board with a slower clock misses no point.
         #[test]
-        fn a_slow_slave_misses_at_most_what_the_jitter_first_costs(
+        fn slow_board_misses_no_point(
             mismatch_ppm in 20_i64..1_000,
             phase_ns in 0_u64..2_000_000,
         ) {
@@ -377,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn without_heuristics_a_slow_slave_loses_a_point_for_each_that_is_too_many() {
+    fn without_heuristics_clock_mismatch_loses_or_misses_points() {
         let smooth = run(false, 1_001_000, 0, &vec![0; 10_000]);
         assert!(smooth.counts().lost.abs_diff(10) <= 1);
         assert_eq!(smooth.counts().missed, 0);
@@ -387,26 +391,26 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_motion_is_followed_within_half_a_tick_of_way_at_the_best_lag() {
+    fn ramp_is_followed_within_half_a_tick_at_constant_lag() {
         let (mut smooth, speed) = (Interpolator::new(10, true), 100.0); // counts per tick
-        let mut ways = vec![];
+        let mut errors = vec![];
         for n in 0..200 {
             if n % 10 == 0 {
                 smooth.push(both(10 * n));
             }
             let at = f64::from(smooth.tick()[0]) / f64::from(1 << FRACTION_BITS);
             if n >= 20 {
-                // The set-point holds from this tick to the next.
-                ways.extend([
+                // The set-point is constant from this tick to the next.
+                errors.extend([
                     at * 10.0 - speed * f64::from(n),
                     at * 10.0 - speed * f64::from(n + 1),
                 ]);
             }
         }
-        let (least, most) = ways
+        let (least, most) = errors
             .iter()
-            .fold((f64::MAX, f64::MIN), |(least, most), &way| {
-                (least.min(way), most.max(way))
+            .fold((f64::MAX, f64::MIN), |(least, most), &error| {
+                (least.min(error), most.max(error))
             });
         assert!((0.5 * (most - least) - 0.5 * speed).abs() < 0.05 * speed);
     }

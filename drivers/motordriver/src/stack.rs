@@ -2,11 +2,11 @@ use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 use twinrig_wire::{Arrivals, Line, Piece};
 
-/// Lines around lines, as the configuration of a bus puts them together.
+/// Nested transport layers of a bus, built according to its configuration.
 pub struct Stack(Box<dyn Line>);
 
 impl Stack {
-    pub(crate) fn of(line: impl Line + 'static) -> Self {
+    pub(crate) fn new(line: impl Line + 'static) -> Self {
         Self(Box::new(line))
     }
 }

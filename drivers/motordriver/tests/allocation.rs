@@ -1,30 +1,30 @@
-//! A running bus allocates nothing.
+//! A running bus does not allocate.
 
 mod common;
 
 use allocation_counter::measure;
-use common::{Bench, millis, with_clocks};
+use common::{Harness, millis, with_clocks};
 use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
 
 fn allocations(config: &BusConfig) -> u64 {
-    let mut bench = Bench::new(config);
-    bench.open().unwrap();
+    let mut harness = Harness::new(config);
+    harness.open().unwrap();
     let mut second = |seconds: u64| {
-        let end = bench.now() + SimDuration::from_secs(seconds);
-        bench
+        let end = harness.now() + SimDuration::from_secs(seconds);
+        harness
             .run_cycles(millis(2), end, |now| {
                 [0.1 * libm::sin(now.as_secs_f64()); 8]
             })
             .unwrap();
     };
-    // Buffers find their size.
+    // Buffers reach their final size.
     second(1);
     measure(|| second(2)).count_total
 }
 
 #[test]
-fn cycles_allocate_nothing() {
+fn cycles_do_not_allocate() {
     let phases = [10, 300, 500, 990].map(SimDuration::from_micros);
     for topology in [BusConfig::default().topology, BusTopology::Direct] {
         let config = BusConfig {

@@ -1,8 +1,8 @@
-//! What goes wrong is counted, held and got over.
+//! Faults are counted, data are held, and the bus recovers.
 
 mod common;
 
-use common::{Bench, LEGS, millis};
+use common::{Harness, LEGS, millis};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology};
@@ -29,58 +29,58 @@ fn unplugged(on: &str, at: SimTime, lasts: SimDuration) -> Fault {
 
 const AT: SimTime = SimTime::from_nanos(1_000_000_000);
 
-/// A second of cycles with a fault amid it.
-fn run(config: &BusConfig) -> Result<Bench, String> {
-    let mut bench = Bench::new(config);
-    bench.open()?;
+/// A second of cycles with a fault in the middle.
+fn run(config: &BusConfig) -> Result<Harness, String> {
+    let mut harness = Harness::new(config);
+    harness.open()?;
     let end = AT + millis(500);
-    bench.run_cycles(millis(2), end, |_| [0.2; 8])?;
-    bench.run_until_idle(end + millis(4))?;
-    Ok(bench)
+    harness.run_cycles(millis(2), end, |_| [0.2; 8])?;
+    harness.run_until_idle(end + millis(4))?;
+    Ok(harness)
 }
 
 #[test]
-fn one_board_that_is_off_for_a_while_costs_its_own_data_alone() {
+fn unplugged_board_affects_its_own_data_only() {
     let fault = unplugged("wire/sbcp/RF", AT, millis(50));
-    let mut bench = Bench::new(&tolerant(vec![fault]));
-    bench.open().unwrap();
-    bench.run_cycles(millis(2), AT, |_| [0.2; 8]).unwrap();
-    let before = bench.task.to_process()[8..16].to_vec();
+    let mut harness = Harness::new(&tolerant(vec![fault]));
+    harness.open().unwrap();
+    harness.run_cycles(millis(2), AT, |_| [0.2; 8]).unwrap();
+    let before = harness.task.to_process()[8..16].to_vec();
     let to = AT + millis(40);
-    bench.run_cycles(millis(2), to, |_| [0.1; 8]).unwrap();
-    // Held for the one, gone on for the others.
-    assert_eq!(bench.task.to_process()[8..16], before[..]);
-    assert!((bench.task.to_process()[0] - 0.1).abs() < 0.02);
+    harness.run_cycles(millis(2), to, |_| [0.1; 8]).unwrap();
+    // Held for the faulty board, updated for the others.
+    assert_eq!(harness.task.to_process()[8..16], before[..]);
+    assert!((harness.task.to_process()[0] - 0.1).abs() < 0.02);
     let to = AT + millis(500);
-    bench.run_cycles(millis(2), to, |_| [0.1; 8]).unwrap();
-    assert!((bench.task.to_process()[8] - 0.1).abs() < 0.02);
-    let errors = bench.diagnostic("sbcp/errors");
+    harness.run_cycles(millis(2), to, |_| [0.1; 8]).unwrap();
+    assert!((harness.task.to_process()[8] - 0.1).abs() < 0.02);
+    let errors = harness.diagnostic("sbcp/errors");
     assert!((24.0..=26.0).contains(&errors), "{errors}");
-    assert_eq!(bench.diagnostic("sbcp/held"), errors);
+    assert_eq!(harness.diagnostic("sbcp/held"), errors);
     // 25 commands are more than ten periods.
-    assert_eq!(bench.diagnostic("sbcp/RF/watchdog_drops"), 1.0);
-    assert_eq!(bench.diagnostic("sbcp/LF/watchdog_drops"), 0.0);
+    assert_eq!(harness.diagnostic("sbcp/RF/watchdog_drops"), 1.0);
+    assert_eq!(harness.diagnostic("sbcp/LF/watchdog_drops"), 0.0);
 }
 
 #[test]
-fn nine_commands_lost_in_a_row_are_got_over_and_ten_are_not() {
+fn nine_consecutive_lost_commands_are_tolerated_and_ten_drop_the_motors() {
     for (lost, drops) in [(9, 0.0), (10, 1.0)] {
-        // From between two cycles to between two others.
+        // Start and end lie between two cycles each.
         let from = AT + millis(1) + SimDuration::from_micros(500);
         let fault = unplugged("wire/sbcp/LF", from, millis(2 * lost));
-        let bench = run(&tolerant(vec![fault])).unwrap();
-        assert_eq!(bench.diagnostic("sbcp/errors"), lost as f64);
+        let harness = run(&tolerant(vec![fault])).unwrap();
+        assert_eq!(harness.diagnostic("sbcp/errors"), lost as f64);
         assert_eq!(
-            bench.diagnostic("sbcp/LF/watchdog_drops"),
+            harness.diagnostic("sbcp/LF/watchdog_drops"),
             drops,
             "{lost} lost"
         );
-        assert!(bench.diagnostic("sbcp/LF/missed_points") > 0.0);
+        assert!(harness.diagnostic("sbcp/LF/missed_points") > 0.0);
     }
 }
 
 #[test]
-fn an_error_ends_the_run_where_none_is_tolerated_and_says_which() {
+fn error_ends_an_intolerant_run_and_is_named() {
     let fault = unplugged("wire/sbcp/LH", AT, millis(3));
     let mut config = tolerant(vec![fault]);
     config.session.error_threshold = 1;
@@ -90,7 +90,7 @@ fn an_error_ends_the_run_where_none_is_tolerated_and_says_which() {
     assert!(error.contains("board LH (id 3): silent"), "{error}");
 }
 
-/// A board that talks without a pause for a second, directly on the bus: bytes never end to come.
+/// A board that transmits continuously for a second, directly on the bus.
 fn babble() -> BusConfig {
     let fault = Fault {
         at: AT,
@@ -107,58 +107,60 @@ fn babble() -> BusConfig {
 }
 
 #[test]
-fn who_talks_without_end_costs_errors_and_not_the_bus() {
+fn continuous_transmission_costs_errors_but_not_the_bus() {
     for free_running in [false, true] {
         let mut config = babble();
         config.session.free_running = free_running;
-        let mut bench = Bench::new(&config);
-        bench.open().unwrap();
-        bench.run_cycles(millis(10), AT, |_| [0.2; 8]).unwrap();
-        let before = bench.diagnostic("sbcp/cycles");
+        let mut harness = Harness::new(&config);
+        harness.open().unwrap();
+        harness.run_cycles(millis(10), AT, |_| [0.2; 8]).unwrap();
+        let before = harness.diagnostic("sbcp/cycles");
         let end = AT + millis(1_000);
-        bench.run_cycles(millis(10), end, |_| [0.2; 8]).unwrap();
-        // Draining takes 2 ms, and four time-outs of 0.9 ms follow.
-        let cycles = bench.diagnostic("sbcp/cycles") - before;
+        harness.run_cycles(millis(10), end, |_| [0.2; 8]).unwrap();
+        // Draining takes 2 ms, followed by four time-outs of 0.9 ms.
+        let cycles = harness.diagnostic("sbcp/cycles") - before;
         assert!(cycles >= 99.0, "{cycles} cycles in a second");
-        let errors = bench.diagnostic("sbcp/errors");
+        let errors = harness.diagnostic("sbcp/errors");
         assert!(errors > 3.0 * cycles, "{errors} errors in {cycles} cycles");
         if !free_running {
-            assert!(bench.diagnostic("sbcp/drain_timeouts") > 90.0);
+            assert!(harness.diagnostic("sbcp/drain_timeouts") > 90.0);
         }
-        bench.run_until_idle(end + millis(10)).unwrap_or(());
-        let errors = bench.diagnostic("sbcp/errors");
-        bench
+        harness.run_until_idle(end + millis(10)).unwrap_or(());
+        let errors = harness.diagnostic("sbcp/errors");
+        harness
             .run_cycles(millis(10), end + millis(500), |_| [0.2; 8])
             .unwrap();
-        assert!(bench.diagnostic("sbcp/errors") - errors <= 4.0);
+        assert!(harness.diagnostic("sbcp/errors") - errors <= 4.0);
     }
 }
 
 #[test]
-fn who_talks_without_end_ends_a_run_that_tolerates_ten_errors() {
+fn continuous_transmission_ends_a_run_that_tolerates_ten_errors() {
     let mut config = babble();
     config.session.error_threshold = 10;
-    let mut bench = Bench::new(&config);
-    bench.open().unwrap();
-    let run = bench.run_cycles(millis(10), AT + millis(1_000), |_| [0.2; 8]);
+    let mut harness = Harness::new(&config);
+    harness.open().unwrap();
+    let run = harness.run_cycles(millis(10), AT + millis(1_000), |_| [0.2; 8]);
     assert!(run.unwrap_err().contains("given up at 10"));
-    assert!(bench.now() < AT + millis(40), "at {}", bench.now());
+    assert!(harness.now() < AT + millis(40), "at {}", harness.now());
 }
 
 #[test]
-fn catching_up_is_clipped_to_the_greatest_speed() {
+fn catching_up_is_limited_to_the_maximum_speed() {
     let fastest = |max_speed| {
         let fault = unplugged("wire/sbcp", AT, millis(15));
         let mut config = tolerant(vec![fault]);
         config.session.gains.max_speed = max_speed;
-        let mut bench = Bench::new(&config);
-        bench.open().unwrap();
-        let begin = bench.now();
+        let mut harness = Harness::new(&config);
+        harness.open().unwrap();
+        let begin = harness.now();
         let ramp = |now: SimTime| [(now - begin).as_secs_f64() - 0.9; 8];
-        bench.run_cycles(millis(2), AT, ramp).unwrap();
-        bench.plant.fastest.fill(0.0);
-        bench.run_cycles(millis(2), AT + millis(200), ramp).unwrap();
-        bench.plant.fastest[0]
+        harness.run_cycles(millis(2), AT, ramp).unwrap();
+        harness.plant.fastest.fill(0.0);
+        harness
+            .run_cycles(millis(2), AT + millis(200), ramp)
+            .unwrap();
+        harness.plant.fastest[0]
     };
     // The ramp is of 1 rad/s; 1000 counts/s are 1.53 rad/s.
     let (clipped, free) = (fastest(1_000), fastest(32_000));
@@ -166,21 +168,21 @@ fn catching_up_is_clipped_to_the_greatest_speed() {
 }
 
 #[test]
-fn a_fault_that_never_comes_changes_nothing() {
+fn fault_after_the_end_has_no_effect() {
     let run = |faults| {
-        let mut bench = Bench::new(&BusConfig {
+        let mut harness = Harness::new(&BusConfig {
             trace: true,
             ..tolerant(faults)
         });
-        bench.passed = Some(Vec::new());
-        bench.open().unwrap();
-        let end = bench.now() + millis(100);
-        bench.run_cycles(millis(2), end, |_| [0.2; 8]).unwrap();
+        harness.passed = Some(Vec::new());
+        harness.open().unwrap();
+        let end = harness.now() + millis(100);
+        harness.run_cycles(millis(2), end, |_| [0.2; 8]).unwrap();
         let mut traces = [(); 4].map(|()| Vec::new());
-        for (_, trace, bytes) in bench.passed.take().unwrap() {
+        for (_, trace, bytes) in harness.passed.take().unwrap() {
             traces[trace].extend(bytes);
         }
-        let diagnostics = bench.diagnostics().into_iter();
+        let diagnostics = harness.diagnostics().into_iter();
         let of_boards = |(name, _): &(String, f64)| LEGS.iter().any(|leg| name.contains(leg));
         (diagnostics.filter(of_boards).collect::<Vec<_>>(), traces)
     };
@@ -189,16 +191,16 @@ fn a_fault_that_never_comes_changes_nothing() {
     let (without, with) = (run(vec![]), run(vec![far]));
     assert_eq!(without.0, with.0);
     for (trace, (without, with)) in without.1.iter().zip(&with.1).enumerate() {
-        assert!(without == with, "lane {trace}");
+        assert!(without == with, "trace {trace}");
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Whatever bits turn round: no reply is believed that no board gave, nothing hangs, and cycles are good again
-    /// as soon as the fault is over.
+    /// With random bit errors, no reply is accepted that no board sent, nothing hangs, and cycles
+    /// succeed again as soon as the fault ends.
     #[test]
-    fn noise_is_counted_and_got_over(rate in 1e-5_f64..3e-2, on_link in any::<bool>(), seed in any::<u64>()) {
+    fn bit_errors_are_counted_and_recovered_from(rate in 1e-5_f64..3e-2, on_link in any::<bool>(), seed in any::<u64>()) {
         let on = if on_link { "wire/sbcp/link" } else { "wire/sbcp" };
         let fault = Fault {
             at: AT,
@@ -208,17 +210,17 @@ proptest! {
         };
         let mut config = tolerant(vec![fault]);
         config.faults.seed = seed;
-        let mut bench = Bench::new(&config);
-        bench.open().unwrap();
-        bench.run_cycles(millis(2), AT + millis(205), |_| [0.2; 8]).unwrap();
-        bench.run_until_idle(AT + millis(212)).unwrap();
-        let errors = bench.diagnostic("sbcp/errors");
-        let cycles = bench.run_cycles(millis(2), AT + millis(400), |_| [0.2; 8]).unwrap();
+        let mut harness = Harness::new(&config);
+        harness.open().unwrap();
+        harness.run_cycles(millis(2), AT + millis(205), |_| [0.2; 8]).unwrap();
+        harness.run_until_idle(AT + millis(212)).unwrap();
+        let errors = harness.diagnostic("sbcp/errors");
+        let cycles = harness.run_cycles(millis(2), AT + millis(400), |_| [0.2; 8]).unwrap();
         prop_assert!(cycles >= 90, "{} cycles", cycles);
-        let after = bench.diagnostic("sbcp/errors") - errors;
+        let after = harness.diagnostic("sbcp/errors") - errors;
         prop_assert!(after <= 8.0, "{after} errors after the fault");
         for (n, leg) in LEGS.iter().enumerate() {
-            let position = bench.task.to_process()[8 * n];
+            let position = harness.task.to_process()[8 * n];
             prop_assert!((position - 0.2).abs() < 0.02, "{leg}: {position}");
         }
     }

@@ -1,8 +1,8 @@
-//! How fast cycles can be (thesis, section 5.3.2), from the bytes up.
+//! Cycle rates (thesis, section 5.3.2), measured from the bytes on the bus.
 
 mod common;
 
-use common::{Bench, millis, with_clocks};
+use common::{Harness, millis, with_clocks};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
@@ -16,17 +16,17 @@ fn free_running(topology: BusTopology) -> BusConfig {
     config
 }
 
-/// Mean, shortest and longest time from one cycle to the next \[s\], over `length`: from the bytes that the host wrote, not
-/// from what it says of them.
+/// Returns mean, minimum and maximum of the interval between cycles \[s\] over `length`, from the
+/// bytes that the host wrote, independent of its diagnostics.
 fn cycles(config: &BusConfig, length: SimDuration) -> (f64, f64, f64) {
-    let mut bench = Bench::new(config);
-    bench.plant.turning = false;
-    bench.open().unwrap();
-    bench.passed = Some(Vec::new());
-    bench.begin(&[0.0; 8]).unwrap();
-    bench.run_until(bench.now() + length).unwrap();
-    assert_eq!(bench.diagnostic("sbcp/errors"), 0.0);
-    let begins = bench.cycle_begins();
+    let mut harness = Harness::new(config);
+    harness.plant.turning = false;
+    harness.open().unwrap();
+    harness.passed = Some(Vec::new());
+    harness.begin(&[0.0; 8]).unwrap();
+    harness.run_until(harness.now() + length).unwrap();
+    assert_eq!(harness.diagnostic("sbcp/errors"), 0.0);
+    let begins = harness.cycle_begins();
     let intervals = begins.windows(2).map(|pair| pair[1] - pair[0]);
     let (count, span) = (begins.len() - 1, begins[begins.len() - 1] - begins[0]);
     (
@@ -36,35 +36,36 @@ fn cycles(config: &BusConfig, length: SimDuration) -> (f64, f64, f64) {
     )
 }
 
-fn is(found: f64, expected: f64) -> bool {
+fn is_near(found: f64, expected: f64) -> bool {
     (found - expected).abs() < 1e-9
 }
 
 #[test]
-fn without_a_bus_controller_a_board_takes_625_us_and_a_cycle_400_hz() {
+fn direct_bus_takes_625_us_per_board_and_cycles_at_400_hz() {
     let (mean, shortest, longest) = cycles(&free_running(BusTopology::Direct), millis(500));
-    assert!(is(mean, 2.5e-3) && is(shortest, 2.5e-3) && is(longest, 2.5e-3));
+    assert!(is_near(mean, 2.5e-3) && is_near(shortest, 2.5e-3) && is_near(longest, 2.5e-3));
 }
 
 #[test]
-fn through_the_bus_controller_a_cycle_takes_exactly_a_millisecond() {
+fn controller_cycle_takes_exactly_one_millisecond() {
     let config = BusConfig::default();
     let (mean, shortest, longest) = cycles(&free_running(config.topology), millis(500));
     assert!(
-        is(mean, 1e-3) && is(shortest, 1e-3) && is(longest, 1e-3),
+        is_near(mean, 1e-3) && is_near(shortest, 1e-3) && is_near(longest, 1e-3),
         "{mean} {shortest} {longest}"
     );
 }
 
-/// Cycles a second of a direct bus with a fault, counted by the requests to the first board over 10 s.
+/// Returns the cycle rate \[Hz\] of a direct bus with a fault, from the requests to the first board
+/// over 10 s.
 fn rate_with(on: &str, kind: FaultKind, seed: u64) -> f64 {
     let mut config = free_running(BusTopology::Direct);
     config.session.error_threshold = -1;
-    let mut bench = Bench::new(&config);
-    bench.open().unwrap();
-    // Once the boards are ready.
+    let mut harness = Harness::new(&config);
+    harness.open().unwrap();
+    // From the end of the initialisation on.
     let fault = Fault {
-        at: bench.now(),
+        at: harness.now(),
         on: on.to_owned(),
         kind,
         lasts: SimDuration::from_secs(1_000),
@@ -73,20 +74,22 @@ fn rate_with(on: &str, kind: FaultKind, seed: u64) -> f64 {
         faults: vec![fault],
         seed,
     };
-    let mut bench = Bench::new(&config);
-    bench.plant.turning = false;
-    bench.open().unwrap();
-    bench.passed = Some(Vec::new());
-    bench.begin(&[0.0; 8]).unwrap();
-    let begin = bench.now();
-    bench.run_until(begin + SimDuration::from_secs(10)).unwrap();
-    assert!(bench.diagnostic("sbcp/errors") > 100.0);
-    bench.cycle_begins().len() as f64 / 10.0
+    let mut harness = Harness::new(&config);
+    harness.plant.turning = false;
+    harness.open().unwrap();
+    harness.passed = Some(Vec::new());
+    harness.begin(&[0.0; 8]).unwrap();
+    let begin = harness.now();
+    harness
+        .run_until(begin + SimDuration::from_secs(10))
+        .unwrap();
+    assert!(harness.diagnostic("sbcp/errors") > 100.0);
+    harness.cycle_begins().len() as f64 / 10.0
 }
 
-/// It costs its time-out, 7 microframes, instead of 5.
+/// It costs its time-out of 7 microframes instead of 5.
 #[test]
-fn a_silent_board_leaves_a_direct_bus_364_hz_whichever_it_is() {
+fn direct_bus_with_any_silent_board_cycles_at_364_hz() {
     for leg in common::LEGS {
         let rate = rate_with(
             &format!("wire/sbcp/{leg}"),
@@ -98,7 +101,7 @@ fn a_silent_board_leaves_a_direct_bus_364_hz_whichever_it_is() {
 }
 
 #[test]
-fn bit_errors_of_a_thousandth_leave_a_direct_bus_370_hz() {
+fn direct_bus_with_bit_error_rate_1e_3_cycles_above_370_hz() {
     for seed in 0..3 {
         let rate = rate_with("wire/sbcp", FaultKind::Flip { rate: 1e-3 }, seed);
         println!("{rate} Hz");
@@ -106,7 +109,7 @@ fn bit_errors_of_a_thousandth_leave_a_direct_bus_370_hz() {
     }
 }
 
-/// Boards with the first firmware, whose clocks differ by crystals and whose ticks come at random.
+/// Boards with the first firmware, clocks within crystal tolerance and random tick phases.
 fn first_firmware(seed: u64) -> BusConfig {
     let mut random = stream(seed, "phases");
     let phases = [(); 4].map(|()| SimDuration::from_nanos(random.between(0, 999_999)));
@@ -119,7 +122,7 @@ fn first_firmware(seed: u64) -> BusConfig {
 }
 
 #[test]
-fn the_first_firmware_does_some_220_hz_and_guarantees_some_160() {
+fn first_firmware_averages_220_hz_and_guarantees_160_hz() {
     let (mut sum, mut worst, mut best, mut count) = (0.0, 0.0_f64, f64::MAX, 0.0);
     for seed in 0..40 {
         let (mean, shortest, longest) = cycles(&first_firmware(seed), millis(500));
@@ -134,10 +137,10 @@ fn the_first_firmware_does_some_220_hz_and_guarantees_some_160() {
     assert!((5.9e-3..=6.6e-3).contains(&worst), "{worst} s");
 }
 
-/// The wait for the main loop is between nothing and its whole length, seen through microframes of 0.125 ms.
+/// The wait for the main loop is uniform over its length, quantised to microframes of 125 µs.
 #[test]
-fn a_board_with_the_first_firmware_answers_within_half_a_millisecond_of_its_mean() {
-    // One board, whose clock drifts past all phases within the run.
+fn first_firmware_response_varies_by_half_a_millisecond() {
+    // One board, whose clock drifts through all phases during the run.
     let mut config = first_firmware(1);
     config.boards.truncate(1);
     config.boards[0] = config.boards[0]
@@ -145,18 +148,18 @@ fn a_board_with_the_first_firmware_answers_within_half_a_millisecond_of_its_mean
         .with_clock(1_000_000, SimDuration::ZERO)
         .unwrap();
     config.session.free_running = false;
-    let mut bench = Bench::new(&config);
-    bench.plant.turning = false;
-    bench.open().unwrap();
+    let mut harness = Harness::new(&config);
+    harness.plant.turning = false;
+    harness.open().unwrap();
     let (mut shortest, mut longest) = (f64::MAX, 0.0_f64);
     for _ in 0..1_000 {
         let period = millis(2).as_nanos();
         let at =
-            twinrig_kernel::SimTime::from_nanos((bench.now().as_nanos() / period + 1) * period);
-        bench.run_until(at).unwrap();
-        bench.begin(&[0.0; 2]).unwrap();
-        bench.run_until_idle(at + millis(3)).unwrap();
-        let lasted = (bench.now() - at).as_secs_f64();
+            twinrig_kernel::SimTime::from_nanos((harness.now().as_nanos() / period + 1) * period);
+        harness.run_until(at).unwrap();
+        harness.begin(&[0.0; 2]).unwrap();
+        harness.run_until_idle(at + millis(3)).unwrap();
+        let lasted = (harness.now() - at).as_secs_f64();
         shortest = shortest.min(lasted);
         longest = longest.max(lasted);
     }
@@ -165,18 +168,18 @@ fn a_board_with_the_first_firmware_answers_within_half_a_millisecond_of_its_mean
 }
 
 #[test]
-fn a_500_hz_cycle_is_kept_to_the_nanosecond() {
-    let mut bench = Bench::new(&BusConfig::default());
-    bench.open().unwrap();
-    bench.passed = Some(Vec::new());
-    let end = bench.now() + millis(1_000);
-    bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
-    let begins = bench.cycle_begins();
+fn cycle_of_500_hz_is_exact_to_the_nanosecond() {
+    let mut harness = Harness::new(&BusConfig::default());
+    harness.open().unwrap();
+    harness.passed = Some(Vec::new());
+    let end = harness.now() + millis(1_000);
+    harness.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
+    let begins = harness.cycle_begins();
     assert!(begins.windows(2).all(|pair| pair[1] - pair[0] == millis(2)));
-    assert_eq!(bench.diagnostic("sbcp/cycle/shortest"), 2e-3);
-    assert_eq!(bench.diagnostic("sbcp/cycle/longest"), 2e-3);
-    // Requests come to the boards as evenly: the timer of the host runs with the frames.
+    assert_eq!(harness.diagnostic("sbcp/cycle/shortest"), 2e-3);
+    assert_eq!(harness.diagnostic("sbcp/cycle/longest"), 2e-3);
+    // Requests arrive equally evenly: the timer of the host is synchronous with the frames.
     for leg in common::LEGS {
-        assert!(bench.diagnostic(&format!("sbcp/{leg}/request/deviation")) < 1e-9);
+        assert!(harness.diagnostic(&format!("sbcp/{leg}/request/deviation")) < 1e-9);
     }
 }

@@ -1,24 +1,24 @@
-//! What the gauges say of the timing of cycles and requests, against the instants themselves.
+//! Diagnostics of the timing of cycles and requests, compared with the recorded instants.
 
 mod common;
 
-use common::{Bench, LEGS, millis};
+use common::{Harness, LEGS, millis};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::Timing;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
-/// Checks the gauges of cycles against the first request of each.
-fn check(bench: &Bench, begins: &[SimTime]) {
+/// Checks the diagnostics of cycles against the first request of each.
+fn check(harness: &Harness, begins: &[SimTime]) {
     let intervals = begins.windows(2).map(|pair| (pair[1] - pair[0]).as_nanos());
     let mut sorted: Vec<u64> = intervals.collect();
     sorted.sort_unstable();
     let n = sorted.len();
-    let diagnostic = |what: &str| 1e9 * bench.diagnostic(&format!("sbcp/cycle/{what}"));
+    let diagnostic = |what: &str| 1e9 * harness.diagnostic(&format!("sbcp/cycle/{what}"));
     let span = (begins[n] - begins[0]).as_nanos() as f64;
-    // The last one goes on; and one that waits before it writes has begun earlier than its request.
-    assert!((bench.diagnostic("sbcp/cycles") + 1.0 - begins.len() as f64).abs() <= 1.0);
+    // The last cycle is incomplete, and one that waits before writing has begun before its request.
+    assert!((harness.diagnostic("sbcp/cycles") + 1.0 - begins.len() as f64).abs() <= 1.0);
     let (shortest, longest) = (sorted[0] as f64, sorted[n - 1] as f64);
     assert!((diagnostic("mean") - span / n as f64).abs() < longest / n as f64);
     assert!((diagnostic("shortest") - shortest).abs() < 1e-3);
@@ -43,20 +43,20 @@ fn free_running(topology: BusTopology) -> BusConfig {
     config
 }
 
-/// Runs free for a while: the begins of the cycles.
-fn run(config: &BusConfig, length: SimDuration) -> (Bench, Vec<SimTime>) {
-    let mut bench = Bench::new(config);
-    bench.plant.turning = false;
-    bench.open().unwrap();
-    bench.passed = Some(Vec::new());
-    bench.begin(&[0.0; 8]).unwrap();
-    bench.run_until(bench.now() + length).unwrap();
-    let begins = bench.cycle_begins();
-    (bench, begins)
+/// Runs freely for `length` and returns the starts of the cycles.
+fn run(config: &BusConfig, length: SimDuration) -> (Harness, Vec<SimTime>) {
+    let mut harness = Harness::new(config);
+    harness.plant.turning = false;
+    harness.open().unwrap();
+    harness.passed = Some(Vec::new());
+    harness.begin(&[0.0; 8]).unwrap();
+    harness.run_until(harness.now() + length).unwrap();
+    let begins = harness.cycle_begins();
+    (harness, begins)
 }
 
 #[test]
-fn a_board_that_dies_shows_in_the_mean_and_in_the_percentiles() {
+fn failing_board_appears_in_mean_and_percentiles() {
     let fault = Fault {
         at: SimTime::ZERO + millis(1_000),
         on: "wire/sbcp/RF".into(),
@@ -68,59 +68,60 @@ fn a_board_that_dies_shows_in_the_mean_and_in_the_percentiles() {
         faults: vec![fault],
         seed: 1,
     };
-    let (bench, begins) = run(&config, SimDuration::from_secs(10));
-    check(&bench, &begins);
-    assert!(bench.diagnostic("sbcp/cycle/mean") > 2.6e-3);
-    assert_eq!(bench.diagnostic("sbcp/cycle/shortest"), 2.5e-3);
+    let (harness, begins) = run(&config, SimDuration::from_secs(10));
+    check(&harness, &begins);
+    assert!(harness.diagnostic("sbcp/cycle/mean") > 2.6e-3);
+    assert_eq!(harness.diagnostic("sbcp/cycle/shortest"), 2.5e-3);
 }
 
 #[test]
-fn at_long_latency_timers_the_mean_is_that_of_the_counted_cycles() {
+fn mean_with_long_latency_timers_equals_the_counted_rate() {
     for (timer, rate) in [(4, 250.0), (16, 62.5)] {
         let mut config = free_running(BusConfig::default().topology);
         config.usb.latency_timer = millis(timer);
-        let (bench, begins) = run(&config, SimDuration::from_secs(8));
-        check(&bench, &begins);
+        let (harness, begins) = run(&config, SimDuration::from_secs(8));
+        check(&harness, &begins);
         let counted =
             (begins.len() - 1) as f64 / (begins[begins.len() - 1] - begins[0]).as_secs_f64();
-        let told = 1.0 / bench.diagnostic("sbcp/cycle/mean");
+        let reported = 1.0 / harness.diagnostic("sbcp/cycle/mean");
         assert!(
             (counted / rate - 1.0).abs() < 0.01,
             "{timer} ms: {counted} Hz"
         );
         assert!(
-            (told / counted - 1.0).abs() < 1e-9,
-            "{timer} ms: {told} Hz, not {counted} Hz"
+            (reported / counted - 1.0).abs() < 1e-9,
+            "{timer} ms: {reported} Hz, not {counted} Hz"
         );
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
-    /// Cycles that begin late by up to 1.1 of 2 ms: `request/deviation` is their standard deviation, but for the whole
-    /// microframes of USB (125 µs, of standard deviation 36 µs).
+    /// Cycles that begin late by up to 1.1 of 2 ms: `request/deviation` is their standard
+    /// deviation, apart from the quantisation to USB microframes (125 µs, standard deviation 36
+    /// µs).
     #[test]
-    fn phases_deviate_by_the_jitter_of_the_host(width_us in 400..1_100_u64, seed in any::<u64>()) {
-        let mut bench = Bench::new(&BusConfig::default());
-        bench.plant.turning = false;
-        bench.open().unwrap();
+    fn phase_deviation_equals_the_host_jitter(width_us in 400..1_100_u64, seed in any::<u64>()) {
+        let mut harness = Harness::new(&BusConfig::default());
+        harness.plant.turning = false;
+        harness.open().unwrap();
         let mut random = stream(seed, "jitter");
-        let first = bench.now().as_nanos() / 2_000_000 + 1;
+        let first = harness.now().as_nanos() / 2_000_000 + 1;
         for n in 0..2_000 {
-            // Seldom, a cycle is left out.
+            // A cycle is skipped occasionally.
             if random.unit() < 0.01 {
                 continue;
             }
             let at = (first + n) * 2_000_000 + random.between(0, width_us * 1_000);
-            bench.run_until(SimTime::from_nanos(at)).unwrap();
-            bench.begin(&[0.1; 8]).unwrap();
-            bench.run_until_idle(SimTime::from_nanos(at) + millis(2)).unwrap();
+            harness.run_until(SimTime::from_nanos(at)).unwrap();
+            harness.begin(&[0.1; 8]).unwrap();
+            harness.run_until_idle(SimTime::from_nanos(at) + millis(2)).unwrap();
         }
         let exact = 1e-6 * width_us as f64 / 12.0_f64.sqrt();
-        let cycles = bench.diagnostic("sbcp/cycle/phase/deviation");
+        let cycles = harness.diagnostic("sbcp/cycle/phase/deviation");
         prop_assert!((cycles / exact - 1.0).abs() < 0.06, "{cycles}, not {exact}");
         for leg in LEGS {
-            let diagnostic = |what: &str| bench.diagnostic(&format!("sbcp/{leg}/request/{what}"));
+            let diagnostic = |what: &str| harness.diagnostic(&format!("sbcp/{leg}/request/{what}"));
             let found = diagnostic("phase/deviation");
             let through_grid = (exact * exact + 36e-6 * 36e-6).sqrt();
             prop_assert!((found / through_grid - 1.0).abs() < 0.08, "{leg}: {found}, not {exact}");
@@ -130,19 +131,19 @@ proptest! {
 }
 
 #[test]
-fn jitter_of_completions_alone_moves_no_request() {
+fn completion_jitter_does_not_move_requests() {
     let mut config = BusConfig::default();
     config.usb.jitter = Timing::Uniform {
         min: SimDuration::ZERO,
         max: SimDuration::from_micros(300),
     };
-    let mut bench = Bench::new(&config);
-    bench.open().unwrap();
-    let end = bench.now() + millis(1_000);
-    bench.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
+    let mut harness = Harness::new(&config);
+    harness.open().unwrap();
+    let end = harness.now() + millis(1_000);
+    harness.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
     for leg in LEGS {
         assert_eq!(
-            bench.diagnostic(&format!("sbcp/{leg}/request/deviation")),
+            harness.diagnostic(&format!("sbcp/{leg}/request/deviation")),
             0.0
         );
     }

@@ -8,62 +8,64 @@ use crate::{
     Cutoff, OptoForceDriver, OptoForceEmulation, OptoForceProtocol, OptoForceSensor, Speed,
 };
 
-/// What driver and sensor are made from. Plain data.
+/// Configuration of driver and sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OptoForce {
-    /// Of the bus: `optoforce`.
+    /// Name of the bus: `optoforce`.
     pub name: String,
-    /// How fast it sends.
+    /// Output rate.
     pub speed: Speed,
-    /// What it filters.
+    /// Cut-off frequency of the filter.
     pub cutoff: Cutoff,
-    /// Whether what it measures at the beginning counts as no force.
+    /// Whether the force at the start is subtracted as offset.
     pub zero: bool,
-    /// Which sample a transfer brings.
+    /// Sample that a transfer returns.
     pub take: Take,
-    /// Counts of a newton \[1/N\]: of this very sensor.
+    /// Sensitivity of the individual sensor \[counts/N\].
     pub sensitivity: f64,
-    /// The force in the plant that it measures \[N, 3\]. The driver does not look at it.
+    /// Signal of the measured force in the plant \[N, 3\]. Not used by the driver.
     pub signal: String,
-    /// The sensor's clock.
+    /// Clock of the sensor.
     pub clock: BoardClock,
 }
 
-/// Which sample a transfer brings.
+/// Sample that a transfer returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Take {
-    /// The newest there is: the transfer takes no time.
+    /// The newest one available: the transfer takes no time.
     #[default]
     Newest,
-    /// The next one that comes, within two periods of the sensor: then the newest there is.
+    /// The next one received, within two periods of the sensor; after that the newest one
+    /// available.
     Fresh,
 }
 
-/// A sensor that cannot be.
+/// Invalid configuration of a sensor.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum OptoForceError {
-    /// A count must be some force.
-    #[error("a sensitivity of {counts} counts a newton")]
+    /// The sensitivity is not positive and finite.
+    #[error("a sensitivity of {counts} counts per newton is not positive and finite")]
     Sensitivity {
         /// The sensitivity \[1/N\].
         counts: f64,
     },
-    /// The driver could wait for ever.
-    #[error("a sensor whose speed is 0 sends nothing")]
+    /// The output rate is 0: the driver would wait indefinitely.
+    #[error("a sensor with speed 0 sends no samples")]
     Stopped,
-    /// The faults of its wire cannot be.
+    /// Invalid faults of the wire.
     #[error(transparent)]
     Wire(#[from] WireError),
 }
 
-/// A byte at 1 Mbaud, 8N1.
+/// Time of a byte at 1 Mbaud, 8N1.
 const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
 
 impl OptoForce {
-    /// Counts at which an axis is at its end. ASSUMED.
+    /// Full scale of an axis \[counts\]. ASSUMED.
     pub const COUNTS: f64 = assumed::NOMINAL_COUNTS;
 
-    /// An OMD-30-FF-1600N as it comes: 100 Hz, 15 Hz, nothing zeroed.
+    /// Creates the configuration of an OMD-30-FF-1600N with factory settings: 100 Hz, cut-off at 15
+    /// Hz, no offset.
     pub fn new(name: impl Into<String>, signal: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -77,29 +79,29 @@ impl OptoForce {
         }
     }
 
-    /// What runs on the robot.
+    /// Creates the driver, which runs on the robot.
     ///
     /// # Errors
-    /// [`OptoForceError`] if there can be no such sensor.
+    /// [`OptoForceError`] if the configuration is invalid.
     pub fn driver(&self) -> Result<OptoForceDriver, OptoForceError> {
         self.check()?;
         Ok(OptoForceDriver::new(OptoForceProtocol::new(self.clone())))
     }
 
-    /// What stands in for the sensor.
+    /// Creates the emulated sensor.
     ///
     /// # Errors
-    /// [`OptoForceError`] if there can be no such sensor.
+    /// [`OptoForceError`] if the configuration is invalid.
     pub fn sensor(&self) -> Result<OptoForceSensor, OptoForceError> {
         self.check()?;
         Ok(OptoForceSensor::new(OptoForceEmulation::new(self.clone())))
     }
 
-    /// Everything right of the driver: the sensor at the far end of a wire with those of the faults that are on
+    /// Creates the wire with the emulated sensor at its far end, and with the faults that are on
     /// `wire/NAME`.
     ///
     /// # Errors
-    /// [`OptoForceError`] if there can be no such sensor, or no such fault.
+    /// [`OptoForceError`] if the configuration or a fault is invalid.
     pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, OptoForceError> {
         let place = format!("wire/{}", self.name);
         let line = Duplex::new(BYTE_TIME, self.sensor()?);

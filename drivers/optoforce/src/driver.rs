@@ -2,25 +2,25 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
 
-use crate::assumed::{ATTEMPTS, PATIENCE};
+use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
 use crate::protocol::{Counts, Frame, Health, Message, Status, match_frame};
 use crate::{OptoForce, Speed, Take};
 
-/// Sets the sensor up and keeps its newest sample.
+/// Driver of the sensor: configures it and keeps the newest sample.
 ///
-/// Opening takes as long as it takes until the sensor has acknowledged and sent a sample. Samples that are missing by
-/// the sensor's own counter are counted; so are those that say that something is wrong with the sensor. The force stays as
-/// it was until a sound sample comes.
+/// Opening lasts until the sensor has acknowledged and sent a sample. Samples missing by the
+/// sensor's own counter are counted, as are those with a fault status. The force keeps its value
+/// until the next valid sample.
 pub type OptoForceDriver = FramedDriver<OptoForceProtocol>;
 
-/// What a sensor is told, and what it says.
+/// Requests to the sensor and interpretation of its frames.
 #[derive(Debug)]
 pub struct OptoForceProtocol(OptoForce);
 
-/// What of it changes.
+/// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
-    /// It has acknowledged its configuration, and may send.
+    /// The sensor has acknowledged its configuration, so that its samples are accepted.
     acknowledged: bool,
     refused: Option<u8>,
     counter: Option<u16>,
@@ -39,17 +39,17 @@ struct Counters {
 }
 
 impl OptoForceProtocol {
-    /// From what was checked.
+    /// Creates the protocol from a checked configuration.
     pub(crate) fn new(config: OptoForce) -> Self {
         Self(config)
     }
 
-    /// Whether it is a new one, and sound.
+    /// Processes a sample. Returns whether it is new and valid.
     fn sample(&self, state: &mut State, counter: u16, status: Status, counts: [i16; 3]) -> bool {
         let counters = &mut state.counters;
         let ahead = state.counter.map_or(1, |last| counter.wrapping_sub(last));
         if ahead == 0 || ahead > u16::MAX / 2 {
-            // It came before, or late.
+            // A repeated or late sample.
             counters.stale += 1;
             return false;
         }
@@ -107,7 +107,7 @@ impl Protocol for OptoForceProtocol {
         let speed = match kind {
             RequestKind::Open => self.0.speed,
             RequestKind::Close => Speed::Stop,
-            // The next sample comes by itself.
+            // The next sample is sent without a request.
             RequestKind::Transfer => {
                 let period = SimDuration::from_millis(u64::from(self.0.speed.code()));
                 return (self.0.take == Take::Fresh).then(|| period * 2);
@@ -120,7 +120,7 @@ impl Protocol for OptoForceProtocol {
             zero: self.0.zero,
         };
         configuration.encode(request);
-        Some(PATIENCE)
+        Some(ANSWER_TIMEOUT)
     }
 
     fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
@@ -133,31 +133,33 @@ impl Protocol for OptoForceProtocol {
                 }),
                 _,
             ) => {
-                let sound = self.sample(state, counter, status, counts);
+                let valid = self.sample(state, counter, status, counts);
                 match kind {
-                    Some(RequestKind::Open) if sound && state.acknowledged => FrameOutcome::Over,
-                    Some(RequestKind::Transfer) if sound => FrameOutcome::Over,
-                    _ => FrameOutcome::Nothing,
+                    Some(RequestKind::Open) if valid && state.acknowledged => {
+                        FrameOutcome::Complete
+                    }
+                    Some(RequestKind::Transfer) if valid => FrameOutcome::Complete,
+                    _ => FrameOutcome::Incomplete,
                 }
             }
             (Ok(Message::Acknowledgement { status: 0 }), Some(RequestKind::Open))
                 if !state.acknowledged =>
             {
                 state.acknowledged = true;
-                FrameOutcome::More(PATIENCE)
+                FrameOutcome::More(ANSWER_TIMEOUT)
             }
             (Ok(Message::Acknowledgement { status: 0 }), Some(RequestKind::Close)) => {
-                FrameOutcome::Over
+                FrameOutcome::Complete
             }
             (Ok(Message::Acknowledgement { status }), _) => {
                 state.refused = Some(status).filter(|status| *status != 0);
-                FrameOutcome::Nothing
+                FrameOutcome::Incomplete
             }
             (Ok(Message::Data { .. } | Message::Configuration { .. }), _) => {
                 state.counters.foreign += 1;
-                FrameOutcome::Nothing
+                FrameOutcome::Incomplete
             }
-            (Err(_), _) => FrameOutcome::Nothing,
+            (Err(_), _) => FrameOutcome::Incomplete,
         }
     }
 
@@ -169,10 +171,10 @@ impl Protocol for OptoForceProtocol {
         let name = &self.0.name;
         match state.refused {
             Some(status) => {
-                format!("the sensor of {name} refuses its configuration with status {status}")
+                format!("the sensor of {name} rejects its configuration with status {status}")
             }
             None => format!(
-                "the sensor of {name} did not acknowledge and send within {PATIENCE}, {ATTEMPTS} times over: is it there, at the right port?"
+                "the sensor of {name} did not acknowledge and send within {ANSWER_TIMEOUT}, in {ATTEMPTS} attempts: check the connection and the port"
             ),
         }
     }

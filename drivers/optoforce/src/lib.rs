@@ -1,8 +1,9 @@
-//! Optical force sensors (`OptoForce`), version 1.7 of their protocol: the driver that sets one up and keeps its newest sample, and
-//! an emulated sensor that measures a force of the plant with the filter, the counts and the pace of the real one.
+//! Optical force sensors (`OptoForce`), version 1.7 of their protocol: the driver, which configures
+//! a sensor and keeps its newest sample, and an emulated sensor that measures a force of the plant
+//! with the filter, the resolution and the rate of the real one.
 //!
-//! The sensor streams on its own clock, whether anybody listens or not. A transfer takes the newest sample there is and
-//! never waits, unless it is told to wait for a fresh one ([`Take`]).
+//! The sensor streams by its own clock, without requests. A transfer returns the newest sample
+//! without waiting, unless it is configured to wait for a fresh one ([`Take`]).
 //!
 //! ```
 //! use twinrig_optoforce::{OptoForce, Speed};
@@ -10,14 +11,15 @@
 //! let mut sensor = OptoForce::new("optoforce", "leg/LF/foot/force");
 //! sensor.speed = Speed::Hz1000;
 //!
-//! let driver = sensor.driver()?; // left of the wire
-//! let node = sensor.sensor()?; // right of it
+//! let driver = sensor.driver()?; // host side of the wire
+//! let node = sensor.sensor()?; // device side
 //! # let _ = (driver, node);
 //! # Ok::<(), twinrig_optoforce::OptoForceError>(())
 //! ```
 //!
-//! What it does not do: bring what sensors with four or six axes send (the parser knows their frames, the driver counts
-//! them as foreign); model noise, drift or cross-talk between the axes.
+//! **Limits.** Groups of four sensors and sensors with six axes are not supported (the parser
+//! decodes their frames, the driver counts them as foreign). Noise, drift and cross-talk between
+//! the axes are not modelled.
 
 mod assumed;
 mod config;

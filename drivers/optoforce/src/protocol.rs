@@ -1,5 +1,5 @@
-//! The frames between computer and sensor, version 1.7. Numbers have their highest byte first; the checksum is the sum of
-//! all bytes before it, modulo 2¹⁶.
+//! Frames between computer and sensor, version 1.7. Numbers are big-endian; the checksum is the sum
+//! of all bytes before it, modulo 2¹⁶.
 //!
 //! | frame | bytes | |
 //! |---|---|---|
@@ -18,15 +18,15 @@ const DATA_FOUR: [u8; 4] = [0xaa, 7, 8, 28];
 const DATA_SIX: [u8; 4] = [0xaa, 7, 8, 16];
 const CONFIGURATION: [u8; 4] = [0xaa, 0, 50, 3];
 const ACKNOWLEDGEMENT: [u8; 4] = [0xaa, 0, 80, 1];
-/// The headers: their last byte is how many bytes stand between header and checksum.
+/// Headers. The last byte is the number of bytes between header and checksum.
 const HEADERS: [[u8; 4]; 5] = [DATA, DATA_FOUR, DATA_SIX, CONFIGURATION, ACKNOWLEDGEMENT];
-/// Header and checksum.
-const AROUND: usize = 6;
-const SHORTEST: usize = AROUND + 1;
+/// Length of header and checksum.
+const OVERHEAD: usize = 6;
+const SHORTEST: usize = OVERHEAD + 1;
 
-/// Zero what is measured now.
+/// Sets the present force as offset.
 const ZERO: u8 = 255;
-/// Undo that.
+/// Removes the offset.
 const UNDO: u8 = 0;
 
 macro_rules! coded {
@@ -38,17 +38,17 @@ macro_rules! coded {
         }
 
         impl $name {
-            /// All of them.
+            /// All values.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Its code in a configuration.
+            /// Returns the code in a configuration.
             pub const fn code(self) -> u8 {
                 match self {
                     $(Self::$variant => $code,)*
                 }
             }
 
-            /// The one with that code.
+            /// Returns the value with a code.
             pub const fn of_code(code: u8) -> Option<Self> {
                 match code {
                     $($code => Some(Self::$variant),)*
@@ -60,9 +60,9 @@ macro_rules! coded {
 }
 
 coded! {
-    /// How fast a sensor sends. The code is the period in milliseconds.
+    /// Output rate of a sensor. The code is the period in milliseconds.
     Speed {
-        /// Not at all.
+        /// No output.
         Stop = 0,
         /// 1000 Hz.
         Hz1000 = 1,
@@ -79,9 +79,9 @@ coded! {
 }
 
 coded! {
-    /// Where a sensor's filter begins to take away.
+    /// Cut-off frequency of a sensor's filter.
     Cutoff {
-        /// It takes nothing away.
+        /// No filter.
         None = 0,
         /// 500 Hz.
         Hz500 = 1,
@@ -100,7 +100,7 @@ coded! {
 }
 
 impl Cutoff {
-    /// The frequency \[Hz\].
+    /// Returns the frequency \[Hz\].
     pub const fn hertz(self) -> Option<f64> {
         match self {
             Self::None => None,
@@ -114,32 +114,32 @@ impl Cutoff {
     }
 }
 
-/// The status of a sample, as it is sent.
+/// Status word of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status(pub u16);
 
-/// How a sensor is.
+/// State of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
-    /// Well.
+    /// No fault.
     Good,
-    /// Nothing is connected.
+    /// No sensor connected.
     Absent,
-    /// It has failed.
+    /// Sensor failure.
     Failed,
-    /// It is too hot or too cold.
+    /// Temperature out of range.
     Temperature,
-    /// Something that the protocol does not name.
+    /// A value that the protocol does not define.
     Other(u8),
 }
 
 impl Status {
-    /// State of the electronics; 0 if all is well.
+    /// Returns the state of the electronics; 0 for no fault.
     pub const fn electronics(self) -> u8 {
         (self.0 >> 13) as u8
     }
 
-    /// State of the sensor.
+    /// Returns the state of the sensor.
     pub const fn health(self) -> Health {
         match (self.0 >> 10 & 7) as u8 {
             0 => Health::Good,
@@ -150,30 +150,31 @@ impl Status {
         }
     }
 
-    /// Which axes are overloaded, the first at the highest bit: x, y, z, and the torques about them.
+    /// Returns the overloaded axes, the first at the highest bit: x, y, z, and the torques about
+    /// them.
     pub fn overload(self) -> [bool; 6] {
         std::array::from_fn(|axis| self.0 >> (9 - axis) & 1 == 1)
     }
 
-    /// The same, with these axes overloaded.
+    /// Returns the status with exactly these force axes overloaded.
     #[must_use]
     pub fn with_overload(self, axes: [bool; 3]) -> Self {
         let set = axes.iter().enumerate().filter(|(_, over)| **over);
         Self(set.fold(self.0 & !0x03f0, |bits, (axis, _)| bits | 1 << (9 - axis)))
     }
 
-    /// Whether this is one of several sensors on one set of electronics.
+    /// Returns whether the sensor is one of several on the same electronics.
     pub const fn several(self) -> bool {
         self.0 >> 3 & 1 == 1
     }
 
-    /// Which of them.
+    /// Returns its number among them.
     pub const fn number(self) -> u8 {
         (self.0 & 7) as u8
     }
 }
 
-/// What is measured \[counts\].
+/// Measured values \[counts\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counts {
     /// Force of one sensor.
@@ -184,48 +185,48 @@ pub enum Counts {
     Six([i16; 6]),
 }
 
-/// The bytes of a frame whose header and checksum are right. What is in it may still make no sense.
+/// Bytes of a frame with correct header and checksum. Its content may be invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a>(&'a [u8]);
 
-/// A frame that makes sense.
+/// Valid content of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
     /// A sample.
     Data {
-        /// One more than that of the sample before.
+        /// Number of the sample, incremented by one per sample.
         counter: u16,
-        /// How the sensor is.
+        /// Status word.
         status: Status,
-        /// What it measures.
+        /// Measured values.
         counts: Counts,
     },
-    /// How a sensor is to work.
+    /// Configuration of a sensor.
     Configuration {
-        /// How fast it sends.
+        /// Output rate.
         speed: Speed,
-        /// What it filters.
+        /// Cut-off frequency of the filter.
         cutoff: Cutoff,
-        /// Whether what it measures now is to count as no force; what it came with does otherwise.
+        /// Whether the present force becomes the offset; otherwise the factory offset is restored.
         zero: bool,
     },
-    /// What a sensor says to that.
+    /// Answer of a sensor to a configuration.
     Acknowledgement {
-        /// 0 if it does as it was told.
+        /// 0 if the configuration was accepted.
         status: u8,
     },
 }
 
-/// A frame that says what cannot be.
+/// Reason why bytes are not a valid message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
-    /// Header, length or checksum are wrong.
-    #[error("these bytes are no frame")]
+    /// Header, length or checksum is wrong.
+    #[error("not a frame: header, length or checksum is wrong")]
     NoFrame,
-    /// There is no such speed, filter or zero.
+    /// Undefined code of speed, filter or zero.
     #[error("{what} {code} is not defined")]
     Code {
-        /// What of the frame.
+        /// Name of the field.
         what: &'static str,
         /// Its value.
         code: u8,
@@ -237,21 +238,21 @@ fn sum(bytes: &[u8]) -> u16 {
     bytes.fold(0, u16::wrapping_add)
 }
 
-/// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
+/// Matches a frame at the front of a stream, for a [`twinrig_wire::Framer`].
 pub fn match_frame(front: &[u8]) -> FrameMatch {
-    let begun = |header: &&[u8; 4]| header.iter().zip(front).all(|(a, b)| a == b);
-    let Some(header) = HEADERS.iter().find(begun) else {
+    let matches = |header: &&[u8; 4]| header.iter().zip(front).all(|(a, b)| a == b);
+    let Some(header) = HEADERS.iter().find(matches) else {
         return FrameMatch::Garbage;
     };
     if front.len() < header.len() {
         return FrameMatch::Missing(SHORTEST - front.len());
     }
-    let length = usize::from(header[3]) + AROUND;
+    let length = usize::from(header[3]) + OVERHEAD;
     let Some(frame) = front.get(..length) else {
         return FrameMatch::Missing(length - front.len());
     };
-    let (tx, checksum) = frame.split_at(length - 2);
-    if sum(tx).to_be_bytes() == checksum {
+    let (content, checksum) = frame.split_at(length - 2);
+    if sum(content).to_be_bytes() == checksum {
         FrameMatch::Frame(length)
     } else {
         FrameMatch::Garbage
@@ -259,10 +260,10 @@ pub fn match_frame(front: &[u8]) -> FrameMatch {
 }
 
 impl<'a> Frame<'a> {
-    /// The frame that `bytes` are.
+    /// Checks that `bytes` are exactly one frame.
     ///
     /// # Errors
-    /// [`FrameError::NoFrame`] if they are none.
+    /// [`FrameError::NoFrame`] if they are not.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match match_frame(bytes) {
             FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
@@ -270,17 +271,17 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Its first four bytes, which say what it is.
+    /// Returns the first four bytes, which identify the kind of frame.
     pub fn header(&self) -> &'a [u8] {
         &self.0[..4]
     }
 
-    /// Everything between header and checksum.
+    /// Returns the bytes between header and checksum.
     pub fn body(&self) -> &'a [u8] {
         &self.0[4..self.0.len() - 2]
     }
 
-    /// Number `index` of its body, in steps of two bytes; 0 past its end.
+    /// Returns word `index` of the body; 0 past its end.
     fn word(&self, index: usize) -> u16 {
         let bytes = self.body().get(2 * index..2 * index + 2);
         bytes.map_or(0, |bytes| u16::from_be_bytes([bytes[0], bytes[1]]))

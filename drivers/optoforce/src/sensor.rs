@@ -7,39 +7,40 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
 
 use crate::OptoForce;
-use crate::assumed::{MEASURES_EVERY, NOMINAL_COUNTS, REACTION};
+use crate::assumed::{NOMINAL_COUNTS, REACTION, SAMPLE_PERIOD};
 use crate::protocol::{Counts, Cutoff, Frame, Message, Speed, Status, match_frame};
 
-/// The emulated sensor: measures every millisecond of its own clock, filters, and sends as often as it was told to.
+/// Emulated sensor: measures and filters every millisecond of its own clock, and sends at the
+/// configured rate.
 pub type OptoForceSensor = FramedNode<OptoForceEmulation>;
 
-/// What a sensor does.
+/// Device-specific part of the emulated sensor.
 #[derive(Debug)]
 pub struct OptoForceEmulation {
     config: OptoForce,
-    /// Where the plant has the force.
+    /// Place of the force in the plant.
     force: Range<usize>,
 }
 
-/// What of it changes.
+/// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
     speed: Speed,
     cutoff: Cutoff,
-    /// How often it has measured.
+    /// Number of measurements.
     measured: u64,
-    /// What the filter holds \[N\]; none before the first measurement.
+    /// State of the filter \[N\]; `None` before the first measurement.
     filtered: Option<[f64; 3]>,
-    /// What counts as no force \[N\].
+    /// Offset \[N\].
     zero: [f64; 3],
     sent: u64,
 }
 
-/// What the sensor answers to what it does not understand. ASSUMED: only 0, for done, is documented.
-const REFUSED: u8 = 1;
+/// Status for a configuration that is not understood. ASSUMED: only 0, for done, is documented.
+const REJECTED: u8 = 1;
 
 impl OptoForceEmulation {
-    /// From what was checked.
+    /// Creates the emulation from a checked configuration.
     pub(crate) fn new(config: OptoForce) -> Self {
         Self {
             config,
@@ -47,15 +48,15 @@ impl OptoForceEmulation {
         }
     }
 
-    /// What it says of a force \[N\] when it says the next thing.
+    /// Returns the next sample, of a force \[N\].
     fn data(&self, state: &State, force: [f64; 3]) -> Message {
         let mut overload = [false; 3];
         let counts = std::array::from_fn(|axis| {
             let newtons = force[axis] - state.zero[axis];
-            let wanted = (newtons * self.config.sensitivity).round();
-            let count = wanted.clamp(-NOMINAL_COUNTS, NOMINAL_COUNTS);
-            overload[axis] = count != wanted;
-            // What is no number becomes 0, and is marked as an overload.
+            let exact = (newtons * self.config.sensitivity).round();
+            let count = exact.clamp(-NOMINAL_COUNTS, NOMINAL_COUNTS);
+            overload[axis] = count != exact;
+            // NaN becomes 0, marked as an overload.
             #[expect(clippy::cast_possible_truncation, reason = "within ± 6000")]
             let count = count as i16;
             count
@@ -70,14 +71,15 @@ impl OptoForceEmulation {
 }
 
 impl State {
-    /// Passes a force through the filter: first order, exact for a force that is held between two measurements.
+    /// Advances the filter by one measurement: first order, exact for a force that is constant
+    /// between two measurements.
     fn filter(&mut self, force: [f64; 3]) -> [f64; 3] {
-        let seconds = MEASURES_EVERY.as_secs_f64();
+        let seconds = SAMPLE_PERIOD.as_secs_f64();
         let cutoff = self.cutoff.hertz();
-        let share = cutoff.map_or(1.0, |hertz| -libm::expm1(-TAU * hertz * seconds));
+        let gain = cutoff.map_or(1.0, |hertz| -libm::expm1(-TAU * hertz * seconds));
         let filtered = self.filtered.get_or_insert(force);
         for (filtered, force) in filtered.iter_mut().zip(force) {
-            *filtered += share * (force - *filtered);
+            *filtered += gain * (force - *filtered);
         }
         *filtered
     }
@@ -92,7 +94,7 @@ impl Emulation for OptoForceEmulation {
         match_frame(front)
     }
 
-    /// 100 Hz, 15 Hz, nothing zeroed.
+    /// Factory settings: 100 Hz, cut-off at 15 Hz, no offset.
     fn initial(&self) -> State {
         State::default()
     }
@@ -108,7 +110,7 @@ impl Emulation for OptoForceEmulation {
     }
 
     fn next_instant(&self, state: &State) -> Option<SimTime> {
-        let shown = MEASURES_EVERY.as_nanos().saturating_mul(state.measured);
+        let shown = SAMPLE_PERIOD.as_nanos().saturating_mul(state.measured);
         let shown = i64::try_from(shown).unwrap_or(i64::MAX);
         Some(self.config.clock.sim_at(LocalTime::from_nanos(shown)))
     }
@@ -137,7 +139,7 @@ impl Emulation for OptoForceEmulation {
         state: &mut State,
         now: SimTime,
         frame: &[u8],
-        _world: &mut dyn PlantAccess,
+        _plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         let status = match Frame::new(frame).and_then(Message::try_from) {
@@ -152,9 +154,9 @@ impl Emulation for OptoForceEmulation {
                 state.zero = if zero { filtered } else { [0.0; 3] };
                 0
             }
-            // What a sensor says is nothing to a sensor.
+            // Frames of the other direction are ignored.
             Ok(Message::Data { .. } | Message::Acknowledgement { .. }) => return Ok(()),
-            Err(_) => REFUSED,
+            Err(_) => REJECTED,
         };
         let answer = Message::Acknowledgement { status };
         tx.say(now + REACTION, |bytes| answer.encode(bytes));

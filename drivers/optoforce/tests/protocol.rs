@@ -1,4 +1,4 @@
-//! Frames: what is written is read, what is damaged is not, and pieces do not matter.
+//! Frames: round trip, detection of damage, and independence of the division into pieces.
 
 #[path = "../../framing.rs"]
 mod framing;
@@ -43,7 +43,7 @@ fn encoded(message: &Message) -> Vec<u8> {
 }
 
 #[test]
-fn frames_are_those_of_the_documents() {
+fn frames_match_the_documentation() {
     let data = Message::Data {
         counter: 0x0102,
         status: Status(0),
@@ -78,8 +78,8 @@ fn frames_are_those_of_the_documents() {
 }
 
 #[test]
-fn status_bits_are_told_apart() {
-    // 010 of the electronics, 100 of the sensor, 100001 overloads, 1 of several, 101 of these.
+fn status_bits_are_decoded() {
+    // Electronics 010, sensor 100, overloads 100001, one of several: 1, number 101.
     let status = Status(0b0101_0010_0001_1101);
     assert_eq!(
         (status.electronics(), status.health()),
@@ -93,7 +93,7 @@ fn status_bits_are_told_apart() {
 }
 
 #[test]
-fn undefined_codes_are_refused() {
+fn undefined_codes_are_rejected() {
     let mut bytes = encoded(&Message::Configuration {
         speed: Speed::Stop,
         cutoff: Cutoff::None,
@@ -101,9 +101,9 @@ fn undefined_codes_are_refused() {
     });
     bytes[4] = 2;
     bytes[8] += 2;
-    let refused = Message::try_from(Frame::new(&bytes).unwrap());
+    let result = Message::try_from(Frame::new(&bytes).unwrap());
     assert_eq!(
-        refused,
+        result,
         Err(FrameError::Code {
             what: "speed",
             code: 2
@@ -113,13 +113,13 @@ fn undefined_codes_are_refused() {
 
 proptest! {
     #[test]
-    fn frames_come_back(message in messages()) {
+    fn frames_round_trip(message in messages()) {
         let bytes = encoded(&message);
         prop_assert_eq!(Message::try_from(Frame::new(&bytes).unwrap()), Ok(message));
     }
 
     #[test]
-    fn any_bytes_are_survived_in_any_pieces(
+    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(
         bytes in vec(prop_oneof![3 => select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]), 1 => any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
@@ -131,7 +131,7 @@ proptest! {
     }
 
     #[test]
-    fn a_frame_with_a_wrong_bit_is_none(message in messages(), bit in any::<Index>()) {
+    fn frame_with_a_wrong_bit_is_rejected(message in messages(), bit in any::<Index>()) {
         let mut bytes = encoded(&message);
         let bit = bit.index(8 * bytes.len());
         bytes[bit / 8] ^= 1 << (bit % 8);
@@ -139,7 +139,7 @@ proptest! {
     }
 
     #[test]
-    fn frames_after_garbage_are_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
+    fn frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
         let one = encoded(&message);
         let mut bytes = garbage;
         for _ in 0..10 {

@@ -1,4 +1,4 @@
-//! Driver and sensor errand by errand: what is said, when, and for how long it is waited.
+//! Driver and sensor, request by request: bytes, times and time-outs.
 
 #[path = "../../hands.rs"]
 mod hands;
@@ -10,8 +10,8 @@ use twinrig_optoforce::{OptoForce, OptoForceDriver, Take};
 use twinrig_runtime::Driver;
 use twinrig_wire::Node;
 
-const PATIENCE: SimDuration = SimDuration::from_millis(200);
-const MOMENT: SimDuration = SimDuration::from_millis(3);
+const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
+const SHORT_DELAY: SimDuration = SimDuration::from_millis(3);
 
 fn frame(message: &Message) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -50,66 +50,69 @@ fn host(take: Take) -> Host<OptoForceDriver> {
 fn opened(take: Take) -> Host<OptoForceDriver> {
     let mut host = host(take);
     host.open();
-    host.reads(MOMENT, &done());
-    host.reads(MOMENT, &sample(7));
+    host.reads(SHORT_DELAY, &done());
+    host.reads(SHORT_DELAY, &sample(7));
     assert!(host.is_done());
     host
 }
 
 #[test]
-fn opening_takes_an_acknowledgement_and_then_a_sample() {
+fn opening_requires_an_acknowledgement_and_then_a_sample() {
     let mut host = host(Take::Newest);
     assert_eq!(host.open(), configuration(Speed::Hz100));
-    assert_eq!(host.waits(), Some(PATIENCE));
-    host.reads(MOMENT, &sample(1));
-    assert!(!host.is_done(), "it may be as it was set up before");
-    assert_eq!(host.waits(), Some(PATIENCE - MOMENT));
-    host.reads(MOMENT, &done());
+    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT));
+    host.reads(SHORT_DELAY, &sample(1));
+    assert!(
+        !host.is_done(),
+        "the sample may be of an earlier configuration"
+    );
+    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT - SHORT_DELAY));
+    host.reads(SHORT_DELAY, &done());
     assert!(!host.is_done());
-    assert_eq!(host.waits(), Some(PATIENCE), "time for a sample");
-    host.reads(MOMENT, &sample(2));
+    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT), "time for a sample");
+    host.reads(SHORT_DELAY, &sample(2));
     assert!(host.is_done());
     assert_eq!(host.waits(), None);
     assert_eq!(host.driver.to_process(), [1600.0, 0.0, -800.0]);
 }
 
 #[test]
-fn who_must_ask_again_must_be_answered_again() {
+fn repeated_opening_requires_a_new_acknowledgement() {
     let mut host = host(Take::Newest);
     host.open();
-    host.reads(MOMENT, &done());
+    host.reads(SHORT_DELAY, &done());
     assert_eq!(host.waits_in_vain(), configuration(Speed::Hz100));
-    host.reads(MOMENT, &sample(1));
+    host.reads(SHORT_DELAY, &sample(1));
     assert!(!host.is_done());
     assert_eq!(host.waits_in_vain(), configuration(Speed::Hz100));
     assert!(host.waits_in_vain().is_empty());
-    let why = host.driver.poll_transfer().unwrap_err().why;
-    assert!(why.contains("did not acknowledge"), "{why}");
+    let reason = host.driver.poll_transfer().unwrap_err().why;
+    assert!(reason.contains("did not acknowledge"), "{reason}");
 }
 
 #[test]
-fn a_sensor_that_refuses_is_an_error_that_says_so() {
+fn rejected_configuration_is_reported_with_its_status() {
     let mut host = host(Take::Newest);
     host.open();
     for _ in 0..3 {
-        host.reads(MOMENT, &frame(&Message::Acknowledgement { status: 4 }));
+        host.reads(SHORT_DELAY, &frame(&Message::Acknowledgement { status: 4 }));
         host.waits_in_vain();
     }
-    let why = host.driver.poll_transfer().unwrap_err().why;
-    assert!(why.contains("with status 4"), "{why}");
+    let reason = host.driver.poll_transfer().unwrap_err().why;
+    assert!(reason.contains("with status 4"), "{reason}");
 }
 
 #[test]
-fn a_transfer_brings_the_newest_at_once_or_waits_for_two_periods_for_a_fresh_one() {
+fn newest_sample_is_immediate_and_fresh_one_is_awaited_for_two_periods() {
     let mut newest = opened(Take::Newest);
     assert!(newest.begin(&[]).is_empty());
     assert!(newest.is_done());
     let mut fresh = opened(Take::Fresh);
     assert!(fresh.begin(&[]).is_empty());
     assert_eq!(fresh.waits(), Some(SimDuration::from_millis(20)));
-    fresh.reads(MOMENT, &sample(7));
-    assert!(!fresh.is_done(), "that is the old one");
-    fresh.reads(MOMENT, &sample(8));
+    fresh.reads(SHORT_DELAY, &sample(7));
+    assert!(!fresh.is_done(), "a repeated sample is not fresh");
+    fresh.reads(SHORT_DELAY, &sample(8));
     assert!(fresh.is_done());
     let stale = fresh.diagnostic("stale");
     fresh.begin(&[]);
@@ -119,18 +122,18 @@ fn a_transfer_brings_the_newest_at_once_or_waits_for_two_periods_for_a_fresh_one
 }
 
 #[test]
-fn closing_stops_the_sensor_and_waits_until_it_has_heard() {
+fn closing_stops_the_sensor_and_awaits_its_acknowledgement() {
     let mut host = opened(Take::Newest);
     assert_eq!(host.close(), configuration(Speed::Stop));
-    host.reads(MOMENT, &sample(8));
+    host.reads(SHORT_DELAY, &sample(8));
     assert!(!host.is_done());
     assert_eq!(host.waits_in_vain(), configuration(Speed::Stop));
-    host.reads(MOMENT, &done());
+    host.reads(SHORT_DELAY, &done());
     assert!(host.is_done());
 }
 
 #[test]
-fn the_sensor_acknowledges_after_its_reaction_and_sends_at_its_own_milliseconds() {
+fn sensor_acknowledges_after_its_reaction_time_and_samples_by_its_own_clock() {
     let config = OptoForce::new("foot", "force");
     let mut sensor = config.sensor().unwrap();
     let force = Port::output("force", Unit::Newton, 3);
@@ -140,10 +143,10 @@ fn the_sensor_acknowledges_after_its_reaction_and_sends_at_its_own_milliseconds(
         ..Still::default()
     };
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
-    let asked = configuration(Speed::Hz333);
-    let tx = says(&mut sensor, &mut plant, (at(1_250), &asked), at(6_900));
+    let sent = configuration(Speed::Hz333);
+    let tx = says(&mut sensor, &mut plant, (at(1_250), &sent), at(6_900));
     let times: Vec<SimTime> = tx.iter().map(|(at, _)| *at).collect();
-    // Once as it is switched on, at 100 Hz; then every third of its milliseconds.
+    // Once at power-on, at 100 Hz; then every third of its milliseconds.
     assert_eq!(times, [at(0), at(1_300), at(3_000), at(6_000)]);
     assert_eq!(tx[1].1, done());
     let counted = frame(&Message::Data {

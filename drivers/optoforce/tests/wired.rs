@@ -1,4 +1,4 @@
-//! Driver and sensor with a wire between them, in a rig.
+//! Driver and sensor connected by a wire, in a rig.
 
 #[path = "../../toys.rs"]
 mod toys;
@@ -45,7 +45,7 @@ fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
 }
 
 #[test]
-fn samples_come_at_the_pace_of_the_sensor_and_transfers_never_wait() {
+fn samples_arrive_at_the_rate_of_the_sensor_and_transfers_never_wait() {
     for (speed, sent) in [
         (Speed::Hz1000, 1000.0),
         (Speed::Hz333, 333.0),
@@ -55,8 +55,8 @@ fn samples_come_at_the_pace_of_the_sensor_and_transfers_never_wait() {
         let mut sensor = sensor();
         sensor.speed = speed;
         let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
-        let (log, ended) = run(&mut rig, 1000);
-        ended.unwrap();
+        let (log, result) = run(&mut rig, 1000);
+        result.unwrap();
         let samples = diagnostic(&rig, &log, "optoforce/samples");
         assert!(
             (sent - 1.0..=sent + 2.0).contains(&samples),
@@ -66,24 +66,24 @@ fn samples_come_at_the_pace_of_the_sensor_and_transfers_never_wait() {
             log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })),
             0
         );
-        for nothing in ["lost", "stale", "unwell", "foreign", "garbage", "unheard"] {
+        for counter in ["lost", "stale", "unwell", "foreign", "garbage", "unheard"] {
             assert_eq!(
-                diagnostic(&rig, &log, &format!("optoforce/{nothing}")),
+                diagnostic(&rig, &log, &format!("optoforce/{counter}")),
                 0.0,
-                "{nothing}"
+                "{counter}"
             );
         }
     }
 }
 
 #[test]
-fn forces_are_counted_and_overloads_marked() {
+fn forces_are_quantised_and_overloads_marked() {
     let mut rig = wired_to(&sensor(), &FaultSchedule::default(), force);
-    let (log, ended) = run(&mut rig, 500);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 500);
+    result.unwrap();
     let (at, last) = log.inputs.last().unwrap();
     let count = 1600.0 / 6000.0;
-    // The plant was held while the sensor was set up; the sample is that of this very millisecond, or the one before.
+    // The plant was paused during opening; the sample is of this or the previous millisecond.
     assert!(
         (40.0 * at.as_secs_f64() - last[0]).abs() < count + 40.0 * 0.006,
         "{at} {last:?}"
@@ -92,66 +92,66 @@ fn forces_are_counted_and_overloads_marked() {
     assert!((last[1] + 1000.0).abs() < count);
     assert!(
         (last[2] - 1600.0).abs() < 1e-9,
-        "no more than the sensor can count: {last:?}"
+        "saturated at full scale: {last:?}"
     );
     assert!(diagnostic(&rig, &log, "optoforce/overloaded") > 490.0);
 }
 
 #[test]
-fn the_filter_has_its_cut_off() {
-    // At its cut-off a first-order filter lets 1/√2 through.
+fn filter_attenuates_by_3_db_at_its_cut_off() {
+    // At its cut-off frequency the gain of a first-order filter is 1/√2.
     fn tone(seconds: f64, _: usize) -> f64 {
         500.0 * libm::sin(TAU * 15.0 * seconds)
     }
     let mut sensor = sensor();
     sensor.cutoff = Cutoff::Hz15;
     let mut rig = wired_to(&sensor, &FaultSchedule::default(), tone);
-    let (log, ended) = run(&mut rig, 2000);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 2000);
+    result.unwrap();
     let late = log.inputs.iter().skip(500);
     let most = late.map(|(_, forces)| forces[0].abs()).fold(0.0, f64::max);
     assert!((most / 500.0 - 0.5_f64.sqrt()).abs() < 0.02, "{most}");
 }
 
 #[test]
-fn a_sensor_that_is_zeroed_measures_from_there() {
+fn zeroed_sensor_subtracts_its_offset() {
     let mut sensor = sensor();
     sensor.zero = true;
     let mut rig = wired_to(&sensor, &FaultSchedule::default(), |seconds, _| {
         100.0 + 10.0 * seconds
     });
-    let (log, ended) = run(&mut rig, 1000);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 1000);
+    result.unwrap();
     let (_, last) = log.inputs.last().unwrap();
     assert!((last[0] - 10.0).abs() < 0.4, "{last:?}");
 }
 
 #[test]
-fn a_fresh_sample_is_waited_for() {
+fn fresh_sample_is_awaited() {
     let mut sensor = sensor();
     sensor.take = Take::Fresh;
     sensor.speed = Speed::Hz333;
     let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
-    let (log, ended) = run(&mut rig, 600);
-    ended.unwrap();
-    // Steps every 2 ms, samples every 3: the task is busy at some steps.
+    let (log, result) = run(&mut rig, 600);
+    result.unwrap();
+    // Steps every 2 ms, samples every 3 ms: the task is busy at some steps.
     assert!(log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })) > 50);
     assert_eq!(diagnostic(&rig, &log, "optoforce/stale"), 0.0);
 }
 
 #[test]
-fn what_is_dropped_is_lost_by_the_count_of_the_sensor() {
+fn dropped_samples_are_counted_as_lost() {
     for kind in [
         FaultKind::Drop { probability: 0.3 },
         FaultKind::Flip { rate: 0.002 },
     ] {
         let mut rig = wired_to(&sensor(), &fault(kind.clone(), 100, 500), force);
-        let (log, ended) = run(&mut rig, 1000);
-        ended.unwrap();
+        let (log, result) = run(&mut rig, 1000);
+        result.unwrap();
         let [samples, lost, sent] = ["samples", "lost", "sent"]
             .map(|name| diagnostic(&rig, &log, &format!("optoforce/{name}")));
         assert!(lost > 50.0, "{kind:?}");
-        // One may be under way, and some were sent before the driver opened.
+        // One sample may be in transit, and some were sent before the driver opened.
         assert!(
             (0.0..=2.0).contains(&(sent - samples - lost)),
             "{kind:?}: {sent} {samples} {lost}"
@@ -160,32 +160,32 @@ fn what_is_dropped_is_lost_by_the_count_of_the_sensor() {
 }
 
 #[test]
-fn repeated_and_late_samples_are_not_taken() {
+fn repeated_and_late_samples_are_discarded() {
     for kind in [
         FaultKind::Duplicate { probability: 0.3 },
         FaultKind::Reorder { probability: 0.3 },
     ] {
         let mut rig = wired_to(&sensor(), &fault(kind.clone(), 100, 500), force);
-        let (log, ended) = run(&mut rig, 1000);
-        ended.unwrap();
+        let (log, result) = run(&mut rig, 1000);
+        result.unwrap();
         assert!(diagnostic(&rig, &log, "optoforce/stale") > 20.0, "{kind:?}");
         let forces = log.inputs.iter().map(|(_, forces)| forces[0]);
         assert!(
             forces.is_sorted_by(|a, b| a <= b),
-            "the force only grows: {kind:?}"
+            "the force is monotonic: {kind:?}"
         );
     }
 }
 
 #[test]
-fn a_bad_wire_at_the_beginning_is_asked_again() {
+fn opening_is_repeated_until_the_wire_recovers() {
     let mut rig = wired_to(
         &sensor(),
         &fault(FaultKind::Unplug { fails: false }, 0, 300),
         force,
     );
-    let (log, ended) = run(&mut rig, 1000);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 1000);
+    result.unwrap();
     let opened = log
         .events
         .iter()
@@ -198,40 +198,40 @@ fn a_bad_wire_at_the_beginning_is_asked_again() {
         &fault(FaultKind::Unplug { fails: false }, 0, 10_000),
         force,
     );
-    let why = run(&mut rig, 1000).1.unwrap_err().to_string();
+    let message = run(&mut rig, 1000).1.unwrap_err().to_string();
     assert!(
-        why.contains("optoforce") && why.contains("is it there"),
-        "{why}"
+        message.contains("optoforce") && message.contains("check the connection"),
+        "{message}"
     );
 }
 
 #[test]
-fn a_fast_clock_sends_more() {
+fn fast_clock_sends_more_samples() {
     let mut sensor = sensor();
     sensor.clock = BoardClock::new(LocalDuration::ZERO, 10_000_000).unwrap();
     let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
-    let (log, ended) = run(&mut rig, 1000);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 1000);
+    result.unwrap();
     let sent = diagnostic(&rig, &log, "optoforce/sent");
     assert!((1009.0..=1012.0).contains(&sent), "{sent}");
 }
 
 #[test]
-fn a_restored_rig_goes_on_bit_for_bit() {
+fn restored_rig_continues_bit_for_bit() {
     let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
-    for saved_at in [0, 1, 33, 140] {
+    for save_ms in [0, 1, 33, 140] {
         let mut rig = wired_to(&sensor(), &faults, force);
-        run(&mut rig, saved_at).1.unwrap();
+        run(&mut rig, save_ms).1.unwrap();
         let saved = rig.save();
         let rest = run(&mut rig, 400);
-        let mut again = wired_to(&sensor(), &faults, force);
-        again.restore(&saved).unwrap();
-        assert_eq!(run(&mut again, 400), rest, "{saved_at} ms");
+        let mut restored = wired_to(&sensor(), &faults, force);
+        restored.restore(&saved).unwrap();
+        assert_eq!(run(&mut restored, 400), rest, "{save_ms} ms");
     }
 }
 
 #[test]
-fn sensors_that_cannot_be_are_refused() {
+fn invalid_configurations_are_rejected() {
     let mut stopped = sensor();
     stopped.speed = Speed::Stop;
     assert!(
@@ -239,15 +239,15 @@ fn sensors_that_cannot_be_are_refused() {
             .driver()
             .unwrap_err()
             .to_string()
-            .contains("sends nothing")
+            .contains("sends no samples")
     );
-    let mut blind = sensor();
-    blind.sensitivity = 0.0;
+    let mut invalid = sensor();
+    invalid.sensitivity = 0.0;
     assert!(
-        blind
+        invalid
             .driver()
             .unwrap_err()
             .to_string()
-            .contains("0 counts a newton")
+            .contains("0 counts per newton")
     );
 }

@@ -7,32 +7,32 @@ use crate::assumed::POLL;
 use crate::protocol::{ANALOG, BRIDGES, COUNTS, Frame, Gain, Message, SCALE, Setup, match_frame};
 use crate::{Board, Phidget};
 
-/// The emulated board: USB asks it every 8 ms of its own clock; it reports once it has been set up.
+/// Emulated board: polled by USB every 8 ms of its own clock; it reports once it has been set up.
 pub type PhidgetBoard = FramedNode<PhidgetEmulation>;
 
-/// What a Phidget does.
+/// Device-specific part of an emulated board.
 #[derive(Debug)]
 pub struct PhidgetEmulation {
     config: Phidget,
-    /// Where the plant has what its inputs read.
+    /// Places of the inputs' signals in the plant.
     inputs: Vec<usize>,
 }
 
-/// What of it changes.
+/// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
     setup: Option<Setup>,
-    /// How often USB has asked.
+    /// Number of polls.
     polls: u64,
-    /// How often by the last report.
+    /// Number of polls at the last report.
     reported_at: Option<u64>,
-    /// What an interface kit reported last.
+    /// Readings of the last report of an interface kit.
     readings: [u16; ANALOG],
     sent: u64,
 }
 
 impl PhidgetEmulation {
-    /// From what was checked.
+    /// Creates the emulation from a checked configuration.
     pub(crate) fn new(config: Phidget) -> Self {
         Self {
             config,
@@ -46,7 +46,7 @@ impl PhidgetEmulation {
         self.config.clock.sim_at(LocalTime::from_nanos(shown))
     }
 
-    /// What the inputs read now.
+    /// Returns the present values at the inputs.
     fn read<const N: usize>(&self, plant: &mut dyn PlantAccess) -> Result<[f64; N], TaskError> {
         let mut values = [0.0; N];
         for (input, &place) in self.config.inputs.iter().zip(&self.inputs) {
@@ -59,7 +59,7 @@ impl PhidgetEmulation {
         Ok(values)
     }
 
-    /// What it says when USB asks, if anything.
+    /// Returns the report at a poll, if one is due.
     fn report(
         &self,
         state: &mut State,
@@ -79,18 +79,18 @@ impl PhidgetEmulation {
             Some(Setup::InterfaceKit { trigger }) => {
                 let readings: [u16; ANALOG] = self.read(plant)?.map(reading);
                 let last = state.readings;
-                let apart = |n: usize| readings[n].abs_diff(last[n]) >= trigger;
+                let changed = |n: usize| readings[n].abs_diff(last[n]) >= trigger;
                 let first = state.reported_at.is_none();
-                // An input that has not changed by that much is reported as it was.
+                // An input with a smaller change is reported unchanged.
                 state.readings = std::array::from_fn(|n| {
-                    if first || apart(n) {
+                    if first || changed(n) {
                         readings[n]
                     } else {
                         last[n]
                     }
                 });
                 let readings = state.readings;
-                (first || (0..ANALOG).any(apart))
+                (first || (0..ANALOG).any(changed))
                     .then_some(Message::InterfaceKit { sequence, readings })
             }
             None => None,
@@ -98,14 +98,14 @@ impl PhidgetEmulation {
     }
 }
 
-/// The report of a bridge with those ratios.
+/// Returns the report of a bridge with those ratios.
 fn bridge(sequence: u8, gain: Gain, ratios: [f64; BRIDGES]) -> Message {
     let mut overload = [false; BRIDGES];
     let counts = std::array::from_fn(|n| {
-        let wanted = (ratios[n] * f64::from(gain.times()) * f64::from(COUNTS)).round();
-        let count = wanted.clamp(-f64::from(COUNTS), f64::from(COUNTS - 1));
-        overload[n] = count != wanted;
-        // What is no number becomes 0, and is marked as an overload.
+        let exact = (ratios[n] * f64::from(gain.times()) * f64::from(COUNTS)).round();
+        let count = exact.clamp(-f64::from(COUNTS), f64::from(COUNTS - 1));
+        overload[n] = count != exact;
+        // NaN becomes 0, marked as an overload.
         #[expect(clippy::cast_possible_truncation, reason = "within 24 bits")]
         let count = count as i32;
         count
@@ -117,11 +117,11 @@ fn bridge(sequence: u8, gain: Gain, ratios: [f64; BRIDGES]) -> Message {
     }
 }
 
-/// What an interface kit makes of a voltage: 10 bits, shown in thousandths.
+/// Returns the reading of an interface kit for a voltage: 10 bits, in thousandths of 5 V.
 fn reading(volts: f64) -> u16 {
     const STEPS: u32 = 1 << 10;
     let step = (volts / 5.0 * f64::from(STEPS)).clamp(0.0, f64::from(STEPS - 1));
-    // What is no number becomes 0.
+    // NaN becomes 0.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -177,13 +177,13 @@ impl Emulation for PhidgetEmulation {
         Ok(())
     }
 
-    /// What it says to a set-up, it says when USB asks next.
+    /// The answer to a set-up is transmitted at the next poll.
     fn receive(
         &self,
         state: &mut State,
         _now: SimTime,
         frame: &[u8],
-        _world: &mut dyn PlantAccess,
+        _plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         let Ok(Message::Setup(setup)) = Frame::new(frame).and_then(Message::try_from) else {

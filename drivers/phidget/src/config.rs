@@ -7,75 +7,76 @@ use crate::assumed::{BYTE_TIME, POLL};
 use crate::protocol::{ANALOG, BRIDGES, Gain, INTERVAL_MS_MAX, SCALE, Setup};
 use crate::{PhidgetBoard, PhidgetDriver, PhidgetEmulation, PhidgetProtocol};
 
-/// What driver and board are made from. Plain data.
+/// Configuration of driver and board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phidget {
-    /// Of the bus: `phidget`.
+    /// Name of the bus: `phidget`.
     pub name: String,
-    /// Which board it is, and how it is set up.
+    /// Type and set-up of the board.
     pub board: Board,
-    /// What is connected to its inputs; one without anything reads 0. The driver does not look at it.
+    /// Signals at the inputs; an input without a signal reads 0. Not used by the driver.
     pub inputs: Vec<Input>,
-    /// The board's clock.
+    /// Clock of the board.
     pub clock: BoardClock,
 }
 
-/// The boards.
+/// Type and set-up of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Board {
-    /// 1046. The port `NAME/bridge` has four ratios \[1\]: output of a bridge over its supply, 0.001 for a millivolt a volt.
+    /// Bridge (1046). The port `NAME/bridge` has four ratios \[1\]: output voltage of a bridge over
+    /// its supply, 0.001 for 1 mV/V.
     Bridge {
-        /// From one report to the next: 8 to 1000 ms, in steps of 8.
+        /// Time between two reports: 8 to 1000 ms, in steps of 8 ms.
         interval: SimDuration,
-        /// How much the ratios are amplified: they reach to one over that.
+        /// Gain; full scale of the ratios is its inverse.
         gain: Gain,
     },
-    /// 1018. The port `NAME/analog` has eight voltages \[V\].
+    /// Interface kit (1018). The port `NAME/analog` has eight voltages \[V\].
     InterfaceKit {
-        /// By how much an input changes before it is reported, in thousandths of 5 V; 0: always.
+        /// Change of an input that triggers a report, in thousandths of 5 V; 0: always.
         trigger: u16,
     },
 }
 
-/// Something that is connected to an input.
+/// Signal at an input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
-    /// The number of the input, from 0 on.
+    /// Number of the input, from 0.
     pub channel: usize,
-    /// What it reads: a ratio \[1\] at a bridge, a voltage \[V\] at an interface kit.
+    /// Measured quantity: a ratio \[1\] at a bridge, a voltage \[V\] at an interface kit.
     pub analog_source: AnalogSource,
 }
 
-/// A board that cannot be.
+/// Invalid configuration of a board.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PhidgetError {
-    /// The board cannot report like that.
-    #[error("a data interval of {interval}: it takes a multiple of {POLL} up to 1 s")]
+    /// The data interval is not supported by the board.
+    #[error("a data interval of {interval} is not a multiple of {POLL} up to 1 s")]
     Interval {
         /// The interval.
         interval: SimDuration,
     },
-    /// An input never changes by so much.
-    #[error("a change trigger of {trigger}: inputs read 0 to {SCALE}")]
+    /// The change trigger exceeds the range of an input.
+    #[error("a change trigger of {trigger} exceeds the range of the inputs, 0 to {SCALE}")]
     Trigger {
         /// The trigger.
         trigger: u16,
     },
-    /// There is no such input, or two things are on it.
-    #[error("input {channel} of {count} is not there, or taken twice")]
+    /// An input does not exist or is used twice.
+    #[error("input {channel} of {count} does not exist, or is used twice")]
     Channel {
-        /// Which.
+        /// Its number.
         channel: usize,
-        /// How many there are.
+        /// Number of inputs.
         count: usize,
     },
-    /// The faults of its wire cannot be.
+    /// Invalid faults of the wire.
     #[error(transparent)]
     Wire(#[from] WireError),
 }
 
 impl Default for Board {
-    /// The bridge at its fastest, unamplified.
+    /// Bridge with the shortest interval and gain 1.
     fn default() -> Self {
         Self::Bridge {
             interval: POLL,
@@ -85,10 +86,10 @@ impl Default for Board {
 }
 
 impl Board {
-    /// The interface kit as it comes.
+    /// Interface kit with factory settings.
     pub const INTERFACE_KIT: Self = Self::InterfaceKit { trigger: 10 };
 
-    /// How many inputs it has.
+    /// Returns the number of inputs.
     pub const fn channels(self) -> usize {
         match self {
             Self::Bridge { .. } => BRIDGES,
@@ -96,7 +97,7 @@ impl Board {
         }
     }
 
-    /// The longest time without a report that is no reason to worry.
+    /// Returns the expected maximum time from a set-up to the first report.
     pub(crate) const fn interval(self) -> SimDuration {
         match self {
             Self::Bridge { interval, .. } => interval,
@@ -107,7 +108,7 @@ impl Board {
     pub(crate) fn setup(self) -> Setup {
         match self {
             Self::Bridge { interval, gain } => Setup::Bridge {
-                // As `check` has seen, it fits.
+                // Fits, as validated by `check`.
                 interval_ms: u16::try_from(interval.as_nanos() / 1_000_000).unwrap_or(u16::MAX),
                 gain,
             },
@@ -117,7 +118,7 @@ impl Board {
 }
 
 impl Phidget {
-    /// A board without anything at its inputs.
+    /// Creates a configuration without signals at the inputs.
     pub fn new(name: impl Into<String>, board: Board) -> Self {
         Self {
             name: name.into(),
@@ -127,29 +128,29 @@ impl Phidget {
         }
     }
 
-    /// What runs on the robot.
+    /// Creates the driver, which runs on the robot.
     ///
     /// # Errors
-    /// [`PhidgetError`] if there can be no such board.
+    /// [`PhidgetError`] if the configuration is invalid.
     pub fn driver(&self) -> Result<PhidgetDriver, PhidgetError> {
         self.check()?;
         Ok(PhidgetDriver::new(PhidgetProtocol::new(self.clone())))
     }
 
-    /// What stands in for the board.
+    /// Creates the emulated board.
     ///
     /// # Errors
-    /// [`PhidgetError`] if there can be no such board.
+    /// [`PhidgetError`] if the configuration is invalid.
     pub fn board(&self) -> Result<PhidgetBoard, PhidgetError> {
         self.check()?;
         Ok(PhidgetBoard::new(PhidgetEmulation::new(self.clone())))
     }
 
-    /// Everything right of the driver: the board at the far end of a wire with those of the faults that are on
+    /// Creates the wire with the emulated board at its far end, and with the faults that are on
     /// `wire/NAME`.
     ///
     /// # Errors
-    /// [`PhidgetError`] if there can be no such board, or no such fault.
+    /// [`PhidgetError`] if the configuration or a fault is invalid.
     pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, PhidgetError> {
         let place = format!("wire/{}", self.name);
         let line = Duplex::new(BYTE_TIME, self.board()?);

@@ -2,24 +2,24 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
 
-use crate::assumed::{ATTEMPTS, PATIENCE};
+use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
 use crate::protocol::{COUNTS, Frame, Message, SCALE, match_frame};
 use crate::{Board, Phidget};
 
-/// Sets the board up and keeps its newest readings.
+/// Driver of the board: sets it up and keeps its newest readings.
 ///
-/// Opening takes as long as it takes until the board has accepted its set-up and reported. Reports that are missing by the
-/// board's own count are counted.
+/// Opening lasts until the board has accepted its set-up and sent a report. Reports missing by the
+/// board's own sequence number are counted.
 pub type PhidgetDriver = FramedDriver<PhidgetProtocol>;
 
-/// What a Phidget is told, and what it says.
+/// Requests to the board and interpretation of its frames.
 #[derive(Debug)]
 pub struct PhidgetProtocol(Phidget);
 
-/// What of it changes.
+/// Changing state.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
-    /// It has accepted its set-up, and may report.
+    /// The board has accepted its set-up, so that its reports are accepted.
     accepted: bool,
     refused: bool,
     sequence: Option<u8>,
@@ -37,14 +37,14 @@ struct Counters {
 }
 
 impl PhidgetProtocol {
-    /// From what was checked.
+    /// Creates the protocol from a checked configuration.
     pub(crate) fn new(config: Phidget) -> Self {
         Self(config)
     }
 }
 
 impl State {
-    /// Whether it is a new one.
+    /// Processes a report. Returns whether it is new.
     fn report<const N: usize>(
         &mut self,
         sequence: u8,
@@ -54,7 +54,7 @@ impl State {
         let last = self.sequence;
         let ahead = last.map_or(1, |last| sequence.wrapping_sub(last));
         if ahead == 0 || ahead > u8::MAX / 2 {
-            // It came before, or late.
+            // A repeated or late report.
             self.counters.stale += 1;
             return false;
         }
@@ -120,26 +120,22 @@ impl Protocol for PhidgetProtocol {
             RequestKind::Open => {
                 state.accepted = false;
                 Message::Setup(self.0.board.setup()).encode(request);
-                Some(PATIENCE)
+                Some(ANSWER_TIMEOUT)
             }
-            // The newest readings are there; and nothing is to be left safe: the board goes on reporting.
+            // The newest readings are available, and the board needs no safe state: it continues to
+            // report.
             RequestKind::Transfer | RequestKind::Close => None,
         }
     }
 
-    fn receive(
-        &self,
-        state: &mut State,
-        _errand: Option<RequestKind>,
-        frame: &[u8],
-    ) -> FrameOutcome {
+    fn receive(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Ok(message) = Frame::new(frame).and_then(Message::try_from) else {
-            return FrameOutcome::Nothing;
+            return FrameOutcome::Incomplete;
         };
         let new = match (message, self.0.board) {
             (Message::Accepted { done: true }, _) if !state.accepted => {
                 state.accepted = true;
-                return FrameOutcome::More(PATIENCE + self.0.board.interval());
+                return FrameOutcome::More(ANSWER_TIMEOUT + self.0.board.interval());
             }
             (Message::Accepted { done }, _) => {
                 state.refused = !done;
@@ -168,19 +164,19 @@ impl Protocol for PhidgetProtocol {
             }
         };
         if new && state.accepted {
-            FrameOutcome::Over
+            FrameOutcome::Complete
         } else {
-            FrameOutcome::Nothing
+            FrameOutcome::Incomplete
         }
     }
 
     fn refusal(&self, state: &State) -> String {
         let name = &self.0.name;
         if state.refused {
-            format!("the board of {name} refuses its set-up: it is another board")
+            format!("the board of {name} rejects its set-up: it is a board of another type")
         } else {
             format!(
-                "the board of {name} did not accept its set-up and report within {PATIENCE}, {ATTEMPTS} times over: is it there, at the right port?"
+                "the board of {name} did not accept its set-up and report within {ANSWER_TIMEOUT}, in {ATTEMPTS} attempts: check the connection and the port"
             )
         }
     }

@@ -1,30 +1,36 @@
-//! Two boards that measure over USB: a bridge for load cells (1046: four channels of 24 bits) and an interface kit
-//! (1018: eight analog inputs of 10 bits). The driver sets one up and keeps its newest readings; an emulated board reads
-//! signals of the plant, with the converter, the range and the pace of the real one.
+//! Two measuring boards on USB: a bridge for load cells (1046: four channels of 24 bits) and an
+//! interface kit (1018: eight analog inputs of 10 bits). The driver sets up a board and keeps its
+//! newest readings; an emulated board samples signals of the plant, with the resolution, the range
+//! and the rate of the real one.
 //!
-//! A board reports when USB asks it, every 8 ms at most: the bridge once a data interval, the interface kit when an
-//! input has changed. A transfer takes the newest readings there are and never waits.
+//! A board reports when USB polls it, every 8 ms: the bridge once per data interval, the interface
+//! kit when an input has changed. A transfer returns the newest readings without waiting.
 //!
 //! ```
 //! use twinrig_phidget::{Board, Gain, Input, Phidget};
 //! use twinrig_kernel::SimDuration;
-//! use twinrig_wire::Tap;
+//! use twinrig_wire::AnalogSource;
 //!
-//! let cell = Tap { signal: "leg/LF/foot/force".into(), component: 2, scale: 1e-5, offset: 0.0 };
+//! let analog_source = AnalogSource {
+//!     signal: "leg/LF/foot/force".into(),
+//!     component: 2,
+//!     scale: 1e-5, // 10 µV/V per newton
+//!     offset: 0.0,
+//! };
 //! let mut bridge = Phidget::new("phidget", Board::Bridge {
 //!     interval: SimDuration::from_millis(8),
 //!     gain: Gain::X64,
 //! });
-//! bridge.inputs.push(Input { channel: 0, tap: cell }); // 10 µV/V for a newton
+//! bridge.inputs.push(Input { channel: 0, analog_source });
 //!
-//! let driver = bridge.driver()?; // left of the wire
-//! let node = bridge.board()?; // right of it
+//! let driver = bridge.driver()?; // host side of the wire
+//! let node = bridge.board()?; // device side
 //! # let _ = (driver, node);
 //! # Ok::<(), twinrig_phidget::PhidgetError>(())
 //! ```
 //!
-//! What it does not do: digital inputs and outputs; noise; averaging over a data interval. What passes over USB is
-//! documented nowhere: the frames are ASSUMED ([`protocol`]).
+//! **Limits.** No digital inputs and outputs, no noise, no averaging over a data interval. The
+//! protocol over USB is not documented: the frames are ASSUMED ([`protocol`]).
 
 mod assumed;
 mod board;

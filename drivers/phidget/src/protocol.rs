@@ -1,13 +1,15 @@
-//! The frames between computer and board. What the real ones look like is documented nowhere: everything here is ASSUMED.
-//! Numbers have their lowest byte first; the checksum is [`crc16`] of everything before it.
+//! Frames between computer and board. The real ones are not documented: everything here is ASSUMED.
+//! Numbers are little-endian; the checksum is [`crc16`] of all bytes before it.
 //!
 //! | frame | bytes | |
 //! |---|---|---|
 //! | set-up, bridge | 7 | `F0 01`, data interval in ms (2), gain (1), checksum |
 //! | set-up, interface kit | 7 | `F0 02`, change trigger (2), `00`, checksum |
-//! | accepted | 4 | `F1`, status (0: done, 1: this is another board), checksum |
-//! | report of a bridge | 17 | `F2`, sequence (1), overloads (1, a bit for each channel), 4 × counts (3, signed), checksum |
+//! | accepted | 4 | `F1`, status (0: done, 1: board of another type), checksum |
+//! | report of a bridge | 17 | `F2`, sequence (1), overloads (1), 4 × counts (3), checksum |
 //! | report of an interface kit | 20 | `F3`, sequence (1), 8 × reading (2, 0 to 1000), checksum |
+//!
+//! Overloads have one bit per channel; counts are signed.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -17,11 +19,11 @@ use twinrig_wire::{FrameMatch, crc16};
 pub const BRIDGES: usize = 4;
 /// Analog inputs of an interface kit.
 pub const ANALOG: usize = 8;
-/// What an analog input reads at 5 V.
+/// Reading of an analog input at 5 V.
 pub const SCALE: u16 = 1000;
-/// Counts of a bridge end before that, either way: 24 bits.
+/// Full scale of a bridge \[counts\], exclusive, in either direction: 24 bits.
 pub const COUNTS: i32 = 1 << 23;
-/// The longest data interval \[ms\].
+/// Maximum data interval \[ms\].
 pub const INTERVAL_MS_MAX: u16 = 1000;
 
 const SETUP: u8 = 0xf0;
@@ -33,26 +35,26 @@ const SHORTEST: usize = 4;
 const SETUP_BRIDGE: u8 = 1;
 const SETUP_INTERFACE_KIT: u8 = 2;
 
-/// How much a bridge amplifies.
+/// Gain of a bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Gain {
-    /// Not at all.
+    /// Gain 1.
     #[default]
     X1,
-    /// 8 times.
+    /// Gain 8.
     X8,
-    /// 16 times.
+    /// Gain 16.
     X16,
-    /// 32 times.
+    /// Gain 32.
     X32,
-    /// 64 times.
+    /// Gain 64.
     X64,
-    /// 128 times.
+    /// Gain 128.
     X128,
 }
 
 impl Gain {
-    /// All of them, in the order of their codes, which begin at 1.
+    /// All gains in the order of their codes, which begin at 1.
     pub const ALL: [Self; 6] = [
         Self::X1,
         Self::X8,
@@ -62,7 +64,7 @@ impl Gain {
         Self::X128,
     ];
 
-    /// How many times.
+    /// Returns the factor.
     pub const fn times(self) -> u8 {
         match self {
             Self::X1 => 1,
@@ -74,7 +76,7 @@ impl Gain {
         }
     }
 
-    /// The one that amplifies so many times.
+    /// Returns the gain with that factor.
     pub fn of_times(times: u64) -> Option<Self> {
         let mut all = Self::ALL.into_iter();
         all.find(|gain| u64::from(gain.times()) == times)
@@ -90,62 +92,62 @@ impl Gain {
     }
 }
 
-/// How a board is to work.
+/// Set-up of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Setup {
     /// A bridge.
     Bridge {
-        /// Between two reports \[ms\].
+        /// Data interval \[ms\].
         interval_ms: u16,
-        /// How much it amplifies.
+        /// Gain.
         gain: Gain,
     },
     /// An interface kit.
     InterfaceKit {
-        /// By how much an input changes before it is reported.
+        /// Change of an input that triggers a report.
         trigger: u16,
     },
 }
 
-/// The bytes of a frame whose header, length and checksum are right. What is in it may still make no sense.
+/// Bytes of a frame with correct header, length and checksum. Its content may be invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a>(&'a [u8]);
 
-/// A frame that makes sense.
+/// Valid content of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
-    /// Computer to board.
+    /// Set-up, from computer to board.
     Setup(Setup),
-    /// What a board says to that.
+    /// Answer of a board to a set-up.
     Accepted {
-        /// Whether it does as it was told; else it is another board.
+        /// Whether the set-up was accepted; if not, the board is of another type.
         done: bool,
     },
-    /// What a bridge measures.
+    /// Report of a bridge.
     Bridge {
-        /// One more than that of the report before.
+        /// Sequence number, incremented by one per report.
         sequence: u8,
-        /// Channels that are out of range.
+        /// Channels out of range.
         overload: [bool; BRIDGES],
         /// Ratio times gain, from −1 to 1 in 24 bits.
         counts: [i32; BRIDGES],
     },
-    /// What an interface kit measures.
+    /// Report of an interface kit.
     InterfaceKit {
-        /// One more than that of the report before.
+        /// Sequence number, incremented by one per report.
         sequence: u8,
-        /// The readings, from 0 to [`SCALE`].
+        /// Readings, from 0 to [`SCALE`].
         readings: [u16; ANALOG],
     },
 }
 
-/// A frame that says what cannot be.
+/// Reason why bytes are not a valid message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
-    /// Header, length or checksum are wrong.
-    #[error("these bytes are no frame")]
+    /// Header, length or checksum is wrong.
+    #[error("not a frame: header, length or checksum is wrong")]
     NoFrame,
-    /// A number in it is out of range.
+    /// A number is out of range.
     #[error("a number in the frame is out of range")]
     Range,
 }
@@ -160,7 +162,7 @@ const fn length(header: u8) -> Option<usize> {
     }
 }
 
-/// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
+/// Matches a frame at the front of a stream, for a [`twinrig_wire::Framer`].
 pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some(&header) = front.first() else {
         return FrameMatch::Missing(SHORTEST);
@@ -171,8 +173,8 @@ pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some(frame) = front.get(..length) else {
         return FrameMatch::Missing(length - front.len());
     };
-    let (tx, checksum) = frame.split_at(length - 2);
-    if crc16(tx).to_le_bytes() == checksum {
+    let (content, checksum) = frame.split_at(length - 2);
+    if crc16(content).to_le_bytes() == checksum {
         FrameMatch::Frame(length)
     } else {
         FrameMatch::Garbage
@@ -180,10 +182,10 @@ pub fn match_frame(front: &[u8]) -> FrameMatch {
 }
 
 impl<'a> Frame<'a> {
-    /// The frame that `bytes` are.
+    /// Checks that `bytes` are exactly one frame.
     ///
     /// # Errors
-    /// [`FrameError::NoFrame`] if they are none.
+    /// [`FrameError::NoFrame`] if they are not.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match match_frame(bytes) {
             FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
@@ -191,12 +193,12 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Its first byte, which says what it is.
+    /// Returns the first byte, which identifies the kind of frame.
     pub fn header(&self) -> u8 {
         self.0[0]
     }
 
-    /// Everything between header and checksum.
+    /// Returns the bytes between header and checksum.
     pub fn body(&self) -> &'a [u8] {
         &self.0[1..self.0.len() - 2]
     }
@@ -258,7 +260,7 @@ fn setup(board: u8, number: u16, gain: u8) -> Result<Setup, FrameError> {
 }
 
 impl Message {
-    /// Appends the frame to `bytes`. Counts of a bridge beyond 24 bits lose what is above.
+    /// Appends the frame to `bytes`. Counts of a bridge are truncated to 24 bits.
     pub fn encode(&self, bytes: &mut Vec<u8>) {
         let start = bytes.len();
         match self {

@@ -1,4 +1,4 @@
-//! Frames: what is written is read, what is damaged is not, and pieces do not matter.
+//! Frames: round trip, detection of damage, and independence of the division into pieces.
 
 #[path = "../../framing.rs"]
 mod framing;
@@ -41,13 +41,13 @@ fn encoded(message: &Message) -> Vec<u8> {
 
 proptest! {
     #[test]
-    fn frames_come_back(message in messages()) {
+    fn frames_round_trip(message in messages()) {
         let bytes = encoded(&message);
         prop_assert_eq!(Message::try_from(Frame::new(&bytes).unwrap()), Ok(message));
     }
 
     #[test]
-    fn any_bytes_are_survived_in_any_pieces(
+    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(
         bytes in vec(prop_oneof![0xf0..=0xf3_u8, any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
@@ -57,7 +57,7 @@ proptest! {
     }
 
     #[test]
-    fn a_frame_with_a_wrong_bit_is_none(message in messages(), bit in any::<Index>()) {
+    fn frame_with_a_wrong_bit_is_rejected(message in messages(), bit in any::<Index>()) {
         let mut bytes = encoded(&message);
         let bit = bit.index(8 * bytes.len());
         bytes[bit / 8] ^= 1 << (bit % 8);
@@ -65,7 +65,7 @@ proptest! {
     }
 
     #[test]
-    fn frames_after_garbage_are_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
+    fn frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
         let one = encoded(&message);
         let mut bytes = garbage;
         for _ in 0..10 {
@@ -75,7 +75,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_sealed_may_still_make_no_sense(message in messages(), body in vec(any::<u8>(), 20)) {
+    fn decoded_content_re_encodes_identically(message in messages(), body in vec(any::<u8>(), 20)) {
         let mut bytes = encoded(&message);
         let length = bytes.len();
         bytes[1..length - 2].copy_from_slice(&body[..length - 3]);

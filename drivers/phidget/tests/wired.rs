@@ -1,4 +1,4 @@
-//! Driver and board with a wire between them, in a rig.
+//! Driver and board connected by a wire, in a rig.
 
 #[path = "../../toys.rs"]
 mod toys;
@@ -36,7 +36,7 @@ fn kit() -> Phidget {
     board
 }
 
-/// 40 N/s, and 300 N.
+/// 40 N/s along x, and 300 N along y.
 fn force(seconds: f64, axis: usize) -> f64 {
     [40.0 * seconds, 300.0, 0.0][axis]
 }
@@ -65,11 +65,11 @@ fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
 }
 
 #[test]
-fn a_bridge_reports_once_an_interval_and_transfers_never_wait() {
+fn bridge_reports_once_per_interval_and_transfers_never_wait() {
     for (interval_ms, expected) in [(8, 123.0), (16, 61.0), (80, 12.0), (1000, 1.0)] {
         let mut rig = wired(&bridge(interval_ms), &FaultSchedule::default());
-        let (log, ended) = run(&mut rig, 1000);
-        ended.unwrap();
+        let (log, result) = run(&mut rig, 1000);
+        result.unwrap();
         let reports = diagnostic(&rig, &log, "phidget/reports");
         assert!(
             (expected..=expected + 2.0).contains(&reports),
@@ -79,24 +79,24 @@ fn a_bridge_reports_once_an_interval_and_transfers_never_wait() {
             log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })),
             0
         );
-        for nothing in ["lost", "stale", "foreign", "garbage", "unheard"] {
+        for counter in ["lost", "stale", "foreign", "garbage", "unheard"] {
             assert_eq!(
-                diagnostic(&rig, &log, &format!("phidget/{nothing}")),
+                diagnostic(&rig, &log, &format!("phidget/{counter}")),
                 0.0,
-                "{nothing}"
+                "{counter}"
             );
         }
     }
 }
 
 #[test]
-fn ratios_have_24_bits_and_end_at_one_over_the_gain() {
+fn ratios_have_24_bits_and_saturate_at_the_inverse_gain() {
     let mut rig = wired(&bridge(8), &FaultSchedule::default());
-    let (log, ended) = run(&mut rig, 500);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 500);
+    result.unwrap();
     let (at, last) = log.inputs.last().unwrap();
     let expected = 1e-4 * 40.0 * at.as_secs_f64();
-    // The plant was held until the board was set up.
+    // The plant was paused until the board was set up.
     assert!(
         (expected - last[0]).abs() < 1e-4 * 40.0 * 0.045,
         "{at} {last:?}"
@@ -112,11 +112,11 @@ fn ratios_have_24_bits_and_end_at_one_over_the_gain() {
 }
 
 #[test]
-fn an_interface_kit_reports_what_has_changed() {
+fn interface_kit_reports_changes() {
     let mut rig = wired(&kit(), &FaultSchedule::default());
-    let (log, ended) = run(&mut rig, 1000);
-    ended.unwrap();
-    // 4 V/s are 6.4 thousandths of 5 V in 8 ms: every second time USB asks, 10 have come together.
+    let (log, result) = run(&mut rig, 1000);
+    result.unwrap();
+    // 4 V/s are 6.4 thousandths of 5 V in 8 ms: 10 accumulate at every second poll.
     let reports = diagnostic(&rig, &log, "phidget/reports");
     assert!((60.0..=63.0).contains(&reports), "{reports}");
     let (at, last) = log.inputs.last().unwrap();
@@ -129,14 +129,14 @@ fn an_interface_kit_reports_what_has_changed() {
 }
 
 #[test]
-fn damage_is_counted_and_survived() {
+fn damaged_frames_are_counted_and_tolerated() {
     for kind in [
         FaultKind::Flip { rate: 0.002 },
         FaultKind::Drop { probability: 0.3 },
     ] {
         let mut rig = wired(&bridge(8), &fault(kind.clone(), 100, 500));
-        let (log, ended) = run(&mut rig, 1000);
-        ended.unwrap();
+        let (log, result) = run(&mut rig, 1000);
+        result.unwrap();
         let [reports, lost, sent] = ["reports", "lost", "sent"]
             .map(|name| diagnostic(&rig, &log, &format!("phidget/{name}")));
         assert!(lost > 5.0, "{kind:?}");
@@ -148,27 +148,27 @@ fn damage_is_counted_and_survived() {
 }
 
 #[test]
-fn repeated_reports_are_not_taken() {
+fn repeated_reports_are_discarded() {
     let mut rig = wired(
         &bridge(8),
         &fault(FaultKind::Duplicate { probability: 0.5 }, 100, 500),
     );
-    let (log, ended) = run(&mut rig, 1000);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 1000);
+    result.unwrap();
     assert!(diagnostic(&rig, &log, "phidget/stale") > 10.0);
     assert_eq!(diagnostic(&rig, &log, "phidget/lost"), 0.0);
 }
 
 #[test]
-fn a_board_that_is_not_there_or_another_one_is_an_error_in_the_end() {
+fn missing_or_wrong_board_is_an_error() {
     let mut rig = wired(
         &bridge(8),
         &fault(FaultKind::Unplug { fails: false }, 0, 10_000),
     );
-    let why = run(&mut rig, 1000).1.unwrap_err().to_string();
+    let message = run(&mut rig, 1000).1.unwrap_err().to_string();
     assert!(
-        why.contains("phidget") && why.contains("is it there"),
-        "{why}"
+        message.contains("phidget") && message.contains("check the connection"),
+        "{message}"
     );
 
     let port = Port::output("leg/LF/foot/force", Unit::Newton, 3);
@@ -179,12 +179,12 @@ fn a_board_that_is_not_there_or_another_one_is_an_error_in_the_end() {
         (2, |_| 0.0),
         PlantAccess::new(vec![port], force),
     );
-    let why = run(&mut rig, 1000).1.unwrap_err().to_string();
-    assert!(why.contains("another board"), "{why}");
+    let message = run(&mut rig, 1000).1.unwrap_err().to_string();
+    assert!(message.contains("a board of another type"), "{message}");
 }
 
 #[test]
-fn a_signal_that_is_not_there_is_an_error_that_says_what_is() {
+fn missing_signal_is_reported_with_the_available_ones() {
     let mut board = bridge(8);
     board.inputs = vec![input(0, 3, 1.0)];
     let wire = board.wire(&FaultSchedule::default()).unwrap();
@@ -199,39 +199,39 @@ fn a_signal_that_is_not_there_is_an_error_that_says_what_is() {
         vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
         force,
     );
-    let refused = Rig::new(
+    let rig = Rig::new(
         &schedule,
         Box::new(script),
         vec![Box::new(task)],
         Box::new(plant),
     );
-    let why = refused.err().unwrap().to_string();
-    assert!(why.contains("leg/LF/foot/force [N] × 3"), "{why}");
+    let message = rig.err().unwrap().to_string();
+    assert!(message.contains("leg/LF/foot/force [N] × 3"), "{message}");
 }
 
 #[test]
-fn a_restored_rig_goes_on_bit_for_bit() {
+fn restored_rig_continues_bit_for_bit() {
     let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
     for board in [bridge(16), kit()] {
-        for saved_at in [0, 9, 33, 140] {
+        for save_ms in [0, 9, 33, 140] {
             let mut rig = wired(&board, &faults);
-            run(&mut rig, saved_at).1.unwrap();
+            run(&mut rig, save_ms).1.unwrap();
             let saved = rig.save();
             let rest = run(&mut rig, 600);
-            let mut again = wired(&board, &faults);
-            again.restore(&saved).unwrap();
-            assert_eq!(run(&mut again, 600), rest, "{saved_at} ms");
+            let mut restored = wired(&board, &faults);
+            restored.restore(&saved).unwrap();
+            assert_eq!(run(&mut restored, 600), rest, "{save_ms} ms");
         }
     }
 }
 
 #[test]
-fn boards_that_cannot_be_are_refused() {
-    let refused = |board: &Phidget| board.driver().unwrap_err().to_string();
-    assert!(refused(&bridge(9)).contains("multiple of 8"));
-    assert!(refused(&bridge(1008)).contains("up to 1 s"));
+fn invalid_configurations_are_rejected() {
+    let error = |board: &Phidget| board.driver().unwrap_err().to_string();
+    assert!(error(&bridge(9)).contains("multiple of 8"));
+    assert!(error(&bridge(1008)).contains("up to 1 s"));
     assert!(
-        refused(&Phidget::new(
+        error(&Phidget::new(
             "phidget",
             Board::InterfaceKit { trigger: 1001 }
         ))
@@ -239,7 +239,7 @@ fn boards_that_cannot_be_are_refused() {
     );
     let mut twice = bridge(8);
     twice.inputs = vec![input(1, 0, 1.0), input(1, 1, 1.0)];
-    assert!(refused(&twice).contains("taken twice"));
+    assert!(error(&twice).contains("used twice"));
     twice.inputs = vec![input(4, 0, 1.0)];
-    assert!(refused(&twice).contains("input 4 of 4"));
+    assert!(error(&twice).contains("input 4 of 4"));
 }

@@ -1,18 +1,19 @@
-//! Every figure of this crate that no source gives, in one place.
+//! Parameters for which no source exists, each marked ASSUMED.
 
 use twinrig_kernel::SimDuration;
 
-/// A byte between computer and board: 1 Mbit/s. ASSUMED.
+/// Time of a byte between computer and board: 1 Mbit/s. ASSUMED.
 pub(crate) const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
-/// From a request's last byte to the answer's first bit: all channels are converted meanwhile. ASSUMED.
+/// Time from a request's last byte to the answer's first bit, during which all channels are
+/// converted. ASSUMED.
 pub(crate) const REACTION: SimDuration = SimDuration::from_micros(20);
-/// The reference of the analog inputs \[V\]. ASSUMED.
+/// Reference voltage of the analog inputs \[V\]. ASSUMED.
 pub(crate) const REFERENCE: f64 = 2.5;
-/// How long the driver waits for the first answer. ASSUMED.
-pub(crate) const PATIENCE: SimDuration = SimDuration::from_millis(100);
-/// How often it asks before it gives up. ASSUMED.
+/// Time-out of an answer when opening or closing. ASSUMED.
+pub(crate) const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(100);
+/// Attempts at opening or closing. ASSUMED.
 pub(crate) const ATTEMPTS: u32 = 3;
-/// A radian in ticks of Oncilla's servos: 90° a millisecond, as with most servos for models. ASSUMED.
+/// Ticks per radian of Oncilla's servos: 90° per millisecond, as for most model servos. ASSUMED.
 pub(crate) const ONCILLA_TICKS_PER_RADIAN: f64 = 50_000.0 / std::f64::consts::FRAC_PI_2;
-/// A radian in ticks of Kondo's servos: half a turn from 700 to 2300 µs. ASSUMED.
+/// Ticks per radian of Kondo's servos: half a turn from 700 to 2300 µs. ASSUMED.
 pub(crate) const KONDO_TICKS_PER_RADIAN: f64 = 80_000.0 / std::f64::consts::PI;

@@ -9,32 +9,33 @@ use crate::assumed::REACTION;
 use crate::protocol::{Answer, COUNTS, Frame, LINES, Request, TICK_NS, match_frame};
 use crate::{AdcRange, Rb110};
 
-/// The emulated board: pulses on its own clock, all lines beginning theirs together. New widths are taken at the next
-/// pulse's start; the servo has its command at the pulse's end, and the plant is told then.
+/// Emulated board: pulses by its own clock, with a common start on all lines. New widths take
+/// effect at the next start of the pulses; the servo has its command at the pulse's end, when it is
+/// written to the plant.
 pub type Rb110Board = FramedNode<Rb110Emulation>;
 
-/// What the board does.
+/// Device-specific part of the emulated board.
 #[derive(Debug)]
 pub struct Rb110Emulation {
     config: Rb110,
-    /// Where the plant takes the commands of the servos.
+    /// Places of the servos' commands in the plant.
     commands: Vec<Range<usize>>,
-    /// Where the plant has what the analog inputs read.
+    /// Places of the analog inputs' signals in the plant.
     inputs: Vec<Option<usize>>,
 }
 
-/// What of it changes.
+/// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
-    /// Asked for, and taken at the next start.
+    /// Requested widths, which take effect at the next start.
     next: [Option<u32>; LINES],
-    /// Widths of the pulses that go on and on \[ticks\]; 0: none.
+    /// Widths of the repeated pulses \[ticks\]; 0: none.
     pulses: [u32; LINES],
     /// Lines whose pulse has ended since the last start.
     ended: [bool; LINES],
-    /// How many periods have begun.
+    /// Number of periods begun.
     begun: u64,
-    /// How many pulses have ended.
+    /// Number of pulses ended.
     sent: u64,
 }
 
@@ -49,7 +50,7 @@ impl State {
 }
 
 impl Rb110Emulation {
-    /// From what was checked.
+    /// Creates the emulation from a checked configuration.
     pub(crate) fn new(config: Rb110) -> Self {
         Self {
             config,
@@ -58,7 +59,8 @@ impl Rb110Emulation {
         }
     }
 
-    /// When the clock shows `after` past the start of period `number`.
+    /// Returns the simulation time at which the board's clock shows `after` past the start of
+    /// period `number`.
     fn instant(&self, number: u64, after: SimDuration) -> SimTime {
         let shown = SimTime::ZERO + self.config.period * number + after;
         let shown = i64::try_from(shown.as_nanos()).unwrap_or(i64::MAX);
@@ -69,16 +71,16 @@ impl Rb110Emulation {
         self.instant(state.begun, SimDuration::ZERO)
     }
 
-    /// When the pulse on `line` ends, if one goes on.
+    /// Returns the end of the pulse on `line`, if one is in progress.
     fn end(&self, state: &State, line: usize) -> Option<SimTime> {
         let ticks = state.pulses[line];
         let current = state.begun.checked_sub(1)?;
-        let goes_on = ticks > 0 && !state.ended[line];
+        let in_progress = ticks > 0 && !state.ended[line];
         let width = SimDuration::from_nanos(u64::from(ticks) * TICK_NS);
-        goes_on.then(|| self.instant(current, width))
+        in_progress.then(|| self.instant(current, width))
     }
 
-    /// Ends the pulses that end by now: the servos hear them.
+    /// Ends the pulses due by now and writes their commands to the plant.
     fn end_pulses(
         &self,
         state: &mut State,
@@ -101,7 +103,7 @@ impl Rb110Emulation {
         Ok(())
     }
 
-    /// Takes the pulses that a request asks for, and converts what it asks for.
+    /// Stores the requested pulses and converts the requested inputs.
     fn answer(
         &self,
         state: &mut State,
@@ -112,10 +114,10 @@ impl Rb110Emulation {
             sequence: request.sequence,
             ..Answer::default()
         };
-        for (next, &asked) in state.next.iter_mut().zip(&request.pulses) {
-            if asked.is_some() {
+        for (next, &requested) in state.next.iter_mut().zip(&request.pulses) {
+            if requested.is_some() {
                 answer.replaced |= next.is_some();
-                *next = asked;
+                *next = requested;
             }
         }
         let range = if request.twice {
@@ -124,8 +126,8 @@ impl Rb110Emulation {
             AdcRange::Reference
         };
         let full_scale = range.full_scale(self.config.reference);
-        let asked = request.inputs.iter().zip(&mut answer.counts);
-        for (_, count) in asked.filter(|(asked, _)| **asked) {
+        let requested = request.inputs.iter().zip(&mut answer.counts);
+        for (_, count) in requested.filter(|(requested, _)| **requested) {
             *count = Some(0);
         }
         for (input, &place) in self.config.analog.iter().zip(&self.inputs) {
@@ -141,11 +143,11 @@ impl Rb110Emulation {
     }
 }
 
-/// What the converter makes of a voltage.
+/// Returns the count of a voltage.
 fn convert(volts: f64, full_scale: f64) -> u16 {
     let most = f64::from(COUNTS - 1);
     let count = (volts / full_scale * f64::from(COUNTS)).clamp(0.0, most);
-    // A voltage that is no number becomes 0.
+    // NaN becomes 0.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -202,7 +204,7 @@ impl Emulation for Rb110Emulation {
         state: &mut State,
         now: SimTime,
         plant: &mut dyn PlantAccess,
-        _said: &mut TxQueue,
+        _tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         self.end_pulses(state, now, plant)?;
         if self.next_start(state) <= now {

@@ -8,112 +8,113 @@ use crate::assumed;
 use crate::protocol::{ANALOG, LINES, TICKS_MAX};
 use crate::{Rb110Board, Rb110Driver, Rb110Emulation, Rb110Protocol};
 
-/// What driver and board are made from. Plain data.
+/// Configuration of driver and board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rb110 {
-    /// Of the bus: `rb110`.
+    /// Name of the bus: `rb110`.
     pub name: String,
-    /// From one pulse's start to the next one's; 10 to 20 ms. A transfer takes as long.
+    /// Period of the pulses, 10 to 20 ms, and duration of a transfer.
     pub period: SimDuration,
-    /// The lines with servos.
+    /// Lines with servos.
     pub servos: Vec<ServoLine>,
-    /// The analog inputs that are read; the port `NAME/adc` has as many numbers, none without any.
+    /// Analog inputs that are read, the components of the port `NAME/adc`; no port without any.
     pub analog: Vec<AnalogInput>,
-    /// What the analog inputs reach to.
+    /// Full scale of the analog inputs.
     pub range: AdcRange,
-    /// The reference of the analog inputs \[V\].
+    /// Reference voltage of the analog inputs \[V\].
     pub reference: f64,
-    /// The board's clock, which times its pulses.
+    /// Clock of the board, which times its pulses.
     pub clock: BoardClock,
 }
 
-/// A servo on one of the board's lines.
+/// Servo on a line of the board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServoLine {
     /// Number of the line, from 0 to 15.
     pub line: usize,
-    /// The command that it carries \[rad\]: a port of the driver, and what the board actuates in the plant.
+    /// Name of its command \[rad\]: input port of the driver, and signal that the board actuates in
+    /// the plant.
     pub command: String,
-    /// What its pulses mean.
+    /// Conversion between angle and pulse.
     pub pulse: PulseMap,
 }
 
-/// An analog input that is read.
+/// Analog input that is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnalogInput {
-    /// Its number, from 0 to 7.
+    /// Number of the input, from 0 to 7.
     pub channel: usize,
-    /// What is connected to it \[V\]: an input without anything reads 0. The driver does not look at it.
+    /// Voltage at the input \[V\]; 0 for `None`. Not used by the driver.
     pub analog_source: Option<AnalogSource>,
 }
 
-/// What the pulses of a servo mean, in ticks of 20 ns.
+/// Conversion between the angle of a servo and its pulse, in ticks of 20 ns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PulseMap {
-    /// Shortest that commands an angle.
+    /// Shortest pulse that commands an angle.
     pub least: u32,
-    /// Longest that does.
+    /// Longest pulse that commands an angle.
     pub most: u32,
-    /// The pulse for 0 rad.
+    /// Pulse for 0 rad.
     pub neutral: u32,
-    /// How much longer a pulse is for each radian \[1/rad\]; negative for a servo that turns the other way.
+    /// Change of the pulse per radian \[1/rad\]; negative for a servo with reversed direction.
     pub ticks_per_radian: f64,
-    /// The pulse with which it is left alone; 0: no pulse.
+    /// Pulse that switches the servo off; 0: no pulse.
     pub off: u32,
 }
 
-/// What the analog inputs reach to.
+/// Full scale of the analog inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AdcRange {
-    /// The reference.
+    /// The reference voltage.
     #[default]
     Reference,
-    /// Twice the reference.
+    /// Twice the reference voltage.
     TwiceReference,
 }
 
-/// A board that cannot be.
+/// Invalid configuration of a board.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Rb110Error {
-    /// The pulses come too fast or too slow.
-    #[error("pulses every {period}: servos take them every 10 to 20 ms")]
+    /// The period of the pulses is outside 10 to 20 ms.
+    #[error("pulses every {period}: servos require one every 10 to 20 ms")]
     Period {
-        /// Their period.
+        /// The period.
         period: SimDuration,
     },
-    /// There is no such line or channel, or two things are on it.
-    #[error("{what} {number} of {count} is not there, or taken twice")]
+    /// A line or channel does not exist or is used twice.
+    #[error("{what} {number} of {count} does not exist, or is used twice")]
     Place {
-        /// What of the board.
+        /// Kind of place: line or analog input.
         what: &'static str,
-        /// Which.
+        /// Its number.
         number: usize,
-        /// How many there are.
+        /// Number of places of this kind.
         count: usize,
     },
-    /// A servo's pulses make no sense.
+    /// The pulses of a servo are inconsistent.
     #[error(
-        "pulses of {command}: {map:?}, but it takes 0 < least ≤ neutral ≤ most ≤ {TICKS_MAX}, and an angle for each"
+        "pulses of {command}: {map:?}: requires off < least, 0 < least ≤ neutral ≤ most ≤ {TICKS_MAX}, and ticks_per_radian finite and not 0"
     )]
     Pulse {
-        /// Its command.
+        /// Command of the servo.
         command: String,
-        /// The pulses.
+        /// Its pulses.
         map: PulseMap,
     },
     /// The reference is not a positive voltage.
-    #[error("a reference of {volts} V")]
+    #[error("a reference of {volts} V is not positive and finite")]
     Reference {
         /// The reference \[V\].
         volts: f64,
     },
-    /// The faults of its wire cannot be.
+    /// Invalid faults of the wire.
     #[error(transparent)]
     Wire(#[from] WireError),
 }
 
 impl PulseMap {
-    /// Oncilla's: 1.10 to 1.30 ms.
+    /// Servos of Oncilla: 1.10 to 1.30 ms.
     pub const ONCILLA: Self = Self {
         least: 55_000,
         most: 65_000,
@@ -121,7 +122,7 @@ impl PulseMap {
         ticks_per_radian: assumed::ONCILLA_TICKS_PER_RADIAN,
         off: 0,
     };
-    /// Kondo's: 700 to 2300 µs; 50 µs powers off.
+    /// Servos of Kondo: 700 to 2300 µs; 50 µs powers off.
     pub const KONDO: Self = Self {
         least: 35_000,
         most: 115_000,
@@ -130,37 +131,37 @@ impl PulseMap {
         off: 2_500,
     };
 
-    /// The pulse for `angle` \[rad\], and whether the angle is out of reach and the pulse that of the limit. None for what is
-    /// no number.
+    /// Returns the pulse for `angle` \[rad\], and whether it was saturated at a limit. `None` for
+    /// NaN.
     pub fn ticks(&self, angle: f64) -> Option<(u32, bool)> {
-        let wanted = (f64::from(self.neutral) + angle * self.ticks_per_radian).round();
-        if wanted.is_nan() {
+        let requested = (f64::from(self.neutral) + angle * self.ticks_per_radian).round();
+        if requested.is_nan() {
             return None;
         }
-        let reached = wanted.clamp(f64::from(self.least), f64::from(self.most));
+        let limited = requested.clamp(f64::from(self.least), f64::from(self.most));
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "between two u32"
         )]
-        Some((reached as u32, reached != wanted))
+        Some((limited as u32, limited != requested))
     }
 
-    /// The angle that a servo takes from a pulse \[rad\]; none if the pulse commands none.
+    /// Returns the angle commanded by a pulse \[rad\]; `None` if it commands none.
     pub fn angle(&self, ticks: u32) -> Option<f64> {
         let commands = (self.least..=self.most).contains(&ticks);
         commands.then(|| (f64::from(ticks) - f64::from(self.neutral)) / self.ticks_per_radian)
     }
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let ordered = 0 < self.least && self.least <= self.neutral && self.neutral <= self.most;
-        let turns = self.ticks_per_radian.is_finite() && self.ticks_per_radian != 0.0;
-        ordered && self.most <= TICKS_MAX && self.off < self.least && turns
+        let has_slope = self.ticks_per_radian.is_finite() && self.ticks_per_radian != 0.0;
+        ordered && self.most <= TICKS_MAX && self.off < self.least && has_slope
     }
 }
 
 impl AdcRange {
-    /// What the highest count stands for, with this reference \[V\].
+    /// Returns the voltage of full scale for a reference \[V\].
     pub fn full_scale(self, reference: f64) -> f64 {
         match self {
             Self::Reference => reference,
@@ -170,7 +171,8 @@ impl AdcRange {
 }
 
 impl Rb110 {
-    /// Pulses every 20 ms on these lines, for the abduction of these legs, and no analog input.
+    /// Creates a configuration with pulses every 20 ms on these lines, for the abduction of these
+    /// legs, without analog inputs.
     pub fn with_servos(name: impl Into<String>, pulse: PulseMap, lines: &[(usize, &str)]) -> Self {
         let servo = |&(line, leg): &(usize, &str)| ServoLine {
             line,
@@ -188,29 +190,29 @@ impl Rb110 {
         }
     }
 
-    /// What runs on the robot.
+    /// Creates the driver, which runs on the robot.
     ///
     /// # Errors
-    /// [`Rb110Error`] if there can be no such board.
+    /// [`Rb110Error`] if the configuration is invalid.
     pub fn driver(&self) -> Result<Rb110Driver, Rb110Error> {
         self.check()?;
         Ok(Rb110Driver::new(Rb110Protocol::new(self.clone())))
     }
 
-    /// What stands in for the board.
+    /// Creates the emulated board.
     ///
     /// # Errors
-    /// [`Rb110Error`] if there can be no such board.
+    /// [`Rb110Error`] if the configuration is invalid.
     pub fn board(&self) -> Result<Rb110Board, Rb110Error> {
         self.check()?;
         Ok(Rb110Board::new(Rb110Emulation::new(self.clone())))
     }
 
-    /// Everything right of the driver: the board at the far end of a wire with those of the faults that are on
+    /// Creates the wire with the emulated board at its far end, and with the faults that are on
     /// `wire/NAME`.
     ///
     /// # Errors
-    /// [`Rb110Error`] if there can be no such board, or no such fault.
+    /// [`Rb110Error`] if the configuration or a fault is invalid.
     pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, Rb110Error> {
         let place = format!("wire/{}", self.name);
         let line = Duplex::new(assumed::BYTE_TIME, self.board()?);
@@ -233,7 +235,7 @@ impl Rb110 {
         places("line", LINES, self.servos.iter().map(|servo| servo.line))?;
         let channels = self.analog.iter().map(|input| input.channel);
         places("analog input", ANALOG, channels)?;
-        match self.servos.iter().find(|servo| !servo.pulse.is_sound()) {
+        match self.servos.iter().find(|servo| !servo.pulse.is_valid()) {
             Some(servo) => Err(Rb110Error::Pulse {
                 command: servo.command.clone(),
                 map: servo.pulse,
@@ -243,22 +245,22 @@ impl Rb110 {
     }
 }
 
-/// Refuses places that are not there, and those that are taken.
+/// Rejects places that do not exist or are used twice.
 fn places(
     what: &'static str,
     count: usize,
-    taken: impl Iterator<Item = usize>,
+    numbers: impl Iterator<Item = usize>,
 ) -> Result<(), Rb110Error> {
-    let mut seen = Vec::new();
-    for number in taken {
-        if number >= count || seen.contains(&number) {
+    let mut used = Vec::new();
+    for number in numbers {
+        if number >= count || used.contains(&number) {
             return Err(Rb110Error::Place {
                 what,
                 number,
                 count,
             });
         }
-        seen.push(number);
+        used.push(number);
     }
     Ok(())
 }

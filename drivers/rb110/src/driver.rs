@@ -2,21 +2,22 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
 
-use crate::assumed::{ATTEMPTS, PATIENCE};
+use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
 use crate::protocol::{ANALOG, Answer, COUNTS, Frame, LINES, Request, match_frame};
 use crate::{AdcRange, Rb110};
 
-/// Gives the board a pulse for each servo, once a transfer, and brings what its analog inputs read.
+/// Driver of the board: transmits one pulse per servo and transfer, and reads the analog inputs.
 ///
-/// A transfer takes one period of the pulses, whether the board answers in that time or not; an answer that does not come
-/// is counted, and the analog readings stay as they were. Only a board that does not answer at the beginning is an error.
+/// A transfer takes one period of the pulses, with or without an answer; a missing answer is
+/// counted, and the analog readings keep their values. Only a board that does not answer at opening
+/// is an error.
 pub type Rb110Driver = FramedDriver<Rb110Protocol>;
 
-/// What the board is asked, and what its answers mean.
+/// Requests to the board and interpretation of its answers.
 #[derive(Debug)]
 pub struct Rb110Protocol(Rb110);
 
-/// What of it changes.
+/// Changing state.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
     sequence: u8,
@@ -33,11 +34,11 @@ struct Counters {
     replaced: u64,
 }
 
-/// Widths of pulses \[ticks\]; none for a line whose pulse stays as it is.
+/// Widths of pulses \[ticks\]; `None` for a line whose pulse does not change.
 type Pulses = [Option<u32>; LINES];
 
 impl Rb110Protocol {
-    /// From what was checked.
+    /// Creates the protocol from a checked configuration.
     pub(crate) fn new(config: Rb110) -> Self {
         Self(config)
     }
@@ -45,7 +46,7 @@ impl Rb110Protocol {
     fn pulses(&self, counters: &mut Counters, angles: &[f64]) -> Pulses {
         let mut pulses = [None; LINES];
         for (servo, &angle) in self.0.servos.iter().zip(angles) {
-            // What is no number commands nothing: the pulse stays as it is.
+            // NaN commands nothing: the pulse does not change.
             if let Some((ticks, saturated)) = servo.pulse.ticks(angle) {
                 pulses[servo.line] = Some(ticks);
                 counters.saturated += u64::from(saturated);
@@ -56,7 +57,7 @@ impl Rb110Protocol {
         pulses
     }
 
-    /// The pulses that leave the servos alone.
+    /// Returns the pulses that switch the servos off.
     fn off(&self) -> Pulses {
         let mut pulses = [None; LINES];
         for servo in &self.0.servos {
@@ -114,13 +115,13 @@ impl Protocol for Rb110Protocol {
         from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
-        let (pulses, patience) = match kind {
-            RequestKind::Open => ([None; LINES], PATIENCE),
+        let (pulses, timeout) = match kind {
+            RequestKind::Open => ([None; LINES], ANSWER_TIMEOUT),
             RequestKind::Transfer => {
                 let pulses = self.pulses(&mut state.counters, from_process);
                 (pulses, self.0.period)
             }
-            RequestKind::Close => (self.off(), PATIENCE),
+            RequestKind::Close => (self.off(), ANSWER_TIMEOUT),
         };
         let mut inputs = [false; ANALOG];
         for input in &self.0.analog {
@@ -128,22 +129,22 @@ impl Protocol for Rb110Protocol {
         }
         state.sequence = state.sequence.wrapping_add(1);
         state.answered = false;
-        let asked = Request {
+        let message = Request {
             sequence: state.sequence,
             twice: self.0.range == AdcRange::TwiceReference,
             pulses,
             inputs,
         };
-        asked.encode(request);
-        Some(patience)
+        message.encode(request);
+        Some(timeout)
     }
 
     fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Ok(answer) = Frame::new(frame).and_then(Answer::try_from) else {
-            return FrameOutcome::Nothing;
+            return FrameOutcome::Incomplete;
         };
         if answer.sequence != state.sequence || state.answered {
-            return FrameOutcome::Nothing;
+            return FrameOutcome::Incomplete;
         }
         state.answered = true;
         state.counters.replaced += u64::from(answer.replaced);
@@ -154,9 +155,9 @@ impl Protocol for Rb110Protocol {
             }
         }
         if kind == Some(RequestKind::Transfer) {
-            FrameOutcome::Nothing
+            FrameOutcome::Incomplete
         } else {
-            FrameOutcome::Over
+            FrameOutcome::Complete
         }
     }
 
@@ -167,7 +168,7 @@ impl Protocol for Rb110Protocol {
 
     fn refusal(&self, _state: &State) -> String {
         format!(
-            "the servo board of {} answered none of {ATTEMPTS} requests within {PATIENCE} each: is it there, at the right port?",
+            "the servo board of {} answered none of {ATTEMPTS} requests within {ANSWER_TIMEOUT} each: check the connection and the port",
             self.0.name
         )
     }

@@ -1,39 +1,39 @@
-//! The frames between computer and board. How the real ones look is published nowhere: everything here is ASSUMED. A
-//! computer asks, the board answers once. Numbers have their lowest byte first.
+//! Frames between computer and board. The real ones are not published: everything here is ASSUMED.
+//! The computer sends a request, the board one answer. Numbers are little-endian.
 //!
 //! | request | bytes | |
 //! |---|---|---|
 //! | header | 1 | `B1` |
 //! | length | 1 | of the whole frame, 9 to 57 |
-//! | sequence | 1 | comes back in the answer |
-//! | range | 1 | 0: analog inputs reach to the reference, 1: to twice that |
-//! | lines | 2 | one bit for each line that gets a new pulse |
-//! | inputs | 1 | one bit for each analog input that is read |
-//! | ticks | 3 each | of the lines, from the lowest on: 0 for no pulse, or its width in ticks of 20 ns |
-//! | checksum | 2 | [`crc16`] of everything before |
+//! | sequence | 1 | returned in the answer |
+//! | range | 1 | full scale of the analog inputs; 0: the reference, 1: twice the reference |
+//! | lines | 2 | one bit for each line with a new pulse |
+//! | inputs | 1 | one bit for each analog input to be read |
+//! | ticks | 3 each | of the lines, ascending: 0 for no pulse, or its width in ticks of 20 ns |
+//! | checksum | 2 | [`crc16`] of all bytes before |
 //!
 //! | answer | bytes | |
 //! |---|---|---|
 //! | header | 1 | `B2` |
 //! | length | 1 | of the whole frame, 7 to 23 |
 //! | sequence | 1 | of the request |
-//! | status | 1 | bit 0: a pulse that was asked for before had not begun, and was replaced |
-//! | inputs | 1 | as asked for |
-//! | counts | 2 each | of the inputs, from the lowest on: 0 to 1023 |
-//! | checksum | 2 | [`crc16`] of everything before |
+//! | status | 1 | bit 0: a pulse requested before had not begun, and was replaced |
+//! | inputs | 1 | as requested |
+//! | counts | 2 each | of the inputs, ascending: 0 to 1023 |
+//! | checksum | 2 | [`crc16`] of all bytes before |
 
 use thiserror::Error;
 use twinrig_wire::{FrameMatch, crc16};
 
-/// Lines for pulses.
+/// Number of pulse lines.
 pub const LINES: usize = 16;
-/// Analog inputs.
+/// Number of analog inputs.
 pub const ANALOG: usize = 8;
-/// A tick of the pulses \[ns\]: 50 MHz.
+/// Tick of the pulses \[ns\]: 50 MHz.
 pub const TICK_NS: u64 = 20;
-/// The longest pulse: 10 ms.
+/// Longest pulse: 10 ms.
 pub const TICKS_MAX: u32 = 500_000;
-/// The counts of the analog inputs end before that: 10 bits.
+/// Number of counts of the analog inputs: 10 bits.
 pub const COUNTS: u16 = 1024;
 
 const REQUEST: u8 = 0xb1;
@@ -45,56 +45,56 @@ const REQUEST_MOST: usize = REQUEST_LEAST + 3 * LINES;
 const ANSWER_LEAST: usize = 7;
 const ANSWER_MOST: usize = ANSWER_LEAST + 2 * ANALOG;
 
-/// What the computer asks.
+/// Request of the computer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
-    /// Comes back in the answer.
+    /// Sequence number, returned in the answer.
     pub sequence: u8,
-    /// Whether analog inputs reach to twice the reference.
+    /// Whether full scale of the analog inputs is twice the reference.
     pub twice: bool,
-    /// New pulses \[ticks\], of those lines that get one; 0: none from now on.
+    /// New pulses \[ticks\] of the lines that get one; 0: no pulse from now on.
     pub pulses: [Option<u32>; LINES],
-    /// Which analog inputs are read.
+    /// Analog inputs to be read.
     pub inputs: [bool; ANALOG],
 }
 
-/// What the board answers.
+/// Answer of the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// Of the request.
+    /// Sequence number of the request.
     pub sequence: u8,
-    /// Whether a pulse that was asked for before had not begun yet, and was replaced.
+    /// Whether a pulse requested before had not begun yet, and was replaced.
     pub replaced: bool,
-    /// Counts of the analog inputs that were asked for.
+    /// Counts of the requested analog inputs.
     pub counts: [Option<u16>; ANALOG],
 }
 
-/// The bytes of a frame whose header, length and checksum are right. What is in it may still make no sense.
+/// Bytes of a frame with correct header, length and checksum. Its content may be invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a>(&'a [u8]);
 
-/// A frame that says what cannot be.
+/// Reason why bytes are not a valid message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
-    /// Header, length or checksum are wrong.
-    #[error("these bytes are no frame")]
+    /// Header, length or checksum is wrong.
+    #[error("not a frame: header, length or checksum is wrong")]
     NoFrame,
-    /// It is the other kind of frame.
-    #[error("this is not the kind of frame that goes this way")]
+    /// The frame is of the other direction.
+    #[error("the frame is of the other direction")]
     OtherWay,
-    /// Its length is not what its bits say.
-    #[error("the frame is not as long as what it says it holds")]
+    /// The length does not match the bits of lines or inputs.
+    #[error("the length of the frame does not match its content")]
     Length,
-    /// A number in it is out of range.
+    /// A number is out of range.
     #[error("a number in the frame is out of range")]
     Range,
 }
 
 impl<'a> Frame<'a> {
-    /// The frame that `bytes` are.
+    /// Checks that `bytes` are exactly one frame.
     ///
     /// # Errors
-    /// [`FrameError::NoFrame`] if they are none.
+    /// [`FrameError::NoFrame`] if they are not.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match match_frame(bytes) {
             FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
@@ -102,23 +102,23 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Whether it goes from computer to board.
+    /// Returns whether the frame is from the computer to the board.
     pub fn is_request(&self) -> bool {
         self.0[0] == REQUEST
     }
 
-    /// Its sequence number.
+    /// Returns the sequence number.
     pub fn sequence(&self) -> u8 {
         self.0[2]
     }
 
-    /// Everything between its sequence number and its checksum.
+    /// Returns the bytes between sequence number and checksum.
     pub fn body(&self) -> &'a [u8] {
         &self.0[3..self.0.len() - 2]
     }
 }
 
-/// What stands at the front of a stream, for a [`twinrig_wire::Framer`].
+/// Matches a frame at the front of a stream, for a [`twinrig_wire::Framer`].
 pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some(&header) = front.first() else {
         return FrameMatch::Missing(ANSWER_LEAST);
@@ -138,8 +138,8 @@ pub fn match_frame(front: &[u8]) -> FrameMatch {
     let Some(frame) = front.get(..length) else {
         return FrameMatch::Missing(length - front.len());
     };
-    let (tx, checksum) = frame.split_at(length - 2);
-    if crc16(tx).to_le_bytes() == checksum {
+    let (content, checksum) = frame.split_at(length - 2);
+    if crc16(content).to_le_bytes() == checksum {
         FrameMatch::Frame(length)
     } else {
         FrameMatch::Garbage
@@ -152,7 +152,7 @@ impl Request {
         let lines = mask(&self.pulses.map(|pulse| pulse.is_some()));
         let [low, high, ..] = lines.to_le_bytes();
         let inputs = mask(&self.inputs).to_le_bytes()[0];
-        seal(bytes, REQUEST, |bytes| {
+        encode_frame(bytes, REQUEST, |bytes| {
             bytes.extend([self.sequence, u8::from(self.twice), low, high, inputs]);
             for ticks in self.pulses.iter().flatten() {
                 bytes.extend(&ticks.to_le_bytes()[..3]);
@@ -165,7 +165,7 @@ impl Answer {
     /// Appends the frame to `bytes`.
     pub fn encode(&self, bytes: &mut Vec<u8>) {
         let inputs = mask(&self.counts.map(|count| count.is_some())).to_le_bytes()[0];
-        seal(bytes, ANSWER, |bytes| {
+        encode_frame(bytes, ANSWER, |bytes| {
             bytes.extend([self.sequence, u8::from(self.replaced), inputs]);
             for count in self.counts.iter().flatten() {
                 bytes.extend(count.to_le_bytes());
@@ -187,7 +187,7 @@ impl TryFrom<Frame<'_>> for Request {
         let lines: [bool; LINES] = bits(u32::from(u16::from_le_bytes([low, high])));
         let mut widths = ticks.chunks_exact(3);
         let mut pulses = [None; LINES];
-        for (pulse, _) in pulses.iter_mut().zip(lines).filter(|(_, has)| *has) {
+        for (pulse, _) in pulses.iter_mut().zip(lines).filter(|(_, present)| *present) {
             let Some(&[low, middle, high]) = widths.next() else {
                 return Err(FrameError::Length);
             };
@@ -218,10 +218,14 @@ impl TryFrom<Frame<'_>> for Answer {
         let &[status, inputs, ref rest @ ..] = frame.body() else {
             return Err(FrameError::Length);
         };
-        let asked: [bool; ANALOG] = bits(u32::from(inputs));
+        let requested: [bool; ANALOG] = bits(u32::from(inputs));
         let mut values = rest.chunks_exact(2);
         let mut counts = [None; ANALOG];
-        for (count, _) in counts.iter_mut().zip(asked).filter(|(_, has)| *has) {
+        for (count, _) in counts
+            .iter_mut()
+            .zip(requested)
+            .filter(|(_, present)| *present)
+        {
             let Some(&[low, high]) = values.next() else {
                 return Err(FrameError::Length);
             };
@@ -241,8 +245,8 @@ impl TryFrom<Frame<'_>> for Answer {
     }
 }
 
-/// Appends header, length, what `body` appends, and checksum.
-fn seal(bytes: &mut Vec<u8>, header: u8, body: impl FnOnce(&mut Vec<u8>)) {
+/// Appends header, length, the bytes appended by `body`, and checksum.
+fn encode_frame(bytes: &mut Vec<u8>, header: u8, body: impl FnOnce(&mut Vec<u8>)) {
     let start = bytes.len();
     bytes.extend([header, 0]);
     body(bytes);

@@ -1,4 +1,4 @@
-//! Frames: what is written is read, what is damaged is not, and pieces do not matter.
+//! Frames: round trip, detection of damage, and independence of the division into pieces.
 
 #[path = "../../framing.rs"]
 mod framing;
@@ -34,18 +34,18 @@ fn answers() -> impl Strategy<Value = Answer> {
 
 proptest! {
     #[test]
-    fn frames_come_back(request in requests(), answer in answers()) {
-        let (mut asked, mut answered) = (Vec::new(), Vec::new());
-        request.encode(&mut asked);
-        answer.encode(&mut answered);
-        prop_assert_eq!(Request::try_from(Frame::new(&asked).unwrap()), Ok(request));
-        prop_assert_eq!(Answer::try_from(Frame::new(&answered).unwrap()), Ok(answer));
-        prop_assert!(Request::try_from(Frame::new(&answered).unwrap()).is_err());
-        prop_assert!(Answer::try_from(Frame::new(&asked).unwrap()).is_err());
+    fn frames_round_trip(request in requests(), answer in answers()) {
+        let (mut encoded_request, mut encoded_answer) = (Vec::new(), Vec::new());
+        request.encode(&mut encoded_request);
+        answer.encode(&mut encoded_answer);
+        prop_assert_eq!(Request::try_from(Frame::new(&encoded_request).unwrap()), Ok(request));
+        prop_assert_eq!(Answer::try_from(Frame::new(&encoded_answer).unwrap()), Ok(answer));
+        prop_assert!(Request::try_from(Frame::new(&encoded_answer).unwrap()).is_err());
+        prop_assert!(Answer::try_from(Frame::new(&encoded_request).unwrap()).is_err());
     }
 
     #[test]
-    fn any_bytes_are_survived_in_any_pieces(bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20)) {
+    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20)) {
         for frame in &frames_in_any_pieces(match_frame, &bytes, cuts) {
             let frame = Frame::new(frame).unwrap();
             let _ = (Request::try_from(frame), Answer::try_from(frame));
@@ -53,7 +53,7 @@ proptest! {
     }
 
     #[test]
-    fn a_frame_with_a_wrong_bit_is_none(request in requests(), bit in any::<prop::sample::Index>()) {
+    fn frame_with_a_wrong_bit_is_rejected(request in requests(), bit in any::<prop::sample::Index>()) {
         let mut bytes = Vec::new();
         request.encode(&mut bytes);
         let bit = bit.index(8 * bytes.len());
@@ -62,8 +62,8 @@ proptest! {
     }
 
     #[test]
-    fn the_frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), answer in answers()) {
-        // As many bytes as a frame that garbage seems to begin may want.
+    fn frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), answer in answers()) {
+        // Enough bytes to complete a frame that seems to begin in the garbage.
         let mut bytes = garbage.clone();
         let mut encoded = Vec::new();
         answer.encode(&mut encoded);
@@ -74,7 +74,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_sealed_may_still_make_no_sense(body in vec(any::<u8>(), 0..30), header in 0xb1..=0xb2_u8) {
+    fn decoded_content_re_encodes_identically(body in vec(any::<u8>(), 0..30), header in 0xb1..=0xb2_u8) {
         let mut bytes = vec![header, u8::try_from(body.len() + 5).unwrap(), 7];
         bytes.extend(&body);
         let checksum = twinrig_wire::crc16(&bytes);
@@ -92,7 +92,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_said_to_be_missing_is(request in requests(), kept in any::<prop::sample::Index>()) {
+    fn missing_count_never_exceeds_the_frame(request in requests(), kept in any::<prop::sample::Index>()) {
         let mut bytes = Vec::new();
         request.encode(&mut bytes);
         let kept = kept.index(bytes.len());

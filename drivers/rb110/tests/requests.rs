@@ -1,4 +1,4 @@
-//! Driver and board errand by errand: what is said, when, and for how long it is waited.
+//! Driver and board, request by request: bytes, times and time-outs.
 
 #[path = "../../hands.rs"]
 mod hands;
@@ -10,11 +10,11 @@ use twinrig_rb110::{AnalogInput, PulseMap, Rb110, Rb110Driver};
 use twinrig_runtime::Driver;
 use twinrig_wire::Node;
 
-const PATIENCE: SimDuration = SimDuration::from_millis(100);
+const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(100);
 const PERIOD: SimDuration = SimDuration::from_millis(20);
-const MOMENT: SimDuration = SimDuration::from_millis(3);
+const SHORT_DELAY: SimDuration = SimDuration::from_millis(3);
 
-/// Two servos of Kondo's, whose power is cut by a pulse of its own, and an analog input.
+/// Two servos of Kondo's, which a special pulse powers off, and an analog input.
 fn board() -> Rb110 {
     let mut board = Rb110::with_servos("rb110", PulseMap::KONDO, &[(15, "LF"), (13, "RF")]);
     board.analog = vec![AnalogInput {
@@ -41,22 +41,22 @@ fn answer(sequence: u8, count: u16) -> Vec<u8> {
 
 fn opened() -> Host<Rb110Driver> {
     let mut host = Host::new(board().driver().unwrap());
-    let asked = request(&host.open());
-    assert_eq!(host.waits(), Some(PATIENCE));
+    let sent = request(&host.open());
+    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT));
     assert!(!host.is_done());
-    host.reads(MOMENT, &answer(asked.sequence, 0));
+    host.reads(SHORT_DELAY, &answer(sent.sequence, 0));
     assert!(host.is_done());
     host
 }
 
 #[test]
-fn opening_moves_nothing_and_asks_three_times() {
+fn opening_commands_no_pulse_and_is_attempted_three_times() {
     let mut host = Host::new(board().driver().unwrap());
-    let mut asked = vec![request(&host.open())];
+    let mut sent = vec![request(&host.open())];
     for _ in 0..2 {
-        asked.push(request(&host.waits_in_vain()));
+        sent.push(request(&host.waits_in_vain()));
     }
-    for (n, request) in asked.iter().enumerate() {
+    for (n, request) in sent.iter().enumerate() {
         assert_eq!(request.pulses, [None; 16]);
         assert_eq!(usize::from(request.sequence), n + 1);
         assert_eq!(
@@ -65,28 +65,32 @@ fn opening_moves_nothing_and_asks_three_times() {
         );
     }
     assert!(host.waits_in_vain().is_empty());
-    let why = host.driver.poll_transfer().unwrap_err().why;
-    assert!(why.contains("answered none of 3 requests"), "{why}");
+    let reason = host.driver.poll_transfer().unwrap_err().why;
+    assert!(reason.contains("answered none of 3 requests"), "{reason}");
     assert_eq!(host.diagnostic("lost"), 3.0);
 }
 
 #[test]
-fn a_transfer_takes_its_period_and_heeds_the_first_answer_to_its_own_request() {
+fn transfer_takes_one_period_and_uses_the_first_matching_answer() {
     let mut host = opened();
-    let asked = request(&host.begin(&[0.0, f64::NAN]));
+    let sent = request(&host.begin(&[0.0, f64::NAN]));
     assert_eq!(host.waits(), Some(PERIOD));
-    assert_eq!(asked.pulses.iter().flatten().count(), 1, "NaN moves none");
-    host.reads(MOMENT, &answer(asked.sequence.wrapping_sub(1), 100));
-    assert_eq!(host.driver.to_process(), [0.0], "that is an old one");
-    host.reads(MOMENT, &answer(asked.sequence, 512));
-    host.reads(MOMENT, &answer(asked.sequence, 1));
+    assert_eq!(
+        sent.pulses.iter().flatten().count(),
+        1,
+        "NaN commands no pulse"
+    );
+    host.reads(SHORT_DELAY, &answer(sent.sequence.wrapping_sub(1), 100));
+    assert_eq!(host.driver.to_process(), [0.0], "an old answer is ignored");
+    host.reads(SHORT_DELAY, &answer(sent.sequence, 512));
+    host.reads(SHORT_DELAY, &answer(sent.sequence, 1));
     assert_eq!(
         host.driver.to_process(),
         [1.25],
         "half of a reference of 2.5 V"
     );
     assert!(!host.is_done());
-    assert_eq!(host.waits(), Some(PERIOD - MOMENT * 3));
+    assert_eq!(host.waits(), Some(PERIOD - SHORT_DELAY * 3));
     host.waits_in_vain();
     assert!(host.is_done());
     host.begin(&[0.0; 2]);
@@ -96,21 +100,21 @@ fn a_transfer_takes_its_period_and_heeds_the_first_answer_to_its_own_request() {
 }
 
 #[test]
-fn closing_cuts_the_servos_power() {
+fn closing_powers_the_servos_off() {
     let mut host = opened();
-    let asked = request(&host.close());
+    let sent = request(&host.close());
     let mut off = [None; 16];
     (off[13], off[15]) = (Some(2_500), Some(2_500));
-    assert_eq!(asked.pulses, off);
+    assert_eq!(sent.pulses, off);
     assert!(!host.is_done());
     let again = request(&host.waits_in_vain());
     assert_eq!(again.pulses, off);
-    host.reads(MOMENT, &answer(again.sequence, 0));
+    host.reads(SHORT_DELAY, &answer(again.sequence, 0));
     assert!(host.is_done());
 }
 
 #[test]
-fn the_board_answers_after_its_reaction_and_says_what_it_replaced() {
+fn board_answers_after_its_reaction_time_and_reports_replacement() {
     let mut board = board().board().unwrap();
     let commands = ["LF", "RF"].map(|leg| format!("leg/{leg}/abduction/command"));
     let ports = commands.map(|command| Port::input(command, Unit::Radian, 1));
@@ -130,7 +134,7 @@ fn the_board_answers_after_its_reaction_and_says_what_it_replaced() {
         request.encode(&mut bytes);
         bytes
     };
-    let mut heard = |micros, bytes: &[u8], to| {
+    let mut exchange = |micros, bytes: &[u8], to| {
         let tx = says(&mut board, &mut plant, (at(micros), bytes), at(to));
         let [(start, bytes)] = &tx[..] else {
             panic!("{tx:?}");
@@ -141,14 +145,17 @@ fn the_board_answers_after_its_reaction_and_says_what_it_replaced() {
             .replaced;
         (replaced, plant.inputs[0])
     };
-    // 1.5 ms is the middle of Kondo's range. The servo knows at the end of its first pulse.
-    assert_eq!(heard(5_000, &request(1, Some(70_000)), 9_000), (false, 9.0));
+    // 1.5 ms is the middle of Kondo's range. The command is complete at the end of its first pulse.
     assert_eq!(
-        heard(10_000, &request(2, Some(75_000)), 21_499),
+        exchange(5_000, &request(1, Some(70_000)), 9_000),
+        (false, 9.0)
+    );
+    assert_eq!(
+        exchange(10_000, &request(2, Some(75_000)), 21_499),
         (true, 9.0)
     );
-    assert_eq!(heard(21_499, &request(3, None), 21_500), (false, 0.0));
-    // A pulse that has begun is not replaced but followed.
-    let (replaced, angle) = heard(30_000, &request(4, Some(80_000)), 41_600);
+    assert_eq!(exchange(21_499, &request(3, None), 21_500), (false, 0.0));
+    // A pulse that has begun is not replaced: the new one follows it.
+    let (replaced, angle) = exchange(30_000, &request(4, Some(80_000)), 41_600);
     assert!(!replaced && (angle - std::f64::consts::PI / 16.0).abs() < 1e-9);
 }

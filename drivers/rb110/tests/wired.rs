@@ -1,4 +1,4 @@
-//! Driver and board with a wire between them, in a rig.
+//! Driver and board connected by a wire, in a rig.
 
 #[path = "../../toys.rs"]
 mod toys;
@@ -35,7 +35,7 @@ fn plant() -> PlantAccess {
 }
 
 fn command(step: u64) -> f64 {
-    // One in ten is out of reach: 0.157 rad are 5000 ticks.
+    // One in ten is out of range: 0.157 rad are 5000 ticks.
     if step % 10 == 8 {
         0.5
     } else {
@@ -61,10 +61,10 @@ fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
 }
 
 #[test]
-fn a_transfer_takes_two_control_periods() {
+fn transfer_takes_two_control_periods() {
     let mut rig = wired(&FaultSchedule::default());
-    let (log, ended) = run(&mut rig, 1000);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 1000);
+    result.unwrap();
     let starts: Vec<SimTime> = log
         .events
         .iter()
@@ -82,31 +82,31 @@ fn a_transfer_takes_two_control_periods() {
         50
     );
     assert_eq!(diagnostic(&rig, &log, "rb110/transfers"), 49.0);
-    for nothing in ["lost", "replaced", "garbage", "unheard"] {
+    for counter in ["lost", "replaced", "garbage", "unheard"] {
         assert_eq!(
-            diagnostic(&rig, &log, &format!("rb110/{nothing}")),
+            diagnostic(&rig, &log, &format!("rb110/{counter}")),
             0.0,
-            "{nothing}"
+            "{counter}"
         );
     }
 }
 
 #[test]
-fn the_plant_hears_of_a_pulse_when_it_ends() {
+fn plant_receives_a_command_at_the_end_of_its_pulse() {
     let plant = plant();
-    let heard = plant.heard.clone();
+    let inputs = plant.heard.clone();
     let wire = board().wire(&FaultSchedule::default()).unwrap();
     let mut rig = rig(board().driver().unwrap(), wire, (10, command), plant);
-    let (log, ended) = run(&mut rig, 400);
-    ended.unwrap();
-    // Steps 8, 18, 28 and 38 are out of reach, for four servos; the first pulse begins at 20 ms.
+    let (log, result) = run(&mut rig, 400);
+    result.unwrap();
+    // Steps 8, 18, 28 and 38 are out of range, for four servos; the first pulse begins at 20 ms.
     assert_eq!(diagnostic(&rig, &log, "rb110/saturated"), 16.0);
     assert_eq!(diagnostic(&rig, &log, "rb110/pulses"), 4.0 * 19.0);
-    let (map, heard) = (PulseMap::ONCILLA, heard.lock().unwrap());
-    assert!(heard.len() > 15);
-    for (n, (at, angles)) in heard.iter().enumerate().skip(1) {
-        // Opening has moved the first step, whose 0 rad are no news, to 10 ms, where the plant's time begins; every second
-        // step is heard, by the pulse that begins 10 ms later.
+    let (map, inputs) = (PulseMap::ONCILLA, inputs.lock().unwrap());
+    assert!(inputs.len() > 15);
+    for (n, (at, angles)) in inputs.iter().enumerate().skip(1) {
+        // The plant's time begins at 10 ms, after opening; 0 rad of the first step is no change.
+        // Every second step takes effect, by the pulse that begins 10 ms after it.
         let step = u64::try_from(2 * n).unwrap();
         let (ticks, _) = map.ticks(command(step)).unwrap();
         let width = SimDuration::from_nanos(20 * u64::from(ticks));
@@ -121,13 +121,13 @@ fn the_plant_hears_of_a_pulse_when_it_ends() {
 }
 
 #[test]
-fn angles_come_back_within_half_a_tick() {
+fn angle_is_exact_to_half_a_tick() {
     let map = PulseMap::ONCILLA;
     for angle in [-0.1, -0.003, 0.0, 0.0402, 0.15] {
         let (ticks, saturated) = map.ticks(angle).unwrap();
-        let heard = map.angle(ticks).unwrap();
+        let decoded = map.angle(ticks).unwrap();
         assert!(
-            !saturated && (heard - angle).abs() <= 0.5001 / map.ticks_per_radian,
+            !saturated && (decoded - angle).abs() <= 0.5001 / map.ticks_per_radian,
             "{angle}"
         );
     }
@@ -138,10 +138,10 @@ fn angles_come_back_within_half_a_tick() {
 }
 
 #[test]
-fn analog_inputs_are_read_in_steps_of_the_converter() {
+fn analog_inputs_are_read_to_the_resolution_of_the_converter() {
     let mut rig = wired(&FaultSchedule::default());
-    let (log, ended) = run(&mut rig, 100);
-    ended.unwrap();
+    let (log, result) = run(&mut rig, 100);
+    result.unwrap();
     let ports = board()
         .driver()
         .map(|driver| twinrig_runtime::Driver::ports(&driver))
@@ -152,59 +152,59 @@ fn analog_inputs_are_read_in_steps_of_the_converter() {
 }
 
 #[test]
-fn damage_is_counted_and_survived() {
+fn damaged_frames_are_counted_and_tolerated() {
     for kind in [
         FaultKind::Flip { rate: 0.02 },
         FaultKind::Drop { probability: 0.5 },
     ] {
         let mut rig = wired(&fault(kind.clone(), 100, 400));
-        let (log, ended) = run(&mut rig, 1000);
-        ended.unwrap();
+        let (log, result) = run(&mut rig, 1000);
+        result.unwrap();
         let lost = diagnostic(&rig, &log, "rb110/lost");
         assert!((1.0..=20.0).contains(&lost), "{kind:?}: {lost}");
         assert_eq!(
             diagnostic(&rig, &log, "rb110/transfers"),
             49.0,
-            "a transfer takes a period, come what may"
+            "a transfer always takes one period"
         );
     }
 }
 
 #[test]
-fn a_board_that_is_not_there_is_an_error_in_the_end() {
+fn missing_board_is_an_error() {
     let mut rig = wired(&fault(FaultKind::Unplug { fails: false }, 0, 10_000));
-    let (_, ended) = run(&mut rig, 1000);
-    let why = ended.unwrap_err().to_string();
+    let (_, result) = run(&mut rig, 1000);
+    let message = result.unwrap_err().to_string();
     assert!(
-        why.contains("rb110") && why.contains("is it there"),
-        "{why}"
+        message.contains("rb110") && message.contains("check the connection"),
+        "{message}"
     );
 }
 
 #[test]
-fn a_restored_rig_goes_on_bit_for_bit() {
+fn restored_rig_continues_bit_for_bit() {
     let faults = fault(FaultKind::Flip { rate: 0.005 }, 0, 10_000);
-    for saved_at in [7, 31, 90, 141] {
+    for save_ms in [7, 31, 90, 141] {
         let mut rig = wired(&faults);
-        run(&mut rig, saved_at).1.unwrap();
+        run(&mut rig, save_ms).1.unwrap();
         let saved = rig.save();
         let rest = run(&mut rig, 600);
-        let mut again = wired(&faults);
-        again.restore(&saved).unwrap();
-        assert_eq!(run(&mut again, 600), rest, "{saved_at} ms");
+        let mut restored = wired(&faults);
+        restored.restore(&saved).unwrap();
+        assert_eq!(run(&mut restored, 600), rest, "{save_ms} ms");
     }
 }
 
 #[test]
-fn boards_that_cannot_be_are_refused() {
-    let refused = |change: fn(&mut Rb110)| {
+fn invalid_configurations_are_rejected() {
+    let error = |change: fn(&mut Rb110)| {
         let mut board = board();
         change(&mut board);
         board.driver().unwrap_err().to_string()
     };
-    assert!(refused(|board| board.period = SimDuration::from_millis(5)).contains("every"));
-    assert!(refused(|board| board.servos[0].line = 13).contains("line 13"));
-    assert!(refused(|board| board.analog[0].channel = 8).contains("analog input 8"));
-    assert!(refused(|board| board.servos[1].pulse.ticks_per_radian = 0.0).contains("RF"));
-    assert!(refused(|board| board.reference = f64::NAN).contains("reference"));
+    assert!(error(|board| board.period = SimDuration::from_millis(5)).contains("every"));
+    assert!(error(|board| board.servos[0].line = 13).contains("line 13"));
+    assert!(error(|board| board.analog[0].channel = 8).contains("analog input 8"));
+    assert!(error(|board| board.servos[1].pulse.ticks_per_radian = 0.0).contains("RF"));
+    assert!(error(|board| board.reference = f64::NAN).contains("reference"));
 }

@@ -1,11 +1,12 @@
-//! Cost of a cycle for master, bus controller and four boards that hear everything; of finding packets, alone.
+//! Cost of a cycle of master, bus controller and four boards that receive all bytes, and of parsing
+//! alone.
 
-#[path = "../tests/support/parties.rs"]
-mod parties;
+#[path = "../tests/support/protocol_stack.rs"]
+mod protocol_stack;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use parties::Parties;
+use protocol_stack::ProtocolStack;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{
@@ -21,10 +22,10 @@ fn main() {
 /// Items are packets: four requests, four responses.
 #[divan::bench]
 fn whole_cycle(bencher: Bencher) {
-    let mut parties = Parties::new();
+    let mut protocol_stack = ProtocolStack::new();
     bencher
         .counter(ItemsCount::new(8_u32))
-        .bench_local(|| parties.cycle());
+        .bench_local(|| protocol_stack.cycle());
 }
 
 fn responses() -> Vec<u8> {
@@ -72,9 +73,9 @@ fn slave() -> Slave {
     slave
 }
 
-/// A slave lets four packets of others pass.
+/// A slave skips four packets for others.
 #[divan::bench]
-fn hear_others(bencher: Bencher) {
+fn skip_others(bencher: Bencher) {
     let mut slave = slave();
     let bytes = responses().split_off(22).repeat(2)[..88].to_vec();
     let mut now = SimTime::ZERO;
@@ -91,11 +92,11 @@ fn hear_others(bencher: Bencher) {
 
 /// A slave answers a low-latency request.
 #[divan::bench]
-fn hear_and_answer(bencher: Bencher) {
+fn receive_and_answer(bencher: Bencher) {
     let mut slave = slave();
     let to = slave.address();
     let request = Request::new(to, Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap();
-    let (mut bytes, mut said) = (Vec::new(), Vec::new());
+    let (mut bytes, mut tx) = (Vec::new(), Vec::new());
     request.emit(&mut bytes);
     let mut now = SimTime::ZERO;
     bencher.counter(ItemsCount::new(1_u32)).bench_local(|| {
@@ -107,7 +108,7 @@ fn hear_and_answer(bencher: Bencher) {
             framing_error: false,
         });
         while slave.poll_event().is_some() {}
-        said.clear();
-        black_box(slave.poll_transmit(&mut said));
+        tx.clear();
+        black_box(slave.poll_transmit(&mut tx));
     });
 }

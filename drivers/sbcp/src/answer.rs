@@ -3,46 +3,46 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::Piece;
 
 use crate::codes::{ErrorCode, HEADER, PACKET_MAX};
-use crate::intake::split_off;
+use crate::link_receiver::split_off;
 use crate::packet::{Address, Packet, packet_len};
 
-/// An answer as the bus controller hears it.
+/// Answer of a board as the bus controller receives it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Answer {
     from: Address,
     bytes: [u8; PACKET_MAX],
-    got: usize,
-    /// Length of the packet; 0 until its length byte is in.
-    need: usize,
-    /// When its header was complete.
+    received: usize,
+    /// Length of the packet; 0 until its length byte is received.
+    length: usize,
+    /// Completion time of the header byte.
     first: SimTime,
-    /// When its last byte so far was.
+    /// Completion time of the last byte so far.
     pub(crate) last: SimTime,
 }
 
-/// So many bytes of a packet tell its length.
-const HEAD: usize = 4;
+/// Number of bytes that determine the length of a packet.
+const PREFIX_LEN: usize = 4;
 
-/// How far an answer is.
+/// Progress of the reception of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Hearing {
-    GoesOn,
-    /// It is complete, and its checksum right.
-    Good,
-    /// It is complete, and its checksum wrong.
+pub(crate) enum AnswerProgress {
+    Incomplete,
+    /// Complete with a valid checksum.
+    Valid,
+    /// Complete with a wrong checksum.
     Damaged,
-    /// It is none of that board.
-    Strange,
+    /// Not an answer of that board.
+    Unexpected,
 }
 
 impl Answer {
-    /// The answer of `from` begins at `first`.
+    /// Starts the reception of an answer of `from`, whose header byte is complete at `first`.
     pub(crate) fn new(from: Address, first: SimTime) -> Self {
         Self {
             from,
             bytes: [0; PACKET_MAX],
-            got: 0,
-            need: 0,
+            received: 0,
+            length: 0,
             first,
             last: first,
         }
@@ -57,20 +57,21 @@ impl Answer {
     }
 
     pub(crate) fn bytes(&self) -> &[u8] {
-        &self.bytes[..self.got]
+        &self.bytes[..self.received]
     }
 
-    /// When it is given up, and why: its first four bytes must be there within the time-out, and the last
-    /// one as much after the end that the length byte promises; all of it within the limit.
+    /// Returns the deadline and the error reported after it: the first four bytes within the
+    /// time-out, the last byte at most the time-out later than the length byte implies, all of it
+    /// within the limit.
     pub(crate) fn deadline(
         &self,
         timeout: SimDuration,
         limit: SimDuration,
         byte_time: SimDuration,
     ) -> (SimTime, ErrorCode) {
-        let end = match self.need {
+        let end = match self.length {
             0 => self.first + timeout,
-            need => self.last + byte_time * (need - self.got) as u64 + timeout,
+            length => self.last + byte_time * (length - self.received) as u64 + timeout,
         };
         if end <= self.first + limit {
             (end, ErrorCode::TRUNCATED)
@@ -79,48 +80,54 @@ impl Answer {
         }
     }
 
-    /// When it is known how long it is, or it is over, if it goes on without a break.
-    pub(crate) fn expects(&self, byte_time: SimDuration) -> SimTime {
-        let wanted = if self.need == 0 { HEAD } else { self.need };
-        self.last + byte_time * (wanted - self.got) as u64
+    /// Completion time of the byte that determines the length or completes the answer, if the
+    /// answer continues without a pause.
+    pub(crate) fn next_decision(&self, byte_time: SimDuration) -> SimTime {
+        let required = if self.length == 0 {
+            PREFIX_LEN
+        } else {
+            self.length
+        };
+        self.last + byte_time * (required - self.received) as u64
     }
 
-    /// Hears the beginning of `rest`: gives what it took for a part of the answer.
-    pub(crate) fn receive<'a>(&mut self, rest: &mut Piece<'a>) -> (Piece<'a>, Hearing) {
-        let head = [HEADER, self.from.class(), self.from.id()];
-        let wanted = match self.got {
-            // Those that are right, or the first that is wrong: what is passed on does not depend on the pieces.
-            got @ 0..3 => {
-                let pairs = rest.bytes.iter().zip(&head[got..]);
+    /// Receives the beginning of `rest`; returns the part that belongs to the answer.
+    pub(crate) fn receive<'a>(&mut self, rest: &mut Piece<'a>) -> (Piece<'a>, AnswerProgress) {
+        let expected = [HEADER, self.from.class(), self.from.id()];
+        let required = match self.received {
+            // Matching bytes, or the first wrong one, so that the relayed bytes do not depend on
+            // the pieces.
+            received @ 0..3 => {
+                let pairs = rest.bytes.iter().zip(&expected[received..]);
                 pairs
                     .take_while(|(byte, right)| byte == right)
                     .count()
                     .max(1)
             }
             3 => 1,
-            got => self.need - got,
+            received => self.length - received,
         };
-        let part = split_off(rest, wanted);
-        let end = self.got + part.bytes.len();
-        self.bytes[self.got..end].copy_from_slice(part.bytes);
-        let begin = std::mem::replace(&mut self.got, end);
+        let part = split_off(rest, required);
+        let end = self.received + part.bytes.len();
+        self.bytes[self.received..end].copy_from_slice(part.bytes);
+        let begin = std::mem::replace(&mut self.received, end);
         self.last = part.last();
-        let hearing = match begin {
-            0..3 if head[begin..end] != *part.bytes => Hearing::Strange,
+        let progress = match begin {
+            0..3 if expected[begin..end] != *part.bytes => AnswerProgress::Unexpected,
             3 if end == 4 => {
-                self.need = packet_len(self.bytes[3]).unwrap_or_default();
-                if self.need == 0 {
-                    Hearing::Strange
+                self.length = packet_len(self.bytes[3]).unwrap_or_default();
+                if self.length == 0 {
+                    AnswerProgress::Unexpected
                 } else {
-                    Hearing::GoesOn
+                    AnswerProgress::Incomplete
                 }
             }
-            4.. if end == self.need => match Packet::new(self.bytes()) {
-                Ok(_) => Hearing::Good,
-                Err(_) => Hearing::Damaged,
+            4.. if end == self.length => match Packet::new(self.bytes()) {
+                Ok(_) => AnswerProgress::Valid,
+                Err(_) => AnswerProgress::Damaged,
             },
-            _ => Hearing::GoesOn,
+            _ => AnswerProgress::Incomplete,
         };
-        (part, hearing)
+        (part, progress)
     }
 }

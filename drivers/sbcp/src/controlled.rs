@@ -7,14 +7,15 @@ use crate::controller::Controller;
 use crate::controller_config::{ControllerConfig, ControllerCounters};
 use crate::error::SbcpError;
 
-/// A bus behind a bus controller. The near end is the link to the host, the far end the near end of the bus.
+/// Bus behind a bus controller. The near end is the link to the host; the far end is the near end
+/// of the bus.
 pub struct Controlled<L> {
     name: String,
     controller: Controller,
     bus: L,
     now: SimTime,
-    /// What has just come from the bus.
-    heard: Arrivals,
+    /// Bytes just received from the bus.
+    received: Arrivals,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -24,7 +25,7 @@ struct Saved {
     now: SimTime,
 }
 
-/// How many gauges there are of the controller itself.
+/// Names of the controller's diagnostics.
 const DIAGNOSTICS: [&str; 6] = [
     "requests",
     "answers",
@@ -35,27 +36,28 @@ const DIAGNOSTICS: [&str; 6] = [
 ];
 
 impl<L: Line> Controlled<L> {
-    /// Puts a controller before `bus`. `name` is that of the bus: gauges are `NAME/controller/requests`,
-    /// `answers`, `failures`, `timeouts`, `overflows` and `framing_errors`.
+    /// Puts a controller in front of `bus`. `name` is that of the bus; the diagnostics are
+    /// `NAME/controller/requests`, `answers`, `failures`, `timeouts`, `overflows` and
+    /// `framing_errors`.
     ///
     /// # Errors
-    /// [`SbcpError`] if there can be no such controller.
+    /// [`SbcpError`] if the configuration is invalid.
     pub fn new(name: &str, config: ControllerConfig, bus: L) -> Result<Self, SbcpError> {
         Ok(Self {
             name: name.to_owned(),
             controller: Controller::new(config)?,
             bus,
             now: SimTime::ZERO,
-            heard: Arrivals::default(),
+            received: Arrivals::default(),
         })
     }
 
-    /// What the controller counted so far.
+    /// Returns the counters of the controller.
     pub fn counters(&self) -> ControllerCounters {
         self.controller.counters()
     }
 
-    /// What is behind it.
+    /// Returns the bus behind the controller.
     pub fn bus(&self) -> &L {
         &self.bus
     }
@@ -72,21 +74,21 @@ impl<L: Line> Line for Controlled<L> {
 
     fn next_wake(&self) -> Option<SimTime> {
         let controller = &self.controller;
-        let hearing = earlier(controller.poll_timeout(), controller.expects(self.now));
-        let own = earlier(hearing, controller.bus_start());
-        earlier(self.bus.next_wake(), own)
+        let reception = earlier(controller.poll_timeout(), controller.expects(self.now));
+        let wake = earlier(reception, controller.bus_start());
+        earlier(self.bus.next_wake(), wake)
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         loop {
             self.bus.advance(now, plant)?;
-            self.heard.clear();
-            self.bus.receive(&mut self.heard);
-            for piece in self.heard.pieces() {
+            self.received.clear();
+            self.bus.receive(&mut self.received);
+            for piece in self.received.pieces() {
                 self.controller.handle_bus(now, piece);
             }
-            // A byte that is complete at the deadline has come in time: so the bus goes first.
+            // A byte that is complete at the deadline is in time, so the bus is processed first.
             if self.controller.poll_timeout().is_some_and(|at| at <= now) {
                 self.controller.handle_timeout(now);
             }
@@ -104,19 +106,19 @@ impl<L: Line> Line for Controlled<L> {
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        let own = DIAGNOSTICS.iter().map(|diagnostic| {
+        let ports = DIAGNOSTICS.iter().map(|diagnostic| {
             Port::output(
                 format!("{}/controller/{diagnostic}", self.name),
                 Unit::One,
                 1,
             )
         });
-        own.chain(self.bus.diagnostics()).collect()
+        ports.chain(self.bus.diagnostics()).collect()
     }
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let counters = self.controller.counters();
-        let own = [
+        let counts = [
             counters.requests,
             counters.answers,
             counters.failures,
@@ -125,7 +127,7 @@ impl<L: Line> Line for Controlled<L> {
             counters.framing_errors,
         ];
         let (values, bus) = values.split_at_mut(DIAGNOSTICS.len());
-        for (value, count) in values.iter_mut().zip(own) {
+        for (value, count) in values.iter_mut().zip(counts) {
             *value = count as f64;
         }
         self.bus.read_diagnostics(now, bus);

@@ -2,75 +2,77 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_wire::{Arrivals, Piece, earlier};
 
-use crate::answer::{Answer, Hearing};
+use crate::answer::{Answer, AnswerProgress};
 use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_BESIDE, PACKET_MAX};
 use crate::controller_config::{ControllerConfig, ControllerCounters, Passing};
 use crate::error::SbcpError;
-use crate::intake::{Entry, Intake, split_off};
-use crate::outbox::Outbox;
+use crate::link_receiver::{Entry, LinkReceiver, split_off};
 use crate::packet::{Address, Payload, Request, checksum, emit};
 use crate::registers::RegisterTable;
-use crate::standard::obey;
+use crate::standard::execute_standard;
+use crate::uart_transmitter::UartTransmitter;
 
 /// Version of the emulated controller. ASSUMED.
 const DEVICE_VERSION: u16 = 0x0100;
 
-/// What goes on on the bus.
+/// State of the bus.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum Bus {
     Free,
-    /// A request goes out while it still comes in.
-    Sending,
-    /// A request is out at `since`. Noise was heard since `noise`, last at `last`.
-    Listening {
+    /// A request is relayed while it is still being received.
+    Relaying,
+    /// A request ended at `since`. Noise was received: the first and the last byte's times.
+    Awaiting {
         to: Address,
         since: SimTime,
         noise: Option<(SimTime, SimTime)>,
     },
     Answering(Answer),
-    /// The answer was given up; its talker has perhaps not finished.
+    /// The answer was abandoned; the board may still be transmitting.
     Draining {
         first: SimTime,
         last: SimTime,
     },
 }
 
-/// The bus controller without link, bus or clock: bytes and times in, bytes and times out.
+/// Bus controller, independent of link, bus and clock: bytes and times in, bytes and times out.
 ///
-/// It takes requests from the host, puts them on the bus one by one, and passes the answers back. For each
-/// request whose first four bytes make sense, broadcasts excepted, it sends one whole packet, in order: the
-/// board's answer, or an error packet in its name, which may follow what was already passed on of a bad
-/// answer. Requests to itself (ping, get, set, save) it answers itself.
+/// It receives requests from the host, puts them on the bus one by one, and relays the answers. For
+/// each request whose first four bytes are valid, broadcasts excepted, it transmits one complete
+/// packet, in order: the board's answer, or an error packet in the board's name, which may follow
+/// relayed bytes of an invalid answer. It answers requests to itself (ping, get, set, save).
 ///
-/// However the boards behave, it goes on to the next request not later than time-out, limit and gap after the
-/// end of this one.
+/// Whatever the boards transmit, the next request follows the end of this one by at most time-out,
+/// limit and gap.
 ///
-/// Whoever holds it tells it what comes ([`Controller::handle_link`], which may be announced, and
-/// [`Controller::handle_bus`]) and when it is [`Controller::poll_timeout`] ([`Controller::handle_timeout`]);
-/// after each, takes what it sends ([`Controller::poll_bus`], [`Controller::poll_link`]).
+/// The owner passes in received bytes ([`Controller::handle_link`], which may be announced, and
+/// [`Controller::handle_bus`]) and calls [`Controller::handle_timeout`] at
+/// [`Controller::poll_timeout`]; after each call it takes the bytes to be transmitted
+/// ([`Controller::poll_bus`], [`Controller::poll_link`]).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Controller {
     config: ControllerConfig,
     address: Address,
     registers: RegisterTable,
     now: SimTime,
-    intake: Intake,
+    receiver: LinkReceiver,
     bus: Bus,
-    /// From when on a request may go out.
+    /// Time from which the next request may be transmitted.
     bus_free: SimTime,
-    to_bus: Outbox,
-    to_link: Outbox,
+    to_bus: UartTransmitter,
+    to_link: UartTransmitter,
     #[serde(skip)]
     scratch: Vec<u8>,
     counters: ControllerCounters,
 }
 
 impl Controller {
-    /// A controller that has heard nothing yet.
+    /// A controller at power-on.
     ///
     /// # Errors
-    /// [`SbcpError::Timeout`] or [`SbcpError::Limit`] if no good answer would pass, [`SbcpError::Frame`] if it holds no
-    /// request, [`SbcpError::ByteTime`] if bytes take no time, [`SbcpError::Address`] if nobody can have its id.
+    /// [`SbcpError::Timeout`] or [`SbcpError::Limit`] if they exclude valid answers,
+    /// [`SbcpError::Frame`] if the buffer holds no request, [`SbcpError::ByteTime`] if bytes take
+    /// no time, [`SbcpError::Address`] if the id is reserved.
     pub fn new(config: ControllerConfig) -> Result<Self, SbcpError> {
         config.check()?;
         let byte_time = config.byte_time;
@@ -79,71 +81,72 @@ impl Controller {
             address: Address::new(CLASS_CONTROLLER, config.id)?,
             registers: RegisterTable::new(config.id, DEVICE_VERSION, &[])?,
             now: SimTime::ZERO,
-            intake: Intake::new(config.idle_gap, byte_time, config.packets_max),
+            receiver: LinkReceiver::new(config.idle_gap, byte_time, config.packets_max),
             bus: Bus::Free,
             bus_free: SimTime::ZERO,
-            to_bus: Outbox::new(byte_time),
-            to_link: Outbox::new(byte_time),
+            to_bus: UartTransmitter::new(byte_time),
+            to_link: UartTransmitter::new(byte_time),
             scratch: Vec::with_capacity(PACKET_MAX),
             counters: ControllerCounters::default(),
         })
     }
 
-    /// What it answers to itself.
+    /// Returns the controller's own address.
     pub fn address(&self) -> Address {
         self.address
     }
 
-    /// What was counted so far.
+    /// Returns the counters.
     pub fn counters(&self) -> ControllerCounters {
         ControllerCounters {
-            overflows: self.intake.overflows,
-            garbage: self.intake.garbage,
+            overflows: self.receiver.overflows,
+            garbage: self.receiver.garbage,
             ..self.counters
         }
     }
 
-    /// Takes bytes from the host at `now`; they may be announced, from the beginning of the first one on.
+    /// Handles bytes from the host at `now`; they may be announced, from the beginning of the first
+    /// one on.
     pub fn handle_link(&mut self, now: SimTime, piece: Piece<'_>) {
         self.now = self.now.max(now);
-        let broken = self.intake.breaks_off();
-        if let Some(at) = broken.filter(|at| *at < piece.first) {
-            self.break_off(at);
+        let interruption = self.receiver.interruption();
+        if let Some(at) = interruption.filter(|at| *at < piece.first) {
+            self.end_interrupted(at);
         }
-        let mut rest = self.received(piece);
+        let mut rest = self.drop_framing_errors(piece);
         while !rest.bytes.is_empty() {
-            let part = self.intake.take(&mut rest);
-            if let Bus::Sending = self.bus {
+            let part = self.receiver.take(&mut rest);
+            if let Bus::Relaying = self.bus {
                 self.to_bus.relay(self.to_bus.end().max(self.now), part);
             }
-            if self.intake.current.is_complete() {
-                if let Bus::Sending = self.bus {
-                    let entry = self.intake.take_current();
-                    self.sent(&entry);
+            if self.receiver.current.is_complete() {
+                if let Bus::Relaying = self.bus {
+                    let entry = self.receiver.take_current();
+                    self.request_sent(&entry);
                 } else {
-                    self.intake.queue_current(None);
+                    self.receiver.queue_current(None);
                 }
             }
         }
-        self.drive();
+        self.start_next();
     }
 
-    /// Takes bytes from the bus, complete by `now`.
+    /// Handles bytes from the bus, complete by `now`.
     pub fn handle_bus(&mut self, now: SimTime, piece: Piece<'_>) {
         self.now = self.now.max(now);
-        self.intake.admit(now, !matches!(self.bus, Bus::Free));
-        let mut rest = self.received(piece);
+        self.receiver.admit(now, !matches!(self.bus, Bus::Free));
+        let mut rest = self.drop_framing_errors(piece);
         while !rest.bytes.is_empty() {
             if let Some((at, _)) = self.deadline().filter(|(at, _)| *at < rest.first) {
-                self.give_up(at);
+                self.handle_deadline(at);
             }
             self.receive(&mut rest);
         }
-        self.drive();
+        self.start_next();
     }
 
-    /// What its UARTs hand on of a piece: they drop bytes whose stop bit is wrong.
-    fn received<'a>(&mut self, piece: Piece<'a>) -> Piece<'a> {
+    /// Drops and counts bytes with a wrong stop bit, as the UARTs do.
+    fn drop_framing_errors<'a>(&mut self, piece: Piece<'a>) -> Piece<'a> {
         if !piece.framing_error {
             return piece;
         }
@@ -154,119 +157,120 @@ impl Controller {
         }
     }
 
-    /// It is `now`, which is when [`Controller::poll_timeout`] wanted to be told, or later; what came by then
-    /// has been told.
+    /// Handles the time-out of [`Controller::poll_timeout`] at `now`, then or later; all bytes
+    /// received by then have been passed in.
     pub fn handle_timeout(&mut self, now: SimTime) {
         self.now = self.now.max(now);
-        self.intake.admit(now, !matches!(self.bus, Bus::Free));
+        self.receiver.admit(now, !matches!(self.bus, Bus::Free));
         while let Some((at, _)) = self.deadline().filter(|(at, _)| *at <= now) {
-            self.give_up(at);
+            self.handle_deadline(at);
         }
-        if let Some(at) = self.intake.breaks_off().filter(|at| *at <= now) {
-            self.break_off(at);
+        if let Some(at) = self.receiver.interruption().filter(|at| *at <= now) {
+            self.end_interrupted(at);
         }
-        self.drive();
+        self.start_next();
     }
 
-    /// When it wants to go on even if no byte comes.
+    /// Returns the time of the next required call of [`Controller::handle_timeout`].
     pub fn poll_timeout(&self) -> Option<SimTime> {
         let deadline = self.deadline().map(|(at, _)| at);
-        earlier(deadline, self.intake.breaks_off())
+        earlier(deadline, self.receiver.interruption())
     }
 
-    /// When it begins to send on the bus next.
+    /// Returns the start of the next transmission on the bus.
     pub fn bus_start(&self) -> Option<SimTime> {
         self.to_bus.next_start()
     }
 
-    /// What it sends on the bus, if the first bit is out by `now`: all that follows without a break.
+    /// Passes the next contiguous bytes for the bus to `send` if their first bit is out by `now`.
     pub fn poll_bus(&mut self, now: SimTime, send: &mut dyn FnMut(Piece<'_>)) -> bool {
         self.to_bus.take_started(now, send)
     }
 
-    /// When the byte is complete with which it learns more about the answer that it is hearing, if that goes on without
-    /// a break; None if it has broken off. At `now` it has heard everything so far.
+    /// Returns the completion time of the byte that decides about the answer being received, if the
+    /// answer continues without a pause; None if it is interrupted. All bytes up to `now` have been
+    /// passed in.
     pub fn expects(&self, now: SimTime) -> Option<SimTime> {
         match &self.bus {
             Bus::Answering(answer) => {
-                Some(answer.expects(self.config.byte_time)).filter(|at| *at > now)
+                Some(answer.next_decision(self.config.byte_time)).filter(|at| *at > now)
             }
             _ => None,
         }
     }
 
-    /// What it sends to the host and was not yet taken, as soon as that is sure: bytes are announced before they are
-    /// complete.
+    /// Takes the bytes for the host as soon as they are certain: bytes are announced before they
+    /// are complete.
     pub fn poll_link(&mut self, arrivals: &mut Arrivals) {
         self.to_link.take_all(arrivals);
     }
 
-    /// Begins the next request, if there is one and the bus is free.
-    fn drive(&mut self) {
+    /// Starts the next request, if there is one and the bus is free.
+    fn start_next(&mut self) {
         while let Bus::Free = self.bus {
-            self.intake.admit(self.now, false);
-            let Some(entry) = self.intake.front() else {
-                self.begin_current();
+            self.receiver.admit(self.now, false);
+            let Some(entry) = self.receiver.front() else {
+                self.start_current();
                 return;
             };
             let entry = entry.clone();
-            self.intake.pop();
-            self.begin(&entry);
+            self.receiver.pop();
+            self.start(&entry);
         }
     }
 
-    /// Begins with a request that has come in completely.
-    fn begin(&mut self, entry: &Entry) {
+    /// Starts a request that is completely received.
+    fn start(&mut self, entry: &Entry) {
         let Some(to) = entry.to() else {
             return;
         };
-        let here = self.now.max(entry.last);
-        if let Some(code) = entry.refused {
-            self.refuse(to, code, here);
+        let at = self.now.max(entry.last);
+        if let Some(code) = entry.error {
+            self.send_error(to, code, at);
             return;
         }
-        let own = to.class() == CLASS_CONTROLLER && to.is_for(self.address);
+        let for_self = to.class() == CLASS_CONTROLLER && to.is_for(self.address);
         let ready = match self.config.passing {
-            Passing::CutThrough => entry.known,
+            Passing::CutThrough => entry.addressed,
             Passing::StoreAndForward => entry.last,
         };
         let start = self.bus_free.max(self.now).max(ready).max(entry.unbroken);
-        if entry.packet().is_none() && (own || entry.last <= start) {
-            self.refuse(to, ErrorCode::CHECKSUM, here);
-        } else if own {
-            self.answer(entry, here);
+        if entry.packet().is_none() && (for_self || entry.last <= start) {
+            self.send_error(to, ErrorCode::CHECKSUM, at);
+        } else if for_self {
+            self.answer(entry, at);
         } else {
             self.to_bus.send(start, entry.bytes());
-            self.sent(entry);
+            self.request_sent(entry);
         }
     }
 
-    /// Begins with a request that is still coming in.
-    fn begin_current(&mut self) {
-        let current = &self.intake.current;
+    /// Starts a request that is still being received.
+    fn start_current(&mut self) {
+        let current = &self.receiver.current;
         let Some(to) = current.to() else {
             return;
         };
-        let own = to.class() == CLASS_CONTROLLER && to.is_for(self.address);
-        if own || self.config.passing == Passing::StoreAndForward {
+        let for_self = to.class() == CLASS_CONTROLLER && to.is_for(self.address);
+        if for_self || self.config.passing == Passing::StoreAndForward {
             return;
         }
         let start = self.bus_free.max(self.now);
-        let start = start.max(current.known).max(current.unbroken);
+        let start = start.max(current.addressed).max(current.unbroken);
         self.to_bus.send(start, current.bytes());
-        self.bus = Bus::Sending;
+        self.bus = Bus::Relaying;
     }
 
-    /// A request is on its way completely.
-    fn sent(&mut self, entry: &Entry) {
+    /// Updates the state after a request was transmitted completely.
+    fn request_sent(&mut self, entry: &Entry) {
         self.counters.requests += 1;
         let end = self.to_bus.end();
         self.bus_free = end + self.config.gap;
         self.bus = Bus::Free;
         match entry.to() {
-            Some(to) if entry.packet().is_none() => self.refuse(to, ErrorCode::CHECKSUM, end),
+            Some(to) if entry.packet().is_none() => self.send_error(to, ErrorCode::CHECKSUM, end),
             Some(to) if !to.is_broadcast() => {
-                self.bus = Bus::Listening {
+                self.bus = Bus::Awaiting {
                     to,
                     since: end,
                     noise: None,
@@ -276,7 +280,7 @@ impl Controller {
         }
     }
 
-    /// A request that is for the controller itself.
+    /// Answers a request to the controller itself.
     fn answer(&mut self, entry: &Entry, at: SimTime) {
         let Some(request) = entry
             .packet()
@@ -284,7 +288,7 @@ impl Controller {
         else {
             return;
         };
-        let (error, payload) = match obey(&mut self.registers, &request) {
+        let (error, payload) = match execute_standard(&mut self.registers, &request) {
             Ok((payload, _)) => (ErrorCode::OK, payload),
             Err(error) => (error, Payload::default()),
         };
@@ -295,38 +299,38 @@ impl Controller {
         }
     }
 
-    /// Sends an error packet in the name of `from`.
-    fn refuse(&mut self, from: Address, code: ErrorCode, at: SimTime) {
+    /// Transmits an error packet to the host in the name of `from`.
+    fn send_error(&mut self, from: Address, code: ErrorCode, at: SimTime) {
         if from.is_broadcast() {
             return;
         }
         self.counters.failures += 1;
-        let body = [from.class(), from.id(), LENGTH_BESIDE, code.0];
-        let [class, id, length, error] = body;
-        let packet = [HEADER, class, id, length, error, checksum(&body)];
+        let fields = [from.class(), from.id(), LENGTH_BESIDE, code.0];
+        let [class, id, length, error] = fields;
+        let packet = [HEADER, class, id, length, error, checksum(&fields)];
         self.to_link.send(at, &packet);
     }
 
-    /// What came from the host stopped amid a packet.
-    fn break_off(&mut self, at: SimTime) {
-        let current = &self.intake.current;
+    /// Handles a packet from the host that is interrupted.
+    fn end_interrupted(&mut self, at: SimTime) {
+        let current = &self.receiver.current;
         let Some(to) = current.to() else {
-            self.intake.garbage += current.bytes().len() as u64;
-            self.intake.take_current();
+            self.receiver.garbage += current.bytes().len() as u64;
+            self.receiver.take_current();
             return;
         };
-        if let Bus::Sending = self.bus {
-            self.intake.take_current();
-            self.refuse(to, ErrorCode::TRUNCATED, at.max(self.to_bus.end()));
-            // The boards want silence before they listen again.
+        if let Bus::Relaying = self.bus {
+            self.receiver.take_current();
+            self.send_error(to, ErrorCode::TRUNCATED, at.max(self.to_bus.end()));
+            // The boards need silence to detect the start of the next packet.
             self.bus_free = at.max(self.to_bus.end()) + self.config.timeout;
             self.bus = Bus::Free;
         } else {
-            self.intake.queue_current(Some(ErrorCode::TRUNCATED));
+            self.receiver.queue_current(Some(ErrorCode::TRUNCATED));
         }
     }
 
-    /// When what goes on on the bus is given up, and why.
+    /// Returns the deadline of the current state of the bus, with the error reported after it.
     fn deadline(&self) -> Option<(SimTime, ErrorCode)> {
         let ControllerConfig {
             timeout,
@@ -335,8 +339,8 @@ impl Controller {
             ..
         } = self.config;
         match &self.bus {
-            Bus::Free | Bus::Sending => None,
-            Bus::Listening { since, .. } => Some((*since + timeout, ErrorCode::TIMEOUT)),
+            Bus::Free | Bus::Relaying => None,
+            Bus::Awaiting { since, .. } => Some((*since + timeout, ErrorCode::TIMEOUT)),
             Bus::Answering(answer) => Some(answer.deadline(timeout, response_limit, byte_time)),
             Bus::Draining { first, last } => {
                 let end = (*last + timeout).min(*first + response_limit);
@@ -345,81 +349,81 @@ impl Controller {
         }
     }
 
-    /// The deadline has passed.
-    fn give_up(&mut self, at: SimTime) {
+    /// Handles an expired deadline.
+    fn handle_deadline(&mut self, at: SimTime) {
         let Some((_, code)) = self.deadline() else {
             return;
         };
         match std::mem::replace(&mut self.bus, Bus::Free) {
-            Bus::Listening {
+            Bus::Awaiting {
                 to,
                 noise: Some((first, last)),
                 ..
             } => {
-                self.refuse(to, ErrorCode::STRANGE, at);
+                self.send_error(to, ErrorCode::STRANGE, at);
                 self.bus = Bus::Draining { first, last };
                 return;
             }
-            Bus::Listening { to, .. } => {
+            Bus::Awaiting { to, .. } => {
                 self.counters.timeouts += 1;
-                self.refuse(to, code, at);
+                self.send_error(to, code, at);
             }
-            Bus::Answering(answer) => self.refuse(answer.from(), code, at),
-            Bus::Free | Bus::Sending | Bus::Draining { .. } => {}
+            Bus::Answering(answer) => self.send_error(answer.from(), code, at),
+            Bus::Free | Bus::Relaying | Bus::Draining { .. } => {}
         }
         self.bus_free = at + self.config.gap;
     }
 
-    /// Hears the beginning of `rest`.
+    /// Receives the beginning of `rest` from the bus.
     fn receive(&mut self, rest: &mut Piece<'_>) {
         match &mut self.bus {
-            Bus::Free | Bus::Sending => {
+            Bus::Free | Bus::Relaying => {
                 split_off(rest, rest.bytes.len());
             }
             Bus::Draining { last, .. } => *last = split_off(rest, rest.bytes.len()).last(),
-            Bus::Listening { to, since, noise } => {
-                // What was complete when the request was not yet over cannot be its answer.
+            Bus::Awaiting { to, since, noise } => {
+                // Bytes complete before the end of the request cannot be its answer.
                 while !rest.bytes.is_empty() && rest.first <= *since {
                     split_off(rest, 1);
                 }
                 let header = rest.bytes.iter().position(|byte| *byte == HEADER);
                 let count = header.unwrap_or(rest.bytes.len());
-                let heard = split_off(rest, count);
+                let garbage = split_off(rest, count);
                 if count > 0 {
-                    let first = noise.map_or(heard.first, |(first, _)| first);
-                    *noise = Some((first, heard.last()));
+                    let first = noise.map_or(garbage.first, |(first, _)| first);
+                    *noise = Some((first, garbage.last()));
                 }
                 if header.is_some() {
                     self.bus = Bus::Answering(Answer::new(*to, rest.first));
                 }
             }
-            Bus::Answering(_) => self.hear_answer(rest),
+            Bus::Answering(_) => self.receive_answer(rest),
         }
     }
 
-    fn hear_answer(&mut self, rest: &mut Piece<'_>) {
+    fn receive_answer(&mut self, rest: &mut Piece<'_>) {
         let Bus::Answering(answer) = &mut self.bus else {
             return;
         };
-        let (part, hearing) = answer.receive(rest);
+        let (part, progress) = answer.receive(rest);
         let (from, at) = (answer.from(), part.last());
         if self.config.passing == Passing::CutThrough {
-            if hearing != Hearing::Strange {
+            if progress != AnswerProgress::Unexpected {
                 self.to_link.relay(part.first, part);
             }
-        } else if hearing == Hearing::Good {
+        } else if progress == AnswerProgress::Valid {
             self.to_link.send(at, answer.bytes());
         }
-        match hearing {
-            Hearing::GoesOn => return,
-            Hearing::Strange => {
+        match progress {
+            AnswerProgress::Incomplete => return,
+            AnswerProgress::Unexpected => {
                 let first = answer.first();
-                self.refuse(from, ErrorCode::STRANGE, at);
+                self.send_error(from, ErrorCode::STRANGE, at);
                 self.bus = Bus::Draining { first, last: at };
                 return;
             }
-            Hearing::Good => self.counters.answers += 1,
-            Hearing::Damaged => self.refuse(from, ErrorCode::CHECKSUM, at),
+            AnswerProgress::Valid => self.counters.answers += 1,
+            AnswerProgress::Damaged => self.send_error(from, ErrorCode::CHECKSUM, at),
         }
         self.bus = Bus::Free;
         self.bus_free = at + self.config.gap;

@@ -4,34 +4,34 @@ use twinrig_kernel::SimDuration;
 use crate::codes::{BYTE_TIME, FRAME_MAX, PACKET_MAX};
 use crate::error::SbcpError;
 
-/// How the bus controller passes bytes on.
+/// Forwarding mode of the bus controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Passing {
-    /// As they come, as soon as it is known whom they are for.
+    /// Bytes are relayed as they arrive, once the address is known.
     CutThrough,
-    /// When the packet is complete, both ways.
+    /// Packets are forwarded when they are complete, in both directions.
     StoreAndForward,
 }
 
-/// How the bus controller behaves.
+/// Configuration of the bus controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ControllerConfig {
-    /// Its own id.
+    /// Id of the controller.
     pub id: u8,
-    /// How it passes bytes on: cut-through.
+    /// Forwarding mode: cut-through.
     pub passing: Passing,
-    /// From a request's last bit to the end of the answer's first byte, and how much later than its length
-    /// byte promises an answer may end: 20 µs (thesis, section 5.3.2).
+    /// Maximum time from a request's last bit to the end of the answer's first byte, and maximum
+    /// delay of an answer's end relative to its length byte: 20 µs (thesis, section 5.3.2).
     pub timeout: SimDuration,
-    /// From the end of an answer's first byte to the end of its last: 130 µs, ASSUMED.
+    /// Maximum time from the end of an answer's first byte to the end of its last: 130 µs, ASSUMED.
     pub response_limit: SimDuration,
-    /// From an answer's last bit to the next request's first: 2 µs, ASSUMED.
+    /// Time from an answer's last bit to the next request's first: 2 µs, ASSUMED.
     pub gap: SimDuration,
     /// Silence on the link that ends a request: 15 µs, ASSUMED.
     pub idle_gap: SimDuration,
-    /// Requests that it holds, the one on the bus included: 4.
+    /// Size of the buffer in requests, including the one on the bus: 4.
     pub packets_max: usize,
-    /// Ten bits, on the link and on the bus.
+    /// Time of a byte (ten bits), on the link and on the bus.
     pub byte_time: SimDuration,
 }
 
@@ -50,11 +50,12 @@ impl Default for ControllerConfig {
     }
 }
 
-/// Longest reaction of a good board (thesis, section 5.3.2): no time-out may be shorter than this and a byte.
+/// Maximum reaction time of a board (thesis, section 5.3.2): a time-out must be at least this and a
+/// byte.
 const REACTION_MAX: SimDuration = SimDuration::from_micros(10);
 
 impl ControllerConfig {
-    /// Whether a good answer would pass at all.
+    /// Checks that valid answers are relayed.
     pub(crate) fn check(&self) -> Result<(), SbcpError> {
         let byte_time = self.byte_time;
         if byte_time.is_zero() {
@@ -77,21 +78,21 @@ impl ControllerConfig {
     }
 }
 
-/// What a bus controller has counted since it was made.
+/// Counters of a bus controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ControllerCounters {
-    /// Requests put on the bus.
+    /// Requests transmitted on the bus.
     pub requests: u64,
-    /// Good answers passed on.
+    /// Valid answers relayed.
     pub answers: u64,
-    /// Error packets sent in a board's place, those for overflows and silent boards included.
+    /// Error packets sent in the name of boards, including those for overflows and time-outs.
     pub failures: u64,
-    /// Boards that kept silent.
+    /// Requests without an answer of the board.
     pub timeouts: u64,
     /// Requests dropped because the buffer was full.
     pub overflows: u64,
-    /// Bytes from the host that belonged to no packet \[B\].
+    /// Bytes from the host outside packets \[B\].
     pub garbage: u64,
-    /// Bytes from either side that were dropped for a wrong stop bit \[B\].
+    /// Bytes from both sides dropped for a wrong stop bit \[B\].
     pub framing_errors: u64,
 }

@@ -1,30 +1,30 @@
 use thiserror::Error;
 
-/// What is refused: bytes that are no packet, values that no packet can carry, parameters that cannot be.
+/// Invalid packets, values that a packet cannot carry, or invalid parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum SbcpError {
-    /// The bytes do not begin with the header, or are not as many as their length byte says.
+    /// The bytes do not begin with the header, or their number differs from the length byte.
     #[error("{bytes} bytes that are not framed as one packet")]
     NotFramed {
-        /// How many there are.
+        /// Number of bytes.
         bytes: usize,
     },
-    /// The length byte says less than is always there, or more than any buffer holds.
-    #[error("length byte {length}, which no packet has")]
+    /// The length byte is below the minimum or above the maximum of a packet.
+    #[error("invalid length byte {length}")]
     Length {
         /// The length byte.
         length: u8,
     },
     /// The checksum is wrong.
-    #[error("checksum {found:#04x} where the bytes add up to {sum:#04x}")]
+    #[error("checksum {found:#04x}, but the sum of the bytes is {sum:#04x}")]
     Checksum {
-        /// What the packet says.
+        /// Checksum in the packet.
         found: u8,
-        /// What its bytes add up to.
+        /// Sum of its bytes.
         sum: u8,
     },
-    /// A class or an id that is the header, or a response that comes from everybody.
-    #[error("class {class:#04x}, id {id:#04x} is nobody's address")]
+    /// A class or an id equals the header byte or, where not allowed, is that of a broadcast.
+    #[error("class {class:#04x}, id {id:#04x} is not the address of a device")]
     Address {
         /// The class.
         class: u8,
@@ -33,21 +33,21 @@ pub enum SbcpError {
     },
     /// A payload that does not fit into a packet.
     #[error(
-        "a payload of {len} bytes, where a packet holds {}",
+        "a payload of {len} bytes exceeds the maximum of {}",
         crate::PAYLOAD_MAX
     )]
     Payload {
         /// Its length \[B\].
         len: usize,
     },
-    /// Two registers have one address, or one has an address of the standard head.
-    #[error("register {address:#04x} is there twice")]
+    /// Two registers have the same address, or one has an address of the standard head.
+    #[error("register {address:#04x} is defined twice")]
     RegisterTwice {
         /// The address.
         address: u8,
     },
-    /// A register cannot hold what it shall hold.
-    #[error("register {address:#04x} cannot hold {value}")]
+    /// The value does not fit into the register.
+    #[error("the value {value} does not fit into register {address:#04x}")]
     RegisterValue {
         /// The address.
         address: u8,
@@ -55,42 +55,42 @@ pub enum SbcpError {
         value: u16,
     },
     /// There is no such register.
-    #[error("there is no register {address:#04x}")]
+    #[error("register {address:#04x} does not exist")]
     NoRegister {
         /// The address.
         address: u8,
     },
-    /// A time-out in which no board could answer.
+    /// The time-out excludes valid answers.
     #[error(
-        "a time-out of {nanos} ns, where the first byte of a good answer takes up to {least} ns"
+        "a time-out of {nanos} ns is too short: the first byte of a valid answer takes up to {least} ns"
     )]
     Timeout {
         /// The time-out \[ns\].
         nanos: u64,
-        /// The least that makes sense \[ns\].
+        /// Required minimum \[ns\].
         least: u64,
     },
-    /// A limit on a response in which the longest one does not fit.
-    #[error("a limit of {nanos} ns, where the longest response takes {least} ns")]
+    /// The limit excludes the longest response.
+    #[error("a limit of {nanos} ns is too short: the longest response takes {least} ns")]
     Limit {
         /// The limit \[ns\].
         nanos: u64,
-        /// The least that makes sense \[ns\].
+        /// Required minimum \[ns\].
         least: u64,
     },
     /// A frame without packets, or with more than the bus controller buffers.
     #[error(
-        "a frame of {packets} packets, where it takes 1 to {}",
+        "a frame of {packets} packets, but 1 to {} are allowed",
         crate::FRAME_MAX
     )]
     Frame {
-        /// How many packets.
+        /// Number of packets.
         packets: usize,
     },
-    /// Bytes that take no time.
-    #[error("a byte must take some time")]
+    /// The byte time is zero.
+    #[error("the byte time must be longer than zero")]
     ByteTime,
-    /// A transfer is begun while another one goes on.
-    #[error("a transfer is going on")]
+    /// A transfer is already in progress.
+    #[error("a transfer is in progress")]
     Busy,
 }

@@ -4,9 +4,10 @@ use twinrig_kernel::HostTime;
 use crate::codes::FRAME_MAX;
 use crate::packet::Address;
 
-/// The boards whose answer to a request that was given up may still come, each with the instant until when.
+/// Boards whose answer to an abandoned request may still arrive, each with the latest time.
 ///
-/// A board is in it once, and only until then: of a frame's boards there are [`FRAME_MAX`] at most.
+/// A board is contained once and only until that time, so there are at most [`FRAME_MAX`] boards of
+/// a frame.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct LateAnswers(Vec<(Address, HostTime)>);
 
@@ -17,7 +18,7 @@ impl Default for LateAnswers {
 }
 
 impl LateAnswers {
-    /// At `now`, a request to that board is given up; its answer may come before `until`.
+    /// Adds a request to `from` abandoned at `now`, whose answer may arrive before `until`.
     pub(crate) fn add(&mut self, now: HostTime, from: Address, until: HostTime) {
         let until = self.until(from).map_or(until, |before| before.max(until));
         self.0
@@ -25,7 +26,7 @@ impl LateAnswers {
         self.0.push((from, until));
     }
 
-    /// From when on a request to that board brings no older answer.
+    /// Returns the time from which a request to `to` cannot receive an older answer.
     pub(crate) fn until(&self, to: Address) -> Option<HostTime> {
         let of_board = self.0.iter().find(|(board, _)| *board == to);
         of_board.map(|(_, until)| *until)
@@ -41,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn the_latest_of_a_board_counts_and_those_that_are_over_are_forgotten() {
+    fn latest_deadline_of_a_board_applies_and_expired_ones_are_removed() {
         let board = |id| Address::new(1, id).unwrap();
         let mut late = LateAnswers::default();
         late.add(at(0), board(1), at(50));

@@ -1,6 +1,7 @@
-//! The Simple Binary Communication Protocol of the Oncilla robot (thesis, section 5.3), from the bytes of a packet to
-//! a master that exchanges frames with four boards through a bus controller. Sans-IO: bytes and times in, bytes and
-//! times out; the same bytes at the same times give the same answers, and no bytes at all make it panic.
+//! Simple Binary Communication Protocol of the Oncilla robot (thesis, section 5.3): from the bytes
+//! of a packet to a master that exchanges frames with four boards through a bus controller.
+//! Sans-IO: bytes and times in, bytes and times out. Equal bytes at equal times give equal answers,
+//! and no input causes a panic.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
@@ -15,15 +16,15 @@
 //! let mut board = Slave::new(SlaveConfig::new(CLASS_MOTORDRIVER), registers)?;
 //! board.set_reply(b"all is well")?;
 //!
-//! // It hears a request of 10 bytes, which is over at 30 µs …
+//! // It receives a request of 10 bytes, complete at 30 µs …
 //! let to = Address::new(CLASS_MOTORDRIVER, 3)?;
 //! let mut request = Vec::new();
 //! Request::new(to, Instruction::LOW_LATENCY, &[0, 1, 0, 2])?.emit(&mut request);
 //! let micros = |n| SimTime::ZERO + SimDuration::from_micros(n);
 //! let (first, spacing) = (micros(3), SimDuration::from_micros(3));
-//! board.hear(Piece { first, spacing, bytes: &request, framing_error: false });
+//! board.receive(Piece { first, spacing, bytes: &request, framing_error: false });
 //!
-//! // … and begins to answer 10 µs later.
+//! // … and starts its answer 10 µs later.
 //! let mut answer = Vec::new();
 //! assert_eq!(board.poll_transmit(&mut answer), Some(micros(40)));
 //! let response = Response::parse(&Packet::new(&answer)?)?;
@@ -31,16 +32,16 @@
 //! # Ok::<(), twinrig_sbcp::SbcpError>(())
 //! ```
 //!
-//! | side | what | meets |
+//! | side | types | connected to |
 //! |---|---|---|
 //! | host | [`Master`]: requests out, outcomes in | a `twinrig_runtime::Driver` |
-//! | between | [`Controller`], and [`Controlled`] as a `twinrig_wire::Line` | link and bus |
+//! | bus controller | [`Controller`], and [`Controlled`] as a `twinrig_wire::Line` | link and bus |
 //! | board | [`Slave`] with its [`RegisterTable`] | a `twinrig_wire::Node` |
 //!
-//! What it does not do: it knows no motor, leg or unit, and no register beside the standard head. It opens no port and
-//! models no collision; it does not retry. What is printed nowhere (codes, addresses, some times) is ASSUMED, and
-//! stands in [`codes`] and in the defaults of the configurations. The checksum is a sum: at a bit error rate of 1e-3 one
-//! response in 1700 is wrong and accepted, and nothing here can tell.
+//! Out of scope: motors, legs and units; registers besides the standard head; ports, collisions and
+//! retries. Values that are not published (codes, addresses, some times) are ASSUMED, and collected
+//! in [`codes`] and in the defaults of the configurations. The checksum is a sum: at a bit error
+//! rate of 1e-3 one response in 1700 is wrong but accepted, without any means of detection.
 
 mod answer;
 pub mod codes;
@@ -48,17 +49,17 @@ mod controlled;
 mod controller;
 mod controller_config;
 mod error;
-mod intake;
 mod late_answers;
-mod listener;
+mod link_receiver;
 mod master;
 mod master_config;
-mod outbox;
 mod packet;
 mod parser;
 mod registers;
+mod request_parser;
 mod slave;
 mod standard;
+mod uart_transmitter;
 
 pub use codes::{BYTE_TIME, ErrorCode, FRAME_MAX, Instruction, OVERHEAD, PACKET_MAX, PAYLOAD_MAX};
 pub use controlled::Controlled;

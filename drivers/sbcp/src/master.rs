@@ -21,39 +21,43 @@ enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum State {
     Idle,
-    /// A transfer has begun; it waits until nobody talks unasked, at most until then.
+    /// A transfer has begun and waits, at most until then, for the end of unsolicited bytes.
     Draining(HostTime),
-    /// The next requests wait until no older answer of their boards can come.
+    /// The next requests wait until then, when late answers of their boards are excluded.
     Holding(HostTime),
-    /// Requests are to be written.
+    /// The next requests are to be written.
     Writing,
-    /// Answers are awaited until then.
+    /// Answers are expected until then.
     Waiting(HostTime),
 }
 
-/// The host's side of the protocol, without a port or a clock of its own.
+/// Host side of the protocol, without port or clock.
 ///
-/// A transfer is begun with one request ([`Master::transfer`], the *lazy* workflow) or with a frame of them
-/// ([`Master::cycle`], the *scheduled* one). After that, and whenever bytes have come
-/// ([`Master::handle_bytes`]) or the time has that [`Master::poll_timeout`] gives
-/// ([`Master::handle_timeout`]), whoever holds it writes what [`Master::poll_transmit`] gives. When
-/// [`Master::is_busy`] no longer holds, [`Master::outcomes`] has one outcome for each request.
+/// A transfer begins with one request ([`Master::transfer`], the *lazy* workflow) or with a frame
+/// of them ([`Master::cycle`], the *scheduled* one). After that, and whenever bytes were received
+/// ([`Master::handle_bytes`]) or the time of [`Master::poll_timeout`] has come
+/// ([`Master::handle_timeout`]), the owner writes the bytes of [`Master::poll_transmit`]. When
+/// [`Master::is_busy`] is false again, [`Master::outcomes`] has one outcome per request.
 ///
-/// **Which answer is whose.** Answers carry no number, only class and id of their source, and they come in
-/// the order of the requests. So an answer is that of the first open request to that address, and closes
-/// the requests before it, whose answers are lost. What matches no open request is a stray.
+/// **Which answer is whose.** Answers carry no number, only class and id of their source, and they
+/// arrive in the order of the requests. So an answer is that of the first open request to that
+/// address, and closes the requests before it, whose answers are lost. A packet that matches no
+/// open request is a stray.
 ///
-/// **Late answers.** An answer to a request that was given up must not be taken for that to a later one. It could be
-/// for one to the same board only, so that board is not asked again until [`MasterConfig::cycle_timeout`] (or
-/// [`MasterConfig::lazy_timeout`]) and [`MasterConfig::grace`] have passed since the request that was given up was
-/// written ([`crate::GRACE`] says why this is enough); others are asked meanwhile.
+/// **Late answers.** An answer to an abandoned request must not be taken for that to a later one.
+/// Only a later request to the same board is affected, so that board gets no request until
+/// [`MasterConfig::cycle_timeout`] (or [`MasterConfig::lazy_timeout`]) and [`MasterConfig::grace`]
+/// have passed since the abandoned request was written (for the reason see [`crate::GRACE`]);
+/// others are served meanwhile.
 ///
-/// **Who talks unasked.** After a stray, or a byte that no request is open for, the next transfer waits until nobody has
-/// talked unasked for [`MasterConfig::quiet`], but not longer than [`MasterConfig::drain_timeout`]: a talker who never
-/// ends costs errors, not the bus.
+/// **Unsolicited bytes.** After a stray, or a byte while no request is open, the next transfer
+/// waits until there has been no unsolicited byte for [`MasterConfig::quiet`], but not longer than
+/// [`MasterConfig::drain_timeout`]: a station that never stops causes errors but does not block the
+/// bus.
 ///
-/// **Damaged answers.** Directly on the bus, what is an answer of the board that was asked but for its checksum ends
-/// the wait: that board says nothing more. A bus controller sends an error packet behind it.
+/// **Damaged answers.** Directly on the bus, an answer of the requested board with a wrong checksum
+/// ends the wait: the board transmits nothing more. A bus controller sends an error packet behind
+/// it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Master {
     config: MasterConfig,
@@ -62,12 +66,12 @@ pub struct Master {
     requests: [Option<Request>; FRAME_MAX],
     outcomes: Vec<Outcome>,
     count: usize,
-    /// The first of the requests that is neither answered nor given up.
+    /// Index of the first request that is neither answered nor abandoned.
     open: usize,
     parser: Parser,
-    /// When somebody talked unasked, the last time since the last transfer began.
-    noise: Option<HostTime>,
-    /// When the open requests were written.
+    /// Time of the last unsolicited byte or packet since the last transfer began.
+    unsolicited: Option<HostTime>,
+    /// Time at which the open requests were written.
     written: HostTime,
     late: LateAnswers,
     now: HostTime,
@@ -80,7 +84,7 @@ fn later(now: HostTime, by: Duration) -> HostTime {
 }
 
 impl Master {
-    /// A master that has written nothing yet.
+    /// A master without a transfer.
     pub fn new(config: MasterConfig) -> Self {
         Self {
             config,
@@ -91,7 +95,7 @@ impl Master {
             count: 0,
             open: 0,
             parser: Parser::default(),
-            noise: None,
+            unsolicited: None,
             written: HostTime::default(),
             late: LateAnswers::default(),
             now: HostTime::default(),
@@ -99,12 +103,12 @@ impl Master {
         }
     }
 
-    /// How it behaves.
+    /// Returns the configuration.
     pub fn config(&self) -> MasterConfig {
         self.config
     }
 
-    /// What was counted so far.
+    /// Returns the counters.
     pub fn counters(&self) -> MasterCounters {
         MasterCounters {
             garbage: self.counters.garbage + self.parser.skipped(),
@@ -112,24 +116,24 @@ impl Master {
         }
     }
 
-    /// Whether as many errors were counted as are too many.
+    /// Whether the number of errors has reached [`MasterConfig::error_threshold`].
     pub fn is_out_of_errors(&self) -> bool {
         let threshold = u64::try_from(self.config.error_threshold);
         threshold.is_ok_and(|threshold| self.counters.errors >= threshold.max(1))
     }
 
-    /// Begins to transfer one request at `now`.
+    /// Begins the transfer of one request at `now`.
     ///
     /// # Errors
-    /// [`SbcpError::Busy`] if a transfer goes on.
+    /// [`SbcpError::Busy`] if a transfer is in progress.
     pub fn transfer(&mut self, now: HostTime, request: &Request) -> Result<(), SbcpError> {
         self.begin(now, Kind::Lazy, std::slice::from_ref(request))
     }
 
-    /// The same, for a board that may be missing: is not counted as an error then.
+    /// The same for a board that may be absent: a missing answer is not counted as an error.
     ///
     /// # Errors
-    /// [`SbcpError::Busy`] if a transfer goes on.
+    /// [`SbcpError::Busy`] if a transfer is in progress.
     pub fn probe(&mut self, now: HostTime, request: &Request) -> Result<(), SbcpError> {
         self.begin(now, Kind::Probe, std::slice::from_ref(request))
     }
@@ -137,12 +141,13 @@ impl Master {
     /// Begins a cycle at `now`: a frame of requests to different boards.
     ///
     /// # Errors
-    /// [`SbcpError::Busy`] if a transfer goes on, [`SbcpError::Frame`] if there are none or too many.
+    /// [`SbcpError::Busy`] if a transfer is in progress, [`SbcpError::Frame`] if there are no or
+    /// too many requests.
     pub fn cycle(&mut self, now: HostTime, frame: &[Request]) -> Result<(), SbcpError> {
         self.begin(now, Kind::Cycle, frame)
     }
 
-    /// Takes bytes that were read at `now`: any bytes at all, in pieces of any length.
+    /// Handles bytes read at `now`: arbitrary bytes, in pieces of any length.
     pub fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
@@ -151,20 +156,20 @@ impl Master {
         let mut rest = bytes;
         while let State::Waiting(_) = self.state {
             let Some(packet) = self.parser.next(&mut rest) else {
-                self.take_damaged();
+                self.handle_damaged();
                 return;
             };
             let response = Response::parse(&packet);
-            self.take(response.ok());
+            self.handle_response(response.ok());
         }
         if !rest.is_empty() {
-            // Nobody has asked for these.
+            // Unsolicited bytes.
             self.counters.garbage += rest.len() as u64;
-            self.noise = Some(now);
+            self.unsolicited = Some(now);
         }
     }
 
-    /// It is `now`, which is when [`Master::poll_timeout`] wanted to be told, or later.
+    /// Handles the time-out of [`Master::poll_timeout`] at `now`, then or later.
     pub fn handle_timeout(&mut self, now: HostTime) {
         if self.poll_timeout().is_none_or(|due| now < due) {
             return;
@@ -174,31 +179,31 @@ impl Master {
             State::Draining(limit) => {
                 let quiet = self.quiet_from().is_none_or(|from| from <= now);
                 self.counters.drain_timeouts += u64::from(!quiet && limit <= now);
-                self.settle();
+                self.start_requests();
                 return;
             }
             State::Holding(_) => {
-                self.request();
+                self.schedule_requests();
                 return;
             }
             State::Idle | State::Writing | State::Waiting(_) => {}
         }
-        // What began like a packet may have hidden one behind it.
+        // A false header may hide a packet behind it.
         while let State::Waiting(_) = self.state {
             let Some(packet) = self.parser.give_up() else {
                 break;
             };
             let response = Response::parse(&packet);
-            self.take(response.ok());
+            self.handle_response(response.ok());
         }
         if let State::Waiting(_) = self.state {
-            self.give_up();
-            self.open = self.asked().end;
-            self.go_on();
+            self.abandon();
+            self.open = self.outstanding().end;
+            self.proceed();
         }
     }
 
-    /// When it wants to go on even if no byte comes.
+    /// Returns the time of the next required call of [`Master::handle_timeout`].
     pub fn poll_timeout(&self) -> Option<HostTime> {
         match self.state {
             State::Idle | State::Writing => None,
@@ -207,40 +212,42 @@ impl Master {
         }
     }
 
-    /// Appends what is to be written next, in one piece, to `bytes`; says whether there was anything.
+    /// Appends the bytes to be written next, in one piece, to `bytes`; returns whether there are
+    /// any.
     pub fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
         if self.state != State::Writing {
             return false;
         }
-        // What came before cannot be an answer to these.
+        // Bytes received before cannot be answers to these requests.
         self.parser.reset();
-        let packets = self.asked();
+        let packets = self.outstanding();
         self.counters.requests += packets.len() as u64;
         for request in self.requests[packets].iter().flatten() {
             request.emit(bytes);
         }
         self.written = self.now;
         self.state = State::Waiting(later(self.now, self.timeout()));
-        self.pass_broadcasts();
+        self.complete_broadcasts();
         true
     }
 
-    /// Whether a transfer goes on.
+    /// Whether a transfer is in progress.
     pub fn is_busy(&self) -> bool {
         self.state != State::Idle
     }
 
-    /// Gives up what goes on at `now`: its open requests fail, uncounted. Their answers may still come; their boards are
-    /// not asked until they cannot any more.
+    /// Aborts the transfer at `now`: its open requests fail without being counted. Their answers
+    /// may still arrive; their boards get no request until these are excluded.
     pub fn abort(&mut self, now: HostTime) {
         self.now = now;
         if let State::Waiting(_) = self.state {
-            self.give_up();
+            self.abandon();
         }
         self.state = State::Idle;
     }
 
-    /// What the requests of the last transfer brought, in their order; nothing while it goes on.
+    /// Returns the outcomes of the requests of the last transfer, in order; empty while it is in
+    /// progress.
     pub fn outcomes(&self) -> &[Outcome] {
         if self.is_busy() { &[] } else { &self.outcomes }
     }
@@ -265,33 +272,34 @@ impl Master {
         if self.quiet_from().is_some_and(|from| now < from) {
             self.state = State::Draining(later(now, self.config.drain_timeout));
         } else {
-            self.settle();
+            self.start_requests();
         }
         Ok(())
     }
 
-    /// From when on nobody has talked unasked for long enough, if somebody did.
+    /// Returns the time from which the line counts as quiet, if there were unsolicited bytes.
     fn quiet_from(&self) -> Option<HostTime> {
-        self.noise.map(|last| later(last, self.config.quiet))
+        self.unsolicited.map(|last| later(last, self.config.quiet))
     }
 
-    /// The line is quiet, or never will be.
-    fn settle(&mut self) {
-        self.noise = None;
-        self.request();
+    /// Starts the requests when the line is quiet or the wait for it has timed out.
+    fn start_requests(&mut self) {
+        self.unsolicited = None;
+        self.schedule_requests();
     }
 
-    /// The requests that are open, or to be written next.
-    fn asked(&self) -> Range<usize> {
+    /// Returns the indices of the requests that are open or to be written next.
+    fn outstanding(&self) -> Range<usize> {
         match self.config.topology {
             Topology::Direct => self.open..self.count.min(self.open + 1),
             Topology::Controller => self.open..self.count,
         }
     }
 
-    /// The next requests are to be written, as soon as no older answer of their boards can come.
-    fn request(&mut self) {
-        let requests = self.requests[self.asked()].iter().flatten();
+    /// Schedules the next requests: at once, or as soon as late answers of their boards are
+    /// excluded.
+    fn schedule_requests(&mut self) {
+        let requests = self.requests[self.outstanding()].iter().flatten();
         let free = requests
             .filter_map(|request| self.late.until(request.to))
             .max();
@@ -308,42 +316,43 @@ impl Master {
         }
     }
 
-    /// The open requests are given up; their answers may still come.
-    fn give_up(&mut self) {
+    /// Abandons the open requests; their answers may still arrive.
+    fn abandon(&mut self) {
         let until = later(self.written, self.timeout() + self.config.grace);
-        for index in self.asked() {
+        for index in self.outstanding() {
             if let Some(request) = self.requests[index] {
                 self.late.add(self.now, request.to, until);
             }
         }
     }
 
-    /// All bytes so far were looked at, and no answer was among them. Perhaps it was, but damaged.
-    fn take_damaged(&mut self) {
-        let open = self.requests[self.asked()].first().copied().flatten();
-        let of_open =
+    /// Ends the wait for an answer that was received with a wrong checksum. All bytes so far are
+    /// parsed.
+    fn handle_damaged(&mut self) {
+        let open = self.requests[self.outstanding()].first().copied().flatten();
+        let matches_open =
             |(class, id)| open.is_some_and(|open| (open.to.class(), open.to.id()) == (class, id));
         let over = self.config.topology == Topology::Direct && !self.parser.is_amid();
-        if over && self.parser.damaged().is_some_and(of_open) {
+        if over && self.parser.damaged().is_some_and(matches_open) {
             self.counters.damaged += 1;
             self.open += 1;
-            self.go_on();
+            self.proceed();
         }
     }
 
-    /// A packet has come while answers are awaited; None if it is no response.
-    fn take(&mut self, response: Option<Response>) {
-        let open = self.asked();
-        let asked = |response: &Response, index: usize| {
+    /// Handles a packet received while answers are expected; None if it is not a response.
+    fn handle_response(&mut self, response: Option<Response>) {
+        let open = self.outstanding();
+        let matches = |response: &Response, index: usize| {
             self.requests[index].is_some_and(|request| request.to == response.from())
         };
         let found = response.and_then(|response| {
-            let index = open.clone().find(|index| asked(&response, *index));
+            let index = open.clone().find(|index| matches(&response, *index));
             index.map(|index| (index, response))
         });
         let Some((index, response)) = found else {
             self.counters.strays += 1;
-            self.noise = Some(self.now);
+            self.unsolicited = Some(self.now);
             return;
         };
         self.outcomes[index] = match response.error {
@@ -351,21 +360,21 @@ impl Master {
             error => Err(Failure::Refused(error)),
         };
         self.open = index + 1;
-        self.go_on();
+        self.proceed();
     }
 
-    /// A request is answered or given up.
-    fn go_on(&mut self) {
+    /// Continues after a request is answered or abandoned.
+    fn proceed(&mut self) {
         if self.open < self.count && self.config.topology == Topology::Direct {
-            self.request();
+            self.schedule_requests();
         } else {
-            self.pass_broadcasts();
+            self.complete_broadcasts();
         }
     }
 
-    /// Nobody answers a broadcast, so it is done when it is written.
-    fn pass_broadcasts(&mut self) {
-        let end = self.asked().end;
+    /// Completes broadcasts, which are not answered, as soon as they are written.
+    fn complete_broadcasts(&mut self) {
+        let end = self.outstanding().end;
         let before = self.open;
         while self.open < end
             && self.requests[self.open].is_some_and(|request| request.to.is_broadcast())
@@ -376,15 +385,15 @@ impl Master {
         if self.open == self.count {
             self.finish();
         } else if self.config.topology == Topology::Direct && self.open > before {
-            self.request();
+            self.schedule_requests();
         }
     }
 
     fn finish(&mut self) {
         self.state = State::Idle;
-        // Behind the answers there may be more, which belongs to nothing.
+        // Bytes behind the answers are unsolicited.
         if self.parser.is_amid() {
-            self.noise = Some(self.now);
+            self.unsolicited = Some(self.now);
         }
         let answers = self.outcomes.iter().filter(|outcome| outcome.is_ok());
         let answers = answers.count() as u64;

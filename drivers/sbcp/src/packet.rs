@@ -8,24 +8,26 @@ use crate::codes::{
 use crate::error::SbcpError;
 use crate::registers::Width;
 
-/// The sum of all bytes, modulo 256. Of a packet, it takes those between header and checksum.
+/// Sum of all bytes modulo 256. For a packet it is applied to the bytes between header and
+/// checksum.
 pub(crate) fn checksum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
 }
 
-/// Length of the whole packet \[B\] by its length byte; None if no packet has such a length.
+/// Returns the length of the whole packet \[B\] from its length byte; None if the length byte is
+/// invalid.
 pub(crate) fn packet_len(length: u8) -> Option<usize> {
     let len = usize::from(length) + OVERHEAD - usize::from(LENGTH_BESIDE);
     (length >= LENGTH_BESIDE && len <= PACKET_MAX).then_some(len)
 }
 
-/// Bytes that are framed as a packet and have the right checksum: the raw view. Whether they mean
-/// anything is for [`Request`] and [`Response`] to say.
+/// Packet in its raw form: framed bytes with a valid checksum. [`Request`] and [`Response`]
+/// interpret it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packet<'a>(&'a [u8]);
 
 impl<'a> Packet<'a> {
-    /// Looks at exactly one packet.
+    /// Checks that the bytes are exactly one packet.
     ///
     /// # Errors
     /// [`SbcpError::NotFramed`], [`SbcpError::Length`] or [`SbcpError::Checksum`].
@@ -45,33 +47,33 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// All of its bytes.
+    /// Returns all bytes.
     pub fn bytes(&self) -> &'a [u8] {
         self.0
     }
 
-    /// Class of the destination of a request, of the source of a response.
+    /// Returns the class of the destination of a request or of the source of a response.
     pub fn class(&self) -> u8 {
         self.0[1]
     }
 
-    /// Id of the destination of a request, of the source of a response.
+    /// Returns the id of the destination of a request or of the source of a response.
     pub fn id(&self) -> u8 {
         self.0[2]
     }
 
-    /// The fifth byte: a request's instruction, a response's error.
+    /// Returns the fifth byte: a request's instruction, a response's error.
     pub fn code(&self) -> u8 {
         self.0[4]
     }
 
-    /// The payload.
+    /// Returns the payload.
     pub fn payload(&self) -> &'a [u8] {
         &self.0[5..self.0.len() - 1]
     }
 }
 
-/// Whom a request is for, or whom a response comes from: never the header byte.
+/// Destination of a request, or source of a response: never the header byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Address {
     class: u8,
@@ -79,10 +81,10 @@ pub struct Address {
 }
 
 impl Address {
-    /// The device of that class and id; [`BROADCAST`] means every one.
+    /// The device of that class and id; [`BROADCAST`] means all.
     ///
     /// # Errors
-    /// [`SbcpError::Address`] if one of them is the header byte.
+    /// [`SbcpError::Address`] if class or id is the header byte.
     pub const fn new(class: u8, id: u8) -> Result<Self, SbcpError> {
         if class == HEADER || id == HEADER {
             Err(SbcpError::Address { class, id })
@@ -91,29 +93,29 @@ impl Address {
         }
     }
 
-    /// Kind of device.
+    /// Class of the device.
     pub const fn class(self) -> u8 {
         self.class
     }
 
-    /// Which one of its kind.
+    /// Id within the class.
     pub const fn id(self) -> u8 {
         self.id
     }
 
-    /// Whether it means more than one device, so that nobody answers.
+    /// Whether it is a broadcast address, which is not answered.
     pub const fn is_broadcast(self) -> bool {
         self.class == BROADCAST || self.id == BROADCAST
     }
 
-    /// Whether a request to here is for `device`.
+    /// Whether a request to this address is for `device`.
     pub const fn is_for(self, device: Self) -> bool {
         (self.class == device.class || self.class == BROADCAST)
             && (self.id == device.id || self.id == BROADCAST)
     }
 }
 
-/// What a packet carries: at most [`PAYLOAD_MAX`] bytes.
+/// Payload of a packet: at most [`PAYLOAD_MAX`] bytes.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 #[serde(try_from = "Vec<u8>", into = "Vec<u8>")]
 pub struct Payload {
@@ -122,7 +124,7 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// Of these bytes.
+    /// A payload of these bytes.
     ///
     /// # Errors
     /// [`SbcpError::Payload`] if there are too many.
@@ -139,7 +141,7 @@ impl Payload {
         Ok(payload)
     }
 
-    /// A register's value, low byte first.
+    /// Value of a register, low byte first.
     pub(crate) fn of_register(width: Width, value: u16) -> Self {
         let mut payload = Self::default();
         [payload.bytes[0], payload.bytes[1]] = value.to_le_bytes();
@@ -150,7 +152,7 @@ impl Payload {
         payload
     }
 
-    /// Of a packet that was checked: such a payload fits.
+    /// Payload of a checked packet, which fits.
     fn of(packet: &Packet<'_>) -> Self {
         let mut payload = Self::default();
         let bytes = packet.payload();
@@ -171,7 +173,7 @@ impl Eq for Payload {}
 impl Deref for Payload {
     type Target = [u8];
     fn deref(&self) -> &[u8] {
-        // The length is checked where a payload is made.
+        // The length is checked at construction.
         &self.bytes[..usize::from(self.len)]
     }
 }
@@ -189,22 +191,22 @@ impl From<Payload> for Vec<u8> {
     }
 }
 
-/// A request: what the master sends.
+/// Request: sent by the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Request {
-    /// Whom it is for.
+    /// Destination.
     pub to: Address,
-    /// What is to be done.
+    /// Instruction.
     pub instruction: Instruction,
-    /// With what.
+    /// Payload.
     pub payload: Payload,
 }
 
 impl Request {
-    /// A request with these bytes as its payload.
+    /// A request with these bytes as payload.
     ///
     /// # Errors
-    /// [`SbcpError::Payload`] if they are too many.
+    /// [`SbcpError::Payload`] if there are too many.
     pub fn new(to: Address, instruction: Instruction, payload: &[u8]) -> Result<Self, SbcpError> {
         Ok(Self {
             to,
@@ -213,10 +215,10 @@ impl Request {
         })
     }
 
-    /// Reads a packet that goes to the boards.
+    /// Interprets a packet as a request.
     ///
     /// # Errors
-    /// [`SbcpError::Address`] if its address is nobody's.
+    /// [`SbcpError::Address`] if its address is invalid.
     pub fn parse(packet: &Packet<'_>) -> Result<Self, SbcpError> {
         Ok(Self {
             to: Address::new(packet.class(), packet.id())?,
@@ -225,7 +227,7 @@ impl Request {
         })
     }
 
-    /// Length of the packet \[B\].
+    /// Returns the length of the packet \[B\].
     pub fn packet_len(&self) -> usize {
         self.payload.len() + OVERHEAD
     }
@@ -236,21 +238,22 @@ impl Request {
     }
 }
 
-/// A response: what a board sends.
+/// Response: sent by a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Response {
     from: Address,
-    /// How it went.
+    /// Result of the instruction.
     pub error: ErrorCode,
-    /// What was asked for.
+    /// Payload.
     pub payload: Payload,
 }
 
 impl Response {
-    /// A response with these bytes as its payload.
+    /// A response with these bytes as payload.
     ///
     /// # Errors
-    /// [`SbcpError::Payload`] if they are too many, [`SbcpError::Address`] if it comes from everybody.
+    /// [`SbcpError::Payload`] if there are too many, [`SbcpError::Address`] if the source is a
+    /// broadcast address.
     pub fn new(from: Address, error: ErrorCode, payload: &[u8]) -> Result<Self, SbcpError> {
         if from.is_broadcast() {
             let Address { class, id } = from;
@@ -263,10 +266,10 @@ impl Response {
         })
     }
 
-    /// Reads a packet that comes from the boards.
+    /// Interprets a packet as a response.
     ///
     /// # Errors
-    /// [`SbcpError::Address`] if its address is nobody's, or everybody's.
+    /// [`SbcpError::Address`] if its address is invalid or a broadcast address.
     pub fn parse(packet: &Packet<'_>) -> Result<Self, SbcpError> {
         let from = Address::new(packet.class(), packet.id())?;
         if from.is_broadcast() {
@@ -280,12 +283,12 @@ impl Response {
         })
     }
 
-    /// Whom it comes from: one device.
+    /// Returns the source: one device.
     pub fn from(&self) -> Address {
         self.from
     }
 
-    /// Length of the packet \[B\].
+    /// Returns the length of the packet \[B\].
     pub fn packet_len(&self) -> usize {
         self.payload.len() + OVERHEAD
     }

@@ -3,13 +3,14 @@ use serde::{Deserialize, Serialize};
 use crate::codes::{HEADER, PACKET_MAX};
 use crate::packet::{Packet, packet_len};
 
-/// Finds packets in a stream of bytes that comes in pieces of any length, with anything between them.
+/// Finds packets in a byte stream received in pieces of any length, possibly with garbage between
+/// the packets.
 ///
-/// Wherever a header byte was taken for the beginning of a packet and none follows, the search goes on
-/// behind that one byte: no packet is lost to garbage before it, unless the garbage happens to have the
-/// right checksum. It may be *late*, though: a header in the garbage is believed for up to
-/// [`PACKET_MAX`] bytes. So a packet is found at the latest when `PACKET_MAX - 1` bytes have come behind the
-/// garbage's last one, or when [`Parser::give_up`] says that no more will come.
+/// If a header byte does not begin a packet, the search continues one byte behind it: no packet is
+/// lost to garbage before it, unless the garbage happens to have a valid checksum. It may be found
+/// *late*: a header in the garbage is treated as the beginning of a packet for up to [`PACKET_MAX`]
+/// bytes. So a packet is found at the latest when `PACKET_MAX - 1` bytes have been received behind
+/// the last byte of garbage, or by [`Parser::give_up`], when no more bytes are expected.
 ///
 /// ```
 /// use twinrig_sbcp::Parser;
@@ -22,23 +23,23 @@ use crate::packet::{Packet, packet_len};
 /// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Parser {
-    /// Bytes from a header on that may still become a packet.
-    held: [u8; PACKET_MAX],
+    /// Bytes, beginning with a header, that may become a packet.
+    buffer: [u8; PACKET_MAX],
     len: usize,
-    /// How many of them were handed out as a packet by the last call.
+    /// Number of them that the last call returned as a packet.
     taken: usize,
     skipped: u64,
     /// Class and id of the last packet whose checksum was wrong.
     damaged: Option<(u8, u8)>,
 }
 
-/// What a stretch of bytes begins with.
+/// Result of the first bytes of a stream.
 enum Beginning {
     Packet(usize),
     Garbage,
-    /// What is a packet but for its checksum, from that class and id.
+    /// A packet with a wrong checksum, of that class and id.
     Damaged(u8, u8),
-    /// Nothing yet; so many bytes are needed to know more.
+    /// Undecided; this many bytes are required for a decision.
     Needs(usize),
 }
 
@@ -58,21 +59,21 @@ fn beginning(bytes: &[u8]) -> Beginning {
 }
 
 impl Parser {
-    /// The next packet, if its end is there: takes from `rest` what it has looked at. To be called until it
-    /// gives nothing; all bytes are taken then.
+    /// Returns the next complete packet and removes the parsed bytes from `rest`. To be called
+    /// until it returns None; then all bytes are taken.
     pub fn next<'p, 'b: 'p>(&'p mut self, rest: &mut &'b [u8]) -> Option<Packet<'p>> {
-        self.drop_held(self.taken);
+        self.drop_front(self.taken);
         self.taken = 0;
         while self.len > 0 {
-            match beginning(&self.held[..self.len.min(PACKET_MAX)]) {
+            match beginning(&self.buffer[..self.len.min(PACKET_MAX)]) {
                 Beginning::Packet(len) => {
                     self.taken = len;
-                    return Packet::new(&self.held[..len]).ok();
+                    return Packet::new(&self.buffer[..len]).ok();
                 }
-                Beginning::Garbage => self.search_held(),
+                Beginning::Garbage => self.resynchronise(),
                 Beginning::Damaged(class, id) => {
                     self.damaged = Some((class, id));
-                    self.search_held();
+                    self.resynchronise();
                 }
                 Beginning::Needs(_) if rest.is_empty() => return None,
                 Beginning::Needs(len) => self.take(len, rest),
@@ -103,22 +104,22 @@ impl Parser {
         None
     }
 
-    /// No more bytes will come that belong to those that were seen: gives a packet that was hidden behind
-    /// something which began like one. To be called until it gives nothing; the parser is empty then.
+    /// Ends the stream: returns packets hidden behind a false header. To be called until it returns
+    /// None; then the parser is empty.
     pub fn give_up(&mut self) -> Option<Packet<'_>> {
-        self.drop_held(self.taken);
+        self.drop_front(self.taken);
         self.taken = 0;
         while self.len > 0 {
-            if let Beginning::Packet(len) = beginning(&self.held[..self.len]) {
+            if let Beginning::Packet(len) = beginning(&self.buffer[..self.len]) {
                 self.taken = len;
-                return Packet::new(&self.held[..len]).ok();
+                return Packet::new(&self.buffer[..len]).ok();
             }
-            self.search_held();
+            self.resynchronise();
         }
         None
     }
 
-    /// Forgets what was seen.
+    /// Discards the bytes received so far.
     pub fn reset(&mut self) {
         self.skipped += (self.len - self.taken) as u64;
         self.len = 0;
@@ -126,47 +127,47 @@ impl Parser {
         self.damaged = None;
     }
 
-    /// Class and id of what was a packet but for its checksum, the last since [`Parser::reset`].
+    /// Returns class and id of the last packet with a wrong checksum since [`Parser::reset`].
     pub fn damaged(&self) -> Option<(u8, u8)> {
         self.damaged
     }
 
-    /// Whether it has seen what may be the beginning of a packet.
+    /// Whether it holds a possible beginning of a packet.
     pub fn is_amid(&self) -> bool {
         self.len > self.taken
     }
 
-    /// How many bytes belonged to no packet, so far.
+    /// Returns the number of bytes outside packets.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// The first byte begins no packet.
+    /// Skips the first byte, which begins no packet.
     fn skip_one(&mut self, rest: &mut &[u8]) {
         self.skipped += 1;
         *rest = &rest[1..];
     }
 
-    /// Moves bytes over until `len` are held, or there are no more.
+    /// Moves bytes to the buffer until it has `len`, or none are left.
     fn take(&mut self, len: usize, rest: &mut &[u8]) {
         let count = rest.len().min(len - self.len);
         let (bytes, behind) = rest.split_at(count);
-        self.held[self.len..self.len + count].copy_from_slice(bytes);
+        self.buffer[self.len..self.len + count].copy_from_slice(bytes);
         self.len += count;
         *rest = behind;
     }
 
-    /// The first byte held begins no packet: goes on at the next header.
-    fn search_held(&mut self) {
-        let behind = &self.held[1..self.len];
+    /// Skips the first byte of the buffer, which begins no packet, up to the next header.
+    fn resynchronise(&mut self) {
+        let behind = &self.buffer[1..self.len];
         let next = behind.iter().position(|byte| *byte == HEADER);
         let count = next.map_or(self.len, |at| at + 1);
         self.skipped += count as u64;
-        self.drop_held(count);
+        self.drop_front(count);
     }
 
-    fn drop_held(&mut self, count: usize) {
-        self.held.copy_within(count..self.len, 0);
+    fn drop_front(&mut self, count: usize) {
+        self.buffer.copy_within(count..self.len, 0);
         self.len -= count;
     }
 }

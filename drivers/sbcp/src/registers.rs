@@ -6,17 +6,17 @@ use crate::codes::{
 };
 use crate::error::SbcpError;
 
-/// How many bytes a register has; the low one goes first.
+/// Size of a register; the low byte is transmitted first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Width {
-    /// One.
+    /// One byte.
     U8,
-    /// Two.
+    /// Two bytes.
     U16,
 }
 
 impl Width {
-    /// In bytes \[B\].
+    /// Returns the size in bytes \[B\].
     pub const fn bytes(self) -> usize {
         match self {
             Self::U8 => 1,
@@ -25,36 +25,37 @@ impl Width {
     }
 }
 
-/// What the master may do with a register. The board itself may always write.
+/// Access of the master to a register. The board can always write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Access {
-    /// Get.
+    /// Readable.
     ReadOnly,
-    /// Get and set.
+    /// Readable and writable.
     ReadWrite,
 }
 
-/// One register of a device.
+/// Register of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Register {
-    /// Where it is.
+    /// Address.
     pub address: u8,
-    /// How many bytes it has.
+    /// Size.
     pub width: Width,
-    /// What the master may do with it.
+    /// Access of the master.
     pub access: Access,
-    /// Whether its value can be saved and then outlives a power cycle.
+    /// Whether its value can be saved across power cycles.
     pub non_volatile: bool,
-    /// Least value that the master may set.
+    /// Minimum of the values that the master may write.
     pub min: u16,
-    /// Greatest value that the master may set.
+    /// Maximum of the values that the master may write.
     pub max: u16,
-    /// Value as delivered.
+    /// Factory value.
     pub initial: u16,
 }
 
 impl Register {
-    /// A volatile register of two bytes that takes any value, and is `initial` after power came.
+    /// A volatile register of two bytes that accepts any value, with the value `initial` at
+    /// power-on.
     pub const fn u16(address: u8, initial: u16) -> Self {
         Self {
             address,
@@ -67,7 +68,8 @@ impl Register {
         }
     }
 
-    /// A volatile register of one byte that takes any value, and is `initial` after power came.
+    /// A volatile register of one byte that accepts any value, with the value `initial` at
+    /// power-on.
     pub const fn u8(address: u8, initial: u8) -> Self {
         Self {
             width: Width::U8,
@@ -76,7 +78,7 @@ impl Register {
         }
     }
 
-    /// That register, which the master cannot set.
+    /// The same register, read-only for the master.
     #[must_use]
     pub const fn read_only(self) -> Self {
         Self {
@@ -85,7 +87,7 @@ impl Register {
         }
     }
 
-    /// That register, which can be saved.
+    /// The same register, non-volatile.
     #[must_use]
     pub const fn non_volatile(self) -> Self {
         Self {
@@ -94,31 +96,31 @@ impl Register {
         }
     }
 
-    /// That register, which takes values from `min` to `max`.
+    /// The same register, limited to values from `min` to `max`.
     #[must_use]
     pub const fn within(self, min: u16, max: u16) -> Self {
         Self { min, max, ..self }
     }
 }
 
-/// The registers of a device with their values: the standard head (id, device version, protocol version)
-/// and its own.
+/// Registers of a device with their values: the standard head (id, device version, protocol
+/// version) and the device-specific ones.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RegisterTable {
     /// In order of address.
     registers: Vec<Register>,
     values: Vec<u16>,
-    /// What a power cycle brings back.
+    /// Values restored by a power cycle.
     saved: Vec<u16>,
 }
 
 impl RegisterTable {
-    /// The registers of a device as it leaves the works, with that id.
+    /// The registers of a device with factory values and that id.
     ///
     /// # Errors
-    /// [`SbcpError::RegisterTwice`], [`SbcpError::RegisterValue`] if a value as delivered does not fit,
-    /// [`SbcpError::Address`] if nobody can have that id.
-    pub fn new(id: u8, device_version: u16, own: &[Register]) -> Result<Self, SbcpError> {
+    /// [`SbcpError::RegisterTwice`], [`SbcpError::RegisterValue`] if a factory value does not fit,
+    /// [`SbcpError::Address`] if the id is reserved.
+    pub fn new(id: u8, device_version: u16, specific: &[Register]) -> Result<Self, SbcpError> {
         if id >= BROADCAST {
             return Err(SbcpError::Address { class: 0, id });
         }
@@ -129,7 +131,7 @@ impl RegisterTable {
             Register::u16(REGISTER_DEVICE_VERSION, device_version).read_only(),
             Register::u16(REGISTER_PROTOCOL_VERSION, PROTOCOL_VERSION).read_only(),
         ];
-        registers.extend_from_slice(own);
+        registers.extend_from_slice(specific);
         registers.sort_by_key(|register| register.address);
         for pair in registers.windows(2) {
             if pair[0].address == pair[1].address {
@@ -157,20 +159,20 @@ impl RegisterTable {
         self.registers.binary_search_by_key(&address, by).ok()
     }
 
-    /// What there is, in order of address.
+    /// Returns the registers in order of address.
     pub fn registers(&self) -> &[Register] {
         &self.registers
     }
 
-    /// The value of a register, if there is such a one.
+    /// Returns the value of a register, if it exists.
     pub fn get(&self, address: u8) -> Option<u16> {
         self.find(address).map(|index| self.values[index])
     }
 
-    /// The board itself writes a register, read-only or not.
+    /// Writes a register on behalf of the board, read-only or not.
     ///
     /// # Errors
-    /// [`SbcpError::NoRegister`], [`SbcpError::RegisterValue`] if it has not so many bits.
+    /// [`SbcpError::NoRegister`], [`SbcpError::RegisterValue`] if the value does not fit.
     pub fn put(&mut self, address: u8, value: u16) -> Result<(), SbcpError> {
         let index = self
             .find(address)
@@ -182,19 +184,19 @@ impl RegisterTable {
         Ok(())
     }
 
-    /// The master reads: gives the value with its width.
+    /// Reads a register on behalf of the master: returns the value and its size.
     ///
     /// # Errors
-    /// The code of the response.
+    /// The error code of the response.
     pub fn read(&self, address: u8) -> Result<(Width, u16), ErrorCode> {
         let index = self.find(address).ok_or(ErrorCode::UNKNOWN_REGISTER)?;
         Ok((self.registers[index].width, self.values[index]))
     }
 
-    /// The master writes these bytes: gives the value they make.
+    /// Writes a register on behalf of the master; returns the value written.
     ///
     /// # Errors
-    /// The code of the response; nothing is written then.
+    /// The error code of the response; nothing is written then.
     pub fn write(&mut self, address: u8, bytes: &[u8]) -> Result<u16, ErrorCode> {
         let index = self.find(address).ok_or(ErrorCode::UNKNOWN_REGISTER)?;
         let register = &self.registers[index];
@@ -213,7 +215,7 @@ impl RegisterTable {
         Ok(value)
     }
 
-    /// Keeps the non-volatile registers as they are now.
+    /// Saves the values of the non-volatile registers.
     pub fn save(&mut self) {
         for (index, register) in self.registers.iter().enumerate() {
             if register.non_volatile {
@@ -222,7 +224,7 @@ impl RegisterTable {
         }
     }
 
-    /// Power went and came: what was saved is back, everything else is as delivered.
+    /// Restores the saved values, and the factory values of all other registers.
     pub fn power_cycle(&mut self) {
         self.values.copy_from_slice(&self.saved);
     }

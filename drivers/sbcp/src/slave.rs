@@ -6,41 +6,42 @@ use twinrig_wire::Piece;
 
 use crate::codes::{BYTE_TIME, ErrorCode, Instruction, REGISTER_ID};
 use crate::error::SbcpError;
-use crate::listener::Listener;
 use crate::packet::{Address, Payload, Request, emit};
 use crate::registers::RegisterTable;
-use crate::standard::{Change, obey};
+use crate::request_parser::RequestParser;
+use crate::standard::{Change, execute_standard};
 
-/// When a slave deals with a request.
+/// Time at which a slave handles a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnswerPolicy {
-    /// When its last bit is in.
+    /// At its last bit.
     AtOnce,
-    /// When its main loop comes round next ([`Slave::main_loop`]), as the first firmware did.
+    /// At the next iteration of its main loop ([`Slave::main_loop`]), as in the first firmware.
     MainLoop,
 }
 
-/// How a slave behaves; the defaults are those of the final firmware.
+/// Configuration of a slave; the defaults are those of the final firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SlaveConfig {
-    /// Kind of device.
+    /// Class of the device.
     pub class: u8,
-    /// When requests are dealt with.
+    /// Time at which requests are handled.
     pub policy: AnswerPolicy,
-    /// From a low-latency request's last bit to the answer's first: 10 µs, the most that the thesis gives.
+    /// Time from a low-latency request's last bit to the answer's first: 10 µs, the maximum given
+    /// by the thesis.
     pub low_latency_reaction: SimDuration,
     /// The same for the standard instructions, or from the main loop on: 10 µs, ASSUMED.
     pub standard_reaction: SimDuration,
-    /// Silence that ends whatever was being received: 15 µs, ASSUMED.
+    /// Silence that ends a packet being received: 15 µs, ASSUMED.
     pub idle_gap: SimDuration,
-    /// Ten bits.
+    /// Time of a byte (ten bits).
     pub byte_time: SimDuration,
-    /// Length that the payload of a low-latency request must have \[B\]; None if any.
+    /// Required length of the payload of a low-latency request \[B\]; None: any.
     pub low_latency_request: Option<usize>,
 }
 
 impl SlaveConfig {
-    /// Of a device of that class.
+    /// The defaults for a device of that class.
     pub const fn new(class: u8) -> Self {
         Self {
             class,
@@ -54,88 +55,91 @@ impl SlaveConfig {
     }
 }
 
-/// What a request did to a slave.
+/// Effect of a request on a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SlaveEvent {
-    /// A low-latency request was taken.
+    /// A low-latency request was accepted.
     LowLatency {
-        /// When: at its last bit, or in the main loop.
+        /// Time: at its last bit, or in the main loop.
         at: SimTime,
-        /// What it carried.
+        /// Payload of the request.
         payload: Payload,
     },
-    /// A register was set.
+    /// A register was written.
     Written {
-        /// When.
+        /// Time.
         at: SimTime,
-        /// Which.
+        /// Address of the register.
         address: u8,
-        /// To what.
+        /// Value written.
         value: u16,
     },
     /// The non-volatile registers were saved.
     Saved {
-        /// When.
+        /// Time.
         at: SimTime,
     },
 }
 
-/// What a slave has counted since it was made.
+/// Counters of a slave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SlaveCounters {
-    /// Requests dealt with, broadcast ones included.
+    /// Requests handled, including broadcasts.
     pub requests: u64,
-    /// Answers given.
+    /// Answers sent.
     pub answers: u64,
-    /// Answers that told of an error, among them.
+    /// Answers with an error, among them.
     pub refused: u64,
     /// Requests with a wrong checksum.
     pub damaged: u64,
-    /// Bytes that belonged to no packet \[B\].
+    /// Bytes outside packets \[B\].
     pub garbage: u64,
-    /// Bytes that were dropped for a wrong stop bit \[B\].
+    /// Bytes dropped for a wrong stop bit \[B\].
     pub framing_errors: u64,
-    /// Requests, or answers not yet begun, that a newer request replaced.
+    /// Requests, or pending answers, replaced by a newer request.
     pub superseded: u64,
-    /// Events that nobody took in time.
+    /// Events lost because they were not polled in time.
     pub events_lost: u64,
-    /// Shortest time from the last bit of a low-latency request to the first of its answer.
+    /// Minimum time from the last bit of a low-latency request to the first of its answer.
     pub response_shortest: SimDuration,
-    /// Longest.
+    /// Maximum of that time.
     pub response_longest: SimDuration,
 }
 
-/// Most events that wait for the board.
+/// Maximum number of pending events.
 const EVENTS_MAX: usize = 8;
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Answer {
-    /// When the request was complete, if it was one of low latency.
-    asked: Option<SimTime>,
+    /// Completion time of the request, if it is a low-latency request.
+    request_end: Option<SimTime>,
     start: SimTime,
     from: Address,
     error: ErrorCode,
     payload: Payload,
 }
 
-/// The protocol of a device on the bus, without bus or clock: bytes and times in, bytes and times out.
+/// Protocol of a device on the bus, independent of bus and clock: bytes and times in, bytes and
+/// times out.
 ///
-/// Whoever holds it
-/// 1. lets it hear everything on the bus that it did not say itself ([`Slave::receive`]), in order of time;
-/// 2. calls [`Slave::main_loop`] at every round of the device's main loop;
-/// 3. after either, takes the events ([`Slave::poll_event`]) and what it answers ([`Slave::poll_transmit`]);
-/// 4. makes the reply to the low-latency instruction beforehand, whenever there are new data
-///    ([`Slave::set_reply`]): an answer carries the reply as it was at the request's last bit.
+/// The owner
+/// 1. passes in all bytes transmitted by others ([`Slave::receive`]), in order of time;
+/// 2. calls [`Slave::main_loop`] at every iteration of the device's main loop;
+/// 3. after either, takes the events ([`Slave::poll_event`]) and the answer
+///    ([`Slave::poll_transmit`]);
+/// 4. sets the reply to the low-latency instruction beforehand, whenever there are new data
+///    ([`Slave::set_reply`]): an answer carries the reply as of the request's last bit.
 ///
-/// It never answers a broadcast, a packet for others or one with a wrong checksum.
+/// A slave does not answer broadcasts, packets for other devices, and packets with a wrong
+/// checksum.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Slave {
     config: SlaveConfig,
     address: Address,
     registers: RegisterTable,
-    listener: Listener,
+    parser: RequestParser,
     reply: Option<Payload>,
-    /// Heard, and waiting for the main loop.
+    /// Request waiting for the main loop, with its completion time.
     waiting: Option<(SimTime, Request)>,
     answer: Option<Answer>,
     events: VecDeque<SlaveEvent>,
@@ -143,10 +147,10 @@ pub struct Slave {
 }
 
 impl Slave {
-    /// A device whose power has just come. Its id is in its registers.
+    /// A device at power-on. Its id is that of its registers.
     ///
     /// # Errors
-    /// [`SbcpError::Address`] if nobody can have that class.
+    /// [`SbcpError::Address`] if the class is reserved.
     pub fn new(config: SlaveConfig, registers: RegisterTable) -> Result<Self, SbcpError> {
         let id = registers.get(REGISTER_ID).unwrap_or_default();
         let address = Address::new(config.class, u8::try_from(id).unwrap_or(u8::MAX))?;
@@ -155,7 +159,7 @@ impl Slave {
             return Err(SbcpError::Address { class, id });
         }
         Ok(Self {
-            listener: Listener::new(config.idle_gap, config.byte_time),
+            parser: RequestParser::new(config.idle_gap, config.byte_time),
             config,
             address,
             registers,
@@ -167,48 +171,49 @@ impl Slave {
         })
     }
 
-    /// What it answers to. An id that was set counts from the next power cycle on, if it was saved.
+    /// Returns the address. An id written to the register applies from the next power cycle on, if
+    /// it was saved.
     pub fn address(&self) -> Address {
         self.address
     }
 
-    /// Its registers.
+    /// Returns the registers.
     pub fn registers(&self) -> &RegisterTable {
         &self.registers
     }
 
-    /// Its registers, to be written by the device itself.
+    /// Returns the registers, to be written by the device.
     pub fn registers_mut(&mut self) -> &mut RegisterTable {
         &mut self.registers
     }
 
-    /// What was counted so far.
+    /// Returns the counters.
     pub fn counters(&self) -> SlaveCounters {
         SlaveCounters {
-            damaged: self.listener.damaged,
-            garbage: self.listener.garbage,
+            damaged: self.parser.damaged,
+            garbage: self.parser.garbage,
             ..self.counters
         }
     }
 
-    /// Makes the reply to the low-latency instruction.
+    /// Sets the reply to the low-latency instruction.
     ///
     /// # Errors
-    /// [`SbcpError::Payload`] if it is too long; the old one stays.
+    /// [`SbcpError::Payload`] if it is too long; the previous reply remains.
     pub fn set_reply(&mut self, payload: &[u8]) -> Result<(), SbcpError> {
         self.reply = Some(Payload::new(payload)?);
         Ok(())
     }
 
-    /// Hears bytes that others put on the bus, complete by now.
+    /// Receives bytes transmitted by others, complete by now.
     pub fn receive(&mut self, piece: Piece<'_>) {
         if piece.framing_error {
             self.counters.framing_errors += piece.bytes.len() as u64;
-            self.listener.line_busy(piece);
+            self.parser.line_busy(piece);
             return;
         }
-        let mut heard = self.listener.begin(piece);
-        while let Some((at, request)) = self.listener.next(self.address, piece, &mut heard) {
+        let mut position = self.parser.begin(piece);
+        while let Some((at, request)) = self.parser.next(self.address, piece, &mut position) {
             self.handle(at, &request);
         }
     }
@@ -224,38 +229,38 @@ impl Slave {
         }
     }
 
-    /// How many bytes it must hear from now on before it can react to them, at least: for
+    /// Returns the minimum number of further bytes before a reaction, for
     /// `twinrig_wire::Node::attention`.
     pub fn attention(&self) -> usize {
-        self.listener.missing()
+        self.parser.missing()
     }
 
-    /// The main loop comes round at `now`: with [`AnswerPolicy::MainLoop`], deals with the request that came
-    /// last.
+    /// Runs an iteration of the main loop at `now`: with [`AnswerPolicy::MainLoop`], handles the
+    /// last request received.
     pub fn main_loop(&mut self, now: SimTime) {
-        if let Some((asked, request)) = self.waiting.take() {
-            self.execute(asked, now, &request);
+        if let Some((request_end, request)) = self.waiting.take() {
+            self.execute(request_end, now, &request);
         }
     }
 
-    /// What the requests did, in order. Eight of them wait at most; then the oldest is lost.
+    /// Returns the next event, in order. At most eight are pending; then the oldest is lost.
     pub fn poll_event(&mut self) -> Option<SlaveEvent> {
         self.events.pop_front()
     }
 
-    /// Appends the answer that it gives next to `bytes`, and says when its first bit is on the bus.
+    /// Appends the next answer to `bytes` and returns the start of its first bit.
     pub fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
         let answer = self.answer.take()?;
         emit(answer.from, answer.error.0, &answer.payload, bytes);
         self.counters.answers += 1;
         self.counters.refused += u64::from(answer.error != ErrorCode::OK);
-        if let Some(asked) = answer.asked {
-            self.note_response(answer.start - asked);
+        if let Some(request_end) = answer.request_end {
+            self.record_response(answer.start - request_end);
         }
         Some(answer.start)
     }
 
-    fn note_response(&mut self, response: SimDuration) {
+    fn record_response(&mut self, response: SimDuration) {
         let counters = &mut self.counters;
         if counters.response_longest.is_zero() {
             counters.response_shortest = response;
@@ -264,25 +269,26 @@ impl Slave {
         counters.response_longest = counters.response_longest.max(response);
     }
 
-    /// Power went and came: registers that were not saved are as delivered, nothing heard is remembered.
+    /// Cycles the power: unsaved registers have their factory values; received bytes, the reply,
+    /// pending answers and events are discarded.
     pub fn power_cycle(&mut self) {
         self.registers.power_cycle();
         let id = self.registers.get(REGISTER_ID).unwrap_or_default();
         let id = u8::try_from(id).ok();
-        // The register takes no id that is nobody's.
+        // The register accepts no reserved id.
         if let Some(Ok(address)) = id.map(|id| Address::new(self.config.class, id)) {
             self.address = address;
         }
-        self.listener.reset();
+        self.parser.reset();
         self.reply = None;
         self.waiting = None;
         self.answer = None;
         self.events.clear();
     }
 
-    fn execute(&mut self, asked: SimTime, at: SimTime, request: &Request) {
+    fn execute(&mut self, request_end: SimTime, at: SimTime, request: &Request) {
         self.counters.requests += 1;
-        let outcome = self.obey(at, request);
+        let outcome = self.handle_instruction(at, request);
         if request.to.is_broadcast() {
             return;
         }
@@ -297,7 +303,7 @@ impl Slave {
             self.config.standard_reaction
         };
         let answer = Answer {
-            asked: low_latency.then_some(asked),
+            request_end: low_latency.then_some(request_end),
             start: at + reaction,
             from: self.address,
             error,
@@ -308,28 +314,28 @@ impl Slave {
         }
     }
 
-    fn obey(&mut self, at: SimTime, request: &Request) -> Result<Payload, ErrorCode> {
+    fn handle_instruction(&mut self, at: SimTime, request: &Request) -> Result<Payload, ErrorCode> {
         if request.instruction == Instruction::LOW_LATENCY {
             let payload = request.payload;
-            let wanted = self.config.low_latency_request;
-            if wanted.is_some_and(|len| len != payload.len()) {
+            let required = self.config.low_latency_request;
+            if required.is_some_and(|len| len != payload.len()) {
                 return Err(ErrorCode::BAD_LENGTH);
             }
-            self.tell(SlaveEvent::LowLatency { at, payload });
+            self.push_event(SlaveEvent::LowLatency { at, payload });
             return self.reply.ok_or(ErrorCode::NOT_READY);
         }
-        let (payload, change) = obey(&mut self.registers, request)?;
+        let (payload, change) = execute_standard(&mut self.registers, request)?;
         match change {
-            Change::Nothing => {}
+            Change::Unchanged => {}
             Change::Written { address, value } => {
-                self.tell(SlaveEvent::Written { at, address, value });
+                self.push_event(SlaveEvent::Written { at, address, value });
             }
-            Change::Saved => self.tell(SlaveEvent::Saved { at }),
+            Change::Saved => self.push_event(SlaveEvent::Saved { at }),
         }
         Ok(payload)
     }
 
-    fn tell(&mut self, event: SlaveEvent) {
+    fn push_event(&mut self, event: SlaveEvent) {
         if self.events.len() == EVENTS_MAX {
             self.events.pop_front();
             self.counters.events_lost += 1;

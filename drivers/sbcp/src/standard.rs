@@ -2,34 +2,34 @@ use crate::codes::{ErrorCode, Instruction};
 use crate::packet::{Payload, Request};
 use crate::registers::RegisterTable;
 
-/// What a standard instruction changed.
+/// Change made by a standard instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
-    Nothing,
+    Unchanged,
     Written { address: u8, value: u16 },
     Saved,
 }
 
-/// Does what every device does in the same way: ping, get, set, save. Gives the payload of the answer, or
-/// its error.
-pub(crate) fn obey(
+/// Executes the instructions common to all devices: ping, get, set, save. Returns the payload of
+/// the answer, or its error.
+pub(crate) fn execute_standard(
     registers: &mut RegisterTable,
     request: &Request,
 ) -> Result<(Payload, Change), ErrorCode> {
-    let nothing = Payload::default();
+    let empty = Payload::default();
     match (request.instruction, &request.payload[..]) {
-        (Instruction::PING, []) => Ok((nothing, Change::Nothing)),
+        (Instruction::PING, []) => Ok((empty, Change::Unchanged)),
         (Instruction::GET, &[address]) => {
             let (width, value) = registers.read(address)?;
-            Ok((Payload::of_register(width, value), Change::Nothing))
+            Ok((Payload::of_register(width, value), Change::Unchanged))
         }
         (Instruction::SET, &[address, ref bytes @ ..]) => {
             let value = registers.write(address, bytes)?;
-            Ok((nothing, Change::Written { address, value }))
+            Ok((empty, Change::Written { address, value }))
         }
         (Instruction::SAVE, []) => {
             registers.save();
-            Ok((nothing, Change::Saved))
+            Ok((empty, Change::Saved))
         }
         (Instruction::PING | Instruction::GET | Instruction::SET | Instruction::SAVE, _) => {
             Err(ErrorCode::BAD_LENGTH)

@@ -1,17 +1,17 @@
-//! Cycles allocate nothing.
+//! Cycles do not allocate.
 
-#[path = "support/parties.rs"]
-mod parties;
+#[path = "support/protocol_stack.rs"]
+mod protocol_stack;
 
-use parties::Parties;
+use protocol_stack::ProtocolStack;
 
 #[test]
-fn cycles_allocate_nothing() {
-    let mut parties = Parties::new();
+fn cycles_do_not_allocate() {
+    let mut protocol_stack = ProtocolStack::new();
     for _ in 0..10 {
-        parties.cycle();
+        protocol_stack.cycle();
     }
-    let counted = allocation_counter::measure(|| (0..100).for_each(|_| parties.cycle()));
+    let counted = allocation_counter::measure(|| (0..100).for_each(|_| protocol_stack.cycle()));
     assert_eq!(counted.count_total, 0);
-    assert_eq!(parties.master.counters().answers, 440);
+    assert_eq!(protocol_stack.master.counters().answers, 440);
 }

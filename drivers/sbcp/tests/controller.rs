@@ -1,4 +1,4 @@
-//! The bus controller by itself, byte by byte.
+//! Bus controller without link and bus, byte by byte.
 
 mod support;
 
@@ -38,18 +38,18 @@ fn new() -> Controller {
     Controller::new(ControllerConfig::default()).unwrap()
 }
 
-/// What it puts on the bus up to `now`: each byte, and when it is complete \[µs\].
+/// Returns the bytes put on the bus up to `now`, with their completion times \[µs\].
 fn on_bus(controller: &mut Controller, now: u64) -> Vec<(u64, u8)> {
-    let mut said = Vec::new();
+    let mut sent = Vec::new();
     while controller.poll_bus(at(now), &mut |piece| {
         let bytes = piece.bytes.iter().enumerate();
-        said.extend(bytes.map(|(n, byte)| (piece.at(n).as_nanos() / 1_000, *byte)));
+        sent.extend(bytes.map(|(n, byte)| (piece.at(n).as_nanos() / 1_000, *byte)));
     }) {}
-    said
+    sent
 }
 
-/// What it tells the host: whom of, and how it went.
-fn told(controller: &mut Controller) -> Vec<(u8, ErrorCode)> {
+/// Returns the packets sent to the host: id of the board and error code.
+fn responses(controller: &mut Controller) -> Vec<(u8, ErrorCode)> {
     let mut arrivals = Arrivals::default();
     controller.poll_link(&mut arrivals);
     let (mut parser, mut rest) = (Parser::default(), arrivals.bytes());
@@ -62,33 +62,33 @@ fn told(controller: &mut Controller) -> Vec<(u8, ErrorCode)> {
 }
 
 #[test]
-fn what_is_heard_while_it_talks_itself_is_no_answer() {
+fn bytes_received_while_transmitting_are_not_an_answer() {
     let mut controller = new();
     controller.handle_link(at(100), piece(103, 3, &request(0)));
     let end = on_bus(&mut controller, 200).last().unwrap().0;
-    // Complete at the very end of the request, and before.
+    // Complete before the request's last bit and exactly at it.
     controller.handle_bus(at(end), piece(end - 63, 3, &response(1)));
     assert_eq!(controller.poll_timeout(), Some(at(end) + micros(20)));
     controller.handle_timeout(at(end + 20));
-    assert_eq!(told(&mut controller), [(1, ErrorCode::TIMEOUT)]);
+    assert_eq!(responses(&mut controller), [(1, ErrorCode::TIMEOUT)]);
 }
 
 #[test]
-fn from_a_slow_link_it_sends_without_a_break_and_nothing_before_it_came() {
+fn slow_link_is_relayed_without_pauses_or_early_bytes() {
     let mut controller = new();
     let bytes = request(0);
     let link = piece(10, 7, &bytes);
     controller.handle_link(at(0), link);
-    let said = on_bus(&mut controller, 200);
-    assert!(said.windows(2).all(|pair| pair[1].0 == pair[0].0 + 3));
-    for (n, (end, byte)) in said.iter().enumerate() {
+    let sent = on_bus(&mut controller, 200);
+    assert!(sent.windows(2).all(|pair| pair[1].0 == pair[0].0 + 3));
+    for (n, (end, byte)) in sent.iter().enumerate() {
         assert!(at(*end) >= link.at(n) + micros(3) && *byte == bytes[n]);
     }
-    assert_eq!(at(said[9].0), link.last() + micros(3));
+    assert_eq!(at(sent[9].0), link.last() + micros(3));
 }
 
 #[test]
-fn a_request_that_breaks_off_on_its_way_out_is_answered_and_the_boards_get_silence() {
+fn request_truncated_while_relayed_is_answered_and_followed_by_silence() {
     let mut controller = new();
     controller.handle_link(at(21), piece(3, 3, &request(0)[..7]));
     let begun = on_bus(&mut controller, 60);
@@ -98,25 +98,25 @@ fn a_request_that_breaks_off_on_its_way_out_is_answered_and_the_boards_get_silen
     controller.handle_timeout(due);
     controller.handle_link(due, piece(42, 3, &request(1)));
     let next = on_bus(&mut controller, 200);
-    // The first bit comes later than 15 µs after the last one.
+    // The first bit is more than 15 µs after the last one.
     assert!(next[0].0 - 3 > begun[6].0 + 15, "{begun:?} {next:?}");
-    assert_eq!(told(&mut controller), [(1, ErrorCode::TRUNCATED)]);
+    assert_eq!(responses(&mut controller), [(1, ErrorCode::TRUNCATED)]);
 }
 
 #[test]
-fn a_request_that_broke_off_does_not_swallow_the_next_one_that_is_announced() {
+fn truncated_request_does_not_consume_the_next_announced_one() {
     let mut controller = new();
     controller.handle_link(at(0), piece(3, 3, &request(0)[..3]));
     controller.handle_link(at(1_000), piece(1_000, 3, &request(1)));
-    let said: Vec<u8> = on_bus(&mut controller, 2_000)
+    let sent: Vec<u8> = on_bus(&mut controller, 2_000)
         .iter()
         .map(|(_, byte)| *byte)
         .collect();
-    assert_eq!(said, request(1));
+    assert_eq!(sent, request(1));
 }
 
 #[test]
-fn a_damaged_request_that_had_to_wait_never_gets_on_the_bus() {
+fn damaged_queued_request_is_not_put_on_the_bus() {
     let mut controller = new();
     let mut bytes = request(0);
     bytes.extend(request(1));
@@ -126,16 +126,16 @@ fn a_damaged_request_that_had_to_wait_never_gets_on_the_bus() {
     controller.handle_bus(at(end + 79), piece(end + 13, 3, &response(1)));
     assert_eq!(on_bus(&mut controller, 1_000), []);
     let expected = [(1, ErrorCode::OK), (2, ErrorCode::CHECKSUM)];
-    assert_eq!(told(&mut controller), expected);
+    assert_eq!(responses(&mut controller), expected);
 }
 
 #[test]
-fn after_noise_it_waits_for_silence_before_it_goes_on() {
+fn next_request_waits_for_silence_after_noise() {
     let mut controller = new();
     let bytes = [request(0), request(1)].concat();
     controller.handle_link(at(0), piece(3, 3, &bytes));
     let end = on_bus(&mut controller, 60).last().unwrap().0;
-    // An answer without its header, 63 µs long.
+    // Answer without its header, 63 µs long.
     controller.handle_bus(at(end + 20), piece(end + 13, 3, &[0; 3]));
     controller.handle_timeout(at(end + 20));
     controller.handle_bus(at(end + 74), piece(end + 22, 3, &[0; 18]));
@@ -145,11 +145,11 @@ fn after_noise_it_waits_for_silence_before_it_goes_on() {
     controller.handle_timeout(silence);
     let next = on_bus(&mut controller, end + 200);
     assert_eq!(at(next[0].0), silence + micros(2) + micros(3));
-    assert_eq!(told(&mut controller), [(1, ErrorCode::STRANGE)]);
+    assert_eq!(responses(&mut controller), [(1, ErrorCode::STRANGE)]);
 }
 
 #[test]
-fn parameters_with_which_no_good_answer_would_pass_are_refused() {
+fn parameters_that_exclude_valid_answers_are_refused() {
     let good = ControllerConfig::default();
     let bad = [
         ControllerConfig {
@@ -178,8 +178,9 @@ fn parameters_with_which_no_good_answer_would_pass_are_refused() {
     assert!(Controller::new(least).is_ok());
 }
 
-/// What it tells the host, with the times, if an answer comes in pieces that end behind those bytes.
-fn passed_on(bytes: &[u8], ends: &[usize]) -> Vec<(SimTime, u8)> {
+/// Returns the bytes sent to the host, with their times, for an answer received in pieces with
+/// these ends.
+fn forwarded(bytes: &[u8], ends: &[usize]) -> Vec<(SimTime, u8)> {
     let mut controller = new();
     controller.handle_link(at(0), piece(3, 3, &request(0)));
     let end = on_bus(&mut controller, 60).last().unwrap().0;
@@ -202,9 +203,10 @@ fn passed_on(bytes: &[u8], ends: &[usize]) -> Vec<(SimTime, u8)> {
 }
 
 proptest! {
-    /// Its header comes within the time-out: else the controller must be woken in between.
+    /// The header is received within the time-out; otherwise the controller would need a call in
+    /// between.
     #[test]
-    fn in_what_pieces_an_answer_comes_makes_no_difference(
+    fn relayed_answer_is_independent_of_the_pieces(
         noise in prop::collection::vec(any::<u8>(), 0..3), damage in prop::option::of((1_usize..22, any::<u8>())),
         len in 1_usize..=22, behind in prop::collection::vec(any::<u8>(), 0..9),
         ends in prop::collection::btree_set(1_usize..30, 0..30),
@@ -215,11 +217,11 @@ proptest! {
         }
         let bytes = [&noise[..], &answer[..len], &behind].concat();
         let ends: Vec<usize> = ends.into_iter().collect();
-        prop_assert_eq!(passed_on(&bytes, &ends), passed_on(&bytes, &[]));
+        prop_assert_eq!(forwarded(&bytes, &ends), forwarded(&bytes, &[]));
     }
 }
 
-/// The bytes one by one, from `first` on at the pace of the bus, one of them with a wrong stop bit.
+/// Single bytes from `first` on at the pace of the bus, byte `wrong` with a wrong stop bit.
 fn with_framing_error(first: u64, bytes: &[u8], wrong: usize) -> Vec<Piece<'_>> {
     let whole = piece(first, 3, bytes);
     let one = |n: usize| Piece {
@@ -232,7 +234,7 @@ fn with_framing_error(first: u64, bytes: &[u8], wrong: usize) -> Vec<Piece<'_>> 
 }
 
 #[test]
-fn bytes_with_a_wrong_stop_bit_are_dropped_and_counted_on_either_side() {
+fn bytes_with_a_wrong_stop_bit_are_dropped_and_counted_on_both_sides() {
     for wrong in 4..10 {
         let (mut controller, request) = (new(), request(0));
         for piece in with_framing_error(3, &request, wrong) {
@@ -240,7 +242,7 @@ fn bytes_with_a_wrong_stop_bit_are_dropped_and_counted_on_either_side() {
         }
         controller.handle_timeout(at(200));
         assert_eq!(
-            told(&mut controller),
+            responses(&mut controller),
             [(1, ErrorCode::TRUNCATED)],
             "{wrong}"
         );
@@ -255,7 +257,7 @@ fn bytes_with_a_wrong_stop_bit_are_dropped_and_counted_on_either_side() {
         }
         controller.handle_timeout(at(400));
         assert_eq!(
-            told(&mut controller),
+            responses(&mut controller),
             [(1, ErrorCode::TRUNCATED)],
             "{wrong}"
         );

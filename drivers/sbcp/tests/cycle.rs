@@ -1,11 +1,11 @@
-//! Whole cycles, through the bus controller and directly, when all is well and when it is not.
+//! Complete cycles, through the bus controller and directly, with and without errors.
 
 mod support;
 
 use std::time::Duration;
 
 use proptest::prelude::*;
-use support::{Rig, Talker, frame, micros, slave_with};
+use support::{Rig, Transmitter, frame, micros, slave_with};
 use twinrig_kernel::stream;
 use twinrig_sbcp::codes::{CLASS_CONTROLLER, CLASS_MOTORDRIVER};
 use twinrig_sbcp::{
@@ -13,7 +13,7 @@ use twinrig_sbcp::{
     Passing, Request, SlaveConfig, Topology,
 };
 
-/// Both ways over the host's latency.
+/// Latency of the host in both directions.
 const LATENCIES: Duration = Duration::from_micros(500);
 
 fn all_good(outcomes: &[twinrig_sbcp::Outcome]) -> bool {
@@ -25,12 +25,13 @@ fn all_good(outcomes: &[twinrig_sbcp::Outcome]) -> bool {
 }
 
 #[test]
-fn through_the_controller_a_cycle_takes_four_exchanges_three_gaps_and_five_bytes() {
+fn cycle_through_the_controller_takes_four_exchanges_three_gaps_and_five_bytes() {
     let mut rig = Rig::new(Topology::Controller);
     for _ in 0..3 {
         let (outcomes, took) = rig.cycle(&frame());
         assert!(all_good(&outcomes), "{outcomes:?}");
-        // 30 + 10 + 66 µs each; four bytes until it is known whom the first one is for, one byte behind at the end.
+        // 30 + 10 + 66 µs each; four bytes until the first address is known, one byte of delay at
+        // the end.
         let bus = 4 * 106 + 3 * 2 + 4 * 3 + 3;
         assert_eq!(took, LATENCIES + Duration::from_micros(bus));
     }
@@ -39,7 +40,7 @@ fn through_the_controller_a_cycle_takes_four_exchanges_three_gaps_and_five_bytes
 }
 
 #[test]
-fn storing_and_forwarding_costs_a_request_and_a_response_less_what_cutting_through_costs() {
+fn store_and_forward_adds_a_request_and_a_response_to_the_bus_time() {
     let config = ControllerConfig {
         passing: Passing::StoreAndForward,
         ..ControllerConfig::default()
@@ -52,7 +53,7 @@ fn storing_and_forwarding_costs_a_request_and_a_response_less_what_cutting_throu
 }
 
 #[test]
-fn directly_each_board_costs_both_latencies() {
+fn each_board_takes_both_latencies_without_a_controller() {
     let mut rig = Rig::new(Topology::Direct);
     let (outcomes, took) = rig.cycle(&frame());
     assert!(all_good(&outcomes));
@@ -60,7 +61,7 @@ fn directly_each_board_costs_both_latencies() {
 }
 
 #[test]
-fn a_silent_board_costs_its_time_out_and_nobody_else() {
+fn silent_board_costs_only_its_time_out() {
     let mut rig = Rig::new(Topology::Controller);
     rig.slaves.remove(1);
     let (outcomes, took) = rig.cycle(&frame());
@@ -94,27 +95,27 @@ fn boards_may_react_up_to_a_byte_before_the_time_out() {
 }
 
 #[test]
-fn a_response_that_breaks_off_is_replaced_by_an_error_packet() {
+fn truncated_response_is_replaced_by_an_error_packet() {
     let mut rig = Rig::new(Topology::Controller);
-    let mut said = 0;
-    rig.fate = Box::new(move |talker, _, byte| {
-        said += u32::from(talker == Talker::Board(0));
-        (talker != Talker::Board(0) || said <= 9).then_some(byte)
+    let mut sent = 0;
+    rig.filter = Box::new(move |transmitter, _, byte| {
+        sent += u32::from(transmitter == Transmitter::Board(0));
+        (transmitter != Transmitter::Board(0) || sent <= 9).then_some(byte)
     });
     let (outcomes, _) = rig.cycle(&frame());
     assert_eq!(outcomes[0], Err(Failure::Refused(ErrorCode::TRUNCATED)));
     assert!(outcomes[1..].iter().all(Result::is_ok), "{outcomes:?}");
-    rig.fate = Box::new(|_, _, byte| Some(byte));
+    rig.filter = Box::new(|_, _, byte| Some(byte));
     assert!(all_good(&rig.cycle(&frame()).0));
 }
 
 #[test]
-fn the_error_packet_behind_the_last_answer_that_breaks_off_is_found_at_the_time_out() {
+fn error_packet_behind_the_last_truncated_answer_is_found_at_the_time_out() {
     let mut rig = Rig::new(Topology::Controller);
-    let mut said = 0;
-    rig.fate = Box::new(move |talker, _, byte| {
-        said += u32::from(talker == Talker::Board(3));
-        (talker != Talker::Board(3) || said <= 9).then_some(byte)
+    let mut sent = 0;
+    rig.filter = Box::new(move |transmitter, _, byte| {
+        sent += u32::from(transmitter == Transmitter::Board(3));
+        (transmitter != Transmitter::Board(3) || sent <= 9).then_some(byte)
     });
     let (outcomes, took) = rig.cycle(&frame());
     assert_eq!(outcomes[3], Err(Failure::Refused(ErrorCode::TRUNCATED)));
@@ -122,8 +123,8 @@ fn the_error_packet_behind_the_last_answer_that_breaks_off_is_found_at_the_time_
 }
 
 #[test]
-fn damage_is_told_by_the_controller_and_good_again_in_the_next_cycle() {
-    // Byte of the response, and what the controller says of it.
+fn controller_reports_damaged_answers_and_the_next_cycle_is_good() {
+    // Byte of the response, and the error code of the controller.
     for (byte_no, code) in [
         (0, ErrorCode::STRANGE),
         (1, ErrorCode::STRANGE),
@@ -132,10 +133,10 @@ fn damage_is_told_by_the_controller_and_good_again_in_the_next_cycle() {
         (21, ErrorCode::CHECKSUM),
     ] {
         let mut rig = Rig::new(Topology::Controller);
-        let mut said = 0;
-        rig.fate = Box::new(move |talker, _, byte| {
-            let hit = talker == Talker::Board(2) && said == byte_no;
-            said += u32::from(talker == Talker::Board(2));
+        let mut sent = 0;
+        rig.filter = Box::new(move |transmitter, _, byte| {
+            let hit = transmitter == Transmitter::Board(2) && sent == byte_no;
+            sent += u32::from(transmitter == Transmitter::Board(2));
             Some(byte ^ u8::from(hit) << 3)
         });
         let (outcomes, _) = rig.cycle(&frame());
@@ -144,41 +145,42 @@ fn damage_is_told_by_the_controller_and_good_again_in_the_next_cycle() {
             [0, 1, 3].iter().all(|n| outcomes[*n].is_ok()),
             "{outcomes:?}"
         );
-        rig.fate = Box::new(|_, _, byte| Some(byte));
+        rig.filter = Box::new(|_, _, byte| Some(byte));
         assert!(all_good(&rig.cycle(&frame()).0));
     }
 }
 
 #[test]
-fn requests_that_find_the_buffer_full_come_back_as_errors_in_order() {
+fn requests_beyond_the_buffer_are_answered_with_errors_in_order() {
     let config = ControllerConfig {
         packets_max: 2,
         ..ControllerConfig::default()
     };
     let mut rig = Rig::with(MasterConfig::new(Topology::Controller), config);
     let (outcomes, _) = rig.cycle(&frame());
-    // While the first is on the bus until 118 µs, the second is complete at 60, the third at 90; the fourth at 120.
+    // The first request is on the bus until 118 µs; the second is complete at 60 µs, the third at
+    // 90 µs, the fourth at 120 µs.
     assert!(outcomes[0].is_ok() && outcomes[1].is_ok() && outcomes[3].is_ok());
     assert_eq!(outcomes[2], Err(Failure::Refused(ErrorCode::OVERFLOW)));
     assert_eq!(rig.controller.unwrap().counters().overflows, 1);
 }
 
 #[test]
-fn the_controller_answers_for_itself() {
+fn controller_answers_requests_to_itself() {
     let mut rig = Rig::new(Topology::Controller);
-    let own = Address::new(CLASS_CONTROLLER, 1).unwrap();
-    let ping = Request::new(own, Instruction::PING, &[]).unwrap();
+    let controller = Address::new(CLASS_CONTROLLER, 1).unwrap();
+    let ping = Request::new(controller, Instruction::PING, &[]).unwrap();
     assert!(rig.transfer(&ping).unwrap().is_empty());
-    let id = Request::new(own, Instruction::GET, &[0]).unwrap();
+    let id = Request::new(controller, Instruction::GET, &[0]).unwrap();
     assert_eq!(rig.transfer(&id).unwrap()[..], [1]);
-    let nothing = Request::new(own, Instruction::GET, &[0x77]).unwrap();
+    let absent = Request::new(controller, Instruction::GET, &[0x77]).unwrap();
     let unknown = Failure::Refused(ErrorCode::UNKNOWN_REGISTER);
-    assert_eq!(rig.transfer(&nothing), Err(unknown));
+    assert_eq!(rig.transfer(&absent), Err(unknown));
     assert_eq!(rig.controller.unwrap().counters().requests, 0);
 }
 
 #[test]
-fn a_broadcast_reaches_all_and_is_answered_by_none() {
+fn broadcast_reaches_all_boards_and_is_not_answered() {
     for topology in [Topology::Controller, Topology::Direct] {
         let mut rig = Rig::new(topology);
         let all = Address::new(CLASS_MOTORDRIVER, 0xFE).unwrap();
@@ -195,7 +197,7 @@ fn a_broadcast_reaches_all_and_is_answered_by_none() {
 }
 
 #[test]
-fn what_comes_late_is_not_taken_for_what_was_asked_since() {
+fn late_answers_are_not_matched_to_later_requests() {
     for topology in [Topology::Controller, Topology::Direct] {
         let mut rig = Rig::new(topology);
         let mut right = 0;
@@ -203,7 +205,7 @@ fn what_comes_late_is_not_taken_for_what_was_asked_since() {
             for slave in &mut rig.slaves {
                 slave.set_reply(&[round; 16]).unwrap();
             }
-            // Now and then the host is late by up to 1.9 ms, beyond the time-outs.
+            // Occasionally the host is late by up to 1.9 ms, beyond the time-outs.
             rig.latency = micros([250, 250, 250, 900, 250, 1100][usize::from(round) % 6]);
             let (outcomes, _) = rig.cycle(&frame());
             for payload in outcomes.iter().flatten() {
@@ -243,15 +245,16 @@ fn first_firmware_answers_from_its_main_loop() {
     assert_eq!(slave.poll_transmit(&mut answer), None);
 }
 
-/// Bound on a cycle through the controller, whatever becomes of the bytes on the bus: the master's time-out.
-/// Without it the host would wait for ever for the last bytes of a bad answer that an error packet replaces.
+/// Bound on a cycle through the controller for any bytes on the bus: the master's time-out. Without
+/// it the host would wait forever for the last bytes of a truncated answer that an error packet
+/// replaces.
 const BOUND: Duration = Duration::from_millis(2);
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn every_frame_ends_in_time_and_the_next_good_one_is_good(
+    fn every_frame_ends_in_time_and_the_bus_recovers(
         seed in any::<u64>(),
         lost in 0.0..0.5_f64,
         flipped in 0.0..0.2_f64,
@@ -260,25 +263,25 @@ proptest! {
         let topology = if direct { Topology::Direct } else { Topology::Controller };
         let mut rig = Rig::new(topology);
         let mut numbers = stream(seed, "bus");
-        rig.fate = Box::new(move |_, _, byte| {
+        rig.filter = Box::new(move |_, _, byte| {
             let flip = if numbers.unit() < flipped { 1 << numbers.between(0, 7) } else { 0 };
             (numbers.unit() >= lost).then_some(byte ^ flip)
         });
         for _ in 0..4 {
             let (outcomes, took) = rig.cycle(&frame());
             prop_assert_eq!(outcomes.len(), 4);
-            // Direct: four time-outs. Either: before them, quiet may be waited for.
+            // Direct: four time-outs. Both: possibly the quiet time before them.
             let quiet = Duration::from_millis(1);
             let bound = if direct { Duration::from_millis(4) } else { BOUND };
             prop_assert!(took <= bound + quiet, "{:?}", took);
         }
-        rig.fate = Box::new(|_, _, byte| Some(byte));
+        rig.filter = Box::new(|_, _, byte| Some(byte));
         let _ = rig.cycle(&frame());
         prop_assert!(all_good(&rig.cycle(&frame()).0));
     }
 
     #[test]
-    fn whatever_the_boards_say_each_request_takes_the_controller_a_bounded_time(
+    fn controller_time_per_request_is_bounded_for_any_answers(
         seed in any::<u64>(),
         chatter in 1..400_usize,
     ) {
@@ -286,8 +289,8 @@ proptest! {
         let mut numbers = stream(seed, "babble");
         let headers = numbers.unit();
         let mut left = chatter;
-        rig.fate = Box::new(move |talker, _, byte| {
-            if talker == Talker::Near || left == 0 {
+        rig.filter = Box::new(move |transmitter, _, byte| {
+            if transmitter == Transmitter::Near || left == 0 {
                 return Some(byte);
             }
             left -= 1;
@@ -302,8 +305,8 @@ proptest! {
 }
 
 #[test]
-fn a_board_that_never_stops_talking_is_left_after_the_limit() {
-    let mut stuck = twinrig_sbcp::Controller::new(ControllerConfig::default()).unwrap();
+fn endless_answer_is_abandoned_at_the_limit() {
+    let mut controller = twinrig_sbcp::Controller::new(ControllerConfig::default()).unwrap();
     let mut bytes = Vec::new();
     frame()[0].emit(&mut bytes);
     let at = |nanos| twinrig_kernel::SimTime::from_nanos(nanos);
@@ -313,30 +316,30 @@ fn a_board_that_never_stops_talking_is_left_after_the_limit() {
         bytes,
         framing_error: false,
     };
-    stuck.handle_link(at(0), piece(3_000, &bytes));
-    while stuck.poll_bus(at(1_000_000), &mut |_| {}) {}
-    // A header from 45 µs on, then a byte every 19 µs: never silent for as long as the time-out.
+    controller.handle_link(at(0), piece(3_000, &bytes));
+    while controller.poll_bus(at(1_000_000), &mut |_| {}) {}
+    // Header at 45 µs, then a byte every 19 µs: pauses shorter than the time-out.
     let head = [0xFF, CLASS_MOTORDRIVER, 1, 18];
-    stuck.handle_bus(at(54_000), piece(45_000, &head));
+    controller.handle_bus(at(54_000), piece(45_000, &head));
     assert_eq!(
-        stuck.poll_timeout(),
+        controller.poll_timeout(),
         Some(at(54_000) + micros(18 * 3) + micros(20))
     );
-    let mut babbler = Vec::new();
+    let mut deadlines = Vec::new();
     for n in 0..40_u64 {
         let now = 54_000 + 19_000 * (n + 1);
-        if stuck.poll_timeout().is_some_and(|due| due < at(now)) {
-            babbler.push(stuck.poll_timeout().unwrap());
-            stuck.handle_timeout(at(now));
+        if controller.poll_timeout().is_some_and(|due| due < at(now)) {
+            deadlines.push(controller.poll_timeout().unwrap());
+            controller.handle_timeout(at(now));
             break;
         }
-        stuck.handle_bus(at(now), piece(now, &[0]));
+        controller.handle_bus(at(now), piece(now, &[0]));
     }
-    assert_eq!(babbler, [at(45_000) + micros(130)]);
+    assert_eq!(deadlines, [at(45_000) + micros(130)]);
 }
 
 #[test]
-fn saved_and_restored_amid_a_cycle_it_goes_on_alike() {
+fn cycle_restored_at_every_step_completes() {
     let mut rig = Rig::new(Topology::Controller);
     rig.begin(&frame());
     for step in 0.. {
@@ -354,7 +357,7 @@ fn saved_and_restored_amid_a_cycle_it_goes_on_alike() {
 }
 
 #[test]
-fn after_bytes_that_nobody_asked_for_the_next_cycle_waits_for_quiet() {
+fn unsolicited_bytes_delay_the_next_cycle_until_the_line_is_quiet() {
     let mut rig = Rig::new(Topology::Controller);
     assert!(all_good(&rig.cycle(&frame()).0));
     let now = rig.now;
@@ -368,7 +371,7 @@ fn after_bytes_that_nobody_asked_for_the_next_cycle_waits_for_quiet() {
 }
 
 #[test]
-fn a_talker_without_end_holds_a_transfer_up_for_the_drain_time_out_and_is_counted() {
+fn endless_unsolicited_bytes_delay_a_transfer_by_the_drain_time_out() {
     let mut rig = Rig::new(Topology::Direct);
     let (begin, mut now) = (rig.now, rig.now);
     rig.master.handle_bytes(support::host(now), &[0]);
@@ -386,14 +389,14 @@ fn a_talker_without_end_holds_a_transfer_up_for_the_drain_time_out_and_is_counte
             rig.master.handle_timeout(support::host(now));
         }
         written = rig.master.poll_transmit(&mut Vec::new()).then_some(now);
-        assert!(now - begin <= micros(2_000), "it waits for ever");
+        assert!(now - begin <= micros(2_000), "endless wait");
     }
     assert_eq!(written, Some(begin + micros(2_000)));
     assert_eq!(rig.master.counters().drain_timeouts, 1);
 }
 
 #[test]
-fn directly_a_silent_board_costs_its_time_out_and_no_silence() {
+fn silent_board_costs_its_time_out_and_no_quiet_time_without_a_controller() {
     for silent in 0..4 {
         let mut rig = Rig::new(Topology::Direct);
         rig.slaves.remove(silent);
@@ -406,9 +409,10 @@ fn directly_a_silent_board_costs_its_time_out_and_no_silence() {
     }
 }
 
-/// The silent one is asked again when its time-out and grace are over since it was asked, not before.
+/// The absent board is requested again when time-out and grace have passed since its request, not
+/// before.
 #[test]
-fn a_board_alone_on_the_bus_is_not_asked_again_while_its_old_answer_may_come() {
+fn single_board_gets_no_request_while_a_late_answer_may_arrive() {
     let mut rig = Rig::new(Topology::Direct);
     rig.slaves.clear();
     let only = [frame()[0]];
@@ -423,9 +427,9 @@ fn a_board_alone_on_the_bus_is_not_asked_again_while_its_old_answer_may_come() {
 }
 
 #[test]
-fn directly_a_damaged_answer_ends_the_wait_for_it() {
+fn damaged_answer_ends_the_wait_without_a_controller() {
     let good = LATENCIES + Duration::from_micros(106);
-    // A byte of the answer of board 2, and how long the cycle takes.
+    // Byte of the answer of board 2, and the duration of the cycle.
     for (byte_no, took) in [
         (1, 3 * good + Duration::from_millis(1)),
         (4, 4 * good),
@@ -433,10 +437,10 @@ fn directly_a_damaged_answer_ends_the_wait_for_it() {
         (21, 4 * good),
     ] {
         let mut rig = Rig::new(Topology::Direct);
-        let mut said = 0;
-        rig.fate = Box::new(move |talker, _, byte| {
-            let hit = talker == Talker::Board(2) && said == byte_no;
-            said += u32::from(talker == Talker::Board(2));
+        let mut sent = 0;
+        rig.filter = Box::new(move |transmitter, _, byte| {
+            let hit = transmitter == Transmitter::Board(2) && sent == byte_no;
+            sent += u32::from(transmitter == Transmitter::Board(2));
             Some(byte ^ u8::from(hit) << 3)
         });
         let (outcomes, found) = rig.cycle(&frame());
@@ -452,7 +456,7 @@ fn directly_a_damaged_answer_ends_the_wait_for_it() {
             (1, u64::from(byte_no > 3))
         );
         assert_eq!((counters.strays, counters.garbage), (0, 22));
-        rig.fate = Box::new(|_, _, byte| Some(byte));
+        rig.filter = Box::new(|_, _, byte| Some(byte));
         let (outcomes, found) = rig.cycle(&frame());
         assert!(all_good(&outcomes));
         assert_eq!(found, 4 * good);

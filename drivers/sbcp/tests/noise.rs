@@ -1,4 +1,5 @@
-//! Arbitrary bytes at arbitrary paces, in any order, from both sides: nobody panics, and nobody waits for ever.
+//! Arbitrary bytes at arbitrary paces, in any order, from both sides, cause no panic and no endless
+//! wait.
 
 mod support;
 
@@ -11,15 +12,16 @@ use twinrig_sbcp::{
 };
 use twinrig_wire::{Arrivals, Piece};
 
-/// A pause \[µs\], a spacing \[µs\], from the host or from the boards, and the bytes: noise, or a request.
+/// Pause \[µs\], spacing \[µs\], whether from the host (else from the boards), and the bytes:
+/// noise, or a request.
 type Burst = (u64, u64, bool, Vec<u8>);
 
 fn burst() -> impl Strategy<Value = Burst> {
     let noise = vec(prop_oneof![any::<u8>(), Just(0xFF), 0..8_u8], 0..60);
-    let request = (0..4_usize, 0..11_usize).prop_map(|(which, cut)| {
+    let request = (0..4_usize, 0..11_usize).prop_map(|(which, length)| {
         let mut bytes = Vec::new();
         frame()[which].emit(&mut bytes);
-        bytes.truncate(cut);
+        bytes.truncate(length);
         bytes
     });
     let bytes = prop_oneof![noise, request];
@@ -30,7 +32,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1_000))]
 
     #[test]
-    fn nobody_panics_and_everybody_comes_to_an_end(
+    fn arbitrary_bytes_cause_no_panic_and_every_wait_ends(
         bursts in vec(burst(), 0..20),
         stored in any::<bool>(),
         direct in any::<bool>(),
@@ -40,7 +42,7 @@ proptest! {
         let mut controller = Controller::new(config).unwrap();
         let topology = if direct { Topology::Direct } else { Topology::Controller };
         let mut master = Master::new(MasterConfig::new(topology));
-        let (mut slave, mut now, mut said) = (slave(1), SimTime::ZERO, Vec::new());
+        let (mut slave, mut now, mut tx) = (slave(1), SimTime::ZERO, Vec::new());
         for (pause, spacing, link, bytes) in &bursts {
             let piece = Piece { first: now + micros(*pause), spacing: micros(*spacing), bytes, framing_error: false };
             now = now.max(piece.last());
@@ -49,14 +51,14 @@ proptest! {
             }
             slave.receive(piece);
             while slave.poll_event().is_some() {}
-            slave.poll_transmit(&mut said);
+            slave.poll_transmit(&mut tx);
             if *link {
                 controller.handle_link(now, piece);
             } else {
                 controller.handle_bus(now, piece);
             }
             let _ = master.cycle(host(now), &frame());
-            master.poll_transmit(&mut said);
+            master.poll_transmit(&mut tx);
             master.handle_bytes(host(now), bytes);
             master.handle_timeout(host(now));
         }
@@ -66,30 +68,30 @@ proptest! {
             controller.handle_timeout(now);
             while controller.poll_bus(now, &mut |_| {}) {}
             wakes += 1;
-            prop_assert!(wakes < 1_000, "the controller waits for ever");
+            prop_assert!(wakes < 1_000, "endless wait of the controller");
         }
         for _ in 0..5 {
             if let Some(due) = master.poll_timeout() {
                 master.handle_timeout(due);
             }
-            master.poll_transmit(&mut said);
+            master.poll_transmit(&mut tx);
         }
         prop_assert!(!master.is_busy());
     }
 
     #[test]
-    fn what_the_controller_says_for_silent_boards_is_one_error_packet_for_each_request(
-        cuts in vec(0..11_usize, 1..5),
+    fn controller_sends_one_error_packet_per_request_to_silent_boards(
+        lengths in vec(0..11_usize, 1..5),
     ) {
-        // Whole requests and broken ones, with a pause behind each.
+        // Complete and truncated requests with pauses between them.
         let mut controller = Controller::new(ControllerConfig::default()).unwrap();
         let mut now = SimTime::ZERO;
-        for (which, cut) in cuts.iter().enumerate() {
+        for (which, length) in lengths.iter().enumerate() {
             now += micros(500);
             let mut bytes = Vec::new();
             frame()[which].emit(&mut bytes);
-            bytes.truncate(*cut);
-            if cut > &0 {
+            bytes.truncate(*length);
+            if length > &0 {
                 controller.handle_link(now, Piece { first: now, spacing: micros(3), bytes: &bytes, framing_error: false });
             }
             for _ in 0..3 {
@@ -107,8 +109,8 @@ proptest! {
             prop_assert!(Packet::new(packet.bytes()).is_ok());
             packets += 1;
         }
-        // It takes four bytes to know whom an error packet is for.
-        prop_assert_eq!(packets, cuts.iter().filter(|cut| **cut >= 4).count());
+        // The address of an error packet is known from four bytes on.
+        prop_assert_eq!(packets, lengths.iter().filter(|length| **length >= 4).count());
         prop_assert_eq!(parser.skipped(), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! What is a packet, and how it is found in a stream.
+//! Packets and their detection in a byte stream.
 
 mod support;
 
@@ -26,7 +26,8 @@ fn bytes_of(request: &Request) -> Vec<u8> {
     bytes
 }
 
-/// Everything that a parser finds in `stream`, fed in pieces of those lengths, over and over.
+/// Returns all packets that a parser finds in `stream`, passed in pieces of these lengths,
+/// cyclically.
 fn found(stream: &[u8], pieces: &[usize]) -> Vec<Vec<u8>> {
     let mut parser = Parser::default();
     let mut packets = Vec::new();
@@ -49,7 +50,7 @@ fn found(stream: &[u8], pieces: &[usize]) -> Vec<Vec<u8>> {
     packets
 }
 
-/// Bytes among which headers are not rare.
+/// Random bytes with frequent headers.
 fn noise() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![3 => any::<u8>(), 1 => Just(HEADER), 1 => 0..8_u8];
     vec(byte, 0..200)
@@ -57,7 +58,7 @@ fn noise() -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn what_is_emitted_is_parsed_again(request in request(), error in any::<u8>()) {
+    fn emitted_packets_parse_to_the_same_value(request in request(), error in any::<u8>()) {
         let bytes = bytes_of(&request);
         prop_assert_eq!(bytes.len(), request.packet_len());
         let packet = Packet::new(&bytes).unwrap();
@@ -73,7 +74,7 @@ proptest! {
     }
 
     #[test]
-    fn one_changed_byte_behind_the_header_is_always_noticed(
+    fn single_byte_change_is_always_detected(
         request in request(),
         at in any::<prop::sample::Index>(),
         change in 1..=255_u8,
@@ -85,7 +86,7 @@ proptest! {
     }
 
     #[test]
-    fn noise_gives_no_packet_with_a_wrong_checksum_and_the_same_in_any_pieces(
+    fn packets_found_in_noise_are_valid_and_independent_of_the_pieces(
         noise in noise(),
         pieces in vec(1..40_usize, 1..10),
     ) {
@@ -109,7 +110,8 @@ proptest! {
         let clean: Vec<_> = requests.iter().map(bytes_of).collect();
         stream.extend(clean.concat());
         let packets = found(&stream, &pieces);
-        // Unless the garbage, with what follows it, has the right checksum by chance: 1 in 256 headers of it.
+        // Excludes garbage that, with the following bytes, has a valid checksum by chance: 1 in 256
+        // of its headers.
         let within = |packet: &Vec<u8>| {
             stream[..garbage.len()]
                 .iter()
@@ -121,14 +123,14 @@ proptest! {
     }
 
     #[test]
-    fn a_packet_is_found_within_the_longest_packet_behind_the_garbage(
+    fn packet_is_found_within_the_maximum_length_behind_garbage(
         request in request(),
         garbage in vec(any::<u8>(), 0..80),
     ) {
         let mut stream = garbage;
         stream.extend(bytes_of(&request));
         let end = stream.len();
-        // What comes afterwards is no packet.
+        // Followed by bytes that are no packet.
         stream.extend([0; PACKET_MAX - 1]);
         let mut parser = Parser::default();
         let mut late = None;
@@ -138,7 +140,7 @@ proptest! {
                 if packet.bytes() == bytes_of(&request) {
                     late = Some((at + 1).saturating_sub(end));
                 } else {
-                    // By chance: nothing is promised then.
+                    // A packet by chance: no property holds then.
                     return Ok(());
                 }
             }
@@ -148,7 +150,7 @@ proptest! {
 }
 
 #[test]
-fn the_bytes_of_a_packet_are_in_the_order_of_the_thesis() {
+fn packet_bytes_are_in_the_order_of_the_thesis() {
     let to = Address::new(1, 3).unwrap();
     let request = Request::new(to, Instruction::SET, &[0x20, 0x90, 0xE0]).unwrap();
     let sum = (1 + 3 + 5 + 3 + 0x20 + 0x90 + 0xE0) % 256;
@@ -160,7 +162,7 @@ fn the_bytes_of_a_packet_are_in_the_order_of_the_thesis() {
 }
 
 #[test]
-fn what_no_packet_can_be_is_refused() {
+fn invalid_packets_are_refused() {
     assert!(matches!(
         Address::new(HEADER, 1),
         Err(SbcpError::Address { .. })
@@ -183,16 +185,17 @@ fn what_no_packet_can_be_is_refused() {
     assert!(Packet::new(&[]).is_err());
 }
 
-/// The protocol's own limit: an additive checksum does not see two flips of the same bit in opposite senses.
+/// Limit of the protocol: an additive checksum does not detect two flips of the same bit in
+/// opposite directions.
 #[test]
-fn at_a_bit_error_rate_of_a_thousandth_the_checksum_lets_one_response_in_1700_through() {
+fn checksum_misses_one_response_in_1700_at_a_bit_error_rate_of_a_thousandth() {
     let from = Address::new(1, 2).unwrap();
     let mut numbers = stream(20, "bit errors");
     let mut accepted = 0_u32;
     let responses = 600_000_u32;
     let mut clean = Vec::new();
     let bits = 22 * 8;
-    // From one error to the next there is a geometrically distributed number of bits.
+    // The number of bits between errors is geometrically distributed.
     let scale = 1.0 / libm::log(1.0 - 1e-3);
     let mut gap = move || libm::log(1.0 - numbers.unit()) * scale;
     let mut next = gap();
@@ -205,7 +208,7 @@ fn at_a_bit_error_rate_of_a_thousandth_the_checksum_lets_one_response_in_1700_th
         Response::new(from, ErrorCode::OK, &carried)
             .unwrap()
             .emit(&mut clean);
-        let mut heard = clean.clone();
+        let mut received = clean.clone();
         while next < f64::from(bits) {
             #[expect(
                 clippy::cast_possible_truncation,
@@ -213,12 +216,12 @@ fn at_a_bit_error_rate_of_a_thousandth_the_checksum_lets_one_response_in_1700_th
                 reason = "0 to 175"
             )]
             let bit = next as usize;
-            heard[bit / 8] ^= 1 << (bit % 8);
+            received[bit / 8] ^= 1 << (bit % 8);
             next += 1.0 + gap();
         }
         next -= f64::from(bits);
-        let response = Packet::new(&heard).and_then(|packet| Response::parse(&packet));
-        if heard != clean && response.is_ok_and(|response| response.from() == from) {
+        let response = Packet::new(&received).and_then(|packet| Response::parse(&packet));
+        if received != clean && response.is_ok_and(|response| response.from() == from) {
             accepted += 1;
         }
     }

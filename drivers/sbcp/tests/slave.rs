@@ -1,4 +1,4 @@
-//! What a slave answers, and what it does not.
+//! Answers of a slave, and requests that it does not answer.
 
 mod support;
 
@@ -18,12 +18,12 @@ const STATUS: u8 = REGISTER_FIRST_OWN + 1;
 const MODE: u8 = REGISTER_FIRST_OWN + 2;
 
 fn with_registers() -> Slave {
-    let own = [
+    let specific = [
         Register::u16(GAIN, 400).non_volatile(),
         Register::u16(STATUS, 7).read_only(),
         Register::u8(MODE, 0).within(0, 3),
     ];
-    let registers = RegisterTable::new(3, 5, &own).unwrap();
+    let registers = RegisterTable::new(3, 5, &specific).unwrap();
     Slave::new(SlaveConfig::new(CLASS_MOTORDRIVER), registers).unwrap()
 }
 
@@ -42,7 +42,7 @@ fn emitted(request: &Request) -> Vec<u8> {
     bytes
 }
 
-fn ask(slave: &mut Slave, now: &mut SimTime, request: &Request) -> Option<Response> {
+fn exchange(slave: &mut Slave, now: &mut SimTime, request: &Request) -> Option<Response> {
     *now += micros(100);
     slave.receive(piece(*now, &emitted(request)));
     let mut bytes = Vec::new();
@@ -51,36 +51,36 @@ fn ask(slave: &mut Slave, now: &mut SimTime, request: &Request) -> Option<Respon
 }
 
 #[test]
-fn registers_are_read_and_written_with_their_errors() {
+fn register_access_returns_values_and_errors() {
     let (mut slave, mut now) = (with_registers(), SimTime::ZERO);
-    let mut talk = |instruction, payload: &[u8]| {
+    let mut send = |instruction, payload: &[u8]| {
         let request = Request::new(board(3), instruction, payload).unwrap();
-        let response = ask(&mut slave, &mut now, &request).unwrap();
+        let response = exchange(&mut slave, &mut now, &request).unwrap();
         assert_eq!(response.from(), board(3));
         (response.error, response.payload.to_vec())
     };
     let (get, set) = (Instruction::GET, Instruction::SET);
     let ok = |bytes: &[u8]| (ErrorCode::OK, bytes.to_vec());
     let no = |error| (error, Vec::new());
-    assert_eq!(talk(Instruction::PING, &[]), ok(&[]));
-    assert_eq!(talk(Instruction::PING, &[1]), no(ErrorCode::BAD_LENGTH));
-    assert_eq!(talk(get, &[REGISTER_ID]), ok(&[3]));
-    assert_eq!(talk(get, &[GAIN]), ok(&[0x90, 0x01]));
-    assert_eq!(talk(get, &[]), no(ErrorCode::BAD_LENGTH));
-    assert_eq!(talk(get, &[0x77]), no(ErrorCode::UNKNOWN_REGISTER));
-    assert_eq!(talk(set, &[GAIN, 0x2C, 0x01]), ok(&[]));
-    assert_eq!(talk(get, &[GAIN]), ok(&[0x2C, 0x01]));
-    assert_eq!(talk(set, &[GAIN, 1]), no(ErrorCode::BAD_LENGTH));
-    assert_eq!(talk(set, &[]), no(ErrorCode::BAD_LENGTH));
-    assert_eq!(talk(set, &[STATUS, 1, 0]), no(ErrorCode::READ_ONLY));
-    assert_eq!(talk(set, &[MODE, 4]), no(ErrorCode::BAD_VALUE));
-    assert_eq!(talk(set, &[MODE, 3]), ok(&[]));
+    assert_eq!(send(Instruction::PING, &[]), ok(&[]));
+    assert_eq!(send(Instruction::PING, &[1]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(send(get, &[REGISTER_ID]), ok(&[3]));
+    assert_eq!(send(get, &[GAIN]), ok(&[0x90, 0x01]));
+    assert_eq!(send(get, &[]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(send(get, &[0x77]), no(ErrorCode::UNKNOWN_REGISTER));
+    assert_eq!(send(set, &[GAIN, 0x2C, 0x01]), ok(&[]));
+    assert_eq!(send(get, &[GAIN]), ok(&[0x2C, 0x01]));
+    assert_eq!(send(set, &[GAIN, 1]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(send(set, &[]), no(ErrorCode::BAD_LENGTH));
+    assert_eq!(send(set, &[STATUS, 1, 0]), no(ErrorCode::READ_ONLY));
+    assert_eq!(send(set, &[MODE, 4]), no(ErrorCode::BAD_VALUE));
+    assert_eq!(send(set, &[MODE, 3]), ok(&[]));
     assert_eq!(
-        talk(Instruction(0x66), &[]),
+        send(Instruction(0x66), &[]),
         no(ErrorCode::UNKNOWN_INSTRUCTION)
     );
     assert_eq!(
-        talk(Instruction::LOW_LATENCY, &[]),
+        send(Instruction::LOW_LATENCY, &[]),
         no(ErrorCode::NOT_READY)
     );
     let written: Vec<_> = std::iter::from_fn(|| slave.poll_event()).collect();
@@ -105,12 +105,15 @@ fn registers_are_read_and_written_with_their_errors() {
 }
 
 #[test]
-fn only_what_was_saved_outlives_a_power_cycle() {
+fn only_saved_registers_survive_a_power_cycle() {
     let (mut slave, mut now) = (with_registers(), SimTime::ZERO);
     let mut set = |slave: &mut Slave, address, bytes: &[u8]| {
         let payload = [&[address], bytes].concat();
         let request = Request::new(slave.address(), Instruction::SET, &payload).unwrap();
-        assert_eq!(ask(slave, &mut now, &request).unwrap().error, ErrorCode::OK);
+        assert_eq!(
+            exchange(slave, &mut now, &request).unwrap().error,
+            ErrorCode::OK
+        );
     };
     set(&mut slave, GAIN, &[1, 0]);
     slave.power_cycle();
@@ -120,7 +123,7 @@ fn only_what_was_saved_outlives_a_power_cycle() {
     set(&mut slave, MODE, &[1]);
     let save = Request::new(board(3), Instruction::SAVE, &[]).unwrap();
     let mut later = SimTime::from_nanos(1_000_000_000);
-    assert!(ask(&mut slave, &mut later, &save).is_some());
+    assert!(exchange(&mut slave, &mut later, &save).is_some());
     slave.registers_mut().put(GAIN, 3).unwrap();
     assert_eq!(slave.address(), board(3));
     slave.power_cycle();
@@ -130,8 +133,7 @@ fn only_what_was_saved_outlives_a_power_cycle() {
 }
 
 #[test]
-fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_reply_of_that_instant()
- {
+fn low_latency_answer_starts_ten_microseconds_after_the_last_bit_with_the_reply_of_that_instant() {
     let mut slave = slave(2);
     slave.set_reply(b"before").unwrap();
     let request = Request::new(board(2), Instruction::LOW_LATENCY, &[1, 2, 3, 4]).unwrap();
@@ -153,44 +155,44 @@ fn the_low_latency_answer_begins_ten_microseconds_after_the_last_bit_with_the_re
 }
 
 #[test]
-fn a_device_may_insist_on_the_length_of_low_latency_requests() {
+fn length_of_low_latency_requests_is_checked_if_configured() {
     let config = SlaveConfig {
         low_latency_request: Some(4),
         ..SlaveConfig::new(CLASS_MOTORDRIVER)
     };
     let mut slave = slave_with(1, config);
     let request = Request::new(board(1), Instruction::LOW_LATENCY, &[1, 2, 3]).unwrap();
-    let response = ask(&mut slave, &mut SimTime::ZERO.clone(), &request).unwrap();
+    let response = exchange(&mut slave, &mut SimTime::ZERO.clone(), &request).unwrap();
     assert_eq!(response.error, ErrorCode::BAD_LENGTH);
     assert_eq!(slave.poll_event(), None);
 }
 
 #[test]
-fn an_idle_gap_makes_it_listen_afresh_whatever_it_was_at() {
+fn idle_gap_resets_the_parser_in_any_state() {
     let request = emitted(&Request::new(board(2), Instruction::PING, &[]).unwrap());
     for garbage in [
         &[HEADER][..],
         &[HEADER, CLASS_MOTORDRIVER, 2, 28, 1, 1],
         &[HEADER, CLASS_MOTORDRIVER, 1, 28, 1],
     ] {
-        for (silence, heard) in [(14, false), (16, true)] {
+        for (silence, received) in [(14, false), (16, true)] {
             let mut slave = slave(2);
             let now = SimTime::from_nanos(1_000_000);
             slave.receive(piece(now, garbage));
             let next = piece(now, garbage).last() + micros(silence) + BYTE_TIME;
             slave.receive(piece(next, &request));
             let answered = slave.poll_transmit(&mut Vec::new()).is_some();
-            // A lone header does not matter: the next one takes its place.
+            // A single header has no effect: the next one takes its place.
             assert_eq!(
                 answered,
-                heard || garbage.len() == 1,
+                received || garbage.len() == 1,
                 "{garbage:?} {silence}"
             );
         }
     }
 }
 
-/// A stream of packets for anybody and of noise.
+/// Stream of packets for arbitrary devices, damaged packets and noise.
 fn stream() -> impl Strategy<Value = Vec<Vec<u8>>> {
     let packet = (
         1..4_u8,
@@ -212,10 +214,10 @@ fn stream() -> impl Strategy<Value = Vec<Vec<u8>>> {
     vec(prop_oneof![4 => packet, 1 => noise, 1 => damaged], 1..20)
 }
 
-/// How many bytes had been heard at each answer, and the answer.
+/// Returns the answers with their start times, for a stream received in pieces of these lengths.
 fn answers(bytes: &[u8], pieces: &[usize]) -> Vec<(SimTime, Vec<u8>)> {
     let mut slave = slave(2);
-    let mut given = Vec::new();
+    let mut found = Vec::new();
     let mut at = 0;
     let mut lengths = pieces.iter().cycle();
     while at < bytes.len() {
@@ -223,44 +225,44 @@ fn answers(bytes: &[u8], pieces: &[usize]) -> Vec<(SimTime, Vec<u8>)> {
         let first = SimTime::ZERO + BYTE_TIME * (at as u64 + 1);
         slave.receive(piece(first, &bytes[at..at + count]));
         at += count;
-        let mut said = Vec::new();
-        if let Some(start) = slave.poll_transmit(&mut said) {
-            given.push((start, said));
+        let mut answer = Vec::new();
+        if let Some(start) = slave.poll_transmit(&mut answer) {
+            found.push((start, answer));
         }
     }
-    given
+    found
 }
 
 proptest! {
     #[test]
-    fn it_answers_nothing_but_whole_requests_for_itself(stream in stream()) {
+    fn slave_answers_only_complete_requests_to_itself(stream in stream()) {
         let bytes = stream.concat();
-        for (start, said) in answers(&bytes, &[1]) {
+        for (start, answer) in answers(&bytes, &[1]) {
             let end = start - SimTime::ZERO - micros(10);
-            let heard = usize::try_from(end.as_nanos() / BYTE_TIME.as_nanos()).unwrap();
-            let asked = (6..=32.min(heard)).find_map(|len| {
-                let packet = Packet::new(&bytes[heard - len..heard]).ok()?;
+            let received = usize::try_from(end.as_nanos() / BYTE_TIME.as_nanos()).unwrap();
+            let request = (6..=32.min(received)).find_map(|len| {
+                let packet = Packet::new(&bytes[received - len..received]).ok()?;
                 Request::parse(&packet).ok().filter(|request| request.to == board(2))
             });
-            prop_assert!(asked.is_some());
-            let response = Response::parse(&Packet::new(&said).unwrap()).unwrap();
+            prop_assert!(request.is_some());
+            let response = Response::parse(&Packet::new(&answer).unwrap()).unwrap();
             prop_assert_eq!(response.from(), board(2));
         }
     }
 
     #[test]
-    fn it_hears_the_same_in_whatever_pieces(
+    fn answers_are_independent_of_the_pieces(
         stream in stream(),
         pieces in vec(1..7_usize, 1..8),
     ) {
-        // In pieces that hold no two requests, so that no answer replaces another.
+        // Pieces contain less than two requests, so that no answer replaces another.
         let bytes = stream.concat();
         prop_assert_eq!(answers(&bytes, &pieces).len(), answers(&bytes, &[1]).len());
         prop_assert_eq!(answers(&bytes, &pieces), answers(&bytes, &[1]));
     }
 
     #[test]
-    fn after_any_garbage_and_an_idle_gap_it_answers(garbage in vec(any::<u8>(), 0..100)) {
+    fn slave_answers_after_garbage_and_an_idle_gap(garbage in vec(any::<u8>(), 0..100)) {
         let mut slave = slave(2);
         let mut now = SimTime::from_nanos(1_000_000);
         slave.receive(piece(now, &garbage));
@@ -273,7 +275,7 @@ proptest! {
 }
 
 #[test]
-fn a_byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
+fn byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
     let (mut slave, mut now) = (slave(3), SimTime::ZERO);
     let request = emitted(&support::frame()[2]);
     for wrong in 0..request.len() {
@@ -289,16 +291,17 @@ fn a_byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
         }
         assert_eq!(slave.poll_transmit(&mut Vec::new()), None, "byte {wrong}");
         assert_eq!(slave.counters().framing_errors, 1 + wrong as u64);
-        // And it is well again with the next one.
+        // The next request is answered.
         now += micros(1_000);
         slave.receive(piece(now, &request));
         assert!(slave.poll_transmit(&mut Vec::new()).is_some());
     }
 }
 
-/// A packet that broke off is forgotten in the idle gap, even if the first byte behind the gap is dropped.
+/// A truncated packet is discarded in the idle gap, even if the first byte behind the gap is
+/// dropped.
 #[test]
-fn a_byte_with_a_wrong_stop_bit_behind_an_idle_gap_begins_a_new_packet_like_any_other() {
+fn dropped_byte_after_an_idle_gap_resets_the_parser() {
     let (mut slave, mut now) = (slave(3), SimTime::from_nanos(1_000_000));
     let long = Request::new(board(3), Instruction::PING, &[7; 16]).unwrap();
     slave.receive(piece(now, &emitted(&long)[..6]));

@@ -1,4 +1,5 @@
-//! Free-running cycles behind a USB serial converter: what of the thesis' rates comes out (section 5.3.2).
+//! Free-running cycles behind a USB serial converter, compared with the rates of the thesis
+//! (section 5.3.2).
 
 mod support;
 
@@ -14,9 +15,9 @@ use twinrig_sbcp::{
 };
 use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
 
-struct Nowhere;
+struct NoPlant;
 
-impl PlantAccess for Nowhere {
+impl PlantAccess for NoPlant {
     fn sample(&mut self, _: Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -75,21 +76,21 @@ fn bus(reaction: SimDuration) -> Rs485 {
     Rs485::new("bus", BYTE_TIME, micros(1), nodes.collect()).unwrap()
 }
 
-/// Length of each of some cycles, one begun as soon as the last is over \[µs\].
+/// Returns the durations of consecutive cycles \[µs\], each begun at the end of the previous one.
 fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
     let mut master = Master::new(MasterConfig::new(topology));
     let mut now = SimTime::ZERO;
-    let mut begun = now;
+    let mut start = now;
     let mut lengths = Vec::new();
     let mut bytes = Vec::new();
     while lengths.len() < 20 {
         if !master.is_busy() {
-            begun = now;
+            start = now;
             master.cycle(support::host(now), &frame()).unwrap();
         }
         bytes.clear();
         if master.poll_transmit(&mut bytes) {
-            wire.advance(now, &mut Nowhere).unwrap();
+            wire.advance(now, &mut NoPlant).unwrap();
             wire.send(now, &bytes);
             continue;
         }
@@ -97,7 +98,7 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
             .poll_timeout()
             .map(|at| SimTime::from_nanos(at.as_nanos()));
         now = now.max(wire.next_wake().into_iter().chain(due).min().unwrap());
-        wire.advance(now, &mut Nowhere).unwrap();
+        wire.advance(now, &mut NoPlant).unwrap();
         wire.receive(&mut bytes);
         master.handle_bytes(support::host(now), &bytes);
         if due.is_some_and(|at| at <= now) {
@@ -109,10 +110,10 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
                 "{:?}",
                 master.outcomes()
             );
-            lengths.push((now - begun).as_nanos() / 1_000);
+            lengths.push((now - start).as_nanos() / 1_000);
         }
     }
-    // The first one begins at no particular place within a microframe.
+    // The start of the first cycle is not aligned with a microframe.
     lengths.split_off(1)
 }
 
@@ -123,21 +124,21 @@ fn controlled(config: ControllerConfig, reaction: u64) -> Vec<u64> {
 }
 
 #[test]
-fn through_the_controller_a_cycle_is_exactly_eight_microframes() {
+fn cycle_through_the_controller_is_eight_microframes() {
     let lengths = controlled(ControllerConfig::default(), 10);
     assert!(lengths.iter().all(|length| *length == 1000), "{lengths:?}");
 }
 
 #[test]
-fn directly_a_cycle_is_twenty_microframes() {
+fn direct_cycle_is_twenty_microframes() {
     let mut wire =
         UsbSerial::new("bus", UsbTiming::default(), BYTE_TIME, 1, bus(micros(10))).unwrap();
     let lengths = cycles(&mut wire, Topology::Direct);
     assert!(lengths.iter().all(|length| *length == 2500), "{lengths:?}");
 }
 
-/// Whether the millisecond is held.
-fn holds(config: ControllerConfig, reaction: u64) -> bool {
+/// Whether a cycle takes one millisecond, rather than a microframe more.
+fn takes_one_millisecond(config: ControllerConfig, reaction: u64) -> bool {
     let lengths = controlled(config, reaction);
     assert!(
         lengths.iter().all(|length| *length == lengths[0]),
@@ -148,36 +149,36 @@ fn holds(config: ControllerConfig, reaction: u64) -> bool {
 }
 
 #[test]
-fn the_millisecond_is_lost_by_storing_and_forwarding() {
+fn store_and_forward_exceeds_one_millisecond() {
     let config = ControllerConfig {
         passing: Passing::StoreAndForward,
         ..ControllerConfig::default()
     };
-    assert!(!holds(config, 10));
+    assert!(!takes_one_millisecond(config, 10));
 }
 
 #[test]
-fn the_millisecond_is_lost_by_boards_that_react_late() {
-    // A patient controller, so that nothing but time is lost.
+fn reaction_times_above_25_us_exceed_one_millisecond() {
+    // A long time-out, so that no answer is lost.
     let config = ControllerConfig {
         timeout: micros(60),
         gap: SimDuration::ZERO,
         ..ControllerConfig::default()
     };
     let last = (10..40)
-        .take_while(|reaction| holds(config, *reaction))
+        .take_while(|reaction| takes_one_millisecond(config, *reaction))
         .last();
     assert_eq!(last, Some(25));
 }
 
 #[test]
-fn the_millisecond_is_lost_by_long_gaps() {
+fn gaps_above_20_us_exceed_one_millisecond() {
     let last = (0..40).take_while(|gap| {
         let config = ControllerConfig {
             gap: micros(*gap),
             ..ControllerConfig::default()
         };
-        holds(config, 10)
+        takes_one_millisecond(config, 10)
     });
     assert_eq!(last.last(), Some(20));
 }

@@ -1,12 +1,12 @@
-//! What a cycle costs over converter and bus, with boards that do nothing but answer: one frame of four requests of
-//! 10 bytes, four answers of 22, every 2 ms of simulated time, as through a bus controller and board by board.
+//! Cost of a cycle over converter and bus with minimal boards: four requests of 10 bytes and four
+//! answers of 22, board by board, every 4 ms of simulated time.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use support::{BYTE, Nowhere, request, us};
+use support::{BYTE, NoPlant, request, us};
 use twinrig_kernel::{SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, Wire, WiringError};
 use twinrig_wire::{
@@ -17,16 +17,16 @@ fn main() {
     divan::main();
 }
 
-/// Cycles in an iteration.
+/// Cycles per iteration.
 const CYCLES: u64 = 1000;
-/// Requests and answers of a cycle.
+/// Requests and answers per cycle.
 const PACKETS: u64 = 8;
 
-/// Counts what it hears, and answers the tenth byte of a request to it: as little as a board can do.
+/// Minimal board: counts received bytes and answers the tenth byte of a request to it.
 struct Echo {
     address: u8,
-    heard: usize,
-    mine: bool,
+    received: usize,
+    addressed: bool,
     last: SimTime,
     answer: Option<SimTime>,
 }
@@ -42,12 +42,12 @@ impl Node for Echo {
 
     fn receive(&mut self, piece: Piece<'_>) {
         if piece.first > self.last + us(15) {
-            self.heard = 0;
-            self.mine = piece.bytes[0] == self.address;
+            self.received = 0;
+            self.addressed = piece.bytes[0] == self.address;
         }
-        self.heard += piece.bytes.len();
+        self.received += piece.bytes.len();
         self.last = piece.last();
-        if self.mine && self.heard == 10 {
+        if self.addressed && self.received == 10 {
             self.answer = Some(self.last + us(10));
         }
     }
@@ -79,8 +79,8 @@ fn bus() -> Rs485 {
     let echo = |address| -> Box<dyn Node> {
         Box::new(Echo {
             address,
-            heard: 0,
-            mine: false,
+            received: 0,
+            addressed: false,
             last: SimTime::ZERO,
             answer: None,
         })
@@ -89,19 +89,19 @@ fn bus() -> Rs485 {
     Rs485::new("sbcp", BYTE, us(2), nodes.into()).unwrap()
 }
 
-/// One packet after the other, each when the answer to the one before is there.
+/// Sends each request when the answer to the previous one is complete.
 fn cycles(wire: &mut dyn Wire, start: &mut SimTime, wakes: &mut u64) {
     let mut bytes = Vec::new();
     for _ in 0..CYCLES {
         let mut now = *start;
         for board in 0..4 {
-            wire.advance(now, &mut Nowhere).unwrap();
+            wire.advance(now, &mut NoPlant).unwrap();
             wire.send(now, &request(board));
             bytes.clear();
             while bytes.len() < 22 {
                 now = wire.next_wake().unwrap();
                 *wakes += 1;
-                wire.advance(now, &mut Nowhere).unwrap();
+                wire.advance(now, &mut NoPlant).unwrap();
                 wire.receive(&mut bytes);
             }
         }
@@ -119,13 +119,13 @@ fn measure(bencher: Bencher, line: impl Line) {
     println!("{:.1} wake-ups a cycle", wakes as f64 / cycles as f64);
 }
 
-/// Packets per second; a packet's time is an iteration's through 8000.
+/// Packets per second; the time of a packet is that of an iteration divided by 8000.
 #[divan::bench]
 fn usb_and_rs485(bencher: Bencher) {
     measure(bencher, bus());
 }
 
-/// The same with a fault somewhere that never comes.
+/// The same with a fault that never becomes active.
 #[divan::bench]
 fn usb_faults_and_rs485(bencher: Bencher) {
     let fault = Fault {

@@ -1,5 +1,5 @@
-//! How late this machine is: runs a control loop at 500 Hz (or at what is given, in µs a period, then seconds) over
-//! a PTY with a twin at its other end, and prints the histograms.
+//! Latency of this machine: runs a control loop at 500 Hz (arguments: period in µs, duration in s)
+//! over a PTY with a twin at its other end, and prints the histograms.
 //!
 //! ```text
 //! cargo run --release -p twinrig-wire --example latency -- 2000 10
@@ -12,7 +12,7 @@ mod real;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use real::{Asker, EchoWire, Lag, Summing};
+use real::{EchoWire, HalvingDriver, Lag, Summing};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::Schedule;
 use twinrig_runtime::real_time::{RealTimeRig, Serve, ServeOptions, ServedWire};
@@ -38,11 +38,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let served = thread::Builder::new().spawn(|| serve.run(&mut (), &AtomicBool::new(false)))?;
 
     let process = Box::new(Summing::new(&["echo"]));
-    let driver = Box::new(Asker::new("echo"));
+    let driver = Box::new(HalvingDriver::new("echo"));
     let schedule = Schedule::with_period(period);
     let rig = RealTimeRig::new(&schedule, process, vec![(driver, Box::new(port))])?;
-    for refused in rig.options.privileges.prepare() {
-        println!("{refused}");
+    for missing in rig.options.privileges.prepare() {
+        println!("{missing}");
     }
     let (ended, report) = rig.run(Some(duration), &mut (), &AtomicBool::new(false));
     println!("{ended:?}\n{report}");

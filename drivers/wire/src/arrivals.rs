@@ -1,27 +1,27 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 
-/// Bytes that follow one another at an even pace.
+/// Bytes at constant spacing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece<'a> {
-    /// When the first of them is complete: its last bit is over.
+    /// Completion time of the first byte: the end of its last bit.
     pub first: SimTime,
-    /// From one byte's end to the next one's; zero if they come all at once.
+    /// Time between the ends of successive bytes; zero if all are complete at once.
     pub spacing: SimDuration,
     /// The bytes.
     pub bytes: &'a [u8],
-    /// Whether the stop bits of these bytes were wrong, all of them. A board's UART drops such a byte and counts it; a USB
-    /// converter delivers it and flags it.
+    /// Whether the stop bits of all these bytes are wrong. A board's UART drops such a byte and
+    /// counts it; a USB converter delivers it and flags it.
     pub framing_error: bool,
 }
 
 impl Piece<'_> {
-    /// When byte `index` is complete.
+    /// Returns the completion time of byte `index`.
     pub fn at(&self, index: usize) -> SimTime {
         self.first + self.spacing * index as u64
     }
 
-    /// When the last byte is complete; the first one's time if there is none.
+    /// Returns the completion time of the last byte; of an empty piece, `first`.
     pub fn last(&self) -> SimTime {
         self.at(self.bytes.len().saturating_sub(1))
     }
@@ -31,12 +31,12 @@ impl Piece<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Octet {
     pub(crate) byte: u8,
-    /// Whether its stop bit was wrong.
+    /// Whether the stop bit is wrong.
     pub(crate) framing_error: bool,
 }
 
 impl Octet {
-    /// Without an error.
+    /// A byte without an error.
     pub(crate) const fn good(byte: u8) -> Self {
         Self {
             byte,
@@ -45,7 +45,7 @@ impl Octet {
     }
 }
 
-/// Bytes with the instants at which each was complete, in order of time.
+/// Received bytes with their completion times, in order of time.
 ///
 /// ```
 /// use twinrig_kernel::{SimDuration, SimTime};
@@ -71,7 +71,7 @@ struct Run {
 }
 
 impl Arrivals {
-    /// Appends bytes, the first of which was complete at `first`, the others `spacing` later each.
+    /// Appends bytes, the first complete at `first`, each further one `spacing` later.
     pub fn push(&mut self, first: SimTime, spacing: SimDuration, bytes: &[u8]) {
         self.push_piece(Piece {
             first,
@@ -81,7 +81,7 @@ impl Arrivals {
         });
     }
 
-    /// Appends bytes with their times and their framing error, if they have one.
+    /// Appends bytes with their completion times and their framing error.
     pub fn push_piece(&mut self, piece: Piece<'_>) {
         if !piece.bytes.is_empty() {
             self.bytes.extend_from_slice(piece.bytes);
@@ -94,7 +94,7 @@ impl Arrivals {
         }
     }
 
-    /// Appends one byte to those that came at the same pace before, or begins anew with it.
+    /// Appends one byte to the last run if it continues it, else starts a new run.
     pub(crate) fn push_byte(&mut self, at: SimTime, spacing: SimDuration, octet: Octet) {
         if let Some(run) = self.runs.last_mut()
             && run.spacing == spacing
@@ -113,19 +113,19 @@ impl Arrivals {
         }
     }
 
-    /// How many of the bytes have a framing error.
+    /// Number of bytes with a framing error.
     pub(crate) fn framing_errors(&self) -> usize {
         let wrong = self.runs.iter().filter(|run| run.framing_error);
         wrong.map(|run| run.count).sum()
     }
 
-    /// Moves everything out of `other`, which keeps its room.
+    /// Moves all bytes out of `other`, which keeps its capacity.
     pub fn append(&mut self, other: &mut Self) {
         self.bytes.append(&mut other.bytes);
         self.runs.append(&mut other.runs);
     }
 
-    /// When byte `index` was complete.
+    /// Returns the completion time of byte `index`.
     pub fn at(&self, index: usize) -> Option<SimTime> {
         if index >= self.bytes.len() {
             return None;
@@ -140,13 +140,13 @@ impl Arrivals {
         None
     }
 
-    /// When the last byte was complete.
+    /// Returns the completion time of the last byte.
     pub fn last(&self) -> Option<SimTime> {
         let run = self.runs.last()?;
         Some(run.first + run.spacing * (run.count as u64 - 1))
     }
 
-    /// How many bytes were complete by `now`.
+    /// Number of bytes complete by `now`.
     pub fn complete(&self, now: SimTime) -> usize {
         let of_run = |run: &Run| match now.checked_since(run.first) {
             None => 0,
@@ -159,7 +159,7 @@ impl Arrivals {
         self.runs.iter().map(of_run).sum()
     }
 
-    /// Takes the first `count` bytes out, which `taken` is given in stretches of an even pace.
+    /// Removes the first `count` bytes and passes them to `taken` in runs of constant spacing.
     pub fn take(&mut self, count: usize, mut taken: impl FnMut(Piece<'_>)) {
         let count = count.min(self.bytes.len());
         let (mut from, mut runs) = (0, 0);
@@ -185,7 +185,7 @@ impl Arrivals {
         self.runs.drain(..runs);
     }
 
-    /// The bytes in stretches of an even pace.
+    /// Iterates over the bytes in runs of constant spacing.
     pub fn pieces(&self) -> impl Iterator<Item = Piece<'_>> {
         let mut rest = &self.bytes[..];
         self.runs.iter().map(move |run| {
@@ -200,7 +200,7 @@ impl Arrivals {
         })
     }
 
-    /// The bytes one by one, with their times.
+    /// Iterates over the single bytes with their completion times.
     pub fn iter(&self) -> impl Iterator<Item = (SimTime, u8)> {
         self.pieces()
             .flat_map(|piece| (0..piece.bytes.len()).map(move |n| (piece.at(n), piece.bytes[n])))
@@ -211,17 +211,17 @@ impl Arrivals {
         &self.bytes
     }
 
-    /// How many there are.
+    /// Number of bytes.
     pub fn len(&self) -> usize {
         self.bytes.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no bytes.
     pub fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
 
-    /// Forgets them all, and keeps the room.
+    /// Removes all bytes and keeps the capacity.
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.runs.clear();
@@ -240,7 +240,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_taken_and_what_is_left_are_what_was_there(
+        fn taken_and_remaining_bytes_equal_the_original(
             runs in prop::collection::vec(
                 (0_u64..50, 0_u64..9, prop::collection::vec(any::<u8>(), 0..9), any::<bool>()), 0..6,
             ),

@@ -8,8 +8,8 @@ use crate::error::nonzero;
 use crate::noise::Noise;
 use crate::{Arrivals, Fault, FaultKind, FaultSchedule, Piece, WireError};
 
-/// What faults do to the bytes that pass a place in one direction. What comes out depends on the bytes and their
-/// times alone, not on the portions in which they are handed in.
+/// Fault injection into the bytes of one direction at one place. The output depends only on the
+/// bytes and their times, not on the pieces in which they are passed in.
 pub(crate) struct Distortion {
     faults: Vec<Fault>,
     byte_time: SimDuration,
@@ -18,32 +18,32 @@ pub(crate) struct Distortion {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
-    /// For bursts and bits.
+    /// Random draws for bursts and bits.
     stream: Stream,
     noise: Noise,
-    /// When the last byte came in.
+    /// Completion time of the last input byte.
     last_in: Option<SimTime>,
-    /// When the last one came out.
+    /// Completion time of the last output byte.
     last_out: Option<SimTime>,
-    /// What happens to the burst under way.
-    fate: Fate,
-    /// Whether it may go on.
+    /// Faults drawn for the current burst.
+    burst_faults: BurstFaults,
+    /// Whether the current burst may continue.
     open: bool,
-    /// Copy of the burst under way.
+    /// Copy of the current burst.
     copy: Vec<Octet>,
-    /// A burst that waits for the next one, or for the end of the fault.
+    /// A burst delayed until the next one or until the end of the fault (reordering).
     held: Vec<Octet>,
     held_until: SimTime,
-    /// What has come out and was not taken.
+    /// Output bytes that are not taken yet.
     out: Arrivals,
-    /// When the last byte that was taken was complete.
+    /// Completion time of the last byte taken.
     taken: Option<SimTime>,
-    /// Bytes that did not pass as they were.
+    /// Number of bytes that were altered, delayed, lost or added.
     harmed: u64,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Fate {
+struct BurstFaults {
     dropped: bool,
     delay: SimDuration,
     copied: bool,
@@ -51,26 +51,27 @@ struct Fate {
 }
 
 impl Distortion {
-    /// Those faults of the schedule that are `on` a place, for the direction `way`.
+    /// Applies the faults of the schedule that are `on` this place to one direction; `direction`
+    /// names the random streams.
     pub(crate) fn new(
         on: &str,
-        way: &str,
+        direction: &str,
         babbles: bool,
         byte_time: SimDuration,
         schedule: &FaultSchedule,
     ) -> Result<Self, WireError> {
         nonzero(on, "byte time", byte_time)?;
-        let here = schedule.faults.iter().filter(|fault| fault.on == on);
-        let faults: Vec<Fault> = here.cloned().collect();
+        let selected = schedule.faults.iter().filter(|fault| fault.on == on);
+        let faults: Vec<Fault> = selected.cloned().collect();
         faults.iter().try_for_each(Fault::check)?;
-        let named = |what: &str| stream(schedule.seed, &format!("{on}/{what}/{way}"));
+        let named = |what: &str| stream(schedule.seed, &format!("{on}/{what}/{direction}"));
         let noise = Noise::new(&faults, babbles, named("noise"));
         let state = State {
             stream: named("faults"),
             noise,
             last_in: None,
             last_out: None,
-            fate: Fate::default(),
+            burst_faults: BurstFaults::default(),
             open: false,
             copy: Vec::new(),
             held: Vec::new(),
@@ -86,25 +87,25 @@ impl Distortion {
         })
     }
 
-    /// Bytes that did not pass as they were.
+    /// Number of bytes that were altered, delayed, lost or added.
     pub(crate) fn harmed(&self) -> u64 {
         self.state.harmed
     }
 
-    /// When the line fails, if it does not already.
+    /// Time of the earliest fault that disconnects the line with an error.
     pub(crate) fn failure(&self) -> Option<SimTime> {
         let fails = |fault: &&Fault| matches!(fault.kind, FaultKind::Unplug { fails: true });
         self.faults.iter().filter(fails).map(|fault| fault.at).min()
     }
 
-    /// Bytes come in.
+    /// Accepts input bytes.
     pub(crate) fn pass(&mut self, piece: Piece<'_>) {
-        if self.passes_unharmed(piece) {
+        if self.passes_unchanged(piece) {
             let state = &mut self.state;
             state.out.push_piece(piece);
             state.last_in = Some(piece.last());
             state.last_out = Some(piece.last());
-            (state.fate, state.open) = (Fate::default(), true);
+            (state.burst_faults, state.open) = (BurstFaults::default(), true);
             return;
         }
         let framing_error = piece.framing_error;
@@ -117,8 +118,8 @@ impl Distortion {
         }
     }
 
-    /// Whether there is nothing to do but to hand the piece on.
-    fn passes_unharmed(&self, piece: Piece<'_>) -> bool {
+    /// Whether no fault or pending burst affects the piece, so that it passes unchanged.
+    fn passes_unchanged(&self, piece: Piece<'_>) -> bool {
         let state = &self.state;
         let last = piece.last();
         let clear = !self
@@ -126,7 +127,7 @@ impl Distortion {
             .iter()
             .any(|fault| fault.at <= last && piece.first < fault.until());
         clear
-            && state.fate == Fate::default()
+            && state.burst_faults == BurstFaults::default()
             && state.copy.is_empty()
             && state.held.is_empty()
             && state.noise.next_block().is_none_or(|block| block >= last)
@@ -137,9 +138,9 @@ impl Distortion {
     }
 
     fn pass_byte(&mut self, at: SimTime, octet: Octet) {
-        // A sender that does not wait for itself is none of the faults.
+        // Overlapping input is serialised: it is not one of the faults.
         let at = self.state.last_in.map_or(at, |last| last.max(at));
-        self.before(at);
+        self.process_before(at);
         let gap = match self.state.last_in {
             Some(last) => self.byte_time.min(at - last),
             None => self.byte_time,
@@ -149,11 +150,11 @@ impl Distortion {
         }
         let state = &mut self.state;
         (state.last_in, state.open) = (Some(at), true);
-        let shut =
+        let unplugged =
             |fault: &Fault| matches!(fault.kind, FaultKind::Unplug { .. }) && fault.holds(at);
-        if state.fate.dropped
+        if state.burst_faults.dropped
             || at < state.noise.until + self.byte_time
-            || self.faults.iter().any(shut)
+            || self.faults.iter().any(unplugged)
         {
             state.harmed += 1;
             return;
@@ -162,39 +163,39 @@ impl Distortion {
             return;
         };
         let state = &mut self.state;
-        if state.fate.copied {
+        if state.burst_faults.copied {
             state.copy.push(octet);
         }
-        if state.fate.held {
+        if state.burst_faults.held {
             state.harmed += 1;
             state.held.push(octet);
             return;
         }
-        state.harmed += u64::from(!state.fate.delay.is_zero());
+        state.harmed += u64::from(!state.burst_faults.delay.is_zero());
         let earliest = state.last_out.map_or(at, |last| last + gap);
-        let out = (at + state.fate.delay).max(earliest);
+        let out = (at + state.burst_faults.delay).max(earliest);
         state.out.push_byte(out, self.byte_time, octet);
         state.last_out = Some(out);
     }
 
-    /// Draws what happens to the burst that begins with the byte complete at `at`.
+    /// Draws the faults of the burst whose first byte is complete at `at`.
     fn begin_burst(&mut self, at: SimTime) {
         let state = &mut self.state;
-        state.fate = Fate::default();
+        state.burst_faults = BurstFaults::default();
         for fault in self.faults.iter().filter(|fault| fault.holds(at)) {
             match fault.kind {
                 FaultKind::Drop { probability } => {
-                    state.fate.dropped |= state.stream.unit() < probability;
+                    state.burst_faults.dropped |= state.stream.unit() < probability;
                 }
-                FaultKind::Delay { by } => state.fate.delay += by,
+                FaultKind::Delay { by } => state.burst_faults.delay += by,
                 FaultKind::Duplicate { probability } => {
-                    state.fate.copied |= state.stream.unit() < probability;
+                    state.burst_faults.copied |= state.stream.unit() < probability;
                 }
-                // One at a time: the next burst is what it changes places with.
+                // One burst at a time: it swaps places with the next one.
                 FaultKind::Reorder { probability }
                     if state.stream.unit() < probability && state.held.is_empty() =>
                 {
-                    state.fate.held = true;
+                    state.burst_faults.held = true;
                     state.held_until = fault.until();
                 }
                 _ => {}
@@ -202,49 +203,49 @@ impl Distortion {
         }
     }
 
-    /// Turns bits round: the start bit, eight data bits and the stop bit, in the order in which they pass. None if the receiver
-    /// does not see the start bit, so that the byte is lost.
+    /// Flips bits of a byte in the order of transmission: start bit, eight data bits, stop bit.
+    /// None if the start bit is flipped: the receiver loses the byte.
     fn flip(&mut self, at: SimTime, octet: Octet) -> Option<Octet> {
-        let (mut flipped, mut unseen) = (octet, false);
+        let (mut flipped, mut lost) = (octet, false);
         for fault in self.faults.iter().filter(|fault| fault.holds(at)) {
             if let FaultKind::Flip { rate } = fault.kind {
-                let mut turned = || self.state.stream.unit() < rate;
-                unseen ^= turned();
+                let mut flipped_bit = || self.state.stream.unit() < rate;
+                lost ^= flipped_bit();
                 for bit in 0..8 {
-                    flipped.byte ^= u8::from(turned()) << bit;
+                    flipped.byte ^= u8::from(flipped_bit()) << bit;
                 }
-                flipped.framing_error ^= turned();
+                flipped.framing_error ^= flipped_bit();
             }
         }
-        self.state.harmed += u64::from(unseen || flipped != octet);
-        (!unseen).then_some(flipped)
+        self.state.harmed += u64::from(lost || flipped != octet);
+        (!lost).then_some(flipped)
     }
 
-    /// How long after its last byte a burst is over.
+    /// Silence after the last byte that ends a burst.
     fn pause(&self) -> SimDuration {
         self.byte_time * 2
     }
 
-    /// When the burst under way is over.
+    /// End time of the current burst.
     fn burst_ends(&self) -> Option<SimTime> {
         let last = self.state.last_in.filter(|_| self.state.open)?;
         Some(last + self.pause())
     }
 
-    /// Everything that happens before a byte that is complete at `at`.
-    fn before(&mut self, at: SimTime) {
-        self.happen(|event| event < at);
+    /// Processes all events before a byte that is complete at `at`.
+    fn process_before(&mut self, at: SimTime) {
+        self.process_events(|event| event < at);
     }
 
-    /// Lets everything happen that does by `now`; every byte complete by then has come in.
-    pub(crate) fn settle(&mut self, now: SimTime) {
+    /// Processes all events up to `now`; every byte complete by then has been passed in.
+    pub(crate) fn process_until(&mut self, now: SimTime) {
         if self.next_event().is_none_or(|event| event > now) {
             return;
         }
-        self.happen(|event| event <= now);
+        self.process_events(|event| event <= now);
     }
 
-    fn happen(&mut self, due: impl Fn(SimTime) -> bool) {
+    fn process_events(&mut self, due: impl Fn(SimTime) -> bool) {
         loop {
             let (ends, release, block) = (
                 self.burst_ends(),
@@ -259,46 +260,47 @@ impl Distortion {
                 self.end_burst(next);
             } else if release == Some(next) {
                 let held = mem::take(&mut self.state.held);
-                self.state.held = self.put(next, held);
+                self.state.held = self.output(next, held);
             } else {
                 let after = self.state.last_out.unwrap_or(next);
                 let state = &mut self.state;
-                let made = state
-                    .noise
-                    .block(&self.faults, self.byte_time, after, &mut state.out);
-                if made > 0 {
+                let generated =
+                    state
+                        .noise
+                        .block(&self.faults, self.byte_time, after, &mut state.out);
+                if generated > 0 {
                     state.last_out = Some(state.noise.until.max(after));
-                    state.harmed += made;
+                    state.harmed += generated;
                 }
             }
         }
     }
 
-    /// When the burst that waits does so no longer.
+    /// Time at which the held burst is released unless another burst comes first.
     fn release(&self) -> Option<SimTime> {
         let waits = !self.state.held.is_empty() && !self.state.open;
         waits.then_some(self.state.held_until)
     }
 
-    /// The burst under way is over: its copy follows, and so does the one that it has changed places with.
+    /// Ends the current burst: outputs its copy and the burst that it swaps places with.
     fn end_burst(&mut self, now: SimTime) {
         self.state.open = false;
         let mut copy = mem::take(&mut self.state.copy);
-        let fate = mem::take(&mut self.state.fate);
-        if fate.held {
+        let burst_faults = mem::take(&mut self.state.burst_faults);
+        if burst_faults.held {
             self.state.held.append(&mut copy);
             self.state.copy = copy;
             self.state.held_until = self.state.held_until.max(now);
             return;
         }
         self.state.harmed += copy.len() as u64;
-        self.state.copy = self.put(now, copy);
+        self.state.copy = self.output(now, copy);
         let held = mem::take(&mut self.state.held);
-        self.state.held = self.put(now, held);
+        self.state.held = self.output(now, held);
     }
 
-    /// Lets bytes come out from `now` on, one after the other; gives the empty buffer back.
-    fn put(&mut self, now: SimTime, mut bytes: Vec<Octet>) -> Vec<Octet> {
+    /// Outputs bytes one after another from `now` on; returns the empty buffer.
+    fn output(&mut self, now: SimTime, mut bytes: Vec<Octet>) -> Vec<Octet> {
         for octet in bytes.drain(..) {
             let start = self.state.last_out.map_or(now, |last| last.max(now));
             let at = start + self.byte_time;
@@ -308,33 +310,37 @@ impl Distortion {
         bytes
     }
 
-    /// When something happens next by itself.
+    /// Time of the next event that needs no further input.
     pub(crate) fn next_event(&self) -> Option<SimTime> {
         let state = &self.state;
-        let follows = !state.copy.is_empty() || !state.held.is_empty();
-        let ends = self.burst_ends().filter(|_| follows);
+        let pending = !state.copy.is_empty() || !state.held.is_empty();
+        let ends = self.burst_ends().filter(|_| pending);
         [ends, self.release(), state.noise.next_block()]
             .into_iter()
             .flatten()
             .min()
     }
 
-    /// When the next byte that has come out is complete: of those that follow one another, the first and the last.
+    /// Completion time of the next output byte: of contiguous bytes, only the first and the last.
     pub(crate) fn next_byte(&self) -> Option<SimTime> {
         let piece = self.state.out.pieces().next()?;
-        let goes_on = self
+        let contiguous = self
             .state
             .taken
             .is_some_and(|taken| taken + piece.spacing == piece.first);
-        Some(if goes_on { piece.last() } else { piece.first })
+        Some(if contiguous {
+            piece.last()
+        } else {
+            piece.first
+        })
     }
 
-    /// When so many bytes more that have come out are complete.
+    /// Completion time of the `count`-th output byte from here.
     pub(crate) fn byte(&self, count: usize) -> Option<SimTime> {
         self.state.out.at(count.saturating_sub(1))
     }
 
-    /// Takes what has come out by `now`.
+    /// Takes the output bytes complete by `now`.
     pub(crate) fn take(&mut self, now: SimTime, taken: impl FnMut(Piece<'_>)) {
         let count = self.state.out.complete(now);
         if count > 0 {
@@ -343,13 +349,13 @@ impl Distortion {
         }
     }
 
-    /// Takes everything that has come out, announced bytes included.
+    /// Takes all output bytes, including announced ones.
     pub(crate) fn take_all(&mut self, taken: impl FnMut(Piece<'_>)) {
         let count = self.state.out.len();
         self.state.out.take(count, taken);
     }
 
-    /// Takes the first stretch of what has come out, announced bytes included.
+    /// Takes the first run of the output bytes, including announced ones.
     pub(crate) fn take_piece(&mut self, taken: impl FnMut(Piece<'_>)) {
         let count = self
             .state

@@ -7,45 +7,47 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use crate::arrivals::Octet;
 use crate::{Arrivals, Line, Node, Piece};
 
-/// A connection with one device at its far end, which may talk while it hears: a serial port, a USB device.
+/// Full-duplex connection with one device: a serial port, a USB device.
 ///
-/// What the device says leaves it byte after byte; what it says while it still talks waits until that is over.
+/// The device transmits one byte after another; a transmission that starts before the previous one
+/// has ended is queued behind it.
 pub struct Duplex<N> {
     byte_time: SimDuration,
     node: N,
     state: State,
-    spoken: Vec<u8>,
+    tx: Vec<u8>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     now: SimTime,
-    /// On its way to the device, with the times at which it is complete there.
-    outward: VecDeque<(SimTime, Octet)>,
-    /// On its way from the device.
-    homeward: VecDeque<Burst>,
-    /// When the device is done with talking.
-    silent: SimTime,
+    /// Bytes on the way to the device, with their completion times.
+    to_device: VecDeque<(SimTime, Octet)>,
+    /// Transmissions on the way from the device.
+    from_device: VecDeque<Burst>,
+    /// End of the device's last transmission.
+    transmit_end: SimTime,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Burst {
-    /// When its first byte is complete.
+    /// Completion time of the first byte.
     first: SimTime,
     bytes: Vec<u8>,
     framing_error: bool,
-    /// How many of them were taken at the near end.
+    /// Number of bytes taken at the near end.
     taken: usize,
 }
 
 impl<N: Node> Duplex<N> {
-    /// Of a device whose bytes take `byte_time` each; zero if all bytes that it says at once come at once.
+    /// A connection on which each byte takes `byte_time`; zero if the bytes of a transmission are
+    /// complete all at once.
     pub fn new(byte_time: SimDuration, node: N) -> Self {
         Self {
             byte_time,
             node,
             state: State::default(),
-            spoken: Vec::new(),
+            tx: Vec::new(),
         }
     }
 
@@ -58,15 +60,15 @@ impl<N: Node> Duplex<N> {
         }
     }
 
-    /// The next byte to which the device may react.
-    fn next_heard(&self) -> Option<SimTime> {
-        let outward = &self.state.outward;
-        let last = outward.len().checked_sub(1)?;
-        let of_note = self.node.attention().map_or(last, |count| {
+    /// Completion time of the next byte to which the device may react.
+    fn next_reception(&self) -> Option<SimTime> {
+        let to_device = &self.state.to_device;
+        let last = to_device.len().checked_sub(1)?;
+        let index = self.node.attention().map_or(last, |count| {
             let count = count.max(1) - 1;
             count.min(last)
         });
-        Some(outward[of_note].0)
+        Some(to_device[index].0)
     }
 }
 
@@ -82,22 +84,22 @@ impl<N: Node> Line for Duplex<N> {
             framing_error,
         });
         let timed = octets.enumerate().map(|(n, octet)| (piece.at(n), octet));
-        self.state.outward.extend(timed);
+        self.state.to_device.extend(timed);
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        let homeward = self.state.homeward.iter().map(|burst| self.piece(burst));
-        let home = homeward
+        let from_device = self.state.from_device.iter().map(|burst| self.piece(burst));
+        let arrival = from_device
             .flat_map(|piece| [piece.first, piece.last()])
             .find(|&at| at > self.state.now);
-        let wakes = [self.node.next_wake(), self.next_heard(), home];
+        let wakes = [self.node.next_wake(), self.next_reception(), arrival];
         wakes.into_iter().flatten().min()
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.state.now = now;
-        while let Some(&(at, octet)) = self.state.outward.front().filter(|(at, _)| *at <= now) {
-            self.state.outward.pop_front();
+        while let Some(&(at, octet)) = self.state.to_device.front().filter(|(at, _)| *at <= now) {
+            self.state.to_device.pop_front();
             self.node.receive(Piece {
                 first: at,
                 spacing: SimDuration::ZERO,
@@ -107,40 +109,40 @@ impl<N: Node> Line for Duplex<N> {
         }
         self.node.advance(now, plant)?;
         loop {
-            self.spoken.clear();
-            let spoken = self.node.poll_transmit_framed(&mut self.spoken);
-            let Some((start, framing_error)) = spoken else {
+            self.tx.clear();
+            let tx = self.node.poll_transmit_framed(&mut self.tx);
+            let Some((start, framing_error)) = tx else {
                 break;
             };
-            if self.spoken.is_empty() {
+            if self.tx.is_empty() {
                 continue;
             }
             let burst = Burst {
-                first: start.max(self.state.silent) + self.byte_time,
-                bytes: self.spoken.clone(),
+                first: start.max(self.state.transmit_end) + self.byte_time,
+                bytes: self.tx.clone(),
                 framing_error,
                 taken: 0,
             };
-            self.state.silent = self.piece(&burst).last();
-            self.state.homeward.push_back(burst);
+            self.state.transmit_end = self.piece(&burst).last();
+            self.state.from_device.push_back(burst);
         }
         Ok(())
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         let now = self.state.now;
-        while let Some(mut burst) = self.state.homeward.pop_front() {
+        while let Some(mut burst) = self.state.from_device.pop_front() {
             let piece = self.piece(&burst);
-            let by_now = (burst.taken..burst.bytes.len()).take_while(|&n| piece.at(n) <= now);
-            let whole = burst.taken..burst.taken + by_now.count();
+            let complete = (burst.taken..burst.bytes.len()).take_while(|&n| piece.at(n) <= now);
+            let range = burst.taken..burst.taken + complete.count();
             arrivals.push_piece(Piece {
-                first: piece.at(whole.start),
-                bytes: &burst.bytes[whole.clone()],
+                first: piece.at(range.start),
+                bytes: &burst.bytes[range.clone()],
                 ..piece
             });
-            burst.taken = whole.end;
+            burst.taken = range.end;
             if burst.taken < burst.bytes.len() {
-                self.state.homeward.push_front(burst);
+                self.state.from_device.push_front(burst);
                 break;
             }
         }

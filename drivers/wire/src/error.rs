@@ -2,56 +2,59 @@ use thiserror::Error;
 use twinrig_kernel::{BoardClockError, SimDuration};
 use twinrig_runtime::TimingError;
 
-/// A transport that cannot be.
+/// Invalid parameters of a transport.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum WireError {
-    /// A time that something is divided into is zero.
+    /// A time used as a divisor is zero.
     #[error("the {what} of {name} must be longer than zero")]
     Zero {
-        /// Of which transport.
+        /// Name of the transport.
         name: String,
-        /// Which time.
+        /// Name of the time.
         what: &'static str,
     },
-    /// A jitter cannot be drawn.
+    /// The distribution of a jitter is invalid.
     #[error("{what} of {name}: {source}")]
     Jitter {
-        /// Of which transport.
+        /// Name of the transport.
         name: String,
-        /// Which jitter.
+        /// Name of the jitter.
         what: &'static str,
-        /// Why.
+        /// Cause.
         source: TimingError,
     },
-    /// The host controller's frames cannot run like that.
+    /// The clock of the host controller is invalid.
     #[error("frames of {name}: {source}")]
     Microframes {
-        /// Of which transport.
+        /// Name of the transport.
         name: String,
-        /// Why.
+        /// Cause.
         source: BoardClockError,
     },
-    /// There is no such preset.
-    #[error("there is no USB timing {found:?}, but {known}")]
+    /// Unknown preset.
+    #[error("unknown USB timing {found:?}; available: {known}")]
     Preset {
-        /// What was asked for.
+        /// Requested name.
         found: String,
-        /// Those that there are.
+        /// Known names.
         known: String,
     },
-    /// A probability or rate is outside of 0 to 1.
+    /// A probability or rate lies outside \[0, 1\].
     #[error("{what} of a fault on {on} is {value}, not between 0 and 1")]
     Probability {
-        /// Where the fault is.
+        /// Place of the fault.
         on: String,
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// Its value.
+        /// Value.
         value: f64,
     },
 }
 
-/// Refuses a time of zero.
+/// Checks that a time is not zero.
+///
+/// # Errors
+/// [`WireError::Zero`] if it is.
 pub(crate) fn nonzero(
     name: &str,
     what: &'static str,

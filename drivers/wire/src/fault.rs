@@ -6,7 +6,7 @@ use twinrig_runtime::FaultKind;
 
 use crate::WireError;
 
-/// Something that goes wrong on a wire for a while. Plain data; prints itself as a `[[fault]]` table of a scenario.
+/// Temporary fault of a transport. Plain data; its `Display` is a `[[fault]]` table of a scenario.
 ///
 /// ```
 /// use twinrig_kernel::{SimDuration, SimTime};
@@ -29,39 +29,39 @@ use crate::WireError;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fault {
-    /// From when on.
+    /// Start time.
     pub at: SimTime,
-    /// Where: a whole bus, `wire/sbcp`, or one board's stub, `wire/sbcp/LF`.
+    /// Place: a whole bus, `wire/sbcp`, or the stub of one board, `wire/sbcp/LF`.
     pub on: String,
-    /// What.
+    /// Kind.
     pub kind: FaultKind,
-    /// For how long: what happens in [`at`, `at` + `lasts`).
+    /// Duration: the fault is active in [`at`, `at` + `lasts`).
     pub lasts: SimDuration,
 }
 
-/// The faults of a run, and the seed of what is random about them.
+/// Faults of a run with the seed of their random draws.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FaultSchedule {
     /// In any order.
     pub faults: Vec<Fault>,
-    /// Seed. The streams are `PLACE/faults/out`, `PLACE/faults/in` and the like: what happens in one place changes
-    /// nothing in another.
+    /// Seed of the streams `PLACE/faults/out`, `PLACE/faults/in` and so on: the draws at different
+    /// places are independent.
     pub seed: u64,
 }
 
 impl Fault {
-    /// When it is over.
+    /// End time.
     pub fn until(&self) -> SimTime {
         let end = self.at.checked_add(self.lasts);
         end.unwrap_or(SimTime::MAX)
     }
 
-    /// Whether `now` is within its time.
+    /// Whether the fault is active at `now`.
     pub fn holds(&self, now: SimTime) -> bool {
         self.at <= now && now < self.until()
     }
 
-    /// Its probability or rate, if it has one, with the name.
+    /// Returns the probability or rate of the fault, if it has one, with its name.
     fn chance(&self) -> Option<(&'static str, f64)> {
         match self.kind {
             FaultKind::Drop { probability }
@@ -72,7 +72,7 @@ impl Fault {
         }
     }
 
-    /// Refuses what is no probability.
+    /// Checks that the probability or rate lies in \[0, 1\].
     pub(crate) fn check(&self) -> Result<(), WireError> {
         match self.chance() {
             Some((what, value)) if !(0.0..=1.0).contains(&value) => Err(WireError::Probability {
@@ -85,7 +85,8 @@ impl Fault {
     }
 }
 
-/// A time as a scenario has it: exact, in the largest unit of which it is a whole number.
+/// Duration in the notation of a scenario: exact, in the largest unit of which it is an integer
+/// multiple.
 struct Quantity(u64);
 
 impl fmt::Display for Quantity {
@@ -116,7 +117,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// The tables one after the other.
+/// The tables in order, separated by blank lines.
 impl fmt::Display for FaultSchedule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (n, fault) in self.faults.iter().enumerate() {

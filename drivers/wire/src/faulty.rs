@@ -4,25 +4,26 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wiri
 use crate::distortion::Distortion;
 use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
 
-/// A line with faults, in both directions.
+/// Line with faults in both directions.
 pub struct Faulty<L> {
     on: String,
     line: L,
     outward: Distortion,
     inward: Distortion,
-    /// What has just come from the line.
+    /// Bytes just received from the line.
     arrived: Arrivals,
     now: SimTime,
-    /// When anything happens next: follows from the rest.
+    /// Time of the next event; derived from the other fields.
     wake: Option<SimTime>,
 }
 
 impl<L: Line> Faulty<L> {
-    /// `line` with those faults of the schedule that are `on` it. A byte takes `byte_time` on it. Its gauge, bytes that did not
-    /// pass as they were, is `ON/harmed`.
+    /// Applies the faults of the schedule that are `on` this place to `line`, on which a byte takes
+    /// `byte_time`. Diagnostic: `ON/harmed`, the number of bytes that were altered, delayed, lost
+    /// or added.
     ///
     /// # Errors
-    /// [`WireError`] if a fault cannot be, or `byte_time` is zero.
+    /// [`WireError`] if a fault is invalid or `byte_time` is zero.
     pub fn new(
         on: &str,
         byte_time: SimDuration,
@@ -38,42 +39,46 @@ impl<L: Line> Faulty<L> {
             now: SimTime::ZERO,
             wake: None,
         };
-        faulty.look_ahead();
+        faulty.update_wake();
         Ok(faulty)
     }
 
-    fn look_ahead(&mut self) {
-        let own = [
+    fn update_wake(&mut self) {
+        let events = [
             self.outward.failure(),
             self.outward.next_event(),
             self.inward.next_event(),
             self.inward.next_byte(),
             self.line.next_wake(),
         ];
-        self.wake = own.into_iter().flatten().min();
+        self.wake = events.into_iter().flatten().min();
     }
 
-    fn hand_on(&mut self) {
+    fn forward(&mut self) {
         let line = &mut self.line;
         self.outward.take_all(|piece| line.send(piece));
     }
 
-    fn instant(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+    fn process_instant(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<(), TaskError> {
         if self.outward.failure().is_some_and(|at| at <= now) {
             let why = format!("{} is unplugged", self.on);
             return Err(TaskError::Device { why });
         }
-        self.outward.settle(now);
-        self.hand_on();
+        self.outward.process_until(now);
+        self.forward();
         self.line.advance(now, plant)?;
         self.line.receive(&mut self.arrived);
         for piece in self.arrived.pieces() {
             self.inward.pass(piece);
         }
         self.arrived.clear();
-        self.inward.settle(now);
+        self.inward.process_until(now);
         self.now = now;
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 }
@@ -81,14 +86,14 @@ impl<L: Line> Faulty<L> {
 impl<L: Line> Line for Faulty<L> {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.line.connect(owner, plant)?;
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 
     fn send(&mut self, piece: Piece<'_>) {
         self.outward.pass(piece);
-        self.hand_on();
-        self.look_ahead();
+        self.forward();
+        self.update_wake();
     }
 
     fn transmit_buffer(&self) -> Option<TransmitBuffer> {
@@ -101,27 +106,27 @@ impl<L: Line> Line for Faulty<L> {
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while let Some(wake) = self.wake.filter(|wake| *wake < now) {
-            self.instant(wake, plant)?;
+            self.process_instant(wake, plant)?;
         }
-        self.instant(now, plant)
+        self.process_instant(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         self.inward
             .take(self.now, |piece| arrivals.push_piece(piece));
-        self.look_ahead();
+        self.update_wake();
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        let own = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
-        std::iter::once(own)
+        let harmed = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
+        std::iter::once(harmed)
             .chain(self.line.diagnostics())
             .collect()
     }
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((own, line)) = values.split_first_mut() {
-            *own = (self.outward.harmed() + self.inward.harmed()) as f64;
+        if let Some((harmed, line)) = values.split_first_mut() {
+            *harmed = (self.outward.harmed() + self.inward.harmed()) as f64;
             self.line.read_diagnostics(now, line);
         }
     }
@@ -145,7 +150,7 @@ impl<L: Line> Line for Faulty<L> {
         self.inward.restore(&inward)?;
         self.line.restore(&line)?;
         self.now = now;
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 }

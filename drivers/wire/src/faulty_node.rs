@@ -4,27 +4,29 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use crate::distortion::Distortion;
 use crate::{FaultSchedule, Node, Piece, WireError};
 
-/// A node with faults on its stub, in both directions; the rest of the bus has none of them, but hears what comes of it.
+/// Node with faults on its stub, in both directions. The rest of the bus has none, but receives the
+/// altered transmissions.
 pub struct FaultyNode<N> {
     on: String,
     byte_time: SimDuration,
     node: N,
-    heard: Distortion,
-    said: Distortion,
-    /// When what it said last is over.
+    rx: Distortion,
+    tx: Distortion,
+    /// End of the last transmission.
     free_at: SimTime,
-    /// What the node just says.
+    /// Transmission just polled from the node.
     bytes: Vec<u8>,
-    /// When the faults do something next: follows from the rest.
+    /// Time of the next event of the faults; derived from the other fields.
     wake: Option<SimTime>,
 }
 
 impl<N: Node> FaultyNode<N> {
-    /// `node` with those faults of the schedule that are `on` its stub. A byte takes `byte_time` on the bus. Its gauge, bytes
-    /// that did not pass as they were, is `ON/harmed`.
+    /// Applies the faults of the schedule that are `on` the stub of `node`. A byte takes
+    /// `byte_time` on the bus. Diagnostic: `ON/harmed`, the number of bytes that were altered,
+    /// delayed, lost or added.
     ///
     /// # Errors
-    /// [`WireError`] if a fault cannot be, or `byte_time` is zero.
+    /// [`WireError`] if a fault is invalid or `byte_time` is zero.
     pub fn new(
         on: &str,
         byte_time: SimDuration,
@@ -35,28 +37,25 @@ impl<N: Node> FaultyNode<N> {
             on: on.to_owned(),
             byte_time,
             node,
-            heard: Distortion::new(on, "heard", false, byte_time, schedule)?,
-            said: Distortion::new(on, "said", true, byte_time, schedule)?,
+            rx: Distortion::new(on, "heard", false, byte_time, schedule)?,
+            tx: Distortion::new(on, "said", true, byte_time, schedule)?,
             free_at: SimTime::ZERO,
             bytes: Vec::new(),
             wake: None,
         };
-        faulty.look_ahead();
+        faulty.update_wake();
         Ok(faulty)
     }
 
-    fn look_ahead(&mut self) {
-        let attention = self
-            .node
-            .attention()
-            .and_then(|count| self.heard.byte(count));
-        let own = [
-            self.heard.next_event(),
-            self.heard.next_byte(),
+    fn update_wake(&mut self) {
+        let attention = self.node.attention().and_then(|count| self.rx.byte(count));
+        let events = [
+            self.rx.next_event(),
+            self.rx.next_byte(),
             attention,
-            self.said.next_event(),
+            self.tx.next_event(),
         ];
-        self.wake = own.into_iter().flatten().min();
+        self.wake = events.into_iter().flatten().min();
     }
 }
 
@@ -70,14 +69,14 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
-        self.heard.pass(piece);
-        self.look_ahead();
+        self.rx.pass(piece);
+        self.update_wake();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
         match (self.wake, self.node.next_wake()) {
-            (Some(own), Some(node)) => Some(own.min(node)),
-            (own, node) => own.or(node),
+            (Some(faults), Some(node)) => Some(faults.min(node)),
+            (faults, node) => faults.or(node),
         }
     }
 
@@ -86,9 +85,9 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        self.heard.settle(now);
+        self.rx.process_until(now);
         let node = &mut self.node;
-        self.heard.take(now, |piece| node.receive(piece));
+        self.rx.take(now, |piece| node.receive(piece));
         self.node.advance(now, plant)?;
         loop {
             self.bytes.clear();
@@ -103,11 +102,11 @@ impl<N: Node> Node for FaultyNode<N> {
             };
             if !piece.bytes.is_empty() {
                 self.free_at = piece.last();
-                self.said.pass(piece);
+                self.tx.pass(piece);
             }
         }
-        self.said.settle(now);
-        self.look_ahead();
+        self.tx.process_until(now);
+        self.update_wake();
         Ok(())
     }
 
@@ -116,41 +115,41 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn poll_transmit_framed(&mut self, bytes: &mut Vec<u8>) -> Option<(SimTime, bool)> {
-        let mut said = None;
-        self.said.take_piece(|piece| {
+        let mut tx = None;
+        self.tx.take_piece(|piece| {
             bytes.extend_from_slice(piece.bytes);
             let start = SimTime::ZERO + (piece.first.since_start() - self.byte_time);
-            said = Some((start, piece.framing_error));
+            tx = Some((start, piece.framing_error));
         });
-        said
+        tx
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        let own = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
-        std::iter::once(own)
+        let harmed = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
+        std::iter::once(harmed)
             .chain(self.node.diagnostics())
             .collect()
     }
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((own, node)) = values.split_first_mut() {
-            *own = (self.heard.harmed() + self.said.harmed()) as f64;
+        if let Some((harmed, node)) = values.split_first_mut() {
+            *harmed = (self.rx.harmed() + self.tx.harmed()) as f64;
             self.node.read_diagnostics(now, node);
         }
     }
 
     fn save(&self) -> Snapshot {
-        let (heard, said) = (self.heard.save(), self.said.save());
-        Snapshot::of(&(self.free_at, heard, said, self.node.save()))
+        let (rx, tx) = (self.rx.save(), self.tx.save());
+        Snapshot::of(&(self.free_at, rx, tx, self.node.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (free_at, heard, said, node): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
-        self.heard.restore(&heard)?;
-        self.said.restore(&said)?;
+        let (free_at, rx, tx, node): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        self.rx.restore(&rx)?;
+        self.tx.restore(&tx)?;
         self.free_at = free_at;
         self.node.restore(&node)?;
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 }

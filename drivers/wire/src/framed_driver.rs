@@ -6,34 +6,37 @@ use twinrig_runtime::{Driver, DriverError, Transfer};
 
 use crate::{FrameMatch, Framer, FramerState};
 
-/// What of a driver is its device's own: what to ask and what answers mean. [`FramedDriver`] makes a driver of it.
+/// Device-specific part of a driver: the requests and the interpretation of the answers.
+/// [`FramedDriver`] turns it into a driver.
 ///
-/// The implementor is what was configured and does not change; everything that changes is [`Protocol::State`].
+/// The implementor holds the configuration, which does not change; all changing state is in
+/// [`Protocol::State`].
 pub trait Protocol: Send {
-    /// Everything that changes: all of it is saved and restored.
+    /// Changing state: all of it is saved and restored.
     type State: Serialize + DeserializeOwned + Send;
 
-    /// How often opening and closing are asked for before they are given up.
+    /// Number of attempts at opening and closing before an error is reported.
     const ATTEMPTS: u32;
 
-    /// What can be seen of it, by name and unit, beside the bytes that belonged to no frame. The values are those of
-    /// [`Protocol::read_diagnostics`].
+    /// Diagnostics by name and unit, besides the count of bytes outside frames. The values are
+    /// written by [`Protocol::read_diagnostics`].
     const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[];
 
-    /// What stands at the front of the bytes that come from the device; see [`Framer`].
+    /// Matches a frame at the front of the bytes received from the device; see [`Framer`].
     fn match_frame(front: &[u8]) -> FrameMatch;
 
-    /// Before anything has happened.
+    /// Returns the initial state.
     fn initial(&self) -> Self::State;
 
-    /// Name, for messages, gauges and recordings: that of its bus in the scenario.
+    /// Name, for messages, diagnostics and recordings: that of the bus in the scenario.
     fn name(&self) -> &str;
 
-    /// Output ports are data that it brings to the process, input ports data that it takes from it.
+    /// Returns the ports: outputs are data to the process, inputs data from it.
     fn ports(&self) -> Vec<Port>;
 
-    /// Appends to `request` what is to be sent, if anything, and says how long to wait. None if there is nothing to wait for,
-    /// and the errand is over. `from_process` holds the input ports, end to end, in order, for a transfer.
+    /// Appends the bytes to be sent to `request` and returns the time-out of the answer. None if no
+    /// answer is expected: the request is complete. For a transfer, `from_process` holds the input
+    /// ports, end to end, in order.
     fn request(
         &self,
         state: &mut Self::State,
@@ -42,7 +45,7 @@ pub trait Protocol: Send {
         request: &mut Vec<u8>,
     ) -> Option<SimDuration>;
 
-    /// Takes a frame, and says what it means for the errand that waits, if one does.
+    /// Handles a frame and returns its effect on the pending request, if one is pending.
     fn receive(
         &self,
         state: &mut Self::State,
@@ -50,50 +53,52 @@ pub trait Protocol: Send {
         frame: &[u8],
     ) -> FrameOutcome;
 
-    /// Waiting is over, and nothing came that ended it: counts that, if it counts.
+    /// Handles a time-out of the pending request, for example by counting it.
     fn time_out(&self, state: &mut Self::State, kind: RequestKind) {
         let _ = (state, kind);
     }
 
-    /// Why the device could not be opened, with what can be done about it.
+    /// Returns the reason why the device could not be opened, with a remedy.
     fn refusal(&self, state: &Self::State) -> String;
 
-    /// The output ports, end to end, in order.
+    /// Returns the output ports, end to end, in order.
     fn to_process<'s>(&self, state: &'s Self::State) -> &'s [f64];
 
-    /// Writes the gauges, in order.
+    /// Writes the diagnostics, in order.
     fn read_diagnostics(&self, state: &Self::State, values: &mut [f64]) {
         let _ = (state, values);
     }
 }
 
-/// What a driver is told to do.
+/// Kind of a request to a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RequestKind {
-    /// Get the device ready. Asked again if waiting is over, and an error after the last attempt.
+    /// Prepares the device. Repeated after a time-out; an error after the last attempt.
     Open,
-    /// A transfer. Over when waiting is.
+    /// Transfers data. Complete at the latest at its time-out.
     Transfer,
-    /// Leave the device in a safe state. Asked again if waiting is over, and an error after the last attempt. In lockstep a
-    /// run ends when its time is over: only at hardware is anything closed.
+    /// Brings the device into a safe state. Repeated after a time-out; an error after the last
+    /// attempt. In lockstep a run ends with its duration: devices are closed on hardware only.
     Close,
 }
 
-/// What a frame means for what is waited for.
+/// Effect of a frame on the pending request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameOutcome {
-    /// Nothing; or all that it was waited for is still to come.
-    Nothing,
-    /// A part of it: the rest may take that long from now on.
+    /// The request is not complete, and its time-out does not change. Also if no request is
+    /// pending.
+    Incomplete,
+    /// A part of the answer; the rest is expected within this time from now.
     More(SimDuration),
-    /// It is over.
-    Over,
+    /// The request is complete.
+    Complete,
 }
 
-/// A driver of a device that is spoken to in frames: whatever waits has an end, opening and closing are tried several times,
-/// and everything that changes is saved.
+/// Driver of a device with a framed protocol: every wait has a time-out, opening and closing are
+/// repeated up to [`Protocol::ATTEMPTS`] times, and all changing state is saved.
 ///
-/// A protocol that is of another kind, with several devices on one line for example, implements [`Driver`] itself.
+/// A protocol of another kind, for example with several devices on one line, implements [`Driver`]
+/// itself.
 #[derive(Debug)]
 pub struct FramedDriver<P: Protocol> {
     protocol: P,
@@ -102,32 +107,32 @@ pub struct FramedDriver<P: Protocol> {
     state: P::State,
 }
 
-/// How far it is with its errand.
+/// Progress of the current request.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Pending {
-    /// What is waited for, and until when.
+    /// Kind and time-out of the pending request.
     waiting: Option<(RequestKind, HostTime)>,
-    /// How often it has asked.
-    asked: u32,
+    /// Number of attempts so far.
+    attempts: u32,
     request: Vec<u8>,
-    /// What could not be done: opening or closing.
+    /// Kind of the request that failed: opening or closing.
     failed: Option<RequestKind>,
 }
 
 impl<P: Protocol> FramedDriver<P> {
-    /// Of a protocol.
+    /// Makes a driver of a protocol.
     ///
     /// # Panics
-    /// If its output ports do not hold as many numbers as [`Protocol::to_process`] gives.
+    /// If the length of [`Protocol::to_process`] differs from that of the output ports.
     pub fn new(protocol: P) -> Self {
         let state = protocol.initial();
         let ports = protocol.ports();
         let outputs = Layout::of(&ports, Direction::Output).len();
-        let given = protocol.to_process(&state).len();
+        let values = protocol.to_process(&state).len();
         assert_eq!(
-            given,
+            values,
             outputs,
-            "{} gives {given} numbers, and its output ports hold {outputs}",
+            "{}: to_process returns {values} numbers, but the output ports hold {outputs}",
             protocol.name()
         );
         Self {
@@ -138,8 +143,8 @@ impl<P: Protocol> FramedDriver<P> {
         }
     }
 
-    fn set_out(&mut self, now: HostTime, kind: RequestKind, from_process: &[f64]) {
-        self.pending.asked = 0;
+    fn begin_request(&mut self, now: HostTime, kind: RequestKind, from_process: &[f64]) {
+        self.pending.attempts = 0;
         self.pending.failed = None;
         self.request(now, kind, from_process);
     }
@@ -147,9 +152,9 @@ impl<P: Protocol> FramedDriver<P> {
     fn request(&mut self, now: HostTime, kind: RequestKind, from_process: &[f64]) {
         let (state, request) = (&mut self.state, &mut self.pending.request);
         request.clear();
-        let patience = self.protocol.request(state, kind, from_process, request);
-        self.pending.asked += 1;
-        self.pending.waiting = patience.map(|patience| (kind, later(now, patience)));
+        let timeout = self.protocol.request(state, kind, from_process, request);
+        self.pending.attempts += 1;
+        self.pending.waiting = timeout.map(|timeout| (kind, later(now, timeout)));
     }
 }
 
@@ -167,28 +172,28 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 
     fn open(&mut self, now: HostTime) {
-        self.set_out(now, RequestKind::Open, &[]);
+        self.begin_request(now, RequestKind::Open, &[]);
     }
 
     fn begin(&mut self, now: HostTime, from_process: &[f64]) {
-        self.set_out(now, RequestKind::Transfer, from_process);
+        self.begin_request(now, RequestKind::Transfer, from_process);
     }
 
     fn close(&mut self, now: HostTime) {
-        self.set_out(now, RequestKind::Close, &[]);
+        self.begin_request(now, RequestKind::Close, &[]);
     }
 
     fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
         self.framer.push(bytes);
         while let Some(frame) = self.framer.next_frame() {
             let kind = self.pending.waiting.map(|(kind, _)| kind);
-            let heard = self.protocol.receive(&mut self.state, kind, frame);
-            match (heard, kind) {
-                (FrameOutcome::Over, _) => self.pending.waiting = None,
-                (FrameOutcome::More(patience), Some(kind)) => {
-                    self.pending.waiting = Some((kind, later(now, patience)));
+            let outcome = self.protocol.receive(&mut self.state, kind, frame);
+            match (outcome, kind) {
+                (FrameOutcome::Complete, _) => self.pending.waiting = None,
+                (FrameOutcome::More(timeout), Some(kind)) => {
+                    self.pending.waiting = Some((kind, later(now, timeout)));
                 }
-                (FrameOutcome::Nothing, _) | (FrameOutcome::More(_), None) => {}
+                (FrameOutcome::Incomplete, _) | (FrameOutcome::More(_), None) => {}
             }
         }
     }
@@ -202,7 +207,7 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         if kind == RequestKind::Transfer {
             return;
         }
-        if self.pending.asked < P::ATTEMPTS {
+        if self.pending.attempts < P::ATTEMPTS {
             self.request(now, kind, &[]);
         } else {
             self.pending.failed = Some(kind);
@@ -225,7 +230,7 @@ impl<P: Protocol> Driver for FramedDriver<P> {
             None => Ok(Transfer::Done),
             Some(RequestKind::Close) => {
                 let why = format!(
-                    "{} was asked {} times to come to rest and did not confirm it: it may still be at work",
+                    "{} did not confirm any of {} shutdown requests: the device may still be active",
                     self.name(),
                     P::ATTEMPTS
                 );
@@ -247,8 +252,8 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 
     fn read_diagnostics(&self, values: &mut [f64]) {
-        if let [own @ .., garbage] = values {
-            self.protocol.read_diagnostics(&self.state, own);
+        if let [specific @ .., garbage] = values {
+            self.protocol.read_diagnostics(&self.state, specific);
             *garbage = self.framer.skipped() as f64;
         }
     }
@@ -265,9 +270,10 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 }
 
-/// One after the other, and the framer's own at last.
-pub(crate) fn diagnostics(name: &str, own: &[(&str, Unit)], skipped: &str) -> Vec<Port> {
-    own.iter()
+/// Returns the ports of the diagnostics, and last that of the framer's count of skipped bytes.
+pub(crate) fn diagnostics(name: &str, specific: &[(&str, Unit)], skipped: &str) -> Vec<Port> {
+    specific
+        .iter()
         .chain(&[(skipped, Unit::One)])
         .map(|&(diagnostic, unit)| Port::output(format!("{name}/{diagnostic}"), unit, 1))
         .collect()

@@ -7,38 +7,38 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use crate::framed_driver::diagnostics;
 use crate::{FrameMatch, Framer, FramerState, Node, Piece};
 
-/// What of an emulated device is its own: what it does at its own instants, and on what it hears. [`FramedNode`] makes a
-/// [`Node`] of it.
+/// Device-specific part of an emulated device: its timed actions and its reactions to frames.
+/// [`FramedNode`] turns it into a [`Node`].
 ///
-/// The implementor is what was configured and where the plant has its signals; everything that changes is
-/// [`Emulation::State`].
+/// The implementor holds the configuration and the indices of its plant signals; all changing state
+/// is in [`Emulation::State`].
 pub trait Emulation: Send {
-    /// Everything that changes: all of it is saved and restored.
+    /// Changing state: all of it is saved and restored.
     type State: Serialize + DeserializeOwned + Send;
 
-    /// What can be seen of it, by name and unit, beside the bytes that belonged to no frame. The values are those of
-    /// [`Emulation::read_diagnostics`].
+    /// Diagnostics by name and unit, besides the count of bytes outside frames. The values are
+    /// written by [`Emulation::read_diagnostics`].
     const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[];
 
-    /// What stands at the front of the bytes that come from the driver; see [`Framer`].
+    /// Matches a frame at the front of the bytes received from the driver; see [`Framer`].
     fn match_frame(front: &[u8]) -> FrameMatch;
 
-    /// As it is switched on.
+    /// Returns the state at power-on.
     fn initial(&self) -> Self::State;
 
-    /// Name, for messages, gauges and faults.
+    /// Name, for messages, diagnostics and faults.
     fn name(&self) -> &str;
 
-    /// Tells it where the plant has its signals.
+    /// Resolves the plant signals that it samples and actuates.
     ///
     /// # Errors
-    /// [`WiringError`] if the plant has not those that it cannot do without.
+    /// [`WiringError`] if the plant lacks a required signal.
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
-    /// Its own next instant; none if it only reacts.
+    /// Returns the time of its next action; none if it only reacts to frames.
     fn next_instant(&self, state: &Self::State) -> Option<SimTime>;
 
-    /// Its own next instant is `now`, and must be over after this.
+    /// Performs the action due at `now`; afterwards [`Emulation::next_instant`] must be later.
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails.
@@ -50,7 +50,7 @@ pub trait Emulation: Send {
         tx: &mut TxQueue,
     ) -> Result<(), TaskError>;
 
-    /// Hears a frame, complete at `now`, after what it does at its own instants until then.
+    /// Handles a frame complete at `now`, after all actions due by then.
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails.
@@ -63,18 +63,19 @@ pub trait Emulation: Send {
         tx: &mut TxQueue,
     ) -> Result<(), TaskError>;
 
-    /// Writes the gauges, in order.
+    /// Writes the diagnostics, in order.
     fn read_diagnostics(&self, state: &Self::State, values: &mut [f64]) {
         let _ = (state, values);
     }
 }
 
-/// What a device has to say, oldest first.
+/// Pending transmissions of a device, oldest first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct TxQueue(VecDeque<(SimTime, Vec<u8>)>);
 
 impl TxQueue {
-    /// Says what `write` appends, from `start` on or as soon as what was said before is over.
+    /// Queues the bytes appended by `write` for transmission from `start` on, or as soon as the
+    /// previous transmission has ended.
     pub fn say(&mut self, start: SimTime, write: impl FnOnce(&mut Vec<u8>)) {
         let mut bytes = Vec::new();
         write(&mut bytes);
@@ -82,19 +83,19 @@ impl TxQueue {
     }
 }
 
-/// An emulated device that is spoken to in frames.
+/// Emulated device with a framed protocol.
 #[derive(Debug)]
 pub struct FramedNode<E: Emulation> {
     emulation: E,
     framer: Framer,
     tx: TxQueue,
-    /// Bytes that were dropped for their stop bits.
+    /// Number of bytes dropped for a wrong stop bit.
     framing_errors: u64,
     state: E::State,
 }
 
 impl<E: Emulation> FramedNode<E> {
-    /// As it is switched on.
+    /// A device at power-on.
     pub fn new(emulation: E) -> Self {
         let state = emulation.initial();
         Self {
@@ -160,9 +161,9 @@ impl<E: Emulation> Node for FramedNode<E> {
     }
 
     fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
-        if let [own @ .., unheard] = values {
-            self.emulation.read_diagnostics(&self.state, own);
-            *unheard = (self.framer.skipped() + self.framing_errors) as f64;
+        if let [specific @ .., skipped] = values {
+            self.emulation.read_diagnostics(&self.state, specific);
+            *skipped = (self.framer.skipped() + self.framing_errors) as f64;
         }
     }
 

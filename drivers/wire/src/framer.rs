@@ -1,39 +1,40 @@
 use serde::{Deserialize, Serialize};
 
-/// What stands at the front of a stream of bytes.
+/// Result of matching a frame at the front of a byte stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameMatch {
-    /// A whole frame of that many bytes, checksum and all.
+    /// A complete frame of this many bytes with a valid checksum.
     Frame(usize),
-    /// What may become a frame, of which at least that many bytes are missing.
+    /// A possible beginning of a frame; at least this many bytes are missing.
     Missing(usize),
-    /// Nothing that begins a frame.
+    /// No frame begins here.
     Garbage,
 }
 
-/// Cuts a stream of bytes into frames, whatever pieces it comes in, and finds the next frame after garbage: where no frame
-/// begins it leaves out one byte and looks again.
+/// Splits a byte stream, received in arbitrary pieces, into frames. Where no frame begins, it skips
+/// one byte and matches again, so it resynchronises after garbage.
 ///
-/// A protocol's own part is one function that judges the front of the stream. It sees what is there, from nothing at
-/// all on, and says [`FrameMatch::Frame`] of checked frames only.
+/// The protocol supplies one function that matches the front of the stream. The function is called
+/// with any number of available bytes, including none, and returns [`FrameMatch::Frame`] only for
+/// frames whose checksum it has verified.
 ///
 /// ```
-/// use twinrig_wire::{Framer, Measure};
+/// use twinrig_wire::{FrameMatch, Framer};
 ///
 /// /// `R`, digits, end of line.
-/// fn measure(front: &[u8]) -> Measure {
+/// fn match_frame(front: &[u8]) -> FrameMatch {
 ///     match front {
-///         [] => Measure::Missing(3),
+///         [] => FrameMatch::Missing(3),
 ///         [b'R', rest @ ..] => match rest.iter().position(|byte| !byte.is_ascii_digit()) {
-///             Some(end) if end > 0 && rest[end] == b'\n' => Measure::Frame(end + 2),
-///             None if rest.len() < 6 => Measure::Missing(1),
-///             _ => Measure::Garbage,
+///             Some(end) if end > 0 && rest[end] == b'\n' => FrameMatch::Frame(end + 2),
+///             None if rest.len() < 6 => FrameMatch::Missing(1),
+///             _ => FrameMatch::Garbage,
 ///         },
-///         _ => Measure::Garbage,
+///         _ => FrameMatch::Garbage,
 ///     }
 /// }
 ///
-/// let mut framer = Framer::new(measure);
+/// let mut framer = Framer::new(match_frame);
 /// framer.push(b"R12\xffR34");
 /// assert_eq!(framer.next_frame(), None);
 /// framer.push(b"\n");
@@ -46,17 +47,17 @@ pub struct Framer {
     state: FramerState,
 }
 
-/// What of a [`Framer`] changes: to be saved and restored.
+/// Changing state of a [`Framer`], to be saved and restored.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FramerState {
     bytes: Vec<u8>,
-    /// How many of them are done with.
-    done: usize,
+    /// Number of bytes already processed.
+    consumed: usize,
     skipped: u64,
 }
 
 impl Framer {
-    /// Of a protocol's frames.
+    /// A framer that finds frames by `match_frame`.
     pub fn new(match_frame: fn(&[u8]) -> FrameMatch) -> Self {
         Self {
             match_frame,
@@ -64,27 +65,27 @@ impl Framer {
         }
     }
 
-    /// Takes bytes.
+    /// Appends received bytes.
     pub fn push(&mut self, bytes: &[u8]) {
-        self.state.bytes.drain(..self.state.done);
-        self.state.done = 0;
+        self.state.bytes.drain(..self.state.consumed);
+        self.state.consumed = 0;
         self.state.bytes.extend_from_slice(bytes);
     }
 
-    /// The next frame; none until more bytes come.
+    /// Returns the next frame; none until more bytes are pushed.
     pub fn next_frame(&mut self) -> Option<&[u8]> {
         let state = &mut self.state;
-        while state.done < state.bytes.len() {
-            let rest = &state.bytes[state.done..];
+        while state.consumed < state.bytes.len() {
+            let rest = &state.bytes[state.consumed..];
             match (self.match_frame)(rest) {
                 FrameMatch::Frame(length) if (1..=rest.len()).contains(&length) => {
-                    let frame = state.done..state.done + length;
-                    state.done = frame.end;
+                    let frame = state.consumed..state.consumed + length;
+                    state.consumed = frame.end;
                     return Some(&state.bytes[frame]);
                 }
                 FrameMatch::Missing(_) => return None,
                 FrameMatch::Frame(_) | FrameMatch::Garbage => {
-                    state.done += 1;
+                    state.consumed += 1;
                     state.skipped += 1;
                 }
             }
@@ -92,33 +93,33 @@ impl Framer {
         None
     }
 
-    /// How many bytes the next frame still wants, at least; never zero.
+    /// Returns the minimum number of bytes missing for the next frame; never zero.
     pub fn missing(&self) -> usize {
-        match (self.match_frame)(&self.state.bytes[self.state.done..]) {
+        match (self.match_frame)(&self.state.bytes[self.state.consumed..]) {
             FrameMatch::Missing(count) => count.max(1),
             FrameMatch::Frame(_) | FrameMatch::Garbage => 1,
         }
     }
 
-    /// Bytes that belonged to no frame.
+    /// Number of bytes outside frames.
     pub fn skipped(&self) -> u64 {
         self.state.skipped
     }
 
-    /// What is to be saved.
+    /// Returns the state to be saved.
     pub fn state(&self) -> &FramerState {
         &self.state
     }
 
-    /// Goes back to a saved state.
+    /// Restores a saved state.
     pub fn set_state(&mut self, state: FramerState) {
         self.state = state;
-        // A snapshot of something else must not make a later call panic.
-        self.state.done = self.state.done.min(self.state.bytes.len());
+        // A snapshot of another part must not make a later call panic.
+        self.state.consumed = self.state.consumed.min(self.state.bytes.len());
     }
 }
 
-/// The checksum CRC-16/IBM-3740 of `bytes`: polynomial 0x1021, from 0xFFFF on.
+/// CRC-16/IBM-3740 of `bytes`: polynomial 0x1021, initial value 0xFFFF.
 ///
 /// ```
 /// assert_eq!(twinrig_wire::crc16(b"123456789"), 0x29b1);

@@ -3,17 +3,17 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wire
 
 use crate::{Arrivals, Line, Piece, earlier};
 
-/// The host's end of a line that it has to itself, without USB in between: what it writes goes in at once, for a
-/// [`crate::Uart`] to pace, and what arrives it can read as soon as it is complete.
+/// Host end of a line without USB in between: written bytes enter the line at once, to be paced by
+/// a [`crate::Uart`]; received bytes are readable as soon as they are complete.
 pub struct HostEnd<L> {
     line: L,
     now: SimTime,
-    /// What has come, or is announced, and was not read yet.
+    /// Bytes received or announced that are not read yet.
     arrived: Arrivals,
 }
 
 impl<L: Line> HostEnd<L> {
-    /// Of `line`.
+    /// The host end of `line`.
     pub fn new(line: L) -> Self {
         Self {
             line,

@@ -3,7 +3,7 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wiri
 
 use crate::{Arrivals, Piece};
 
-/// The earlier of two instants at which something is to happen, if at all.
+/// Returns the earlier of two optional instants.
 pub fn earlier(one: Option<SimTime>, other: Option<SimTime>) -> Option<SimTime> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),
@@ -11,68 +11,70 @@ pub fn earlier(one: Option<SimTime>, other: Option<SimTime>) -> Option<SimTime> 
     }
 }
 
-/// A byte transport in virtual time with everything at its far end, as seen from its near end. Lines nest:
-/// one that changes bytes or times is a small struct around the next.
+/// Byte transport in virtual time, seen from its near end (towards the host), with everything at
+/// its far end. Lines nest: one that changes bytes or times wraps the next.
 ///
-/// Whoever holds it calls [`Line::advance`] at every instant of [`Line::next_wake`], in order, and at any
-/// other instant at which it wants to know what has arrived.
+/// The owner calls [`Line::advance`] at every instant of [`Line::next_wake`], in order, and at any
+/// other instant at which it reads received bytes.
 pub trait Line: Send {
-    /// Tells the boards where the plant has the signals that they sample and actuate.
+    /// Resolves the plant signals that the boards sample and actuate.
     ///
     /// # Errors
-    /// [`WiringError`] if the plant has not the signals that a board cannot do without.
+    /// [`WiringError`] if the plant lacks a signal that a board requires.
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
-    /// Puts bytes in at the near end. They may be announced before they are complete, even before the first
-    /// begins; pieces come in order of time and do not overlap.
+    /// Transmits bytes from the near end. They may be announced before they are complete, even
+    /// before the first one begins; pieces are in order of time and do not overlap.
     fn send(&mut self, piece: Piece<'_>);
 
-    /// The transmitter at its near end, if it has one: bytes wait there.
+    /// Returns the transmit buffer at the near end, if there is one.
     fn transmit_buffer(&self) -> Option<TransmitBuffer> {
         None
     }
 
-    /// When something happens next that may show at the near end or act on the plant. Of bytes that follow one
-    /// another without a pause only the first and the last are named. It changes only when something is done to the
-    /// line, so whoever holds it need not ask twice.
+    /// Returns the time of the next event that may be visible at the near end or act on the plant.
+    /// Of contiguous bytes only the first and the last are reported. The value changes only by
+    /// calls on `&mut self`.
     fn next_wake(&self) -> Option<SimTime>;
 
-    /// Lets everything happen up to and at `now`.
+    /// Processes all events up to and including `now`.
     ///
     /// # Errors
-    /// [`TaskError`] if the plant fails, or the transport is gone.
+    /// [`TaskError`] if the plant or the transport fails.
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
-    /// Appends what was complete at the near end by the last [`Line::advance`] and was not taken yet, and perhaps more
-    /// that is sure to come: bytes may be announced before they are complete, and need then no wake-up of their own.
+    /// Appends the bytes that were complete at the near end by the last [`Line::advance`] and not
+    /// taken yet. Further bytes that are certain to arrive may be announced before they are
+    /// complete; they need no wake-up.
     fn receive(&mut self, arrivals: &mut Arrivals);
 
-    /// What can be seen of it: counters. Output ports, the same at every call.
+    /// Returns the diagnostics (counters) as output ports, the same at every call.
     fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
-    /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
+    /// Writes the diagnostics at `now`, end to end, in order. Does not change the state.
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 
-    /// Names of the lanes on which bytes are traced, those of what is inside included.
+    /// Returns the names of the byte traces, including those of the inner lines.
     fn traces(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Hands over what has passed since the last call, in order, by number of the lane.
+    /// Passes the bytes traced since the last call to `passed`, in order, with the index of the
+    /// trace.
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
         let _ = passed;
     }
 
-    /// Saves everything that the way ahead depends on, bytes under way included.
+    /// Saves the complete state, including bytes in transit.
     fn save(&self) -> Snapshot;
 
-    /// Goes back to a saved state, bit for bit.
+    /// Restores a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is not of such a line.
+    /// [`SnapshotError`] if the snapshot is of another kind of line.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }

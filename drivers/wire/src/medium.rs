@@ -6,45 +6,46 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::Piece;
 
-/// Number of the near end among those who talk; nodes follow.
+/// Index of the near end among the stations; nodes follow.
 pub(crate) const NEAR: usize = 0;
 
-/// The pair of wires: what is being said on it, and who hears what of it.
+/// Shared pair of wires: the transmissions on it and their reception by each station.
 ///
-/// Both levels fought for, low wins: where bytes of several talkers overlap, a hearer's receiver locks onto the one that
-/// begins first and samples, in the middle of each of its bits, the AND of all levels. A byte that begins while another is
-/// being received is lost, and so is everything to somebody who talks himself.
+/// Low is dominant: where bytes of several stations overlap, a receiver locks onto the byte that
+/// begins first and samples the AND of all levels in the middle of each of its bits. A byte that
+/// begins while another is being received is lost, and a station receives nothing while it
+/// transmits.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Medium {
     byte_time: SimDuration,
     turnaround: SimDuration,
-    /// In order of their beginning.
-    talks: Vec<Transmission>,
-    /// For each hearer, when the byte it received last was over.
+    /// In order of their first byte.
+    transmissions: Vec<Transmission>,
+    /// For each receiver, the completion time of the last byte received.
     busy_until: Vec<SimTime>,
-    /// For each talker, when what it said last is over.
+    /// For each transmitter, the end of its last transmission.
     free_at: Vec<SimTime>,
-    /// Bytes that met another.
+    /// Number of bytes that overlapped one of another station.
     collisions: u64,
-    /// Buffers for the next talks.
+    /// Buffers for further transmissions.
     #[serde(skip)]
     spare: Vec<Vec<u8>>,
 }
 
-/// What one talker says in one go.
+/// Contiguous transmission of one station.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Transmission {
-    by: usize,
-    /// When the first byte is complete.
+    station: usize,
+    /// Completion time of the first byte.
     first: SimTime,
     spacing: SimDuration,
     bytes: Vec<u8>,
-    /// Whether their stop bits are wrong.
+    /// Whether the stop bits are wrong.
     framing_error: bool,
-    /// How many of them have been heard, by the near end at least.
-    done: usize,
-    /// How many of them the nodes have been told.
-    told: usize,
+    /// Number of bytes received, at least by the near end.
+    received: usize,
+    /// Number of bytes delivered to the nodes.
+    delivered: usize,
 }
 
 impl Transmission {
@@ -65,15 +66,15 @@ impl Transmission {
         }
     }
 
-    /// Whether a byte is complete that was not heard yet.
-    fn goes_on_by(&self, now: SimTime) -> bool {
-        self.done < self.bytes.len() && self.at(self.done) <= now
+    /// Whether a byte is complete that has not been received yet.
+    fn has_new_byte(&self, now: SimTime) -> bool {
+        self.received < self.bytes.len() && self.at(self.received) <= now
     }
 
-    /// How many bytes are complete.
+    /// Number of complete bytes.
     fn complete(&self, now: SimTime) -> usize {
-        if !self.goes_on_by(now) {
-            return self.done;
+        if !self.has_new_byte(now) {
+            return self.received;
         }
         match now.checked_since(self.first) {
             None => 0,
@@ -85,8 +86,8 @@ impl Transmission {
         }
     }
 
-    /// Whether the line is high at `now`, as far as this talker is concerned: idle, stop bit or a 1.
-    fn high(&self, now: SimTime, byte_time: SimDuration) -> bool {
+    /// Whether this transmission leaves the line high at `now`: idle, stop bit or a 1.
+    fn is_high(&self, now: SimTime, byte_time: SimDuration) -> bool {
         let Some(since) = (now + byte_time).checked_since(self.first) else {
             return true;
         };
@@ -110,7 +111,7 @@ impl Medium {
         Self {
             byte_time,
             turnaround,
-            talks: Vec::new(),
+            transmissions: Vec::new(),
             busy_until: vec![SimTime::ZERO; nodes + 1],
             free_at: vec![SimTime::ZERO; nodes + 1],
             collisions: 0,
@@ -118,8 +119,8 @@ impl Medium {
         }
     }
 
-    /// How many talkers there are.
-    pub(crate) fn talkers(&self) -> usize {
+    /// Number of stations.
+    pub(crate) fn stations(&self) -> usize {
         self.free_at.len()
     }
 
@@ -131,195 +132,224 @@ impl Medium {
         self.collisions
     }
 
-    /// Someone says something. A byte takes the bus's time, whatever pace was asked for, and begins when the
-    /// talker has said the one before.
-    pub(crate) fn say(&mut self, by: usize, piece: Piece<'_>) {
+    /// Adds a transmission. A byte takes at least the byte time of the bus and begins after the
+    /// previous byte of the same station.
+    pub(crate) fn transmit(&mut self, station: usize, piece: Piece<'_>) {
         if piece.bytes.is_empty() {
             return;
         }
-        let first = piece.first.max(self.free_at[by] + self.byte_time);
+        let first = piece.first.max(self.free_at[station] + self.byte_time);
         let mut bytes = self.spare.pop().unwrap_or_default();
         bytes.extend_from_slice(piece.bytes);
-        let talk = Transmission {
-            by,
+        let transmission = Transmission {
+            station,
             first,
             spacing: piece.spacing.max(self.byte_time),
             bytes,
             framing_error: piece.framing_error,
-            done: 0,
-            told: 0,
+            received: 0,
+            delivered: 0,
         };
-        self.free_at[by] = talk.end();
-        let place = self.talks.partition_point(|other| other.first <= first);
-        self.talks.insert(place, talk);
+        self.free_at[station] = transmission.end();
+        let index = self
+            .transmissions
+            .partition_point(|other| other.first <= first);
+        self.transmissions.insert(index, transmission);
     }
 
-    /// When somebody may be glad to hear: the near end the first byte of what a node says, everybody the last
-    /// one of anything, and a node that byte which it pays attention to.
+    /// Returns the time of the next reception that a station requires: the first byte of a node's
+    /// transmission for the near end, the last byte of any transmission for all, and the byte that
+    /// completes `attention` for the nodes.
     pub(crate) fn next_wake(&self, attention: Option<usize>) -> Option<SimTime> {
         let mut wake: Option<SimTime> = None;
-        for talk in &self.talks {
-            if talk.done == talk.bytes.len() {
+        for transmission in &self.transmissions {
+            if transmission.received == transmission.bytes.len() {
                 continue;
             }
-            let mut place = talk.bytes.len() - 1;
-            if talk.by != NEAR && talk.done == 0 {
-                place = 0;
+            let mut index = transmission.bytes.len() - 1;
+            if transmission.station != NEAR && transmission.received == 0 {
+                index = 0;
             }
             if let Some(count) = attention {
-                place = place.min(talk.done + count.max(1) - 1);
+                index = index.min(transmission.received + count.max(1) - 1);
             }
-            let at = talk.at(place);
+            let at = transmission.at(index);
             wake = Some(wake.map_or(at, |wake| wake.min(at)));
         }
         wake
     }
 
-    /// Lets everybody hear what is complete by `now`. Nodes are told the words of a talker when he has said all of them,
-    /// unless they are `eager`: what they hear is the same. Says whether there was anything to be heard.
+    /// Delivers the bytes complete by `now` to their receivers; returns whether there were any. The
+    /// nodes receive a transmission when all of it is complete, unless they are `eager`; the bytes
+    /// are the same.
     pub(crate) fn receive(
         &mut self,
         now: SimTime,
         eager: bool,
-        mut heard: impl FnMut(usize, Piece<'_>),
+        mut deliver: impl FnMut(usize, Piece<'_>),
     ) -> bool {
-        if !self.talks.iter().any(|talk| talk.goes_on_by(now)) {
+        if !self
+            .transmissions
+            .iter()
+            .any(|transmission| transmission.has_new_byte(now))
+        {
             return false;
         }
-        if self.meets(now) {
-            self.tell(true, &mut heard);
+        if self.overlaps(now) {
+            self.deliver_to_nodes(true, &mut deliver);
             while let Some(index) = self.next_complete(now) {
-                self.hear_byte(index, &mut heard);
+                self.receive_byte(index, &mut deliver);
             }
         } else {
-            self.hear_pieces(now, &mut heard);
-            self.tell(eager, &mut heard);
+            self.receive_pieces(now, &mut deliver);
+            self.deliver_to_nodes(eager, &mut deliver);
         }
-        self.forget(now);
+        self.remove_finished(now);
         true
     }
 
-    /// Whether any byte that becomes complete by `now` meets another talker's, or ears that are shut.
-    fn meets(&self, now: SimTime) -> bool {
-        self.talks.len() > 1
-            && self.talks.iter().any(|talk| {
-                let (done, complete) = (talk.done, talk.complete(now));
-                done < complete && self.talked_over(talk.by, talk.at(done), talk.at(complete - 1))
+    /// Whether a byte that is complete by `now` overlaps another station's transmission or its
+    /// turnaround.
+    fn overlaps(&self, now: SimTime) -> bool {
+        self.transmissions.len() > 1
+            && self.transmissions.iter().any(|transmission| {
+                let (received, complete) = (transmission.received, transmission.complete(now));
+                received < complete
+                    && self.is_contended(
+                        transmission.station,
+                        transmission.at(received),
+                        transmission.at(complete - 1),
+                    )
             })
     }
 
-    /// Whether anybody but `by` holds the wires while bytes are passing of which the first is complete at `first`,
-    /// the last at `last`.
-    fn talked_over(&self, by: usize, first: SimTime, last: SimTime) -> bool {
-        self.talks.iter().any(|other| {
-            other.by != by
+    /// Whether a station other than `station` occupies the wires during bytes of which the first is
+    /// complete at `first` and the last at `last`.
+    fn is_contended(&self, station: usize, first: SimTime, last: SimTime) -> bool {
+        self.transmissions.iter().any(|other| {
+            other.station != station
                 && other.first < last + self.byte_time
-                && first < self.released(other) + self.byte_time
+                && first < self.receives_from(other) + self.byte_time
         })
     }
 
-    /// When the talker hears again.
-    fn released(&self, talk: &Transmission) -> SimTime {
-        if talk.by == NEAR {
-            talk.end() + self.turnaround
+    /// Time from which the transmitting station receives again.
+    fn receives_from(&self, transmission: &Transmission) -> SimTime {
+        if transmission.station == NEAR {
+            transmission.end() + self.turnaround
         } else {
-            talk.end()
+            transmission.end()
         }
     }
 
-    /// The common case: nobody talks into anybody's words. The near end hears them as they come.
-    fn hear_pieces(&mut self, now: SimTime, heard: &mut impl FnMut(usize, Piece<'_>)) {
-        for talk in &mut self.talks {
-            let complete = talk.complete(now);
-            if complete == talk.done {
+    /// Delivers non-overlapping transmissions (the common case) to the near end as they are
+    /// complete.
+    fn receive_pieces(&mut self, now: SimTime, deliver: &mut impl FnMut(usize, Piece<'_>)) {
+        for transmission in &mut self.transmissions {
+            let complete = transmission.complete(now);
+            if complete == transmission.received {
                 continue;
             }
-            if talk.by != NEAR {
-                let piece = talk.piece(talk.done..complete);
+            if transmission.station != NEAR {
+                let piece = transmission.piece(transmission.received..complete);
                 self.busy_until[NEAR] = piece.last();
-                heard(NEAR, piece);
+                deliver(NEAR, piece);
             }
-            talk.done = complete;
+            transmission.received = complete;
         }
     }
 
-    /// Tells the nodes what has been heard: only what is over, unless they are `eager`.
-    fn tell(&mut self, eager: bool, heard: &mut impl FnMut(usize, Piece<'_>)) {
-        for talk in &mut self.talks {
-            if talk.told == talk.done || !(eager || talk.done == talk.bytes.len()) {
+    /// Delivers the received bytes to the nodes: whole transmissions only, unless they are `eager`.
+    fn deliver_to_nodes(&mut self, eager: bool, deliver: &mut impl FnMut(usize, Piece<'_>)) {
+        for transmission in &mut self.transmissions {
+            if transmission.delivered == transmission.received
+                || !(eager || transmission.received == transmission.bytes.len())
+            {
                 continue;
             }
-            let piece = talk.piece(talk.told..talk.done);
+            let piece = transmission.piece(transmission.delivered..transmission.received);
             let last = piece.last();
-            for hearer in (NEAR + 1..self.busy_until.len()).filter(|hearer| *hearer != talk.by) {
-                self.busy_until[hearer] = last;
-                heard(hearer, piece);
+            for receiver in (NEAR + 1..self.busy_until.len())
+                .filter(|receiver| *receiver != transmission.station)
+            {
+                self.busy_until[receiver] = last;
+                deliver(receiver, piece);
             }
-            talk.told = talk.done;
+            transmission.delivered = transmission.received;
         }
     }
 
-    /// The talk whose next byte is complete first, if that is by `now`.
+    /// Returns the transmission whose next byte is complete first, if that is by `now`.
     fn next_complete(&self, now: SimTime) -> Option<usize> {
-        let open = (0..self.talks.len()).filter(|index| {
-            let talk = &self.talks[*index];
-            talk.done < talk.bytes.len() && talk.at(talk.done) <= now
+        let open = (0..self.transmissions.len()).filter(|index| {
+            let transmission = &self.transmissions[*index];
+            transmission.received < transmission.bytes.len()
+                && transmission.at(transmission.received) <= now
         });
         open.min_by_key(|index| {
-            let talk = &self.talks[*index];
-            (talk.at(talk.done), talk.by)
+            let transmission = &self.transmissions[*index];
+            (transmission.at(transmission.received), transmission.station)
         })
     }
 
-    fn hear_byte(&mut self, index: usize, heard: &mut impl FnMut(usize, Piece<'_>)) {
-        let talk = &mut self.talks[index];
-        let (by, at, framing_error) = (talk.by, talk.at(talk.done), talk.framing_error);
-        talk.done += 1;
-        talk.told = talk.done;
-        let met = self.talks.iter().any(|other| {
-            other.by != by && other.first < at + self.byte_time && at < other.end() + self.byte_time
+    fn receive_byte(&mut self, index: usize, deliver: &mut impl FnMut(usize, Piece<'_>)) {
+        let transmission = &mut self.transmissions[index];
+        let (station, at, framing_error) = (
+            transmission.station,
+            transmission.at(transmission.received),
+            transmission.framing_error,
+        );
+        transmission.received += 1;
+        transmission.delivered = transmission.received;
+        let collided = self.transmissions.iter().any(|other| {
+            other.station != station
+                && other.first < at + self.byte_time
+                && at < other.end() + self.byte_time
         });
-        self.collisions += u64::from(met);
-        let byte = self.sampled(at);
-        for hearer in (0..self.busy_until.len()).filter(|hearer| *hearer != by) {
-            let shut = self.talks.iter().any(|own| {
-                own.by == hearer
-                    && own.first < at + self.byte_time
-                    && at < self.released(own) + self.byte_time
+        self.collisions += u64::from(collided);
+        let byte = self.sampled_byte(at);
+        for receiver in (0..self.busy_until.len()).filter(|receiver| *receiver != station) {
+            let transmitting = self.transmissions.iter().any(|other| {
+                other.station == receiver
+                    && other.first < at + self.byte_time
+                    && at < self.receives_from(other) + self.byte_time
             });
-            if !shut && at >= self.busy_until[hearer] + self.byte_time {
-                self.busy_until[hearer] = at;
+            if !transmitting && at >= self.busy_until[receiver] + self.byte_time {
+                self.busy_until[receiver] = at;
                 let piece = Piece {
                     first: at,
                     spacing: self.byte_time,
                     bytes: &[byte],
                     framing_error,
                 };
-                heard(hearer, piece);
+                deliver(receiver, piece);
             }
         }
     }
 
-    /// What a receiver makes of the byte that is complete at `at`.
-    fn sampled(&self, at: SimTime) -> u8 {
+    /// Returns the byte sampled by a receiver if its frame is complete at `at`.
+    fn sampled_byte(&self, at: SimTime) -> u8 {
         (0..8).fold(0, |byte, bit| {
-            // Bit 0 follows the start bit: its middle is three twentieths of the byte's time in, seventeen from its end.
+            // Bit 0 follows the start bit: its middle is 3/20 of the byte time after the start,
+            // 17/20 before the end.
             let before_end = self.byte_time * (17 - 2 * bit) / 20;
             let middle = SimTime::ZERO + (at.since_start() - before_end);
-            let high = |talk: &Transmission| talk.high(middle, self.byte_time);
-            byte | u8::from(self.talks.iter().all(high)) << bit
+            let is_high =
+                |transmission: &Transmission| transmission.is_high(middle, self.byte_time);
+            byte | u8::from(self.transmissions.iter().all(is_high)) << bit
         })
     }
 
-    /// Lets go of what can meet nothing any more.
-    fn forget(&mut self, now: SimTime) {
+    /// Removes transmissions that cannot overlap later ones.
+    fn remove_finished(&mut self, now: SimTime) {
         let (byte_time, turnaround) = (self.byte_time, self.turnaround);
         let spare = &mut self.spare;
-        self.talks.retain_mut(|talk| {
-            let keep = talk.done < talk.bytes.len() || now < talk.end() + turnaround + byte_time;
+        self.transmissions.retain_mut(|transmission| {
+            let keep = transmission.received < transmission.bytes.len()
+                || now < transmission.end() + turnaround + byte_time;
             if !keep {
-                talk.bytes.clear();
-                spare.push(mem::take(&mut talk.bytes));
+                transmission.bytes.clear();
+                spare.push(mem::take(&mut transmission.bytes));
             }
             keep
         });

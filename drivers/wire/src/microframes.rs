@@ -2,12 +2,12 @@ use twinrig_kernel::{BoardClock, LocalDuration, LocalTime, SimDuration, SimTime}
 
 use crate::{UsbTiming, WireError};
 
-/// The microframes of a host controller: which one an instant falls in, and when each starts.
+/// Microframes of a host controller: number by time and start time by number.
 #[derive(Clone, Debug)]
 pub(crate) struct Microframes {
     length: SimDuration,
     length_ns: i64,
-    /// The host controller's clock, unless it is the host's.
+    /// Clock of the host controller; None if it equals the host's.
     clock: Option<BoardClock>,
 }
 
@@ -28,16 +28,17 @@ impl Microframes {
         })
     }
 
-    /// Number of the microframe that `now` falls in. The instant at which one starts is its own.
+    /// Returns the number of the microframe that contains `now`; the start belongs to the
+    /// microframe.
     pub(crate) fn of(&self, now: SimTime) -> u64 {
         match &self.clock {
             None => now.as_nanos() / self.length.as_nanos(),
-            // The clock does not show less than 0.
+            // The clock is never negative.
             Some(clock) => (clock.local_at(now).as_nanos() / self.length_ns).unsigned_abs(),
         }
     }
 
-    /// When that microframe starts.
+    /// Returns the start of microframe `number`.
     pub(crate) fn start(&self, number: u64) -> SimTime {
         match &self.clock {
             None => SimTime::ZERO + self.length * number,
@@ -48,7 +49,7 @@ impl Microframes {
         }
     }
 
-    /// Number of the first microframe that starts at `now` or later.
+    /// Returns the number of the first microframe that starts at `now` or later.
     pub(crate) fn next(&self, now: SimTime) -> u64 {
         let number = self.of(now);
         number + u64::from(self.start(number) < now)
@@ -63,7 +64,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_microframe_lasts_from_its_start_to_the_next_one_s(
+        fn microframes_partition_time(
             offset in 0_u64..1_000_000, ppb in -500_000_i64..500_000, now in 0_u64..3_000_000_000_000,
         ) {
             let timing = UsbTiming {

@@ -4,17 +4,18 @@ use twinrig_kernel::{SimDuration, SimTime, Stream};
 use crate::arrivals::Octet;
 use crate::{Arrivals, Fault, FaultKind};
 
-/// Bytes that nobody sent: of a line held low, or of one who babbles. Made in blocks, each when it begins.
+/// Spurious bytes of a line held low or of a babbling station. Generated in blocks, each at its
+/// start.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Noise {
     stream: Stream,
-    /// For each fault, when its next block begins; none if it makes no noise, or not any more.
+    /// For each fault, the start of its next block; None if it generates no noise or has ended.
     next: Vec<Option<SimTime>>,
-    /// When the last block is over.
+    /// End of the last block.
     pub(crate) until: SimTime,
 }
 
-/// Bytes in a block, at most.
+/// Maximum number of bytes in a block.
 const BLOCK: u64 = 64;
 
 impl Noise {
@@ -32,12 +33,12 @@ impl Noise {
         }
     }
 
-    /// When the next block begins.
+    /// Returns the start of the next block.
     pub(crate) fn next_block(&self) -> Option<SimTime> {
         self.next.iter().flatten().min().copied()
     }
 
-    /// Appends the next block, which begins after what is there already; says how many bytes it has.
+    /// Appends the next block, starting not before `after`; returns its number of bytes.
     pub(crate) fn block(
         &mut self,
         faults: &[Fault],
@@ -51,12 +52,12 @@ impl Noise {
         };
         let fault = &faults[index];
         let start = self.next[index].take().unwrap_or(fault.at).max(after);
-        // The last one is complete before the fault is over.
+        // The last byte is complete before the fault ends.
         let within = fault
             .until()
             .checked_since(start)
             .map_or(0, SimDuration::as_nanos);
-        let room = within.saturating_sub(1) / byte_time.as_nanos();
+        let capacity = within.saturating_sub(1) / byte_time.as_nanos();
         let (count, pause) = match fault.kind {
             FaultKind::Babble { pause } => {
                 let count = self.stream.between(1, BLOCK);
@@ -65,19 +66,19 @@ impl Noise {
             }
             _ => (BLOCK, SimDuration::ZERO),
         };
-        let made = count.min(room);
-        for n in 1..=made {
+        let generated = count.min(capacity);
+        for n in 1..=generated {
             let byte = match fault.kind {
                 FaultKind::Stuck => 0,
                 _ => self.stream.bits().to_le_bytes()[0],
             };
             out.push_byte(start + byte_time * n, byte_time, Octet::good(byte));
         }
-        let end = start + byte_time * made;
+        let end = start + byte_time * generated;
         self.until = self.until.max(end);
-        if made == count {
+        if generated == count {
             self.next[index] = Some(end + pause);
         }
-        made
+        generated
     }
 }

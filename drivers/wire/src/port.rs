@@ -10,24 +10,24 @@ use twinrig_runtime::{Device, DeviceError};
 
 use crate::tty::Tty;
 
-/// A real serial port, or the far end of a PTY: 8 data bits, no parity, one stop bit, no flow control, and
-/// nobody else has it open meanwhile.
+/// Real serial port, or the slave end of a PTY, opened exclusively: 8 data bits, no parity, one
+/// stop bit, no flow control.
 pub struct SerialPort {
     tty: Tty,
     path: PathBuf,
-    /// Holds the settings, and keeps others off.
+    /// Keeps the settings and the exclusive lock.
     _settings: TTYPort,
 }
 
-/// How long a port whose buffers are full is waited for: 4096 bytes at 1 Mbit/s are 41 ms.
+/// Maximum wait for room in the transmit buffer: 4096 bytes at 1 Mbit/s take 41 ms.
 const WRITE_LIMIT: Duration = Duration::from_millis(100);
 
 impl SerialPort {
-    /// Opens the port at `path` at `baud_rate` \[bit/s\], any rate that its chip can do. What it received before
-    /// is forgotten.
+    /// Opens the port at `path` with `baud_rate` \[bit/s\], any rate that its chip supports. Bytes
+    /// received before are discarded.
     ///
     /// # Errors
-    /// [`DeviceError`] says what is the matter, and what to do about it.
+    /// [`DeviceError`] with the cause and a remedy.
     pub fn open(path: &Path, baud_rate: u32) -> Result<Self, DeviceError> {
         let place = path.display().to_string();
         let file = Tty::open_file(path)?;
@@ -47,19 +47,20 @@ impl SerialPort {
         })
     }
 
-    /// The latency timer of an FTDI chip behind this port: how long it may keep bytes that do not fill a packet.
-    /// None if there is no such chip.
+    /// Returns the latency timer of the FTDI chip behind this port: the maximum time for which it
+    /// holds bytes that do not fill a packet. None if there is no such chip.
     pub fn latency_timer(&self) -> Option<Duration> {
         latency_timer(&self.path)
     }
 
-    /// What the user should be told before a run: a latency timer longer than a millisecond, with the remedy.
+    /// Returns a warning for the user before a run, with a remedy: a latency timer longer than 1
+    /// ms.
     pub fn advice(&self) -> Option<String> {
         let timer = self.latency_timer().filter(|timer| *timer > LOW_LATENCY)?;
         let file = latency_file(&self.path)?;
         Some(format!(
-            "{}: its latency timer is {timer:?}, so short answers come that late; \
-             `echo 1 | sudo tee {}` makes it 1 ms",
+            "{}: the latency timer of {timer:?} delays short answers by that time; \
+             `echo 1 | sudo tee {}` sets it to 1 ms",
             self.tty.place,
             file.display()
         ))
@@ -68,9 +69,9 @@ impl SerialPort {
 
 const LOW_LATENCY: Duration = Duration::from_millis(1);
 
-/// Where Linux has the latency timer of the port, if its driver is one that has such.
+/// Path of the port's latency timer in Linux's sysfs, if its driver has one.
 fn latency_file(path: &Path) -> Option<PathBuf> {
-    // Through links such as /dev/serial/by-id.
+    // Resolves links such as /dev/serial/by-id.
     let device = fs::canonicalize(path).ok()?;
     let name = device.file_name()?;
     let file = Path::new("/sys/class/tty")
@@ -111,10 +112,10 @@ impl Device for SerialPort {
     fn read_up_to(
         &mut self,
         limit: usize,
-        patience: Duration,
+        timeout: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError> {
-        self.tty.read_up_to(limit, patience, bytes)
+        self.tty.read_up_to(limit, timeout, bytes)
     }
 
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {
@@ -122,34 +123,34 @@ impl Device for SerialPort {
     }
 }
 
-/// A serial port of this machine.
+/// Serial port of this machine.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PortInfo {
-    /// Where it is.
+    /// Path of the device.
     pub path: PathBuf,
-    /// What it is at the USB, if it is there.
+    /// USB properties, if it is a USB device.
     pub usb: Option<UsbInfo>,
     /// Its latency timer, if it has one.
     pub latency_timer: Option<Duration>,
 }
 
-/// What a device at the USB says of itself.
+/// Descriptor of a USB device.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct UsbInfo {
-    /// Vendor: 0x0403 is FTDI.
+    /// Vendor id: 0x0403 is FTDI.
     pub vendor: u16,
-    /// Product: 0x6010 is an FT2232H.
+    /// Product id: 0x6010 is an FT2232H.
     pub product: u16,
-    /// Name of manufacturer and product, as far as known.
+    /// Names of manufacturer and product, as far as known.
     pub name: String,
     /// Serial number, as far as known.
     pub serial: Option<String>,
 }
 
-/// The serial ports of this machine, by name.
+/// Returns the serial ports of this machine, sorted by path.
 ///
 /// # Errors
-/// [`DeviceError::Other`] if the system does not say.
+/// [`DeviceError::Other`] if the system does not list them.
 pub fn ports() -> Result<Vec<PortInfo>, DeviceError> {
     const SOURCE: &str = "/sys/class/tty";
     if !Path::new(SOURCE).is_dir() {

@@ -16,12 +16,12 @@ use twinrig_runtime::{Device, DeviceError};
 
 use crate::tty::Tty;
 
-/// A pseudo-terminal: this is its master end, and [`Pty::path`] is where a program opens the other one, which
-/// it cannot tell from a serial port, but that bytes take no time on it.
+/// Master end of a pseudo-terminal. A program opens the slave end at [`Pty::path`] as a serial
+/// port; the only difference is that bytes take no time.
 ///
-/// While nobody has the other end open, reading says [`DeviceError::HungUp`]; somebody may open it at any time,
-/// and may then find what was written meanwhile. A write never waits: what does not fit because nobody reads is
-/// [`DeviceError::Stuck`].
+/// While the slave end is not open, reading returns [`DeviceError::HungUp`]; it may be opened at
+/// any time and may then hold bytes written before. A write never blocks: bytes that do not fit
+/// into the buffer are [`DeviceError::Stuck`].
 ///
 /// ```
 /// use twinrig_runtime::Device;
@@ -30,9 +30,9 @@ use crate::tty::Tty;
 /// let mut twin = Pty::open()?;
 /// let mut robot = SerialPort::open(twin.path(), 3_333_333)?;
 /// robot.write(b"hello")?;
-/// let mut heard = Vec::new();
-/// twin.read(std::time::Duration::from_secs(1), &mut heard)?;
-/// assert_eq!(heard, b"hello");
+/// let mut received = Vec::new();
+/// twin.read(std::time::Duration::from_secs(1), &mut received)?;
+/// assert_eq!(received, b"hello");
 /// # Ok::<(), twinrig_runtime::DeviceError>(())
 /// ```
 #[derive(Debug)]
@@ -40,20 +40,20 @@ pub struct Pty {
     tty: Tty,
     slave: PathBuf,
     link: Option<PathBuf>,
-    /// Says that the link is in use, for as long as this is.
+    /// Marks the link as in use until it is dropped.
     claim: Option<UnixListener>,
 }
 
-/// Where the system keeps the other ends.
+/// Directory of the slave ends.
 const SLAVES: &str = "/dev/pts";
 
 impl Pty {
-    /// A new one.
+    /// Opens a new pseudo-terminal.
     ///
     /// # Errors
-    /// [`DeviceError::Other`] if the system has none to give.
+    /// [`DeviceError::Other`] if the system cannot allocate one.
     pub fn open() -> Result<Self, DeviceError> {
-        // Not for programs that are started from here: with a copy of it, they would keep it plugged in.
+        // Child processes must not inherit the descriptor: it would keep the PTY connected.
         let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK | OFlag::O_CLOEXEC;
         let master = posix_openpt(flags).map_err(no_pty)?;
         grantpt(&master).map_err(no_pty)?;
@@ -69,13 +69,13 @@ impl Pty {
         })
     }
 
-    /// Makes the other end known by a name that is the same every time, too: a symbolic link at `link`, which is
-    /// removed when this is dropped. One that an earlier run has left is replaced; one whose [`Pty`]
-    /// is still there, in whatever program, is not.
+    /// Makes the slave end available under a fixed name: a symbolic link at `link`, removed on
+    /// drop. A link left by an earlier run is replaced; one whose [`Pty`] still exists, in any
+    /// process, is not.
     ///
     /// # Errors
-    /// [`DeviceError::Other`] if another [`Pty`] is linked there, there is something else at `link`, or nothing can be
-    /// there.
+    /// [`DeviceError::Other`] if another [`Pty`] is linked there, another file exists at `link`, or
+    /// the link cannot be created.
     pub fn linked(mut self, link: &Path) -> Result<Self, DeviceError> {
         let place = link.display().to_string();
         let failed = |why: String| DeviceError::Other {
@@ -88,8 +88,8 @@ impl Pty {
                 fs::remove_file(link).map_err(|error| failed(error.to_string()))?;
             }
             _ if link.symlink_metadata().is_ok() => {
-                let why = "there is something of that name, which is not the end of a PTY; \
-                           take another name, or remove it";
+                let why = "a file that is not a link to a PTY exists there; \
+                           choose another name, or remove the file";
                 return Err(failed(why.into()));
             }
             _ => {}
@@ -100,21 +100,22 @@ impl Pty {
         Ok(self)
     }
 
-    /// Where the other end is: the link, if there is one.
+    /// Path of the slave end: the link, if there is one.
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.slave)
     }
 }
 
-/// Claims the name `link` until the listener is dropped, or the program ends, however that is: a socket in the abstract
-/// namespace, which is nowhere in the file system and leaves nothing behind. Nobody connects to it.
+/// Claims the name `link` until the listener is dropped or the process ends: a socket in the
+/// abstract namespace, which is not part of the file system and leaves nothing behind. It accepts
+/// no connections.
 fn claim(link: &Path) -> Result<UnixListener, String> {
     let folder = match link.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
     let folder = fs::metadata(folder).map_err(|error| error.to_string())?;
-    // Whatever path leads there, and however long the name is.
+    // Independent of the path to the folder and of the length of the name.
     let mut hash = DefaultHasher::new();
     link.file_name().hash(&mut hash);
     let name = format!(
@@ -126,13 +127,13 @@ fn claim(link: &Path) -> Result<UnixListener, String> {
     let address = SocketAddr::from_abstract_name(name).map_err(|error| error.to_string())?;
     UnixListener::bind_addr(&address).map_err(|error| match error.kind() {
         ErrorKind::AddrInUse => {
-            "another twin is served at that name; take another name, or end the other".to_owned()
+            "another twin is served at that name; choose another name, or end the other".to_owned()
         }
         _ => error.to_string(),
     })
 }
 
-/// Bytes pass as they are: no echo, no line ends, no Ctrl-C. This holds for whoever opens it later.
+/// Sets raw mode: no echo, no conversion of line ends, no Ctrl-C. Applies to every later open.
 fn make_raw(slave: &File) -> Result<(), Errno> {
     let mut settings = tcgetattr(slave)?;
     cfmakeraw(&mut settings);
@@ -146,7 +147,8 @@ fn no_pty(error: Errno) -> DeviceError {
     }
 }
 
-/// The master's end is there as long as this is: what is gone can only be the other one.
+/// The master end exists as long as `self`, so a closed connection means that the slave end is
+/// closed.
 fn hung_up(error: DeviceError) -> DeviceError {
     match error {
         DeviceError::Gone { place } => DeviceError::HungUp { place },
@@ -166,10 +168,10 @@ impl Device for Pty {
     fn read_up_to(
         &mut self,
         limit: usize,
-        patience: Duration,
+        timeout: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError> {
-        self.tty.read_up_to(limit, patience, bytes).map_err(hung_up)
+        self.tty.read_up_to(limit, timeout, bytes).map_err(hung_up)
     }
 
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {

@@ -9,52 +9,53 @@ use crate::line::earlier;
 use crate::medium::{Medium, NEAR};
 use crate::{Arrivals, Line, Node, Piece, WireError};
 
-/// A half-duplex bus with several nodes, seen from its near end, which is a talker like any other.
+/// Half-duplex bus with several nodes, seen from its near end, which is a station like the others.
 ///
-/// Who talks while another does garbles what overlaps: the receivers of the others lock onto the byte that began first,
-/// sample the AND of all levels in the middle of its bits, and miss the bytes that begin meanwhile. So there
-/// are never more bytes than were said, and what two say alike and at once is heard as said. Who talks hears nothing;
-/// the near end neither until its transceiver has turned round.
+/// Overlapping transmissions are garbled: the other receivers lock onto the byte that began first,
+/// sample the AND of all levels in the middle of its bits, and miss the bytes that begin meanwhile.
+/// So there are never more bytes received than transmitted, and equal bytes transmitted
+/// simultaneously are received unchanged. A station receives nothing while it transmits; the near
+/// end nothing until the turnaround time of its transceiver has passed.
 pub struct Rs485 {
     name: String,
-    seats: Vec<NodeSlot>,
+    slots: Vec<NodeSlot>,
     medium: Medium,
-    /// What the near end has heard and not taken.
+    /// Bytes received by the near end and not taken.
     near: Arrivals,
-    /// What a node just says.
-    said: Vec<u8>,
-    /// The least attention that any node pays.
+    /// Transmission just polled from a node.
+    tx: Vec<u8>,
+    /// Minimum of [`Node::attention`] over the nodes.
     attention: Option<usize>,
-    /// When anything happens next: follows from the rest.
+    /// Time of the next event; derived from the other fields.
     wake: Option<SimTime>,
 }
 
-/// A node, and what the bus has to know of it.
+/// Node with cached properties.
 struct NodeSlot {
     node: Box<dyn Node>,
-    /// Whether it has heard something at this instant.
-    heard: bool,
-    /// Its [`Node::next_wake`] and [`Node::attention`]: asked for whenever it was advanced.
+    /// Whether it has received bytes at this instant.
+    received: bool,
+    /// Its [`Node::next_wake`] and [`Node::attention`], updated whenever it was advanced.
     wake: Option<SimTime>,
     attention: Option<usize>,
-    /// How many values its gauges are.
+    /// Number of values of its diagnostics.
     width: usize,
 }
 
 impl NodeSlot {
     fn new(node: Box<dyn Node>) -> Self {
-        let mut seat = Self {
-            heard: false,
+        let mut slot = Self {
+            received: false,
             wake: None,
             attention: None,
             width: Layout::of(&node.diagnostics(), Direction::Output).len(),
             node,
         };
-        seat.ask();
-        seat
+        slot.refresh();
+        slot
     }
 
-    fn ask(&mut self) {
+    fn refresh(&mut self) {
         self.wake = self.node.next_wake();
         self.attention = self.node.attention();
     }
@@ -68,8 +69,9 @@ struct Saved {
 }
 
 impl Rs485 {
-    /// A bus on which a byte takes `byte_time`, and whose near end hears nothing until `turnaround` after it has talked
-    /// itself. `name` is for its gauge, bytes that met another: `sbcp/collisions`.
+    /// A bus on which a byte takes `byte_time`, and whose near end receives nothing until
+    /// `turnaround` after its own transmission. Diagnostic: `NAME/collisions`, the number of bytes
+    /// that overlapped another.
     ///
     /// # Errors
     /// [`WireError::Zero`] if `byte_time` is zero.
@@ -84,20 +86,20 @@ impl Rs485 {
             name: name.to_owned(),
             medium: Medium::new(byte_time, turnaround, nodes.len()),
             near: Arrivals::default(),
-            said: Vec::new(),
-            seats: nodes.into_iter().map(NodeSlot::new).collect(),
+            tx: Vec::new(),
+            slots: nodes.into_iter().map(NodeSlot::new).collect(),
             attention: None,
             wake: None,
         };
-        bus.look_ahead();
+        bus.update_wake();
         Ok(bus)
     }
 
-    fn look_ahead(&mut self) {
+    fn update_wake(&mut self) {
         let (mut wake, mut attention) = (None, None::<usize>);
-        for seat in &self.seats {
-            wake = earlier(wake, seat.wake);
-            attention = match (attention, seat.attention) {
+        for slot in &self.slots {
+            wake = earlier(wake, slot.wake);
+            attention = match (attention, slot.attention) {
                 (Some(least), Some(count)) => Some(least.min(count)),
                 (least, count) => least.or(count),
             };
@@ -106,62 +108,66 @@ impl Rs485 {
         self.wake = earlier(wake, self.medium.next_wake(attention));
     }
 
-    /// Lets everybody hear, then think, then talk.
-    fn instant(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        let (seats, near) = (&mut self.seats, &mut self.near);
+    /// Processes one instant: all nodes receive, then advance, then transmit.
+    fn process_instant(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<(), TaskError> {
+        let (slots, near) = (&mut self.slots, &mut self.near);
         let eager = self.attention.is_some();
-        let heard = self.medium.receive(now, eager, |hearer, piece| {
-            if hearer == NEAR {
+        let received = self.medium.receive(now, eager, |receiver, piece| {
+            if receiver == NEAR {
                 near.push_piece(piece);
             } else {
-                let seat = &mut seats[hearer - 1];
-                seat.node.receive(piece);
-                seat.heard = true;
+                let slot = &mut slots[receiver - 1];
+                slot.node.receive(piece);
+                slot.received = true;
             }
         });
-        if !heard && self.wake.is_none_or(|wake| wake > now) {
+        if !received && self.wake.is_none_or(|wake| wake > now) {
             return Ok(());
         }
-        for (index, seat) in self.seats.iter_mut().enumerate() {
-            let heard = std::mem::take(&mut seat.heard);
-            if !heard && seat.wake.is_none_or(|wake| wake > now) {
+        for (index, slot) in self.slots.iter_mut().enumerate() {
+            let received = std::mem::take(&mut slot.received);
+            if !received && slot.wake.is_none_or(|wake| wake > now) {
                 continue;
             }
-            seat.node.advance(now, plant)?;
+            slot.node.advance(now, plant)?;
             loop {
-                self.said.clear();
-                let said = seat.node.poll_transmit_framed(&mut self.said);
-                let Some((start, framing_error)) = said else {
+                self.tx.clear();
+                let tx = slot.node.poll_transmit_framed(&mut self.tx);
+                let Some((start, framing_error)) = tx else {
                     break;
                 };
                 let piece = Piece {
                     first: start.max(now) + self.medium.byte_time(),
                     spacing: self.medium.byte_time(),
-                    bytes: &self.said,
+                    bytes: &self.tx,
                     framing_error,
                 };
-                self.medium.say(index + 1, piece);
+                self.medium.transmit(index + 1, piece);
             }
-            seat.ask();
+            slot.refresh();
         }
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 }
 
 impl Line for Rs485 {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        for seat in &mut self.seats {
-            seat.node.connect(owner, plant)?;
-            seat.ask();
+        for slot in &mut self.slots {
+            slot.node.connect(owner, plant)?;
+            slot.refresh();
         }
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 
     fn send(&mut self, piece: Piece<'_>) {
-        self.medium.say(NEAR, piece);
-        self.look_ahead();
+        self.medium.transmit(NEAR, piece);
+        self.update_wake();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
@@ -170,9 +176,9 @@ impl Line for Rs485 {
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while let Some(wake) = self.wake.filter(|wake| *wake < now) {
-            self.instant(wake, plant)?;
+            self.process_instant(wake, plant)?;
         }
-        self.instant(now, plant)
+        self.process_instant(now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
@@ -180,19 +186,19 @@ impl Line for Rs485 {
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        let own = Port::output(format!("{}/collisions", self.name), Unit::One, 1);
-        let nodes = self.seats.iter().flat_map(|seat| seat.node.diagnostics());
-        std::iter::once(own).chain(nodes).collect()
+        let collisions = Port::output(format!("{}/collisions", self.name), Unit::One, 1);
+        let nodes = self.slots.iter().flat_map(|slot| slot.node.diagnostics());
+        std::iter::once(collisions).chain(nodes).collect()
     }
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let Some((own, mut rest)) = values.split_first_mut() else {
+        let Some((collisions, mut rest)) = values.split_first_mut() else {
             return;
         };
-        *own = self.medium.collisions() as f64;
-        for seat in &self.seats {
-            let (values, after) = rest.split_at_mut(seat.width);
-            seat.node.read_diagnostics(now, values);
+        *collisions = self.medium.collisions() as f64;
+        for slot in &self.slots {
+            let (values, after) = rest.split_at_mut(slot.width);
+            slot.node.read_diagnostics(now, values);
             rest = after;
         }
     }
@@ -201,25 +207,26 @@ impl Line for Rs485 {
         Snapshot::of(&Saved {
             medium: self.medium.clone(),
             near: self.near.clone(),
-            nodes: self.seats.iter().map(|seat| seat.node.save()).collect(),
+            nodes: self.slots.iter().map(|slot| slot.node.save()).collect(),
         })
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let saved: Saved = snapshot.read()?;
-        if saved.nodes.len() != self.seats.len() || saved.medium.talkers() != self.medium.talkers()
+        if saved.nodes.len() != self.slots.len()
+            || saved.medium.stations() != self.medium.stations()
         {
             return Err(SnapshotError::Mismatch {
-                expected: format!("a bus of {} nodes", self.seats.len()),
+                expected: format!("a bus of {} nodes", self.slots.len()),
                 found: format!("one of {}", saved.nodes.len()),
             });
         }
-        for (seat, snapshot) in self.seats.iter_mut().zip(&saved.nodes) {
-            seat.node.restore(snapshot)?;
-            seat.ask();
+        for (slot, snapshot) in self.slots.iter_mut().zip(&saved.nodes) {
+            slot.node.restore(snapshot)?;
+            slot.refresh();
         }
         (self.medium, self.near) = (saved.medium, saved.near);
-        self.look_ahead();
+        self.update_wake();
         Ok(())
     }
 }

@@ -3,46 +3,47 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wiri
 
 use crate::{Arrivals, Line, Piece};
 
-/// Hands what passes to the recording, on two lanes: `NAME/out` away from the near end, `NAME/in` towards it.
-/// Looking on changes nothing: what was not handed over yet is no part of a snapshot.
+/// Line that records its bytes in two traces: `NAME/out` away from the near end, `NAME/in` towards
+/// it. Tracing does not change the simulation: undrained bytes are not part of a snapshot.
 pub struct Traced<L> {
     name: String,
     line: L,
     arrived: Arrivals,
-    /// What has passed and was not handed over yet, in buffers that are used again.
+    /// Traced bytes that are not drained yet, in reused buffers.
     traffic: Vec<(usize, Vec<u8>)>,
-    passed: usize,
+    recorded: usize,
 }
 
-/// Lanes of the tracer itself, before those of its line.
+/// Indices of the tracer's own traces, which precede those of its line.
 const OUT: usize = 0;
 const IN: usize = 1;
-const OWN_LANES: usize = 2;
+const OWN_TRACES: usize = 2;
 
 impl<L: Line> Traced<L> {
-    /// Around `line`; `rs485`, within a task `sbcp`, becomes `sbcp/rs485/out` and `sbcp/rs485/in`.
+    /// Traces `line`; with the name `rs485` in a task `sbcp`, the traces are `sbcp/rs485/out` and
+    /// `sbcp/rs485/in`.
     pub fn new(name: impl Into<String>, line: L) -> Self {
         Self {
             name: name.into(),
             line,
             arrived: Arrivals::default(),
             traffic: Vec::new(),
-            passed: 0,
+            recorded: 0,
         }
     }
 
-    fn note(&mut self, trace: usize, bytes: &[u8]) {
+    fn record(&mut self, trace: usize, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
         }
-        if self.passed == self.traffic.len() {
+        if self.recorded == self.traffic.len() {
             self.traffic.push((trace, Vec::new()));
         }
-        let (of, noted) = &mut self.traffic[self.passed];
-        *of = trace;
-        noted.clear();
-        noted.extend_from_slice(bytes);
-        self.passed += 1;
+        let (index, buffer) = &mut self.traffic[self.recorded];
+        *index = trace;
+        buffer.clear();
+        buffer.extend_from_slice(bytes);
+        self.recorded += 1;
     }
 }
 
@@ -52,7 +53,7 @@ impl<L: Line> Line for Traced<L> {
     }
 
     fn send(&mut self, piece: Piece<'_>) {
-        self.note(OUT, piece.bytes);
+        self.record(OUT, piece.bytes);
         self.line.send(piece);
     }
 
@@ -71,7 +72,7 @@ impl<L: Line> Line for Traced<L> {
     fn receive(&mut self, arrivals: &mut Arrivals) {
         let mut arrived = std::mem::take(&mut self.arrived);
         self.line.receive(&mut arrived);
-        self.note(IN, arrived.bytes());
+        self.record(IN, arrived.bytes());
         arrivals.append(&mut arrived);
         self.arrived = arrived;
     }
@@ -85,17 +86,17 @@ impl<L: Line> Line for Traced<L> {
     }
 
     fn traces(&self) -> Vec<String> {
-        let own = ["out", "in"].map(|way| format!("{}/{way}", self.name));
-        own.into_iter().chain(self.line.traces()).collect()
+        let own_traces = ["out", "in"].map(|direction| format!("{}/{direction}", self.name));
+        own_traces.into_iter().chain(self.line.traces()).collect()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (trace, bytes) in &self.traffic[..self.passed] {
+        for (trace, bytes) in &self.traffic[..self.recorded] {
             passed(*trace, bytes);
         }
-        self.passed = 0;
+        self.recorded = 0;
         self.line
-            .drain_traffic(&mut |trace, bytes| passed(OWN_LANES + trace, bytes));
+            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
     }
 
     fn save(&self) -> Snapshot {

@@ -11,20 +11,20 @@ use nix::poll::{PollFd, PollFlags, ppoll};
 use nix::sys::time::TimeSpec;
 use twinrig_runtime::DeviceError;
 
-/// A terminal device that is opened and never blocks: what real ports and both ends of a PTY have in common.
+/// Terminal device in non-blocking mode: common part of real ports and both ends of a PTY.
 #[derive(Debug)]
 pub(crate) struct Tty {
     pub(crate) place: String,
     file: File,
-    /// How long a full device is waited for.
+    /// Maximum wait for room in the device's buffer.
     write_limit: Duration,
 }
 
-/// What is read at once \[bytes\]: a terminal's whole buffer.
+/// Maximum size of one read \[bytes\]: a terminal's whole buffer.
 const CHUNK: usize = 4096;
 
 impl Tty {
-    /// What `file` is, opened without blocking.
+    /// A terminal on `file`, which was opened in non-blocking mode.
     pub(crate) fn new(place: String, file: File, write_limit: Duration) -> Self {
         Self {
             place,
@@ -33,7 +33,7 @@ impl Tty {
         }
     }
 
-    /// Opens a terminal for bytes, not as the one that Ctrl-C is typed at.
+    /// Opens a terminal without making it the controlling one (no Ctrl-C).
     pub(crate) fn open_file(path: &Path) -> Result<File, DeviceError> {
         let flags = OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
         let mut options = OpenOptions::new();
@@ -55,7 +55,7 @@ impl Tty {
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     let ready = self.wait(PollFlags::POLLOUT, self.write_limit)?;
-                    // Whoever does not read any more because they are gone makes no room, ever.
+                    // A closed peer never makes room.
                     if ready.intersects(PollFlags::POLLHUP | PollFlags::POLLERR) {
                         return Err(self.gone());
                     }
@@ -75,28 +75,28 @@ impl Tty {
     pub(crate) fn read_up_to(
         &mut self,
         limit: usize,
-        patience: Duration,
+        timeout: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError> {
         let mut chunk = [0; CHUNK];
-        let mut waited = patience.is_zero();
+        let mut waited = timeout.is_zero();
         let mut left = limit;
         while left > 0 {
-            let wanted = left.min(CHUNK);
-            match self.file.read(&mut chunk[..wanted]) {
-                // A terminal whose other end is gone for good.
+            let requested = left.min(CHUNK);
+            match self.file.read(&mut chunk[..requested]) {
+                // The other end of the terminal is closed.
                 Ok(0) => return Err(self.gone()),
                 Ok(read) => {
                     bytes.extend_from_slice(&chunk[..read]);
                     left -= read;
-                    if read < wanted {
+                    if read < requested {
                         return Ok(());
                     }
                     waited = true;
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    if waited || self.wait(PollFlags::POLLIN, patience)?.is_empty() {
+                    if waited || self.wait(PollFlags::POLLIN, timeout)?.is_empty() {
                         return Ok(());
                     }
                     waited = true;
@@ -107,12 +107,13 @@ impl Tty {
         Ok(())
     }
 
-    /// Waits for `what`; says what the device has, be it that it is gone: nothing if the time is over.
-    fn wait(&self, what: PollFlags, patience: Duration) -> Result<PollFlags, DeviceError> {
-        let mut watched = [PollFd::new(self.file.as_fd(), what)];
-        match ppoll(&mut watched, Some(TimeSpec::from(patience)), None) {
+    /// Waits for `events`; returns the device's events, which may be a hang-up or an error, or none
+    /// at the time-out.
+    fn wait(&self, events: PollFlags, timeout: Duration) -> Result<PollFlags, DeviceError> {
+        let mut poll_fds = [PollFd::new(self.file.as_fd(), events)];
+        match ppoll(&mut poll_fds, Some(TimeSpec::from(timeout)), None) {
             Ok(0) | Err(Errno::EINTR) => Ok(PollFlags::empty()),
-            Ok(_) => Ok(watched[0].revents().unwrap_or(what)),
+            Ok(_) => Ok(poll_fds[0].revents().unwrap_or(events)),
             Err(error) => Err(self.failed(&error.into())),
         }
     }
@@ -123,7 +124,7 @@ impl Tty {
         }
     }
 
-    /// A device that could be used until now.
+    /// Error of a device that was usable before.
     fn failed(&self, error: &io::Error) -> DeviceError {
         let place = self.place.clone();
         match error.raw_os_error().map(Errno::from_raw) {
@@ -138,7 +139,7 @@ impl Tty {
     }
 }
 
-/// A device that could not be opened.
+/// Error of a device that could not be opened.
 fn refused(place: String, error: &io::Error) -> DeviceError {
     match error.raw_os_error().map(Errno::from_raw) {
         Some(Errno::ENOENT | Errno::ENODEV | Errno::ENXIO | Errno::EIO) => {

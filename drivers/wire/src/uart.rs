@@ -3,21 +3,24 @@ use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wiri
 
 use crate::{Arrivals, Line, Piece};
 
-/// What a serial port of the host, or the chip of a USB converter (FT2232H), holds of what is to be sent \[bytes\].
+/// Transmit buffer of a serial port of the host, or of the chip of a USB converter (FT2232H)
+/// \[bytes\].
 pub(crate) const TRANSMIT_BUFFER: usize = 4096;
 
-/// The sender of a UART: bytes leave it one after the other, each in 10 bit times, whatever pace they come in at.
+/// Transmitter of a UART: serialises bytes, each in 10 bit times, independently of the pace of its
+/// input.
 ///
-/// Behind a [`crate::HostEnd`] it is the host's serial port; a [`crate::UsbSerial`] has one already.
+/// Behind a [`crate::HostEnd`] it is the host's serial port; a [`crate::UsbSerial`] contains one.
 pub struct Uart<L> {
     byte_time: SimDuration,
-    /// When everything so far is sent.
+    /// Time at which all bytes so far are transmitted.
     free_at: SimTime,
     line: L,
 }
 
 impl<L: Line> Uart<L> {
-    /// In front of `line`; a byte takes `byte_time` (start bit, 8 data bits, stop bit).
+    /// A transmitter in front of `line`; a byte takes `byte_time` (start bit, 8 data bits, stop
+    /// bit).
     pub fn new(byte_time: SimDuration, line: L) -> Self {
         Self {
             byte_time,
@@ -35,7 +38,8 @@ impl<L: Line> Line for Uart<L> {
     fn send(&mut self, piece: Piece<'_>) {
         let start = piece.first.max(self.free_at);
         let mut queued = 0;
-        // Those that come while others are still being sent leave without a pause; the rest as they come.
+        // Bytes that arrive while others are being transmitted follow without a pause; the rest at
+        // their own pace.
         while queued < piece.bytes.len()
             && (piece.spacing <= self.byte_time
                 || piece.at(queued) <= start + self.byte_time * queued as u64)

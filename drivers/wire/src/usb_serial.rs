@@ -10,23 +10,27 @@ use crate::microframes::Microframes;
 use crate::uart::TRANSMIT_BUFFER;
 use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, WireError};
 
-/// A USB serial converter (FT2232H) with its UART, between the host and a line.
+/// USB serial converter (FT2232H) with its UART, between the host and a line.
 ///
-/// What the host writes is with the host controller when the write jitter is over, in the chip by [`OutRule`] and leaves it
-/// through the UART, byte after byte. What the UART receives goes back in packets: full ones at once, others when the latency
-/// timer has run out, which every return starts again; [`InRule`] says what they carry, [`CompletionRule`] when the host learns of
-/// them, turnaround and jitter when its program does. Packets without payload are not shown.
+/// Bytes written by the host reach the host controller after the write jitter, the chip by
+/// [`OutRule`], and leave the chip through the UART, one after another. Bytes received by the UART
+/// return in packets: full packets at once, others when the latency timer expires, which every
+/// return restarts. [`InRule`] determines the contents of a packet, [`CompletionRule`] when the
+/// host controller reports it, and turnaround and jitter when the host's program has it. Packets
+/// without payload are not modelled.
 ///
-/// The chip's transmit buffer holds 4 kB. [`Wire::transmit_buffer`] tells the room in it; [`Wire::send`] does not refuse what is
-/// beyond, because in virtual time no driver waits for a write. Returns on changes of modem lines, and the limit of the receive
-/// buffer, are not modelled.
+/// The chip's transmit buffer holds 4 kB. [`Wire::transmit_buffer`] reports the room in it;
+/// [`Wire::send`] accepts bytes beyond it, because in virtual time no driver waits for a write.
+/// Returns on changes of modem lines and the limit of the receive buffer are not modelled.
 pub struct UsbSerial<L> {
     name: String,
     out: OutRule,
-    /// Microframes from the one by whose start a byte must be complete to the one whose packet carries it.
-    readying: u64,
-    /// Microframes from a packet's own to the one at whose start the host learns of it.
-    reporting: u64,
+    /// Microframes between the one by whose start a byte must be complete and the one whose packet
+    /// carries it.
+    in_delay: u64,
+    /// Microframes between that of a packet and the one at whose start the host controller reports
+    /// it.
+    completion_delay: u64,
     turnaround: SimDuration,
     /// Latency timer \[microframes\].
     timer: u64,
@@ -35,37 +39,39 @@ pub struct UsbSerial<L> {
     frames: Microframes,
     byte_time: SimDuration,
     line: L,
-    /// When the line wants to be advanced next: asked for whenever something was done to it.
+    /// [`Line::next_wake`] of the line, updated after every call that changes the line.
     line_wake: Option<SimTime>,
-    /// What has just come from the line.
+    /// Bytes just received from the line.
     arrived: Arrivals,
     state: State,
-    /// The next microframe whose packets carry anything, as far as is known, and when the host has that. Follows from
-    /// what is pending, the last return and the jitter.
-    known: Option<(u64, SimTime)>,
-    /// When the host may have something to read next: that, or earlier if bytes go on coming in.
+    /// The next microframe whose packets carry payload, as far as known, and the time at which the
+    /// host's program has it. Derived from the pending bytes, the last return and the jitter.
+    next_completion: Option<(u64, SimTime)>,
+    /// Next time at which the host may have bytes to read: that of `next_completion`, or earlier if
+    /// further bytes arrive without a pause.
     next_read: Option<SimTime>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
     jitter: TimeSource,
-    /// That of the next completion.
+    /// Jitter of the next completion.
     next_jitter: SimDuration,
     write_jitter: TimeSource,
-    /// When the host controller had the last write.
+    /// Time at which the host controller had the last write.
     written: SimTime,
-    /// When the UART has sent everything.
+    /// Time at which the UART has transmitted all bytes.
     uart_free: SimTime,
-    /// Microframe of the last return, perhaps of an empty packet; later ones are whole timers later.
+    /// Microframe of the last return, possibly of an empty packet; later ones follow at multiples
+    /// of the timer.
     returned: u64,
-    /// Up to when the line was asked.
-    asked: SimTime,
-    /// When the last byte came from the line.
+    /// Time of the last poll of the line.
+    polled: SimTime,
+    /// Completion time of the last byte from the line.
     last_byte: Option<SimTime>,
-    /// In the chip.
+    /// Bytes in the chip.
     pending: Arrivals,
-    /// At the host.
+    /// Bytes at the host.
     readable: Vec<u8>,
     packets: u64,
     bytes: u64,
@@ -73,12 +79,13 @@ struct State {
 }
 
 impl<L: Line> UsbSerial<L> {
-    /// In front of `line`, at whose baud rate a byte takes `byte_time`. The jitter is drawn from the stream
-    /// `wire/NAME/usb`, that of writes from `wire/NAME/usb/write`; gauges are `NAME/usb/packets` and `NAME/usb/bytes`, both to
-    /// the host, and `NAME/usb/framing_errors`, the bytes among them that came with a wrong stop bit.
+    /// A converter in front of `line`, on which a byte takes `byte_time`. The jitter is drawn from
+    /// the stream `wire/NAME/usb`, that of writes from `wire/NAME/usb/write`. Diagnostics:
+    /// `NAME/usb/packets` and `NAME/usb/bytes`, both towards the host, and
+    /// `NAME/usb/framing_errors`, the number of bytes among them with a wrong stop bit.
     ///
     /// # Errors
-    /// [`WireError`] if the timing cannot be.
+    /// [`WireError`] if the timing is invalid.
     pub fn new(
         name: &str,
         timing: UsbTiming,
@@ -107,8 +114,8 @@ impl<L: Line> UsbSerial<L> {
         Ok(Self {
             name: name.to_owned(),
             out: timing.out,
-            readying: u64::from(timing.inn == InRule::ByPreviousFrame),
-            reporting: u64::from(timing.completion == CompletionRule::StartOfNext),
+            in_delay: u64::from(timing.inn == InRule::ByPreviousFrame),
+            completion_delay: u64::from(timing.completion == CompletionRule::StartOfNext),
             turnaround: timing.turnaround,
             timer: timing.latency_timer.as_nanos().div_ceil(microframe).max(1),
             payload: timing.payload.max(1),
@@ -120,7 +127,7 @@ impl<L: Line> UsbSerial<L> {
                 written: SimTime::ZERO,
                 uart_free: SimTime::ZERO,
                 returned: frames.of(SimTime::ZERO),
-                asked: SimTime::ZERO,
+                polled: SimTime::ZERO,
                 last_byte: None,
                 pending: Arrivals::default(),
                 readable: Vec::new(),
@@ -133,40 +140,42 @@ impl<L: Line> UsbSerial<L> {
             line_wake: line.next_wake(),
             line,
             arrived: Arrivals::default(),
-            known: None,
+            next_completion: None,
             next_read: None,
         })
     }
 
-    /// Microframe of the first packet at a turn of the timer that carries a byte complete at `arrival`.
+    /// Microframe of the first packet at an expiry of the timer that carries a byte complete at
+    /// `arrival`.
     fn timed_return(&self, arrival: SimTime) -> u64 {
-        let earliest = self.frames.next(arrival) + self.readying;
-        let waits = earliest.saturating_sub(self.state.returned);
-        self.state.returned + waits.div_ceil(self.timer).max(1) * self.timer
+        let earliest = self.frames.next(arrival) + self.in_delay;
+        let wait = earliest.saturating_sub(self.state.returned);
+        self.state.returned + wait.div_ceil(self.timer).max(1) * self.timer
     }
 
-    /// Microframe of the first packet that is full by a byte complete at `arrival`.
+    /// Microframe of the first packet that is full with a byte complete at `arrival`.
     fn full_return(&self, arrival: SimTime) -> u64 {
-        (self.frames.next(arrival) + self.readying).max(self.state.returned + 1)
+        (self.frames.next(arrival) + self.in_delay).max(self.state.returned + 1)
     }
 
-    /// Microframe of the next packet with payload, as far as is known.
+    /// Microframe of the next packet with payload, as far as known.
     fn next_return(&self) -> Option<u64> {
         let timed = self.timed_return(self.state.pending.at(0)?);
         let full = self.state.pending.at(self.payload - 1);
         Some(full.map_or(timed, |arrival| timed.min(self.full_return(arrival))))
     }
 
-    /// Microframe of the next packet if the bytes that are coming in now go on coming; it may be an earlier one.
+    /// Microframe of the next packet, which may be earlier, if the bytes currently arriving
+    /// continue without a pause.
     fn next_return_if_more(&self) -> Option<u64> {
         let State {
-            asked,
+            polled,
             last_byte,
             pending,
             ..
         } = &self.state;
         let next_byte = (*last_byte)? + self.byte_time;
-        if next_byte <= *asked {
+        if next_byte <= *polled {
             return None;
         }
         match self.payload.checked_sub(pending.len() + 1) {
@@ -176,17 +185,18 @@ impl<L: Line> UsbSerial<L> {
         }
     }
 
-    /// When the host's program has what that microframe's packets carry, if those before have been read.
+    /// Time at which the host's program has the packets of microframe `returned`, if the packets
+    /// before have been read.
     fn read_at(&self, returned: u64) -> SimTime {
-        let reported = self.frames.start(returned + self.reporting);
+        let reported = self.frames.start(returned + self.completion_delay);
         reported + self.turnaround + self.state.next_jitter
     }
 
-    /// The packets of that microframe pass.
-    fn pass(&mut self, returned: u64) {
-        let carried_by = self.frames.start(returned.saturating_sub(self.readying));
+    /// Returns the packets of microframe `returned` to the host.
+    fn return_packets(&mut self, returned: u64) {
+        let complete_by = self.frames.start(returned.saturating_sub(self.in_delay));
         let state = &mut self.state;
-        let complete = state.pending.complete(carried_by);
+        let complete = state.pending.complete(complete_by);
         let timed = (returned - state.returned).is_multiple_of(self.timer);
         let packets = if timed {
             complete.div_ceil(self.payload)
@@ -205,7 +215,7 @@ impl<L: Line> UsbSerial<L> {
         state.next_jitter = state.jitter.draw();
     }
 
-    /// The UART sends bytes from `start` on.
+    /// Transmits bytes through the UART from `start` on.
     fn transmit(&mut self, start: SimTime, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
@@ -220,12 +230,12 @@ impl<L: Line> UsbSerial<L> {
         self.state.uart_free = start + self.byte_time * bytes.len() as u64;
     }
 
-    /// Asks the line what has come by `now`: says whether anything has.
-    fn ask(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<bool, TaskError> {
+    /// Advances the line to `now` and takes its bytes; returns whether there are any.
+    fn poll_line(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<bool, TaskError> {
         self.line.advance(now, plant)?;
         self.line.receive(&mut self.arrived);
         self.line_wake = self.line.next_wake();
-        self.state.asked = now;
+        self.state.polled = now;
         let Some(last) = self.arrived.last() else {
             return Ok(false);
         };
@@ -235,18 +245,18 @@ impl<L: Line> UsbSerial<L> {
         Ok(true)
     }
 
-    /// Something has come or passed.
-    fn look_ahead(&mut self) {
+    /// Updates the predictions after bytes have arrived or packets have been returned.
+    fn update_predictions(&mut self) {
         let returned = self.next_return();
-        self.known = returned.map(|returned| (returned, self.read_at(returned)));
-        self.expect();
+        self.next_completion = returned.map(|returned| (returned, self.read_at(returned)));
+        self.update_next_read();
     }
 
-    /// The line was asked.
-    fn expect(&mut self) {
-        let perhaps = self.next_return_if_more();
-        let perhaps = perhaps.map(|returned| self.read_at(returned));
-        self.next_read = earlier(self.known.map(|(_, at)| at), perhaps);
+    /// Updates the prediction of the next read after the line was polled.
+    fn update_next_read(&mut self) {
+        let speculative = self.next_return_if_more();
+        let speculative = speculative.map(|returned| self.read_at(returned));
+        self.next_read = earlier(self.next_completion.map(|(_, at)| at), speculative);
     }
 }
 
@@ -293,24 +303,25 @@ impl<L: Line> Wire for UsbSerial<L> {
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        // Bytes are pulled with their times, however late; but what lives on the line wants its own instants.
-        let (mut late, mut came) = (false, false);
+        // Bytes are pulled with their times, however late, but the line requires all its own
+        // instants.
+        let (mut late, mut received) = (false, false);
         while let Some(wake) = self.line_wake.filter(|wake| *wake < now) {
-            came |= self.ask(wake, plant)?;
+            received |= self.poll_line(wake, plant)?;
             late = true;
         }
         if !late && self.next_wake().is_none_or(|wake| wake > now) {
             return Ok(());
         }
-        came |= self.ask(now, plant)?;
-        if came {
-            self.look_ahead();
+        received |= self.poll_line(now, plant)?;
+        if received {
+            self.update_predictions();
         } else {
-            self.expect();
+            self.update_next_read();
         }
-        while let Some((returned, _)) = self.known.filter(|(_, at)| *at <= now) {
-            self.pass(returned);
-            self.look_ahead();
+        while let Some((returned, _)) = self.next_completion.filter(|(_, at)| *at <= now) {
+            self.return_packets(returned);
+            self.update_predictions();
         }
         Ok(())
     }
@@ -320,16 +331,17 @@ impl<L: Line> Wire for UsbSerial<L> {
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        let own = ["packets", "bytes", "framing_errors"];
-        let own = own.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
-        own.into_iter().chain(self.line.diagnostics()).collect()
+        let names = ["packets", "bytes", "framing_errors"];
+        let ports =
+            names.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
+        ports.into_iter().chain(self.line.diagnostics()).collect()
     }
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((own, line)) = values.split_first_chunk_mut::<3>() {
+        if let Some((counters, line)) = values.split_first_chunk_mut::<3>() {
             let state = &self.state;
             let counts = [state.packets, state.bytes, state.framing_errors];
-            *own = counts.map(|count| count as f64);
+            *counters = counts.map(|count| count as f64);
             self.line.read_diagnostics(now, line);
         }
     }
@@ -351,7 +363,7 @@ impl<L: Line> Wire for UsbSerial<L> {
         self.line.restore(&line)?;
         self.state = state;
         self.line_wake = self.line.next_wake();
-        self.look_ahead();
+        self.update_predictions();
         Ok(())
     }
 }

@@ -6,100 +6,107 @@ use twinrig_runtime::Timing;
 
 use crate::WireError;
 
-/// When bytes that the host writes are in the chip.
+/// Rule for the time at which bytes written by the host are in the chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum OutRule {
-    /// At once: as if there were no bus in between.
+    /// At once, as if there were no USB.
     AtOnce,
-    /// At the start of the microframe after the one that the write falls in.
+    /// At the start of the microframe after that of the write.
     StartOfNext,
     /// At the end of that microframe.
     #[default]
     EndOfNext,
 }
 
-/// Which bytes a packet to the host carries.
+/// Rule for the bytes that a packet to the host carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InRule {
-    /// Those that were complete in the chip by the start of its own microframe.
+    /// Bytes complete in the chip by the start of the packet's microframe.
     ByThisFrame,
-    /// Those that were complete by the start of the microframe before: the chip had readied the packet then.
+    /// Bytes complete by the start of the previous microframe, when the chip prepares the packet.
     #[default]
     ByPreviousFrame,
 }
 
-/// When the host learns of a packet from the chip.
+/// Rule for the time at which the host controller reports a packet from the chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CompletionRule {
-    /// As it passes, at the start of its microframe.
+    /// At once, at the start of the packet's microframe.
     AtOnce,
-    /// At the start of the next microframe, when the host controller reports what the last one did.
+    /// At the start of the next microframe, when the host controller reports the transfers of the
+    /// previous one.
     #[default]
     StartOfNext,
 }
 
-/// How long USB and the host's software take. Microframes are numbered; microframe *k* starts when the host
-/// controller's clock shows *k* times its length.
+/// Timing of USB and of the host's software. Microframes are numbered: microframe *k* starts when
+/// the host controller's clock is *k* times its length.
 ///
-/// With the default rules and a timer of 0, a write in microframe *k* is in the chip at the start of *k* + 2; what
-/// comes back B later is seen 2 + ⌈B / 125 µs⌉ microframes after that. A request whose answer is there
-/// B after it began therefore costs (4 + ⌈B / 125 µs⌉) · 125 µs, whatever the host does within the rest of the microframe.
+/// With the default rules and a latency timer of 0, a write in microframe *k* is in the chip at the
+/// start of *k* + 2, and an answer complete a time B later is read 2 + ⌈B / 125 µs⌉ microframes
+/// after that. So a request whose answer is complete a time B after its first bit takes (4 + ⌈B /
+/// 125 µs⌉) · 125 µs, independently of the host's processing within the rest of the microframe.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UsbTiming {
     /// Length of a microframe: 125 µs; 1 ms at full speed.
     pub microframe: SimDuration,
-    /// Host to chip.
+    /// Delay from host to chip.
     pub out: OutRule,
-    /// Chip to host.
+    /// Delay from chip to host controller.
     pub inn: InRule,
-    /// Host controller to host.
+    /// Delay from host controller to host.
     pub completion: CompletionRule,
-    /// From there until the host's program has the bytes.
+    /// Time from the completion until the host's program has the bytes.
     pub turnaround: SimDuration,
-    /// A packet that is not full is returned when that long has passed since the last return; counted
-    /// in microframes, rounded up. 0: one every microframe.
+    /// A packet that is not full is returned at this time after the last return, in microframes,
+    /// rounded up. 0: one packet in every microframe.
     pub latency_timer: SimDuration,
-    /// What a packet from the chip carries beside its 2 status bytes \[bytes\]. A full one is returned at once.
+    /// Payload of a packet from the chip, besides its 2 status bytes \[bytes\]. A full packet is
+    /// returned at once.
     pub payload: usize,
-    /// How many packets fit into a microframe.
+    /// Maximum number of packets in a microframe.
     pub packets_per_microframe: usize,
-    /// Added to the turnaround of each completion. One that is late makes the next ones wait. It delays what the host reads,
-    /// and what it writes only where that waits for a completion.
+    /// Added to the turnaround of each completion; a late one delays the next ones. Delays reads,
+    /// and writes only where they wait for a completion.
     pub jitter: Timing,
-    /// From a write of the host's program to the host controller. One that is late makes the next ones wait.
+    /// Time from a write of the host's program to the host controller; a late one delays the next
+    /// ones.
     pub write_jitter: Timing,
-    /// What the host controller's clock shows when the host's shows 0.
+    /// Reading of the host controller's clock at the host's time 0.
     pub frame_offset: SimDuration,
-    /// How much faster than the host's clock it runs \[ppb\].
+    /// Rate deviation of the host controller's clock from the host's \[ppb\]; positive: faster.
     pub frame_rate_ppb: i64,
 }
 
-/// Time from the host controller's interrupt to the host's program. ASSUMED; up to 100 µs the microframes absorb it.
+/// Time from the host controller's interrupt to the host's program. ASSUMED; up to 100 µs are
+/// absorbed by the microframes.
 pub const TURNAROUND: SimDuration = SimDuration::from_micros(20);
-/// Packets of 512 bytes that a microframe has room for (USB 2.0, table 5-10).
+/// Maximum number of packets of 512 bytes in a microframe (USB 2.0, table 5-10).
 const HIGH_SPEED_PACKETS: usize = 13;
-/// Packets of 64 bytes that a full-speed frame has room for (USB 2.0, table 5-9).
+/// Maximum number of packets of 64 bytes in a full-speed frame (USB 2.0, table 5-9).
 const FULL_SPEED_PACKETS: usize = 19;
 
-/// Named timings of hosts. Which one a host is like wants measuring.
+/// Named timings of hosts. Measure a host to find the preset that fits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UsbPreset {
-    /// `thesis`: the one family of assumptions with which four boards of 106 µs each are served at 400 Hz
-    /// directly and, with 424 µs, at 1 kHz through a bus controller. Latency timer 0.
+    /// `thesis`: the only set of assumptions with which four boards of 106 µs each are served at
+    /// 400 Hz directly and, with 424 µs, at 1 kHz through a bus controller. Latency timer 0.
     #[default]
     Thesis,
-    /// `earliest`: each transfer in the earliest microframe. Four boards are served at 1 kHz directly.
+    /// `earliest`: each transfer in the earliest microframe. Four boards are served at 1 kHz
+    /// directly.
     Earliest,
-    /// `low-latency`: like `thesis`, with the latency timer at 1 ms, as Linux sets it when asked for low latency.
+    /// `low-latency`: as `thesis`, with a latency timer of 1 ms, Linux's low-latency setting.
     LowLatency,
-    /// `default`: like `thesis`, with the latency timer at the 16 ms of a chip that nobody has configured.
+    /// `default`: as `thesis`, with a latency timer of 16 ms, that of an unconfigured chip.
     Default,
-    /// `full-speed`: the chip on a full-speed port: frames of 1 ms, packets of 62 bytes, latency timer 1 ms.
+    /// `full-speed`: the chip on a full-speed port: frames of 1 ms, packets of 62 bytes, latency
+    /// timer 1 ms.
     FullSpeed,
 }
 
 impl UsbPreset {
-    /// All of them.
+    /// All presets.
     pub const ALL: [Self; 5] = [
         Self::Thesis,
         Self::Earliest,
@@ -108,7 +115,7 @@ impl UsbPreset {
         Self::FullSpeed,
     ];
 
-    /// Its name in a scenario.
+    /// Returns the name in a scenario.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Thesis => "thesis",
@@ -133,7 +140,7 @@ impl FromStr for UsbPreset {
 }
 
 impl UsbTiming {
-    /// The timing of that name.
+    /// Returns the timing of a preset.
     pub fn preset(preset: UsbPreset) -> Self {
         let thesis = Self {
             microframe: SimDuration::from_micros(125),

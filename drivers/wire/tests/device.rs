@@ -1,4 +1,4 @@
-//! What a line with one device does with bytes both ways, and a framer with any.
+//! Full-duplex line with one device in both directions, and the framer on arbitrary bytes.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -8,11 +8,11 @@ use twinrig_wire::{Arrivals, Duplex, FrameMatch, Framer, Line, Node, Piece};
 
 const BYTE: SimDuration = SimDuration::from_micros(10);
 
-/// Says every byte that it hears again, and one of its own every millisecond.
+/// Transmits every received byte again, and one byte of 0xff every millisecond.
 #[derive(Default)]
 struct Echo {
-    heard: Vec<(SimTime, u8)>,
-    said: Vec<u8>,
+    received: Vec<(SimTime, u8)>,
+    tx: Vec<u8>,
     ticks: u64,
     now: SimTime,
 }
@@ -28,8 +28,8 @@ impl Node for Echo {
 
     fn receive(&mut self, piece: Piece<'_>) {
         for (n, &byte) in piece.bytes.iter().enumerate() {
-            self.heard.push((piece.at(n), byte));
-            self.said.push(byte);
+            self.received.push((piece.at(n), byte));
+            self.tx.push(byte);
         }
     }
 
@@ -45,30 +45,30 @@ impl Node for Echo {
         self.now = now;
         while self.next_wake().is_some_and(|at| at <= now) {
             self.ticks += 1;
-            self.said.push(0xff);
+            self.tx.push(0xff);
         }
         Ok(())
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let any = !self.said.is_empty();
-        bytes.append(&mut self.said);
+        let any = !self.tx.is_empty();
+        bytes.append(&mut self.tx);
         any.then_some(self.now)
     }
 
     fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.heard, &self.said, self.ticks, self.now))
+        Snapshot::of(&(&self.received, &self.tx, self.ticks, self.now))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        (self.heard, self.said, self.ticks, self.now) = snapshot.read()?;
+        (self.received, self.tx, self.ticks, self.now) = snapshot.read()?;
         Ok(())
     }
 }
 
-struct Nothing;
+struct NoPlant;
 
-impl PlantAccess for Nothing {
+impl PlantAccess for NoPlant {
     fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -78,26 +78,27 @@ impl PlantAccess for Nothing {
     }
 }
 
-/// Runs to `end`, at every wake-up and at `looks` besides; what arrived, with its times.
-fn run(line: &mut Duplex<Echo>, looks: &[SimTime], end: SimTime) -> Vec<(SimTime, u8)> {
+/// Advances to `end` at every wake-up and at the instants `extra`; returns the received bytes with
+/// their times.
+fn run(line: &mut Duplex<Echo>, extra_times: &[SimTime], end: SimTime) -> Vec<(SimTime, u8)> {
     let mut arrived = Vec::new();
-    let mut looks = looks.iter().copied().peekable();
+    let mut extra_times = extra_times.iter().copied().peekable();
     loop {
         let wake = line.next_wake().unwrap_or(SimTime::MAX);
-        let now = looks.peek().map_or(wake, |&look| look.min(wake));
+        let now = extra_times.peek().map_or(wake, |&extra| extra.min(wake));
         if now > end {
             return arrived;
         }
-        while looks.peek().is_some_and(|&look| look <= now) {
-            looks.next();
+        while extra_times.peek().is_some_and(|&extra| extra <= now) {
+            extra_times.next();
         }
-        line.advance(now, &mut Nothing).unwrap();
+        line.advance(now, &mut NoPlant).unwrap();
         let mut arrivals = Arrivals::default();
         line.receive(&mut arrivals);
         arrived.extend(arrivals.iter());
         assert!(
             arrived.iter().all(|(at, _)| *at <= now),
-            "nobody sees what is yet to come"
+            "no byte is received before it is complete"
         );
     }
 }
@@ -108,14 +109,14 @@ fn at(micros: u64) -> SimTime {
 
 proptest! {
     #[test]
-    fn nothing_is_lost_and_nobody_talks_over_himself(
-        bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, looks in vec(0..5_000_u64, 0..20),
+    fn bytes_are_preserved_and_transmissions_do_not_overlap(
+        bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, extra_times in vec(0..5_000_u64, 0..20),
     ) {
         let mut line = Duplex::new(BYTE, Echo::default());
         line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes, framing_error: false });
-        let mut looks: Vec<SimTime> = looks.into_iter().map(at).collect();
-        looks.sort_unstable();
-        let arrived = run(&mut line, &looks, at(5_000));
+        let mut extra_times: Vec<SimTime> = extra_times.into_iter().map(at).collect();
+        extra_times.sort_unstable();
+        let arrived = run(&mut line, &extra_times, at(5_000));
         let echoed: Vec<u8> = arrived.iter().map(|(_, byte)| *byte).filter(|byte| *byte != 0xff).collect();
         prop_assert_eq!(echoed, bytes);
         prop_assert!(arrived.windows(2).all(|pair| pair[1].0 - pair[0].0 >= BYTE));
@@ -123,34 +124,34 @@ proptest! {
     }
 
     #[test]
-    fn looking_more_often_changes_nothing(
-        bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, looks in vec(0..5_000_u64, 0..20),
+    fn duplex_line_is_independent_of_poll_times(
+        bytes in vec(0..0xff_u8, 1..40), start in 0..3_000_u64, extra_times in vec(0..5_000_u64, 0..20),
     ) {
-        let run_with = |looks: &[SimTime]| {
+        let run_with = |extra_times: &[SimTime]| {
             let mut line = Duplex::new(BYTE, Echo::default());
             line.send(Piece { first: at(start), spacing: BYTE, bytes: &bytes, framing_error: false });
-            run(&mut line, looks, at(5_000))
+            run(&mut line, extra_times, at(5_000))
         };
-        let mut looks: Vec<SimTime> = looks.into_iter().map(at).collect();
-        looks.sort_unstable();
-        prop_assert_eq!(run_with(&looks), run_with(&[]));
+        let mut extra_times: Vec<SimTime> = extra_times.into_iter().map(at).collect();
+        extra_times.sort_unstable();
+        prop_assert_eq!(run_with(&extra_times), run_with(&[]));
     }
 
     #[test]
-    fn a_restored_line_goes_on_as_it_was(bytes in vec(any::<u8>(), 1..40), saved_at in 0..2_000_u64) {
+    fn restored_duplex_line_continues_bit_for_bit(bytes in vec(any::<u8>(), 1..40), saved_at in 0..2_000_u64) {
         let mut line = Duplex::new(BYTE, Echo::default());
         line.send(Piece { first: at(500), spacing: BYTE, bytes: &bytes, framing_error: false });
         run(&mut line, &[at(saved_at)], at(saved_at));
         let saved = line.save();
         let rest = run(&mut line, &[], at(4_000));
-        let mut again = Duplex::new(BYTE, Echo::default());
-        again.restore(&saved).unwrap();
-        prop_assert_eq!(run(&mut again, &[], at(4_000)), rest);
+        let mut restored = Duplex::new(BYTE, Echo::default());
+        restored.restore(&saved).unwrap();
+        prop_assert_eq!(run(&mut restored, &[], at(4_000)), rest);
     }
 
     #[test]
     fn every_byte_is_in_a_frame_or_skipped(pieces in vec(vec(0..6_u8, 0..10), 0..20)) {
-        /// A length from 1 to 4, then as many bytes, the first of which is no 0.
+        /// A length from 1 to 4, then as many bytes, the first of which is not 0.
         fn match_frame(front: &[u8]) -> FrameMatch {
             match front {
                 [length @ 1..=4, first, ..] if *first != 0 => {
@@ -174,13 +175,13 @@ proptest! {
                 prop_assert_eq!(match_frame(frame), FrameMatch::Frame(frame.len()));
                 framed += frame.len();
             }
-            let mut again = Framer::new(match_frame);
+            let mut restored = Framer::new(match_frame);
             let state = Snapshot::of(framer.state());
-            again.set_state(state.read().unwrap());
-            prop_assert_eq!(again.missing(), framer.missing());
+            restored.set_state(state.read().unwrap());
+            prop_assert_eq!(restored.missing(), framer.missing());
         }
         let pushed: usize = pieces.iter().map(Vec::len).sum();
         let done = framed + usize::try_from(framer.skipped()).unwrap();
-        prop_assert!((0..=4).contains(&(pushed - done)), "at most what may become a frame is kept");
+        prop_assert!((0..=4).contains(&(pushed - done)), "only a possible beginning of a frame is kept");
     }
 }

@@ -1,4 +1,4 @@
-//! What goes wrong, goes wrong as it was asked for, and alike however closely one looks.
+//! Each fault has its specified effect, independently of when the line is advanced.
 
 mod support;
 
@@ -28,18 +28,18 @@ fn schedule(faults: Vec<Fault>) -> FaultSchedule {
     FaultSchedule { faults, seed: 1 }
 }
 
-/// A faulty line with what it hands on to its far end, and what has arrived at its near end.
-struct Bench {
-    line: Faulty<Scripted>,
+/// Faulty line with the bytes received at its far end and at its near end.
+struct Harness {
+    line: Faulty<ScriptedLine>,
     far: std::sync::mpsc::Receiver<(SimTime, u8)>,
     near: Arrivals,
 }
 
-impl Bench {
-    fn new(schedule: &FaultSchedule, arrives: &Bursts) -> Self {
+impl Harness {
+    fn new(schedule: &FaultSchedule, arrivals_due: &Bursts) -> Self {
         let (sent, far) = std::sync::mpsc::channel();
-        let line = Scripted {
-            arrives: timed(arrives),
+        let line = ScriptedLine {
+            arrivals_due: timed(arrivals_due),
             arrived: 0,
             taken: 0,
             now: SimTime::ZERO,
@@ -53,10 +53,10 @@ impl Bench {
         }
     }
 
-    /// Sends bursts, each when its first byte begins.
-    fn live(&mut self, sends: &Bursts, from: SimTime, end: SimTime, also: &[SimTime]) {
-        let mut also = also.to_vec();
-        also.retain(|at| *at > from && *at < end);
+    /// Sends bursts, each at the start of its first byte.
+    fn advance_to(&mut self, sends: &Bursts, from: SimTime, end: SimTime, extra_times: &[SimTime]) {
+        let mut extra_times = extra_times.to_vec();
+        extra_times.retain(|at| *at > from && *at < end);
         let mut free = SimTime::ZERO;
         for (gap, bytes) in sends {
             free += SimDuration::from_nanos(*gap);
@@ -68,9 +68,9 @@ impl Bench {
             if start > end {
                 break;
             }
-            let later = also.split_off(also.partition_point(|at| *at <= start));
-            live_line(&mut self.line, start, &also, &mut self.near);
-            also = later;
+            let later = extra_times.split_off(extra_times.partition_point(|at| *at <= start));
+            advance_line(&mut self.line, start, &extra_times, &mut self.near);
+            extra_times = later;
             let first = start + BYTE;
             let spacing = BYTE;
             self.line.send(Piece {
@@ -80,8 +80,8 @@ impl Bench {
                 framing_error: false,
             });
         }
-        also.push(end);
-        live_line(&mut self.line, end, &also, &mut self.near);
+        extra_times.push(end);
+        advance_line(&mut self.line, end, &extra_times, &mut self.near);
     }
 
     fn far(&self) -> Timed {
@@ -95,11 +95,11 @@ impl Bench {
 
 const END: u64 = 3_000;
 
-/// What comes out at the far end, at the near end.
-fn through(faults: Vec<Fault>, bursts: &Bursts) -> (Timed, Timed) {
-    let mut bench = Bench::new(&schedule(faults), bursts);
-    bench.live(bursts, SimTime::ZERO, at(END), &[]);
-    (bench.far(), bench.near())
+/// Returns the bytes received at the far end and at the near end.
+fn run(faults: Vec<Fault>, bursts: &Bursts) -> (Timed, Timed) {
+    let mut harness = Harness::new(&schedule(faults), bursts);
+    harness.advance_to(bursts, SimTime::ZERO, at(END), &[]);
+    (harness.far(), harness.near())
 }
 
 fn three() -> Bursts {
@@ -114,9 +114,9 @@ fn text(timed: &Timed) -> String {
     timed.iter().map(|(_, byte)| char::from(*byte)).collect()
 }
 
-/// Both directions say that.
-fn expect(faults: Vec<Fault>, expected: &str) -> (Timed, Timed) {
-    let (far, near) = through(faults, &three());
+/// Asserts that both directions receive `expected`.
+fn assert_both(faults: Vec<Fault>, expected: &str) -> (Timed, Timed) {
+    let (far, near) = run(faults, &three());
     assert_eq!(
         (text(&far).as_str(), text(&near).as_str()),
         (expected, expected)
@@ -125,20 +125,20 @@ fn expect(faults: Vec<Fault>, expected: &str) -> (Timed, Timed) {
 }
 
 #[test]
-fn a_burst_is_dropped_whole_if_it_begins_within_the_fault() {
+fn burst_is_dropped_if_it_begins_within_the_fault() {
     let drop = |from, lasts| vec![fault(from, lasts, FaultKind::Drop { probability: 1.0 })];
     // The second burst's bytes are complete at 62, 65 and 68 µs.
-    expect(drop(62, 1), "onethree");
-    expect(drop(61, 1), "onetwothree");
-    expect(drop(63, 30), "onetwothree");
-    expect(drop(0, 1000), "");
+    assert_both(drop(62, 1), "onethree");
+    assert_both(drop(61, 1), "onetwothree");
+    assert_both(drop(63, 30), "onetwothree");
+    assert_both(drop(0, 1000), "");
     let never = FaultKind::Drop { probability: 0.0 };
-    expect(vec![fault(0, 1000, never)], "onetwothree");
+    assert_both(vec![fault(0, 1000, never)], "onetwothree");
 }
 
 #[test]
-fn single_bytes_are_lost_while_a_line_is_unplugged() {
-    let (far, _) = expect(
+fn single_bytes_are_lost_while_the_line_is_unplugged() {
+    let (far, _) = assert_both(
         vec![fault(63, 3, FaultKind::Unplug { fails: false })],
         "onetothree",
     );
@@ -146,12 +146,12 @@ fn single_bytes_are_lost_while_a_line_is_unplugged() {
 }
 
 #[test]
-fn a_line_that_is_pulled_out_ends_the_run_if_asked_to() {
+fn unplugged_line_ends_the_run_if_configured() {
     let schedule = schedule(vec![fault(60, 1, FaultKind::Unplug { fails: true })]);
-    let mut line = Bench::new(&schedule, &vec![]).line;
+    let mut line = Harness::new(&schedule, &vec![]).line;
     assert_eq!(line.next_wake(), Some(at(60)));
-    line.advance(at(59), &mut Nowhere).unwrap();
-    let error = line.advance(at(60), &mut Nowhere).unwrap_err();
+    line.advance(at(59), &mut NoPlant).unwrap();
+    let error = line.advance(at(60), &mut NoPlant).unwrap_err();
     assert_eq!(
         error,
         TaskError::Device {
@@ -161,8 +161,8 @@ fn a_line_that_is_pulled_out_ends_the_run_if_asked_to() {
 }
 
 #[test]
-fn a_delayed_burst_keeps_its_place() {
-    let (far, near) = expect(
+fn delayed_burst_keeps_its_order() {
+    let (far, near) = assert_both(
         vec![fault(62, 1, FaultKind::Delay { by: us(10) })],
         "onetwothree",
     );
@@ -176,7 +176,7 @@ fn a_delayed_burst_keeps_its_place() {
         ]
     );
     assert_eq!(near, far);
-    let (far, _) = expect(
+    let (far, _) = assert_both(
         vec![fault(62, 1, FaultKind::Delay { by: us(100) })],
         "onetwothree",
     );
@@ -187,18 +187,18 @@ fn a_delayed_burst_keeps_its_place() {
 }
 
 #[test]
-fn of_a_delayed_burst_the_first_and_the_last_byte_are_named() {
+fn wake_ups_of_a_delayed_burst_are_its_first_and_last_byte() {
     let delay = fault(62, 1, FaultKind::Delay { by: us(40) });
-    let mut bench = Bench::new(&schedule(vec![delay]), &three());
-    live_line(&mut bench.line, at(68), &[], &mut bench.near);
-    for named in [102, 108, 121] {
-        assert_eq!(bench.line.next_wake(), Some(at(named)));
-        live_line(&mut bench.line, at(named), &[], &mut bench.near);
+    let mut harness = Harness::new(&schedule(vec![delay]), &three());
+    advance_line(&mut harness.line, at(68), &[], &mut harness.near);
+    for expected in [102, 108, 121] {
+        assert_eq!(harness.line.next_wake(), Some(at(expected)));
+        advance_line(&mut harness.line, at(expected), &[], &mut harness.near);
     }
 }
 
 #[test]
-fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
+fn node_behind_a_faulty_stub_is_woken_at_its_attention() {
     let delay = fault(0, 100, FaultKind::Delay { by: us(100) });
     let mut node = FaultyNode::new(PLACE, BYTE, &schedule(vec![delay]), Board::new(1)).unwrap();
     let bytes = &[request(1), request(2)].concat();
@@ -210,15 +210,15 @@ fn a_node_behind_a_faulty_stub_hears_on_time_what_it_pays_attention_to() {
     });
     // The first byte, the end of the first packet, the last byte.
     for wake in [103, 130, 160] {
-        node.advance(at(wake - 1), &mut Nowhere).unwrap();
+        node.advance(at(wake - 1), &mut NoPlant).unwrap();
         assert_eq!(node.next_wake(), Some(at(wake)));
-        node.advance(at(wake), &mut Nowhere).unwrap();
+        node.advance(at(wake), &mut NoPlant).unwrap();
     }
     assert_eq!(node.poll_transmit(&mut Vec::new()), Some(at(140)));
 }
 
 #[test]
-fn a_node_that_talks_into_its_own_words_says_them_one_after_the_other() {
+fn overlapping_answers_of_a_node_are_queued() {
     let new = || FaultyNode::new(PLACE, BYTE, &schedule(vec![]), Board::new(1)).unwrap();
     let receive = |node: &mut FaultyNode<Board>, first| {
         let piece = Piece {
@@ -228,21 +228,21 @@ fn a_node_that_talks_into_its_own_words_says_them_one_after_the_other() {
             framing_error: false,
         };
         node.receive(piece);
-        node.advance(piece.last(), &mut Nowhere).unwrap();
+        node.advance(piece.last(), &mut NoPlant).unwrap();
     };
-    let (mut node, mut restored, mut said) = (new(), new(), Vec::new());
+    let (mut node, mut restored, mut tx) = (new(), new(), Vec::new());
     receive(&mut node, 3);
-    assert_eq!(node.poll_transmit(&mut said), Some(at(40)));
+    assert_eq!(node.poll_transmit(&mut tx), Some(at(40)));
     restored.restore(&node.save()).unwrap();
     receive(&mut restored, 33);
     // Not at 70 µs: the first answer takes 66 µs.
-    assert_eq!(restored.poll_transmit(&mut said), Some(at(106)));
-    assert_eq!((restored.poll_transmit(&mut said), said.len()), (None, 44));
+    assert_eq!(restored.poll_transmit(&mut tx), Some(at(106)));
+    assert_eq!((restored.poll_transmit(&mut tx), tx.len()), (None, 44));
 }
 
 #[test]
-fn a_duplicate_follows_the_burst() {
-    let (far, _) = expect(
+fn duplicate_follows_the_burst() {
+    let (far, _) = assert_both(
         vec![fault(62, 1, FaultKind::Duplicate { probability: 1.0 })],
         "onetwotwothree",
     );
@@ -250,50 +250,50 @@ fn a_duplicate_follows_the_burst() {
 }
 
 #[test]
-fn reordered_bursts_change_places() {
+fn reordered_bursts_swap_places() {
     let reorder = |from, lasts| vec![fault(from, lasts, FaultKind::Reorder { probability: 1.0 })];
-    expect(reorder(0, 1000), "twoonethree");
-    expect(reorder(62, 1), "onetwothree");
-    let (far, _) = expect(reorder(62, 100), "onethreetwo");
+    assert_both(reorder(0, 1000), "twoonethree");
+    assert_both(reorder(62, 1), "onetwothree");
+    let (far, _) = assert_both(reorder(62, 100), "onethreetwo");
     assert_eq!(far[8].0, at(121 + 4 * 3 + 6 + 3));
-    // Nobody comes to change places with: the burst waits until the fault is over.
-    let (far, _) = expect(reorder(121, 500), "onetwothree");
+    // Without a next burst, the burst is held until the end of the fault.
+    let (far, _) = assert_both(reorder(121, 500), "onetwothree");
     assert_eq!(far[6].0, at(621 + 3));
 }
 
 #[test]
-fn a_stuck_line_is_heard_as_zeros_and_nothing_else() {
-    let (far, near) = through(vec![fault(30, 399, FaultKind::Stuck)], &three());
+fn stuck_line_delivers_only_zeros() {
+    let (far, near) = run(vec![fault(30, 399, FaultKind::Stuck)], &three());
     assert_eq!(far, near);
     assert_eq!(text(&far)[..3], *"one");
-    // One more would be complete when the fault is over.
+    // One more byte would be complete at the end of the fault.
     let zeros: Timed = (1..=132).map(|n| (at(30 + 3 * n), 0)).collect();
     assert_eq!(far[3..], zeros);
 }
 
 #[test]
-fn who_babbles_pauses_and_is_talked_over_by_nobody() {
+fn babble_has_pauses_and_fills_the_line_without_them() {
     let babble = vec![fault(0, 2_900, FaultKind::Babble { pause: us(100) })];
-    let (far, near) = through(babble, &three());
+    let (far, near) = run(babble, &three());
     assert!(far != near && far.len() > 200, "{}", far.len());
     let pauses = far
         .windows(2)
         .filter(|pair| pair[1].0 - pair[0].0 > BYTE)
         .count();
     assert!(pauses > 5, "{pauses}");
-    let (continuous, _) = through(
+    let (continuous, _) = run(
         vec![fault(0, 2_900, FaultKind::Babble { pause: us(0) })],
         &three(),
     );
     assert_eq!(continuous.len(), 966);
 }
 
-/// A line of 900 bytes each way on which every tenth bit is turned round.
-fn flipping() -> (Bursts, Bench) {
+/// Line with 900 bytes in each direction and a bit error rate of 1/10.
+fn flipping() -> (Bursts, Harness) {
     let long: Bursts = vec![(0, vec![0x5A; 900])];
     let flip = fault(0, END, FaultKind::Flip { rate: 0.1 });
-    let bench = Bench::new(&schedule(vec![flip]), &long);
-    (long, bench)
+    let harness = Harness::new(&schedule(vec![flip]), &long);
+    (long, harness)
 }
 
 fn framing_errors(arrivals: &Arrivals) -> usize {
@@ -302,35 +302,36 @@ fn framing_errors(arrivals: &Arrivals) -> usize {
 }
 
 #[test]
-fn bits_flip_as_often_as_they_were_asked_to_start_and_stop_bits_included() {
-    let (long, mut bench) = flipping();
-    bench.live(&long, SimTime::ZERO, at(END), &[]);
-    let (far, near) = (bench.far(), bench.near());
-    for heard in [&far, &near] {
-        // One in ten has no start bit; of the others, each bit is wrong with the same probability.
-        let lost = 900 - heard.len();
+fn bits_flip_at_the_given_rate_including_start_and_stop_bits() {
+    let (long, mut harness) = flipping();
+    harness.advance_to(&long, SimTime::ZERO, at(END), &[]);
+    let (far, near) = (harness.far(), harness.near());
+    for received in [&far, &near] {
+        // One byte in ten loses its start bit; in the others each bit is wrong with the same
+        // probability.
+        let lost = 900 - received.len();
         assert!((55..130).contains(&lost), "{lost}");
-        let flipped: u32 = heard
+        let flipped: u32 = received
             .iter()
             .map(|(_, byte)| (byte ^ 0x5A).count_ones())
             .sum();
         assert!((530..770).contains(&flipped), "{flipped}");
         let times: Vec<SimTime> = timed(&long).iter().map(|(at, _)| *at).collect();
-        assert!(heard.iter().all(|(at, _)| times.contains(at)));
+        assert!(received.iter().all(|(at, _)| times.contains(at)));
     }
     assert_ne!(far, near);
-    let wrong = framing_errors(&bench.near);
+    let wrong = framing_errors(&harness.near);
     assert!((45..125).contains(&wrong), "{wrong}");
 }
 
 #[test]
-fn a_converter_delivers_bytes_with_framing_errors_and_counts_them() {
+fn converter_delivers_and_counts_bytes_with_framing_errors() {
     let (_, mut direct) = flipping();
-    live_line(&mut direct.line, at(END), &[], &mut direct.near);
+    advance_line(&mut direct.line, at(END), &[], &mut direct.near);
     let (_, behind) = flipping();
     let mut wire = UsbSerial::new("sbcp", UsbTiming::default(), BYTE, 1, behind.line).unwrap();
     let mut read = Vec::new();
-    live(&mut wire, at(END + 1_000), &[], &mut read);
+    advance_wire(&mut wire, at(END + 1_000), &[], &mut read);
     let read: Vec<u8> = read.into_iter().flat_map(|(_, bytes)| bytes).collect();
     assert_eq!(read, direct.near.bytes());
     let diagnostics = wire.diagnostics();
@@ -344,23 +345,23 @@ fn a_converter_delivers_bytes_with_framing_errors_and_counts_them() {
 }
 
 #[test]
-fn what_did_not_pass_as_it_was_is_counted() {
-    let mut bench = Bench::new(
+fn harmed_bytes_are_counted() {
+    let mut harness = Harness::new(
         &schedule(vec![fault(62, 1, FaultKind::Drop { probability: 1.0 })]),
         &three(),
     );
-    bench.live(&three(), SimTime::ZERO, at(END), &[]);
+    harness.advance_to(&three(), SimTime::ZERO, at(END), &[]);
     assert_eq!(
-        Layout::of(&bench.line.diagnostics(), Direction::Output).find("wire/sbcp/harmed"),
+        Layout::of(&harness.line.diagnostics(), Direction::Output).find("wire/sbcp/harmed"),
         Some(0..1)
     );
     let mut harmed = [0.0];
-    bench.line.read_diagnostics(at(END), &mut harmed);
+    harness.line.read_diagnostics(at(END), &mut harmed);
     assert_eq!(harmed, [6.0]);
 }
 
 #[test]
-fn a_fault_on_one_stub_is_none_on_another() {
+fn fault_on_one_stub_does_not_affect_the_others() {
     let stub = |from, lasts, kind| {
         let mut fault = fault(from, lasts, kind);
         fault.on = "wire/sbcp/1".to_owned();
@@ -382,7 +383,7 @@ fn a_fault_on_one_stub_is_none_on_another() {
             });
         }
         let mut near = Arrivals::default();
-        live_line(&mut bus, at(1000), &[], &mut near);
+        advance_line(&mut bus, at(1000), &[], &mut near);
         let mut counts = [0; 4];
         for (at, _) in near.iter() {
             counts[usize::try_from(at.as_nanos() / 200_000).unwrap().min(3)] += 1;
@@ -399,9 +400,10 @@ fn a_fault_on_one_stub_is_none_on_another() {
         answers(&stub(0, always, FaultKind::Unplug { fails: true })),
         [22, 0, 22, 22]
     );
-    // What it says comes twice; so does what it hears, which it answers twice.
+    // The node's transmissions are duplicated, and so are the requests to it, which it answers
+    // twice.
     assert!(answers(&stub(200, 200, FaultKind::Duplicate { probability: 1.0 }))[1] > 22);
-    // A transceiver that holds the wires low shuts everybody up.
+    // A transceiver that holds the wires low blocks all stations.
     assert!(
         answers(&stub(0, always, FaultKind::Stuck))
             .iter()
@@ -414,7 +416,7 @@ fn a_fault_on_one_stub_is_none_on_another() {
 }
 
 #[test]
-fn impossible_faults_are_refused() {
+fn invalid_faults_are_refused() {
     let schedule = schedule(vec![fault(0, 1, FaultKind::Drop { probability: 1.5 })]);
     let error = FaultyNode::new(PLACE, BYTE, &schedule, Board::new(0))
         .err()
@@ -423,12 +425,12 @@ fn impossible_faults_are_refused() {
         error.to_string(),
         "probability of a fault on wire/sbcp is 1.5, not between 0 and 1"
     );
-    // One elsewhere is not this place's business.
+    // A fault at another place is not checked here.
     assert!(FaultyNode::new("wire/other", BYTE, &schedule, Board::new(0)).is_ok());
 }
 
 #[test]
-fn a_schedule_prints_itself_as_a_scenario_has_it() {
+fn schedule_is_displayed_in_scenario_syntax() {
     let schedule = schedule(vec![
         fault(
             1_500,
@@ -490,68 +492,68 @@ fn instants() -> impl Strategy<Value = Vec<SimTime>> {
 
 proptest! {
     #[test]
-    fn when_a_faulty_line_is_looked_at_changes_nothing(
-        schedule in any_schedule(), outward in bursts(11), inward in bursts(11), also in instants(),
+    fn faulty_line_is_independent_of_poll_times(
+        schedule in any_schedule(), outward in bursts(11), inward in bursts(11), extra_times in instants(),
     ) {
-        let live = |also: &[SimTime]| {
-            let mut bench = Bench::new(&schedule, &inward);
-            bench.live(&outward, SimTime::ZERO, at(END), also);
-            (bench.far(), bench.near())
+        let run_with = |extra_times: &[SimTime]| {
+            let mut harness = Harness::new(&schedule, &inward);
+            harness.advance_to(&outward, SimTime::ZERO, at(END), extra_times);
+            (harness.far(), harness.near())
         };
-        let (far, near) = live(&[]);
-        for way in [&far, &near] {
-            prop_assert!(way.windows(2).all(|pair| pair[0].0 < pair[1].0), "{way:?}\n{schedule}");
+        let (far, near) = run_with(&[]);
+        for direction in [&far, &near] {
+            prop_assert!(direction.windows(2).all(|pair| pair[0].0 < pair[1].0), "{direction:?}\n{schedule}");
         }
-        prop_assert_eq!(live(&also), (far, near), "{}", schedule);
+        prop_assert_eq!(run_with(&extra_times), (far, near), "{}", schedule);
     }
 
     #[test]
-    fn how_early_a_burst_is_announced_changes_nothing(
-        schedule in any_schedule(), outward in bursts(11), early in prop::collection::vec(0_u64..200_000, 8),
+    fn faulty_line_is_independent_of_announcement_times(
+        schedule in any_schedule(), outward in bursts(11), lead in prop::collection::vec(0_u64..200_000, 8),
     ) {
-        let mut punctual = Bench::new(&schedule, &vec![]);
-        punctual.live(&outward, SimTime::ZERO, at(END), &[]);
-        let mut announced = Bench::new(&schedule, &vec![]);
+        let mut punctual = Harness::new(&schedule, &vec![]);
+        punctual.advance_to(&outward, SimTime::ZERO, at(END), &[]);
+        let mut announced = Harness::new(&schedule, &vec![]);
         let (mut now, mut free) = (SimTime::ZERO, SimTime::ZERO);
-        for ((gap, bytes), early) in outward.iter().zip(early) {
+        for ((gap, bytes), lead) in outward.iter().zip(lead) {
             let start = free + SimDuration::from_nanos(*gap);
-            now = now.max(SimTime::from_nanos(start.as_nanos().saturating_sub(early)));
-            live_line(&mut announced.line, now, &[], &mut announced.near);
+            now = now.max(SimTime::from_nanos(start.as_nanos().saturating_sub(lead)));
+            advance_line(&mut announced.line, now, &[], &mut announced.near);
             announced.line.send(Piece { first: start + BYTE, spacing: BYTE, bytes, framing_error: false });
             free = start + BYTE * bytes.len() as u64;
         }
-        live_line(&mut announced.line, at(END), &[], &mut announced.near);
+        advance_line(&mut announced.line, at(END), &[], &mut announced.near);
         prop_assert_eq!(announced.far(), punctual.far(), "{}", schedule);
     }
 
     #[test]
-    fn a_faulty_line_saved_at_any_time_goes_on_alike(
-        schedule in any_schedule(), outward in bursts(11), inward in bursts(11), cut in 1_u64..500_000,
+    fn restored_faulty_line_continues_bit_for_bit(
+        schedule in any_schedule(), outward in bursts(11), inward in bursts(11), saved_at in 1_u64..500_000,
     ) {
-        let cut = SimTime::from_nanos(cut);
-        let mut whole = Bench::new(&schedule, &inward);
-        whole.live(&outward, SimTime::ZERO, at(END), &[]);
-        let mut first = Bench::new(&schedule, &inward);
-        first.live(&outward, SimTime::ZERO, cut, &[]);
-        let mut second = Bench::new(&schedule, &inward);
+        let saved_at = SimTime::from_nanos(saved_at);
+        let mut uninterrupted = Harness::new(&schedule, &inward);
+        uninterrupted.advance_to(&outward, SimTime::ZERO, at(END), &[]);
+        let mut first = Harness::new(&schedule, &inward);
+        first.advance_to(&outward, SimTime::ZERO, saved_at, &[]);
+        let mut second = Harness::new(&schedule, &inward);
         second.line.restore(&first.line.save()).unwrap();
         prop_assert_eq!(second.line.save(), first.line.save());
-        second.live(&outward, cut, at(END), &[]);
-        prop_assert_eq!([first.far(), second.far()].concat(), whole.far(), "{}", schedule);
-        prop_assert_eq!([first.near(), second.near()].concat(), whole.near(), "{}", schedule);
+        second.advance_to(&outward, saved_at, at(END), &[]);
+        prop_assert_eq!([first.far(), second.far()].concat(), uninterrupted.far(), "{}", schedule);
+        prop_assert_eq!([first.near(), second.near()].concat(), uninterrupted.near(), "{}", schedule);
     }
 
     #[test]
-    fn what_passes_outside_of_a_fault_s_time_is_whole(inward in bursts(11), outward in bursts(11), kind in kind()) {
+    fn bytes_outside_the_time_of_a_fault_are_unchanged(inward in bursts(11), outward in bursts(11), kind in kind()) {
         let all = schedule(vec![fault(2_000, 500, kind)]);
-        let mut bench = Bench::new(&all, &inward);
-        bench.live(&outward, SimTime::ZERO, at(1_999), &[]);
-        prop_assert_eq!(bench.far(), timed(&outward));
-        prop_assert_eq!(bench.near(), timed(&inward));
+        let mut harness = Harness::new(&all, &inward);
+        harness.advance_to(&outward, SimTime::ZERO, at(1_999), &[]);
+        prop_assert_eq!(harness.far(), timed(&outward));
+        prop_assert_eq!(harness.near(), timed(&inward));
     }
 }
 
-/// A bus of boards on one of whose stubs something is wrong.
+/// Bus of boards with faults on one stub.
 fn bus(schedule: &FaultSchedule) -> Rs485 {
     let nodes = (0..3).map(|n| {
         let place = if n == 1 { PLACE } else { "wire/other" };
@@ -562,28 +564,28 @@ fn bus(schedule: &FaultSchedule) -> Rs485 {
 
 proptest! {
     #[test]
-    fn when_a_bus_with_a_faulty_stub_is_looked_at_changes_nothing(
-        schedule in any_schedule(), asked in prop::collection::vec((0_u8..3, 0_u64..200), 1..7), also in instants(), cut in 0_u64..600,
+    fn bus_with_a_faulty_stub_is_independent_of_poll_times_and_restorable(
+        schedule in any_schedule(), requests in prop::collection::vec((0_u8..3, 0_u64..200), 1..7), extra_times in instants(), saved_at in 0_u64..600,
     ) {
         let start = || {
             let (mut bus, mut first) = (bus(&schedule), at(3));
-            for (board, gap) in &asked {
+            for (board, gap) in &requests {
                 bus.send(Piece { first, spacing: BYTE, bytes: &request(*board), framing_error: false });
                 first += us(30 + gap);
             }
             bus
         };
-        let live = |mut bus: Rs485, also: &[SimTime], mut near: Arrivals| {
-            live_line(&mut bus, at(END), also, &mut near);
+        let run_with = |mut bus: Rs485, extra_times: &[SimTime], mut near: Arrivals| {
+            advance_line(&mut bus, at(END), extra_times, &mut near);
             (near.iter().collect::<Timed>(), bus.save())
         };
-        let (expected, end) = live(start(), &[], Arrivals::default());
-        prop_assert_eq!(live(start(), &also, Arrivals::default()).0, expected.clone(), "{}", schedule);
+        let (expected, end) = run_with(start(), &[], Arrivals::default());
+        prop_assert_eq!(run_with(start(), &extra_times, Arrivals::default()).0, expected.clone(), "{}", schedule);
         let mut first = start();
         let mut near = Arrivals::default();
-        live_line(&mut first, at(cut), &[], &mut near);
+        advance_line(&mut first, at(saved_at), &[], &mut near);
         let mut second = bus(&schedule);
         second.restore(&first.save()).unwrap();
-        prop_assert_eq!(live(second, &[], near), (expected, end), "{}", schedule);
+        prop_assert_eq!(run_with(second, &[], near), (expected, end), "{}", schedule);
     }
 }

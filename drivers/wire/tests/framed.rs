@@ -1,4 +1,4 @@
-//! What a driver that is made of a protocol does whatever comes, and when; and a device that is made of an emulation.
+//! Driver made of a protocol, under arbitrary events; device made of an emulation.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -12,15 +12,15 @@ use twinrig_wire::{
     RequestKind, TxQueue,
 };
 
-const PATIENCE: u64 = 50;
-const REST: u64 = 30;
+const TIMEOUT: u64 = 50;
+const REST_TIMEOUT: u64 = 30;
 
-/// `?` asks, `+` says that there is more to come, `!` is all of it.
+/// `?` is the request, `+` announces a further part, `!` completes the answer.
 struct Toy;
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
-    heard: [f64; 1],
+    sum: [f64; 1],
     timed_out: Vec<RequestKind>,
 }
 
@@ -46,7 +46,7 @@ impl Protocol for Toy {
     }
 
     fn ports(&self) -> Vec<Port> {
-        vec![Port::output("toy/heard", Unit::One, 1)]
+        vec![Port::output("toy/sum", Unit::One, 1)]
     }
 
     fn request(
@@ -56,20 +56,20 @@ impl Protocol for Toy {
         from_process: &[f64],
         request: &mut Vec<u8>,
     ) -> Option<SimDuration> {
-        // A transfer of a zero is over at once.
-        let any = kind != RequestKind::Transfer || from_process != [0.0];
-        any.then(|| {
+        // A transfer of a zero is complete at once.
+        let required = kind != RequestKind::Transfer || from_process != [0.0];
+        required.then(|| {
             request.push(b'?');
-            SimDuration::from_nanos(PATIENCE)
+            SimDuration::from_nanos(TIMEOUT)
         })
     }
 
     fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
-        state.heard[0] += f64::from(frame[0]);
+        state.sum[0] += f64::from(frame[0]);
         match (kind, frame) {
-            (None, _) => FrameOutcome::Nothing,
-            (Some(_), b"+") => FrameOutcome::More(SimDuration::from_nanos(REST)),
-            (Some(_), _) => FrameOutcome::Over,
+            (None, _) => FrameOutcome::Incomplete,
+            (Some(_), b"+") => FrameOutcome::More(SimDuration::from_nanos(REST_TIMEOUT)),
+            (Some(_), _) => FrameOutcome::Complete,
         }
     }
 
@@ -82,7 +82,7 @@ impl Protocol for Toy {
     }
 
     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
-        &state.heard
+        &state.sum
     }
 }
 
@@ -107,19 +107,19 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
     vec(event, 0..40)
 }
 
-/// What is seen of a driver: what it writes, how far it is, when it wants to be woken.
-type Seen = (Vec<u8>, Result<Transfer, String>, Option<HostTime>, f64);
+/// Observable state of a driver: bytes to write, transfer state, time-out, output.
+type Observed = (Vec<u8>, Result<Transfer, String>, Option<HostTime>, f64);
 
-fn seen(driver: &mut FramedDriver<Toy>) -> Seen {
+fn observed(driver: &mut FramedDriver<Toy>) -> Observed {
     let mut written = Vec::new();
     while driver.poll_transmit(&mut written) {}
     let transfer = driver.poll_transfer().map_err(|error| error.why);
-    let heard = driver.to_process()[0];
-    (written, transfer, driver.poll_timeout(), heard)
+    let sum = driver.to_process()[0];
+    (written, transfer, driver.poll_timeout(), sum)
 }
 
-/// Lets it happen at `now`, and what time-outs there are until the next.
-fn happen(driver: &mut FramedDriver<Toy>, now: &mut u64, event: Event) {
+/// Applies an event at `now`; `Wait` also handles the time-outs up to its end.
+fn apply(driver: &mut FramedDriver<Toy>, now: &mut u64, event: Event) {
     let at = HostTime::from_nanos(*now);
     match event {
         Event::Open => driver.open(at),
@@ -137,27 +137,27 @@ fn happen(driver: &mut FramedDriver<Toy>, now: &mut u64, event: Event) {
 
 proptest! {
     #[test]
-    fn whatever_came_before_an_errand_that_nobody_answers_is_over_in_time(
+    fn unanswered_request_times_out_after_any_history(
         before in events(), kind in 0..3_usize,
     ) {
         let (mut driver, mut now) = (FramedDriver::new(Toy), 0);
         for event in before {
-            happen(&mut driver, &mut now, event);
+            apply(&mut driver, &mut now, event);
         }
-        // What was asked before and not written yet is not asked any more.
-        let (event, asks) = [
+        // Requests that were not written yet are discarded.
+        let (event, attempts) = [
             (Event::Open, 3),
             (Event::Begin { with_data: true }, 1),
             (Event::Close, 3),
         ][kind];
-        happen(&mut driver, &mut now, event);
+        apply(&mut driver, &mut now, event);
         let mut written = Vec::new();
-        for asked in 1..=asks {
+        for attempt in 1..=attempts {
             while driver.poll_transmit(&mut written) {}
-            prop_assert_eq!(&written, &vec![b'?'; asked]);
-            let until = now + PATIENCE * asked as u64;
+            prop_assert_eq!(&written, &vec![b'?'; attempt]);
+            let until = now + TIMEOUT * attempt as u64;
             prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(until)));
-            // Too early is nothing.
+            // An early call has no effect.
             driver.handle_timeout(HostTime::from_nanos(until - 1));
             prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(until)));
             driver.handle_timeout(HostTime::from_nanos(until));
@@ -165,20 +165,20 @@ proptest! {
         prop_assert_eq!(driver.poll_timeout(), None);
         prop_assert!(!driver.poll_transmit(&mut written));
         let why = driver.poll_transfer().err().map(|error| error.why);
-        prop_assert_eq!(why.is_some(), asks > 1, "a transfer that nobody answers is over");
-        let of_rest = why.is_some_and(|why| why.contains("come to rest"));
-        prop_assert_eq!(of_rest, kind == 2);
+        prop_assert_eq!(why.is_some(), attempts > 1, "an unanswered transfer is not an error");
+        let names_shutdown = why.is_some_and(|why| why.contains("shutdown requests"));
+        prop_assert_eq!(names_shutdown, kind == 2);
     }
 
     #[test]
-    fn an_answer_in_two_steps_ends_an_errand_however_late_within_its_time(
-        first in 0..PATIENCE, second in 0..REST, kind in 0..3_usize,
+    fn answer_in_two_parts_completes_a_request_within_its_time_outs(
+        first in 0..TIMEOUT, second in 0..REST_TIMEOUT, kind in 0..3_usize,
     ) {
         let mut driver = FramedDriver::new(Toy);
         let event = [Event::Open, Event::Begin { with_data: true }, Event::Close][kind];
-        happen(&mut driver, &mut 0, event);
+        apply(&mut driver, &mut 0, event);
         driver.handle_bytes(HostTime::from_nanos(first), b"x+");
-        prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(first + REST)));
+        prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(first + REST_TIMEOUT)));
         prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Busy));
         driver.handle_bytes(HostTime::from_nanos(first + second), b"!");
         prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Done));
@@ -189,34 +189,34 @@ proptest! {
     }
 
     #[test]
-    fn a_restored_one_goes_on_as_it_was(events in events(), saved_after in 0..40_usize) {
+    fn restored_driver_continues_bit_for_bit(events in events(), saved_after in 0..40_usize) {
         let (mut driver, mut now) = (FramedDriver::new(Toy), 0);
         let (head, tail) = events.split_at(saved_after.min(events.len()));
         for &event in head {
-            happen(&mut driver, &mut now, event);
+            apply(&mut driver, &mut now, event);
         }
-        let mut again = FramedDriver::new(Toy);
-        again.restore(&driver.save()).unwrap();
+        let mut restored = FramedDriver::new(Toy);
+        restored.restore(&driver.save()).unwrap();
         let mut then = now;
         for &event in tail {
-            happen(&mut driver, &mut now, event);
-            happen(&mut again, &mut then, event);
-            prop_assert_eq!(seen(&mut again), seen(&mut driver));
+            apply(&mut driver, &mut now, event);
+            apply(&mut restored, &mut then, event);
+            prop_assert_eq!(observed(&mut restored), observed(&mut driver));
         }
     }
 }
 
 #[test]
-fn a_transfer_of_which_nothing_is_to_be_waited_for_is_over_at_once() {
+fn transfer_without_expected_answer_is_complete_at_once() {
     let mut driver = FramedDriver::new(Toy);
-    happen(&mut driver, &mut 0, Event::Begin { with_data: false });
+    apply(&mut driver, &mut 0, Event::Begin { with_data: false });
     assert_eq!(
-        seen(&mut driver),
+        observed(&mut driver),
         (Vec::new(), Ok(Transfer::Done), None, 0.0)
     );
 }
 
-/// Says what it hears, three bytes at a time, again, and counts each millisecond aloud.
+/// Transmits every three received bytes again, and a counter each millisecond.
 struct Parrot;
 
 impl Emulation for Parrot {
@@ -270,9 +270,9 @@ impl Emulation for Parrot {
     }
 }
 
-struct Nothing;
+struct NoPlant;
 
-impl PlantAccess for Nothing {
+impl PlantAccess for NoPlant {
     fn sample(&mut self, _: std::ops::Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -292,29 +292,29 @@ fn tx(node: &mut FramedNode<Parrot>) -> Vec<(SimTime, Vec<u8>)> {
 }
 
 #[test]
-fn a_device_wants_the_bytes_that_are_missing_and_nothing_of_it_is_lost_between_two_lives() {
+fn node_reports_missing_bytes_and_is_restored_within_a_frame() {
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
-    let hears = |node: &mut FramedNode<Parrot>, now, bytes: &[u8]| {
+    let deliver = |node: &mut FramedNode<Parrot>, now, bytes: &[u8]| {
         node.receive(Piece {
             first: now,
             spacing: SimDuration::ZERO,
             bytes,
             framing_error: false,
         });
-        node.advance(now, &mut Nothing).unwrap();
+        node.advance(now, &mut NoPlant).unwrap();
     };
     let mut node = FramedNode::new(Parrot);
     assert_eq!(node.attention(), Some(3));
-    hears(&mut node, at(400), &[7]);
+    deliver(&mut node, at(400), &[7]);
     assert_eq!(node.attention(), Some(2));
-    // Half a frame heard, and two numbers to be said.
-    node.advance(at(1_000), &mut Nothing).unwrap();
-    let mut again = FramedNode::new(Parrot);
-    again.restore(&node.save()).unwrap();
-    for node in [&mut node, &mut again] {
+    // One byte of a frame is received, and two transmissions are pending.
+    node.advance(at(1_000), &mut NoPlant).unwrap();
+    let mut restored = FramedNode::new(Parrot);
+    restored.restore(&node.save()).unwrap();
+    for node in [&mut node, &mut restored] {
         assert_eq!(node.attention(), Some(2));
         assert_eq!(node.next_wake(), Some(at(2_000)));
-        hears(node, at(1_500), &[8, 9, 10]);
+        deliver(node, at(1_500), &[8, 9, 10]);
         let expected = [
             (at(400), vec![0]),
             (at(1_000), vec![1]),

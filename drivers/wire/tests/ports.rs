@@ -1,4 +1,4 @@
-//! Real ports, as far as a machine without any has them: both ends of a PTY.
+//! Serial ports without hardware: both ends of a PTY.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use twinrig_wire::{Pty, SerialPort, ports};
 const BAUD: u32 = 3_333_333;
 const SOON: Duration = Duration::from_secs(5);
 
-/// Reads until there are `count` bytes, or nothing comes any more.
+/// Reads until `count` bytes are there; fails if no more bytes arrive.
 fn read(device: &mut dyn Device, count: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     while bytes.len() < count {
@@ -17,7 +17,7 @@ fn read(device: &mut dyn Device, count: usize) -> Vec<u8> {
         device.read(SOON, &mut bytes).unwrap();
         assert!(
             bytes.len() > before,
-            "{} of {count} bytes came",
+            "{} of {count} bytes received",
             bytes.len()
         );
     }
@@ -29,7 +29,7 @@ fn temporary(name: &str) -> PathBuf {
 }
 
 #[test]
-fn every_byte_passes_unchanged_both_ways() {
+fn bytes_pass_unchanged_in_both_directions() {
     let mut twin = Pty::open().unwrap();
     let mut robot = SerialPort::open(twin.path(), BAUD).unwrap();
     let all: Vec<u8> = (0..=255).collect();
@@ -43,7 +43,7 @@ fn every_byte_passes_unchanged_both_ways() {
 }
 
 #[test]
-fn bytes_pass_unchanged_for_a_program_that_sets_nothing() {
+fn bytes_pass_unchanged_without_terminal_settings() {
     let mut twin = Pty::open().unwrap();
     let mut plain = std::fs::OpenOptions::new()
         .read(true)
@@ -55,7 +55,7 @@ fn bytes_pass_unchanged_for_a_program_that_sets_nothing() {
 }
 
 #[test]
-fn a_second_open_is_refused_until_the_first_is_closed() {
+fn second_open_is_refused_until_the_first_is_closed() {
     let twin = Pty::open().unwrap();
     let first = SerialPort::open(twin.path(), BAUD).unwrap();
     let second = SerialPort::open(twin.path(), BAUD).err().unwrap();
@@ -66,7 +66,7 @@ fn a_second_open_is_refused_until_the_first_is_closed() {
 }
 
 #[test]
-fn a_port_that_is_not_there_is_missing_and_one_that_is_no_port_is_an_error() {
+fn absent_port_is_missing_and_non_terminal_is_an_error() {
     let none = Path::new("/dev/there-is-no-such-port");
     let error = SerialPort::open(none, BAUD).err().unwrap();
     assert!(matches!(error, DeviceError::Missing { .. }), "{error}");
@@ -82,7 +82,7 @@ fn a_port_that_is_not_there_is_missing_and_one_that_is_no_port_is_an_error() {
 }
 
 #[test]
-fn a_port_whose_other_end_is_gone_is_gone_and_does_not_hang() {
+fn port_with_closed_peer_is_gone_without_blocking() {
     let twin = Pty::open().unwrap();
     let mut robot = SerialPort::open(twin.path(), BAUD).unwrap();
     let place = robot.place().to_string();
@@ -90,11 +90,11 @@ fn a_port_whose_other_end_is_gone_is_gone_and_does_not_hang() {
     let mut bytes = Vec::new();
     let gone = Err(DeviceError::Gone { place });
     assert_eq!(robot.read(SOON, &mut bytes), gone);
-    assert_eq!(robot.write(b"anybody?"), gone);
+    assert_eq!(robot.write(b"hello"), gone);
 }
 
 #[test]
-fn a_twin_whose_host_is_not_there_hears_of_it_and_of_its_return() {
+fn twin_detects_hang_up_and_reconnection_of_the_host() {
     let mut twin = Pty::open().unwrap();
     let mut bytes = Vec::new();
     for _ in 0..3 {
@@ -109,7 +109,7 @@ fn a_twin_whose_host_is_not_there_hears_of_it_and_of_its_return() {
 }
 
 #[test]
-fn nobody_waits_for_a_host_that_does_not_read() {
+fn write_does_not_block_if_the_host_does_not_read() {
     let mut twin = Pty::open().unwrap();
     let _robot = SerialPort::open(twin.path(), BAUD).unwrap();
     let error = (0..10_000).find_map(|_| twin.write(&[0; 4096]).err());
@@ -120,12 +120,12 @@ fn nobody_waits_for_a_host_that_does_not_read() {
 }
 
 #[test]
-fn nobody_waits_for_a_host_that_went_without_reading() {
+fn write_does_not_block_if_the_host_closed_without_reading() {
     let mut twin = Pty::open().unwrap();
     let host = SerialPort::open(twin.path(), BAUD).unwrap();
     while twin.write(&[7; 1000]).is_ok() {}
     drop(host);
-    // Closing may make room for some more first.
+    // Closing may free some room in the buffer first.
     let error = (0..10_000).find_map(|_| twin.write(&[7; 1000]).err());
     assert!(
         matches!(error, Some(DeviceError::HungUp { .. })),
@@ -134,9 +134,9 @@ fn nobody_waits_for_a_host_that_went_without_reading() {
 }
 
 #[test]
-fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left() {
+fn link_exists_while_the_pty_does_and_replaces_stale_links_only() {
     let link = temporary("link");
-    // Of one that was killed.
+    // Stale link of a process that was killed.
     std::os::unix::fs::symlink("/dev/pts/987654321", &link).unwrap();
     let first = Pty::open().unwrap().linked(&link).unwrap();
     assert_eq!(
@@ -145,7 +145,7 @@ fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left
     );
     SerialPort::open(&link, BAUD).unwrap();
     drop(first);
-    assert!(link.symlink_metadata().is_err(), "the link stayed behind");
+    assert!(link.symlink_metadata().is_err(), "the link still exists");
 
     std::fs::write(&link, "precious").unwrap();
     let error = Pty::open().unwrap().linked(&link).unwrap_err();
@@ -155,7 +155,7 @@ fn a_link_is_there_as_long_as_the_pty_and_replaces_only_what_an_earlier_one_left
 }
 
 #[test]
-fn a_link_that_is_in_use_is_refused_by_whatever_path_and_stays() {
+fn link_in_use_is_refused_by_any_path_and_stays() {
     let link = temporary("taken");
     let first = Pty::open().unwrap().linked(&link).unwrap();
     let folder = link.parent().unwrap();
@@ -175,7 +175,7 @@ fn a_link_that_is_in_use_is_refused_by_whatever_path_and_stays() {
 }
 
 #[test]
-fn a_pty_has_no_latency_timer_and_the_list_of_ports_is_in_order() {
+fn pty_has_no_latency_timer_and_ports_are_sorted() {
     let twin = Pty::open().unwrap();
     let robot = SerialPort::open(twin.path(), BAUD).unwrap();
     assert_eq!((robot.latency_timer(), robot.advice()), (None, None));

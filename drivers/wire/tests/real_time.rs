@@ -1,4 +1,4 @@
-//! Runs in real time over PTYs. What is asserted never depends on how fast the machine is.
+//! Real-time runs over PTYs. No assertion depends on the speed of the machine.
 
 mod real;
 
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use real::{Asker, CLOSE, EchoWire, Lag, Log, NUMBER, OPEN, Summing, answer};
+use real::{CLOSE, EchoWire, HalvingDriver, Lag, Log, NUMBER, OPEN, Summing, answer};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{Ended, Limits, Privileges, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{
@@ -29,21 +29,21 @@ fn pair() -> (Pty, Box<dyn Device>) {
     (twin, Box::new(port))
 }
 
-/// Answers until the other end is closed, or until it has answered `unplug_after` times, if that is given: then
-/// its end is gone. Gives what it heard.
+/// Answers until the other end is closed or, with `unplug_after`, until that many answers have been
+/// given; then closes its end. Returns the bytes received.
 fn answering(mut twin: Pty, delay: Duration, unplug_after: Option<usize>) -> JoinHandle<Vec<u8>> {
     thread::Builder::new()
         .spawn(move || {
-            let (mut all, mut heard, mut answered) = (Vec::new(), Vec::new(), 0);
+            let (mut all, mut received, mut answered) = (Vec::new(), Vec::new(), 0);
             loop {
-                let before = heard.len();
-                match twin.read(Duration::from_millis(100), &mut heard) {
+                let before = received.len();
+                match twin.read(Duration::from_millis(100), &mut received) {
                     Ok(()) => {}
                     Err(DeviceError::HungUp { .. }) => return all,
                     Err(error) => panic!("{error}"),
                 }
-                all.extend_from_slice(&heard[before..]);
-                let answers = answer(&mut heard);
+                all.extend_from_slice(&received[before..]);
+                let answers = answer(&mut received);
                 if answers.is_empty() {
                     continue;
                 }
@@ -58,14 +58,14 @@ fn answering(mut twin: Pty, delay: Duration, unplug_after: Option<usize>) -> Joi
         .unwrap()
 }
 
-fn rig(process: Summing, drivers: Vec<(Asker, Box<dyn Device>)>) -> RealTimeRig {
+fn rig(process: Summing, drivers: Vec<(HalvingDriver, Box<dyn Device>)>) -> RealTimeRig {
     rig_with(millis(2), process, drivers)
 }
 
 fn rig_with(
     period: SimDuration,
     process: Summing,
-    drivers: Vec<(Asker, Box<dyn Device>)>,
+    drivers: Vec<(HalvingDriver, Box<dyn Device>)>,
 ) -> RealTimeRig {
     let schedule = Schedule::with_period(period);
     let drivers = drivers.into_iter();
@@ -89,10 +89,13 @@ fn run(rig: RealTimeRig, for_ms: u64) -> (Result<Ended, RigError>, RealTimeRepor
 }
 
 #[test]
-fn a_driver_and_its_far_end_exchange_what_the_observer_is_told_and_nothing_else() {
+fn observer_records_exactly_the_exchanged_bytes() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
-    let rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+    let rig = rig(
+        Summing::new(&["sbcp"]),
+        vec![(HalvingDriver::new("sbcp"), port)],
+    );
     assert_eq!(rig.traces(), ["sbcp/out", "sbcp/in"]);
     assert_eq!(
         rig.layout(Group::Diagnostics).find("sbcp/transfers"),
@@ -111,24 +114,25 @@ fn a_driver_and_its_far_end_exchange_what_the_observer_is_told_and_nothing_else(
     assert_eq!(log.trace(1).len(), 1 + transfers * NUMBER);
     assert_eq!(report.tasks[0].took.len(), transfers as u64);
 
-    // However the machine was: what the process was told adds up, and every step was kept or missed.
+    // Whatever the load of the machine: the elapsed times add up, and every step is executed or
+    // counted as missed.
     let steps = report.iterations + report.overruns + report.overslept;
     assert_eq!(log.count(RunEvent::ProcessEnd) as u64, report.iterations);
-    let told = log.events().filter_map(|event| match event {
+    let elapsed = log.events().filter_map(|event| match event {
         RunEvent::ProcessBegin { elapsed } => Some(elapsed.as_nanos()),
         _ => None,
     });
-    let told: u64 = told.sum();
+    let elapsed: u64 = elapsed.sum();
     assert!(
-        told.is_multiple_of(2_000_000) && told <= (steps - 1) * 2_000_000,
-        "{told}"
+        elapsed.is_multiple_of(2_000_000) && elapsed <= (steps - 1) * 2_000_000,
+        "{elapsed}"
     );
     assert!(log.samples(Group::Diagnostics).count() > 0);
 }
 
-/// A run of so many steps without overruns, and the period that this machine could keep for that long, busy as it
-/// may be.
-fn undisturbed(
+/// Returns a run without overruns and the period at which this machine, under its present load,
+/// achieves it.
+fn without_overruns(
     mut attempt: impl FnMut(SimDuration) -> (RealTimeReport, Log),
 ) -> (SimDuration, Log) {
     for doubled in 0..10 {
@@ -143,13 +147,13 @@ fn undisturbed(
 }
 
 #[test]
-fn without_overruns_the_bytes_are_those_of_lockstep() {
+fn without_overruns_the_bytes_equal_those_of_lockstep() {
     const STEPS: u64 = 40;
-    let (period, real) = undisturbed(|period| {
+    let (period, real) = without_overruns(|period| {
         let (twin, port) = pair();
         let far_end = answering(twin, Duration::ZERO, None);
         let process = Summing::new(&["sbcp"]);
-        let mut rig = rig_with(period, process, vec![(Asker::new("sbcp"), port)]);
+        let mut rig = rig_with(period, process, vec![(HalvingDriver::new("sbcp"), port)]);
         let at = SimTime::ZERO + period * 10;
         rig.schedule(at, "offset", Change::By(7.5)).unwrap();
         let mut log = Log::default();
@@ -159,22 +163,25 @@ fn without_overruns_the_bytes_are_those_of_lockstep() {
         (report, log)
     });
 
-    let task = WiredTask::new(Box::new(Asker::new("sbcp")), Box::new(EchoWire::default()));
+    let task = WiredTask::new(
+        Box::new(HalvingDriver::new("sbcp")),
+        Box::new(EchoWire::default()),
+    );
     let schedule = Schedule::with_period(period);
     let process = Box::new(Summing::new(&["sbcp"]));
-    let mut model = Rig::new(
+    let mut lockstep = Rig::new(
         &schedule,
         process,
         vec![Box::new(task)],
         Box::new(Lag::default()),
     );
-    let model = model.as_mut().unwrap();
-    // There, opening takes a control step.
+    let lockstep = lockstep.as_mut().unwrap();
+    // In lockstep, opening takes a control step.
     let at = SimTime::ZERO + period * 11;
-    model.schedule(at, "offset", Change::By(7.5)).unwrap();
+    lockstep.schedule(at, "offset", Change::By(7.5)).unwrap();
     let mut in_lockstep = Log::default();
     let end = SimTime::ZERO + period * (STEPS + 1) + millis(1);
-    model.run_until(end, &mut in_lockstep).unwrap();
+    lockstep.run_until(end, &mut in_lockstep).unwrap();
 
     let (mut out, back) = (real.trace(0), real.trace(1));
     assert_eq!(out.pop(), Some(CLOSE));
@@ -188,11 +195,11 @@ fn without_overruns_the_bytes_are_those_of_lockstep() {
 }
 
 #[test]
-fn an_unplugged_device_ends_the_run_with_an_error_and_everything_before_is_told() {
+fn unplugged_device_ends_the_run_with_an_error_and_complete_records() {
     let (twin, port) = pair();
     let place = port.place().to_string();
     let far_end = answering(twin, Duration::ZERO, Some(11));
-    let driver = Asker::new("sbcp");
+    let driver = HalvingDriver::new("sbcp");
     let closed = driver.closed.clone();
     let (ended, _, log) = run(rig(Summing::new(&["sbcp"]), vec![(driver, port)]), 60_000);
     let Err(RigError::Task { task, source, .. }) = ended else {
@@ -205,16 +212,19 @@ fn an_unplugged_device_ends_the_run_with_an_error_and_everything_before_is_told(
     assert!(closed.load(Ordering::SeqCst));
     assert_eq!(log.count(RunEvent::TaskEnd { task: 0 }), 10);
     assert_eq!(log.trace(1).len(), 1 + 10 * NUMBER);
-    let heard = far_end.join().unwrap();
-    assert!(log.trace(0).starts_with(&heard) || heard.starts_with(&log.trace(0)));
+    let received = far_end.join().unwrap();
+    assert!(log.trace(0).starts_with(&received) || received.starts_with(&log.trace(0)));
 }
 
 #[test]
-fn a_device_that_does_not_answer_ends_the_run_when_the_limit_is_over_and_all_are_closed() {
+fn unresponsive_device_ends_the_run_at_the_time_limit_and_all_are_closed() {
     let ((_silent, port), (twin, other)) = (pair(), pair());
     let place = port.place().to_string();
     let far_end = answering(twin, Duration::ZERO, None);
-    let drivers = vec![(Asker::new("mute"), port), (Asker::new("sbcp"), other)];
+    let drivers = vec![
+        (HalvingDriver::new("mute"), port),
+        (HalvingDriver::new("sbcp"), other),
+    ];
     let mut rig = rig(Summing::new(&["mute", "sbcp"]), drivers);
     rig.options.limits.open = millis(30);
     let (ended, report, log) = run(rig, 1000);
@@ -230,11 +240,11 @@ fn a_device_that_does_not_answer_ends_the_run_when_the_limit_is_over_and_all_are
 }
 
 #[test]
-fn a_driver_that_gives_up_is_closed_and_says_why() {
+fn failing_driver_is_closed_and_its_reason_reported() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
-    let mut driver = Asker::new("sbcp");
-    driver.tires_after = Some(3.0);
+    let mut driver = HalvingDriver::new("sbcp");
+    driver.fails_after = Some(3.0);
     let (ended, _, _) = run(rig(Summing::new(&["sbcp"]), vec![(driver, port)]), 60_000);
     let why = ended.unwrap_err().to_string();
     assert!(
@@ -245,15 +255,15 @@ fn a_driver_that_gives_up_is_closed_and_says_why() {
 }
 
 #[test]
-fn a_driver_that_panics_ends_the_run_with_an_error_that_names_it_and_all_are_closed() {
+fn panicking_driver_ends_the_run_with_an_error_that_names_it_and_all_are_closed() {
     let ((one, port), (two, other)) = (pair(), pair());
     let ends = [
         answering(one, Duration::ZERO, None),
         answering(two, Duration::ZERO, None),
     ];
-    let mut driver = Asker::new("bad");
+    let mut driver = HalvingDriver::new("bad");
     driver.panics_after = Some(3.0);
-    let drivers = vec![(driver, port), (Asker::new("good"), other)];
+    let drivers = vec![(driver, port), (HalvingDriver::new("good"), other)];
     let (ended, _, _) = run(rig(Summing::new(&["bad", "good"]), drivers), 60_000);
     let Err(RigError::Task {
         task,
@@ -265,15 +275,15 @@ fn a_driver_that_panics_ends_the_run_with_an_error_that_names_it_and_all_are_clo
     };
     assert_eq!(task, "bad");
     assert_eq!(report.part.as_deref(), Some("driver `bad`"));
-    assert!(report.message.contains("as it was told to"), "{report}");
-    // The one that panicked is asked to close, too: it may still know how to stop its motors.
+    assert!(report.message.contains("requested by the test"), "{report}");
+    // The driver that panicked is closed, too: it may still be able to stop its motors.
     for end in ends {
         assert_eq!(end.join().unwrap().last(), Some(&CLOSE));
     }
 }
 
-/// Runs with a driver that hangs, and one that does not; the far end of the former answers, or not.
-fn with_one_that_hangs(answers: bool) -> TaskError {
+/// Runs with a driver that hangs and one that does not; the far end of the former answers or not.
+fn error_with_hanging_driver(answers: bool) -> TaskError {
     let ((one, port), (two, other)) = (pair(), pair());
     let silent = if answers {
         let _ = answering(one, Duration::ZERO, None);
@@ -282,9 +292,9 @@ fn with_one_that_hangs(answers: bool) -> TaskError {
         Some(one)
     };
     let far_end = answering(two, Duration::ZERO, None);
-    let mut driver = Asker::new("bad");
+    let mut driver = HalvingDriver::new("bad");
     driver.hangs_after = Some(0.0);
-    let drivers = vec![(driver, port), (Asker::new("good"), other)];
+    let drivers = vec![(driver, port), (HalvingDriver::new("good"), other)];
     let mut rig = rig(Summing::new(&["bad", "good"]), drivers);
     (rig.options.limits.open, rig.options.limits.close) = (millis(2_000), millis(2_000));
     let (ended, _) = rig.run(None, &mut Log::default(), &AtomicBool::new(false));
@@ -297,8 +307,8 @@ fn with_one_that_hangs(answers: bool) -> TaskError {
 }
 
 #[test]
-fn a_driver_that_never_comes_back_keeps_neither_the_run_nor_the_others() {
-    let lost = with_one_that_hangs(true);
+fn hanging_driver_does_not_block_the_run_or_other_drivers() {
+    let lost = error_with_hanging_driver(true);
     assert!(
         matches!(
             lost,
@@ -312,8 +322,8 @@ fn a_driver_that_never_comes_back_keeps_neither_the_run_nor_the_others() {
 }
 
 #[test]
-fn neither_does_one_that_never_comes_back_from_closing_after_it_has_failed() {
-    let late = with_one_that_hangs(false);
+fn driver_hanging_on_close_after_a_time_out_does_not_block_the_run() {
+    let late = error_with_hanging_driver(false);
     assert!(
         matches!(
             late,
@@ -327,12 +337,12 @@ fn neither_does_one_that_never_comes_back_from_closing_after_it_has_failed() {
 }
 
 #[test]
-fn a_process_that_panics_ends_the_run_with_an_error_that_names_it_and_leaves_the_devices_closed() {
+fn panicking_process_ends_the_run_with_an_error_that_names_it_and_closed_devices() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
     let mut process = Summing::new(&["sbcp"]);
     process.panics_at = Some(5);
-    let rig = rig(process, vec![(Asker::new("sbcp"), port)]);
+    let rig = rig(process, vec![(HalvingDriver::new("sbcp"), port)]);
     let (ended, report, _) = run(rig, 60_000);
     let Err(RigError::Panic(panic)) = ended else {
         panic!("{ended:?}");
@@ -349,8 +359,8 @@ fn a_process_that_panics_ends_the_run_with_an_error_that_names_it_and_leaves_the
     assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
 }
 
-/// What panics in virtual time, with these parts.
-fn panics_in_lockstep(process: Summing, driver: Asker, plant: Lag) -> PanicReport {
+/// Returns the report of the panic in virtual time with these parts.
+fn panics_in_lockstep(process: Summing, driver: HalvingDriver, plant: Lag) -> PanicReport {
     let wire = Box::new(EchoWire::default());
     let task = Box::new(WiredTask::new(Box::new(driver), wire));
     let schedule = Schedule::with_period(millis(2));
@@ -360,28 +370,28 @@ fn panics_in_lockstep(process: Summing, driver: Asker, plant: Lag) -> PanicRepor
 }
 
 #[test]
-fn in_virtual_time_the_part_that_panics_is_named_too() {
+fn panicking_part_is_named_in_virtual_time() {
     let summing = || Summing::new(&["sbcp"]);
-    let mut driver = Asker::new("sbcp");
+    let mut driver = HalvingDriver::new("sbcp");
     driver.panics_after = Some(3.0);
     let report = panics_in_lockstep(summing(), driver, Lag::default());
     assert_eq!(report.part.as_deref(), Some("driver `sbcp`"));
     let mut process = summing();
     process.panics_at = Some(5);
-    let report = panics_in_lockstep(process, Asker::new("sbcp"), Lag::default());
+    let report = panics_in_lockstep(process, HalvingDriver::new("sbcp"), Lag::default());
     assert_eq!(report.part.as_deref(), Some("controller `summing`"));
-    // The plant is moved by the wire, and it is the plant that panics.
+    // The wire advances the plant, but the plant is the part that panics.
     let plant = Lag {
         panics_at: Some(SimTime::ZERO + millis(10)),
         ..Lag::default()
     };
-    let report = panics_in_lockstep(summing(), Asker::new("sbcp"), plant);
+    let report = panics_in_lockstep(summing(), HalvingDriver::new("sbcp"), plant);
     assert_eq!(report.part.as_deref(), Some("plant `lag`"));
-    assert!(report.message.contains("as it was told to"), "{report}");
+    assert!(report.message.contains("requested by the test"), "{report}");
 }
 
 #[test]
-fn a_run_that_is_stopped_ends_and_closes() {
+fn stopped_run_ends_and_closes_the_devices() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
     let stop = Arc::new(AtomicBool::new(false));
@@ -391,7 +401,10 @@ fn a_run_that_is_stopped_ends_and_closes() {
         later.store(true, Ordering::SeqCst);
     });
     let mut log = Log::default();
-    let rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+    let rig = rig(
+        Summing::new(&["sbcp"]),
+        vec![(HalvingDriver::new("sbcp"), port)],
+    );
     let (ended, _) = rig.run(None, &mut log, &stop);
     stopper.unwrap().join().unwrap();
     assert_eq!(ended, Ok(Ended::Stopped));
@@ -399,10 +412,13 @@ fn a_run_that_is_stopped_ends_and_closes() {
 }
 
 #[test]
-fn an_observer_that_is_too_slow_loses_records_which_is_counted_and_delays_nobody() {
+fn slow_observer_loses_counted_records_and_delays_no_device() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
-    let mut rig = rig(Summing::new(&["sbcp"]), vec![(Asker::new("sbcp"), port)]);
+    let mut rig = rig(
+        Summing::new(&["sbcp"]),
+        vec![(HalvingDriver::new("sbcp"), port)],
+    );
     rig.options.queue_bytes = 512;
     let mut log = Log {
         takes: Duration::from_millis(5),
@@ -411,20 +427,20 @@ fn an_observer_that_is_too_slow_loses_records_which_is_counted_and_delays_nobody
     let (ended, report) = rig.run(Some(millis(200)), &mut log, &AtomicBool::new(false));
     assert_eq!(ended, Ok(Ended::Duration));
     assert!(report.lost > 0);
-    // Everybody else got everything.
-    let heard = far_end.join().unwrap();
+    // The devices are not affected.
+    let received = far_end.join().unwrap();
     let transfers = report.tasks[0].took.len();
-    assert_eq!(heard.len() as u64, 2 + transfers * (1 + NUMBER as u64));
+    assert_eq!(received.len() as u64, 2 + transfers * (1 + NUMBER as u64));
     assert!(report.to_string().contains("LOST"), "{report}");
 }
 
 #[test]
-fn a_late_process_misses_steps_and_is_told_the_time_elapsed() {
+fn late_process_misses_steps_and_receives_the_elapsed_time() {
     let (twin, port) = pair();
     let far_end = answering(twin, Duration::ZERO, None);
     let mut process = Summing::new(&["sbcp"]);
     process.takes = Duration::from_millis(5);
-    let (ended, report, log) = run(rig(process, vec![(Asker::new("sbcp"), port)]), 60);
+    let (ended, report, log) = run(rig(process, vec![(HalvingDriver::new("sbcp"), port)]), 60);
     far_end.join().unwrap();
     assert_eq!(ended, Ok(Ended::Duration));
     assert!(report.overruns >= 2 * (report.iterations - 1), "{report}");
@@ -444,13 +460,16 @@ fn a_late_process_misses_steps_and_is_told_the_time_elapsed() {
 }
 
 #[test]
-fn a_slow_task_sits_out_and_does_not_delay_a_fast_one() {
+fn slow_task_skips_steps_without_delaying_a_fast_one() {
     let ((one, port), (two, other)) = (pair(), pair());
     let ends = [
         answering(one, Duration::ZERO, None),
         answering(two, Duration::from_millis(15), None),
     ];
-    let drivers = vec![(Asker::new("fast"), port), (Asker::new("slow"), other)];
+    let drivers = vec![
+        (HalvingDriver::new("fast"), port),
+        (HalvingDriver::new("slow"), other),
+    ];
     let (ended, report, log) = run(rig(Summing::new(&["fast", "slow"]), drivers), 150);
     for end in ends {
         end.join().unwrap();
@@ -461,7 +480,7 @@ fn a_slow_task_sits_out_and_does_not_delay_a_fast_one() {
         [fast, slow],
         [0, 1].map(|n| report.iterations - report.tasks[n].skipped)
     );
-    // It is busy for more than seven steps, whoever else is.
+    // The slow task is busy for more than seven steps, whatever the load.
     assert!(
         slow < fast && report.tasks[1].skipped >= 3 * (slow - 1),
         "{report}"

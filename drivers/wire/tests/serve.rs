@@ -1,4 +1,4 @@
-//! A twin that is served in real time on PTYs. What is asserted never depends on how fast the machine is.
+//! Twin served in real time on PTYs. No assertion depends on the speed of the machine.
 
 mod real;
 
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use real::{Asker, EchoWire, Lag, Log, OPEN, Summing};
+use real::{EchoWire, HalvingDriver, Lag, Log, OPEN, Summing};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{
     Ended, Hold, Privileges, RealTimeRig, Serve, ServeOptions, ServeReport, ServedWire,
@@ -38,7 +38,7 @@ fn until_hang_up() -> ServeOptions {
 
 type Served = (Result<Ended, RigError>, ServeReport, Log);
 
-/// Serves on a thread of its own.
+/// Serves on a separate thread; the closure joins it.
 fn serve(options: ServeOptions, plant: Lag, wires: Vec<ServedWire>) -> impl FnOnce() -> Served {
     let serve = Serve::new(options, Box::new(plant) as Box<dyn Plant>, wires).unwrap();
     let thread = thread::Builder::new().spawn(move || {
@@ -56,19 +56,19 @@ fn read(port: &mut SerialPort, count: usize) -> Vec<u8> {
     while bytes.len() < count {
         let before = bytes.len();
         port.read(Duration::from_secs(10), &mut bytes).unwrap();
-        assert!(bytes.len() > before, "nothing came");
+        assert!(bytes.len() > before, "no bytes received");
     }
     bytes
 }
 
 #[test]
-fn a_rig_in_real_time_and_a_twin_that_is_served_understand_each_other() {
+fn real_time_rig_and_served_twin_record_the_same_bytes() {
     let twin = Pty::open().unwrap();
     let port = SerialPort::open(twin.path(), BAUD).unwrap();
     let served = serve(until_hang_up(), Lag::default(), vec![wire("sbcp", twin)]);
     let schedule = Schedule::with_period(millis(2));
     let process = Box::new(Summing::new(&["sbcp"]));
-    let driver = Box::new(Asker::new("sbcp"));
+    let driver = Box::new(HalvingDriver::new("sbcp"));
     let mut rig = RealTimeRig::new(&schedule, process, vec![(driver, Box::new(port))]).unwrap();
     rig.options.privileges = Privileges::none();
     let mut host = Log::default();
@@ -84,7 +84,7 @@ fn a_rig_in_real_time_and_a_twin_that_is_served_understand_each_other() {
 }
 
 #[test]
-fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_first_byte() {
+fn plant_follows_the_clock_on_the_grid_from_the_first_byte_on() {
     let twin = Pty::open().unwrap();
     let mut port = SerialPort::open(twin.path(), BAUD).unwrap();
     let served = serve(until_hang_up(), Lag::default(), vec![wire("sbcp", twin)]);
@@ -96,22 +96,22 @@ fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_fir
     let (ended, report, log) = served();
     assert_eq!(ended, Ok(Ended::HungUp));
 
-    let let_go = log
-        .seen
+    let released = log
+        .entries
         .iter()
         .find_map(|(at, entry)| (*entry == real::Entry::Event(RunEvent::Opened)).then_some(*at));
-    let let_go = let_go.unwrap();
-    assert!(let_go > SimTime::ZERO && let_go < SimTime::ZERO + report.served);
+    let released = released.unwrap();
+    assert!(released > SimTime::ZERO && released < SimTime::ZERO + report.served);
     let mut grid = SimTime::ZERO;
-    for (at, entry) in &log.seen {
+    for (at, entry) in &log.entries {
         if let real::Entry::Samples(Group::Plant, values) = entry {
             assert_eq!(*at, grid);
-            let own = at.checked_since(let_go).unwrap_or_default();
-            assert_eq!(values, &[own.as_secs_f64()], "at {at}");
+            let elapsed = at.checked_since(released).unwrap_or_default();
+            assert_eq!(values, &[elapsed.as_secs_f64()], "at {at}");
             grid += millis(2);
         }
     }
-    assert!(grid > let_go && grid + millis(2) > SimTime::ZERO + report.served);
+    assert!(grid > released && grid + millis(2) > SimTime::ZERO + report.served);
     let answered: Vec<f64> = log
         .samples(Group::Diagnostics)
         .map(|values| values[0])
@@ -120,7 +120,7 @@ fn the_plant_goes_by_the_clock_on_the_observation_grid_and_is_held_until_the_fir
 }
 
 #[test]
-fn the_plant_may_be_held_longer_or_not_at_all() {
+fn hold_of_the_plant_is_configurable() {
     for (hold, events) in [(Hold::Never, 0), (Hold::AfterFirstByte(millis(15)), 1)] {
         let twin = Pty::open().unwrap();
         let mut port = SerialPort::open(twin.path(), BAUD).unwrap();
@@ -134,35 +134,40 @@ fn the_plant_may_be_held_longer_or_not_at_all() {
         let (ended, report, log) = served();
         assert_eq!((ended, report.served), (Ok(Ended::Duration), millis(60)));
         assert_eq!(log.count(RunEvent::Opened), events);
-        let told = |entry: &real::Entry| matches!(entry, real::Entry::Bytes(0, _));
-        let first = log.seen.iter().find(|(_, entry)| told(entry)).unwrap().0;
+        let is_traced = |entry: &real::Entry| matches!(entry, real::Entry::Bytes(0, _));
+        let first = log
+            .entries
+            .iter()
+            .find(|(_, entry)| is_traced(entry))
+            .unwrap()
+            .0;
         let last = log.samples(Group::Plant).last().unwrap()[0];
-        let held = if events == 0 {
+        let released = if events == 0 {
             SimTime::ZERO
         } else {
             first + millis(15)
         };
-        let whole = SimTime::ZERO + millis(60);
-        assert_eq!(last, (whole - held.min(whole)).as_secs_f64());
+        let end = SimTime::ZERO + millis(60);
+        assert_eq!(last, (end - released.min(end)).as_secs_f64());
     }
 }
 
 #[test]
-fn hosts_of_two_wires_come_and_go_as_they_like() {
+fn hosts_of_two_wires_may_reconnect_at_any_time() {
     let twins = [Pty::open().unwrap(), Pty::open().unwrap()];
     let paths = [0, 1].map(|n: usize| twins[n].path().to_path_buf());
     let [one, two] = twins;
     let stop = Arc::new(AtomicBool::new(false));
-    let asked = stop.clone();
+    let stop_flag = stop.clone();
     let mut other = wire("other", two);
-    other.wire = Box::new(real::Quiet);
+    other.wire = Box::new(real::SilentWire);
     let wires = vec![wire("sbcp", one), other];
     let serve = Serve::new(ServeOptions::default(), Box::new(Lag::default()), wires).unwrap();
     assert_eq!(
         serve.traces(),
         ["sbcp/out", "sbcp/in", "other/out", "other/in"]
     );
-    let thread = thread::Builder::new().spawn(move || serve.run(&mut (), &asked));
+    let thread = thread::Builder::new().spawn(move || serve.run(&mut (), &stop_flag));
     for _ in 0..3 {
         let mut port = SerialPort::open(&paths[0], BAUD).unwrap();
         let mut other = SerialPort::open(&paths[1], BAUD).unwrap();
@@ -176,7 +181,7 @@ fn hosts_of_two_wires_come_and_go_as_they_like() {
 }
 
 #[test]
-fn a_plant_that_fails_ends_serving_with_its_fault_and_the_host_hears_that_the_port_is_gone() {
+fn failing_plant_ends_serving_with_its_fault_and_closes_the_port() {
     let twin = Pty::open().unwrap();
     let mut port = SerialPort::open(twin.path(), BAUD).unwrap();
     let plant = Lag {
@@ -194,7 +199,7 @@ fn a_plant_that_fails_ends_serving_with_its_fault_and_the_host_hears_that_the_po
 }
 
 #[test]
-fn a_plant_that_panics_ends_serving_with_an_error_that_names_it() {
+fn panicking_plant_ends_serving_with_an_error_that_names_it() {
     let plant = Lag {
         panics_at: Some(SimTime::ZERO + millis(10)),
         ..Lag::default()
@@ -213,7 +218,7 @@ fn a_plant_that_panics_ends_serving_with_an_error_that_names_it() {
 }
 
 #[test]
-fn a_twin_that_is_slower_than_the_clock_says_so_and_leaves_nothing_out() {
+fn twin_slower_than_the_clock_reports_it_and_omits_no_sample() {
     let plant = Lag {
         takes: Duration::from_millis(4),
         ..Lag::default()

@@ -1,4 +1,4 @@
-//! The converter's arithmetic against the rates of a real bus.
+//! Timing of the USB serial converter with a bus, compared with the rates of real ones.
 
 mod support;
 
@@ -17,8 +17,9 @@ fn preset(preset: UsbPreset) -> UsbTiming {
     UsbTiming::preset(preset)
 }
 
-/// A host that asks the next board as soon as it has the whole answer of the last. When it had each answer.
-fn rounds(
+/// Host that requests the next board as soon as the answer of the last one is complete. Returns the
+/// completion times of the answers.
+fn answer_times(
     wire: &mut dyn Wire,
     requests: &[Vec<u8>],
     response: usize,
@@ -29,13 +30,13 @@ fn rounds(
     wire.send(now, &requests[0]);
     while done.len() < count {
         now = wire.next_wake().unwrap();
-        wire.advance(now, &mut Nowhere).unwrap();
+        wire.advance(now, &mut NoPlant).unwrap();
         wire.receive(&mut bytes);
         if bytes.len() >= response {
             assert_eq!(bytes.len(), response);
             bytes.clear();
             done.push(now);
-            wire.advance(now + think, &mut Nowhere).unwrap();
+            wire.advance(now + think, &mut NoPlant).unwrap();
             wire.send(now + think, &requests[done.len() % requests.len()]);
         }
     }
@@ -46,9 +47,9 @@ fn four_requests() -> Vec<Vec<u8>> {
     (0..4).map(|board| request(board).to_vec()).collect()
 }
 
-/// Time of a cycle over four boards, once things have settled.
+/// Steady-state duration of a cycle over four boards.
 fn direct_cycle(timing: UsbTiming) -> SimDuration {
-    let done = rounds(&mut wire(timing, boards()), &four_requests(), 22, 44, us(0));
+    let done = answer_times(&mut wire(timing, boards()), &four_requests(), 22, 44, us(0));
     let cycles: Vec<_> = done.chunks(4).map(|cycle| cycle[3]).collect();
     let lengths: Vec<_> = cycles[3..]
         .windows(2)
@@ -62,7 +63,7 @@ fn direct_cycle(timing: UsbTiming) -> SimDuration {
 }
 
 #[test]
-fn the_presets_give_the_rates_of_their_hosts() {
+fn presets_give_the_rates_of_their_hosts() {
     let table = [
         (UsbPreset::Thesis, 2_500),        // 400 Hz
         (UsbPreset::Earliest, 1_000),      // 1 kHz
@@ -76,11 +77,11 @@ fn the_presets_give_the_rates_of_their_hosts() {
 }
 
 #[test]
-fn a_board_costs_four_microframes_and_its_time_on_the_bus_rounded_up() {
+fn board_takes_four_microframes_and_its_bus_time_rounded_up() {
     for bus in (99..=1500).step_by(3) {
         let mut board = Board::new(0);
         board.reaction = us(bus - 96);
-        let done = rounds(
+        let done = answer_times(
             &mut wire(UsbTiming::default(), vec![Box::new(board)]),
             &[request(0).to_vec()],
             22,
@@ -98,9 +99,9 @@ fn a_board_costs_four_microframes_and_its_time_on_the_bus_rounded_up() {
 }
 
 #[test]
-fn what_the_host_does_within_a_microframe_costs_nothing() {
+fn host_processing_within_a_microframe_takes_no_extra_time() {
     for think in 0..=100 {
-        let done = rounds(
+        let done = answer_times(
             &mut wire(UsbTiming::default(), boards()),
             &four_requests(),
             22,
@@ -111,7 +112,7 @@ fn what_the_host_does_within_a_microframe_costs_nothing() {
             assert_eq!(pair[1] - pair[0], us(625), "{think}");
         }
     }
-    let done = rounds(
+    let done = answer_times(
         &mut wire(UsbTiming::default(), boards()),
         &four_requests(),
         22,
@@ -121,8 +122,9 @@ fn what_the_host_does_within_a_microframe_costs_nothing() {
     assert_eq!(done[2] - done[1], us(750));
 }
 
-/// A far end that cuts through: a frame of four requests, 88 bytes of answers, the last one `bus` after the first bit.
-fn controller(bus: u64) -> Board {
+/// Cut-through far end: a frame of four requests, 88 bytes of answers, the last one complete `bus`
+/// after the first bit.
+fn cut_through(bus: u64) -> Board {
     let mut board = Board::new(0);
     (board.request, board.response) = (40, 88);
     board.reaction = us(bus - 128 * 3);
@@ -130,91 +132,93 @@ fn controller(bus: u64) -> Board {
 }
 
 #[test]
-fn a_frame_through_a_cutting_far_end_costs_eight_microframes() {
+fn frame_through_a_cut_through_far_end_takes_eight_microframes() {
     for bus in [388, 424, 450, 499, 500] {
-        let mut wire = wire(UsbTiming::default(), vec![Box::new(controller(bus))]);
-        let done = rounds(&mut wire, &[[0; 40].to_vec()], 88, 20, us(0));
+        let mut wire = wire(UsbTiming::default(), vec![Box::new(cut_through(bus))]);
+        let done = answer_times(&mut wire, &[[0; 40].to_vec()], 88, 20, us(0));
         for pair in done.windows(2) {
             assert_eq!(pair[1] - pair[0], us(1000), "{bus}");
         }
     }
-    let mut wire = wire(UsbTiming::default(), vec![Box::new(controller(501))]);
-    let done = rounds(&mut wire, &[[0; 40].to_vec()], 88, 20, us(0));
+    let mut wire = wire(UsbTiming::default(), vec![Box::new(cut_through(501))]);
+    let done = answer_times(&mut wire, &[[0; 40].to_vec()], 88, 20, us(0));
     assert_eq!(done[9] - done[8], us(1125));
 }
 
 #[test]
-fn frames_that_drift_cost_at_most_a_microframe_more() {
+fn drifting_frames_add_at_most_one_microframe() {
     let timing = UsbTiming {
         frame_offset: us(40),
         frame_rate_ppb: -30_000,
         ..UsbTiming::default()
     };
-    // A free timer of 1 ms does not get 1 kHz; one of 2 ms always gets its 500 Hz.
-    let mut wire = wire(timing, vec![Box::new(controller(424))]);
+    // A host timer of 1 ms, not synchronised with the frames, does not reach 1 kHz; one of 2 ms
+    // always reaches 500 Hz.
+    let mut wire = wire(timing, vec![Box::new(cut_through(424))]);
     let mut worst = us(0);
     for cycle in 0..4000 {
         let start = at(2000 * cycle);
-        wire.advance(start, &mut Nowhere).unwrap();
+        wire.advance(start, &mut NoPlant).unwrap();
         wire.send(start, &[0; 40]);
         let mut read = Vec::new();
-        live(&mut wire, start + us(1999), &[], &mut read);
+        advance_wire(&mut wire, start + us(1999), &[], &mut read);
         assert_eq!(read.iter().map(|(_, bytes)| bytes.len()).sum::<usize>(), 88);
         worst = worst.max(read.last().unwrap().0 - start);
     }
     assert!(us(1000) < worst && worst <= us(1150), "{worst}");
 }
 
-/// A line on which bytes arrive at given times.
-fn node_that_says(length: usize) -> Board {
+/// Board with an answer of `length` bytes.
+fn board_answering(length: usize) -> Board {
     let mut board = Board::new(0);
     board.response = length;
-    // Nobody on the bus is woken in the midst of it.
-    board.attentive = false;
+    // The bus has no wake-up within a transmission.
+    board.requires_attention = false;
     board
 }
 
 fn reads_of(timing: UsbTiming, length: usize) -> Vec<(SimTime, usize)> {
-    let mut wire = wire(timing, vec![Box::new(node_that_says(length))]);
+    let mut wire = wire(timing, vec![Box::new(board_answering(length))]);
     wire.send(SimTime::ZERO, &request(0));
     let mut read = Vec::new();
-    live(&mut wire, at(60_000), &[], &mut read);
+    advance_wire(&mut wire, at(60_000), &[], &mut read);
     read.into_iter()
         .map(|(now, bytes)| (now, bytes.len()))
         .collect()
 }
 
 #[test]
-fn a_full_packet_does_not_wait_for_the_timer() {
-    // Bus from 250 µs on, answer from 290 µs, 510 bytes complete at 1820 µs: ready by microframe 15, gone in 16, seen at 17.
+fn full_packet_is_returned_before_the_timer() {
+    // Bus from 250 µs on, answer from 290 µs, 510 bytes complete at 1820 µs: prepared by microframe
+    // 15, returned in 16, reported at 17.
     let read = reads_of(preset(UsbPreset::Default), 900);
     assert_eq!(read[0], (at(17 * 125 + 20), 510));
-    // The rest waits for the timer, which began anew in microframe 16.
+    // The rest is returned by the timer, which restarted in microframe 16.
     assert_eq!(read[1], (at((16 + 128 + 1) * 125 + 20), 390));
-    // One byte less is not full.
+    // With one byte less the packet is not full.
     assert_eq!(
         reads_of(preset(UsbPreset::Default), 509),
         [(at((128 + 1) * 125 + 20), 509)]
     );
-    // At full speed they are of 62 bytes, several of them in a frame.
+    // At full speed, packets carry 62 bytes, several of them in a frame.
     let read = reads_of(preset(UsbPreset::FullSpeed), 400);
     assert!(read.iter().any(|(_, count)| *count >= 62 * 2), "{read:?}");
     assert_eq!(read.iter().map(|(_, count)| count).sum::<usize>(), 400);
 }
 
 #[test]
-fn a_long_answer_is_read_while_it_comes() {
+fn long_answer_is_read_while_it_arrives() {
     let timing = UsbTiming {
         turnaround: us(0),
         ..preset(UsbPreset::Earliest)
     };
-    // The answer begins at 165 µs. At 250 µs everything that is complete is read, and more is coming.
+    // The answer begins at 165 µs. At 250 µs all complete bytes are read, and more are arriving.
     let expected = [(at(250), 28), (at(375), 42), (at(500), 30)];
     assert_eq!(reads_of(timing, 100), expected);
 }
 
 #[test]
-fn no_more_packets_pass_than_a_microframe_has_room_for() {
+fn packets_per_microframe_are_limited() {
     let timing = UsbTiming {
         payload: 10,
         packets_per_microframe: 2,
@@ -227,7 +231,7 @@ fn no_more_packets_pass_than_a_microframe_has_room_for() {
 }
 
 #[test]
-fn jitter_delays_completions_and_lets_none_overtake_another() {
+fn jitter_delays_completions_and_preserves_their_order() {
     let timing = UsbTiming {
         jitter: Timing::Uniform {
             min: us(0),
@@ -235,26 +239,26 @@ fn jitter_delays_completions_and_lets_none_overtake_another() {
         },
         ..UsbTiming::default()
     };
-    let (calm, shaken) = (
+    let (regular, jittered) = (
         reads_of(UsbTiming::default(), 900),
         reads_of(timing.clone(), 900),
     );
     let total = |reads: &[(SimTime, usize)]| reads.iter().map(|(_, count)| count).sum::<usize>();
-    assert_eq!((total(&calm), total(&shaken)), (900, 900));
+    assert_eq!((total(&regular), total(&jittered)), (900, 900));
     assert!(
-        shaken.len() < calm.len(),
+        jittered.len() < regular.len(),
         "late completions are read together"
     );
-    assert!(shaken.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    assert!(jittered.windows(2).all(|pair| pair[0].0 < pair[1].0));
     let again = reads_of(timing, 900);
-    assert_eq!(again, shaken);
+    assert_eq!(again, jittered);
 }
 
-/// When requests that are written every 2 ms are complete at a board.
-fn heard_at(timing: UsbTiming, count: u64) -> Vec<SimTime> {
+/// Completion times, at a board, of requests written every 2 ms.
+fn received_at(timing: UsbTiming, count: u64) -> Vec<SimTime> {
     let (sent, far) = std::sync::mpsc::channel();
-    let line = Scripted {
-        arrives: Vec::new(),
+    let line = ScriptedLine {
+        arrivals_due: Vec::new(),
         arrived: 0,
         taken: 0,
         now: SimTime::ZERO,
@@ -262,7 +266,7 @@ fn heard_at(timing: UsbTiming, count: u64) -> Vec<SimTime> {
     };
     let mut wire = UsbSerial::new("sbcp", timing, BYTE, 1, line).unwrap();
     for n in 0..count {
-        wire.advance(at(2_000 * n), &mut Nowhere).unwrap();
+        wire.advance(at(2_000 * n), &mut NoPlant).unwrap();
         wire.send(at(2_000 * n), &request(0));
     }
     let last = far.try_iter().map(|(at, _)| at);
@@ -270,7 +274,7 @@ fn heard_at(timing: UsbTiming, count: u64) -> Vec<SimTime> {
 }
 
 #[test]
-fn write_jitter_delays_writes_to_later_microframes_and_lets_none_overtake_another() {
+fn write_jitter_delays_writes_and_preserves_their_order() {
     let with = |write_jitter, jitter, out| UsbTiming {
         write_jitter,
         jitter,
@@ -282,34 +286,41 @@ fn write_jitter_delays_writes_to_later_microframes_and_lets_none_overtake_anothe
         max: us(max),
     };
     let (next, none) = (OutRule::EndOfNext, Timing::ZERO);
-    let calm = heard_at(with(none.clone(), none.clone(), next), 500);
+    let regular = received_at(with(none.clone(), none.clone(), next), 500);
     assert!(
-        calm.iter()
-            .zip(0..)
-            .all(|(heard, n)| *heard == at(2_000 * n + 280))
-    );
-    // Jitter of completions delays no write; jitter of writes that stays within the microframe moves none.
-    assert_eq!(heard_at(with(none.clone(), uniform(400), next), 500), calm);
-    assert_eq!(heard_at(with(uniform(124), none.clone(), next), 500), calm);
-    // Of 0 to 300 µs, writes fall in three microframes.
-    let shaken = heard_at(with(uniform(300), none.clone(), next), 500);
-    for late in [0, 125, 250] {
-        let count = shaken
+        regular
             .iter()
-            .zip(&calm)
-            .filter(|(heard, calm)| **heard == **calm + us(late))
+            .zip(0..)
+            .all(|(received, n)| *received == at(2_000 * n + 280))
+    );
+    // Jitter of completions delays no write; write jitter within the microframe moves none.
+    assert_eq!(
+        received_at(with(none.clone(), uniform(400), next), 500),
+        regular
+    );
+    assert_eq!(
+        received_at(with(uniform(124), none.clone(), next), 500),
+        regular
+    );
+    // With a jitter of 0 to 300 µs, writes fall into three microframes.
+    let jittered = received_at(with(uniform(300), none.clone(), next), 500);
+    for late in [0, 125, 250] {
+        let count = jittered
+            .iter()
+            .zip(&regular)
+            .filter(|(received, regular)| **received == **regular + us(late))
             .count();
         assert!(count > 50, "{count} late by {late} µs");
     }
-    // A write that waits for the one before: always in order, and none lost.
-    let crowded = heard_at(with(uniform(6_000), none.clone(), OutRule::AtOnce), 500);
-    assert_eq!(crowded.len(), 500);
-    assert!(crowded.is_sorted());
-    assert!(crowded.windows(2).any(|pair| pair[1] - pair[0] == us(30)));
+    // Writes queue behind the previous one: always in order, none lost.
+    let queued = received_at(with(uniform(6_000), none.clone(), OutRule::AtOnce), 500);
+    assert_eq!(queued.len(), 500);
+    assert!(queued.is_sorted());
+    assert!(queued.windows(2).any(|pair| pair[1] - pair[0] == us(30)));
 }
 
 #[test]
-fn the_two_jitters_are_drawn_from_streams_of_their_own() {
+fn jitters_are_drawn_from_separate_streams() {
     let uniform = || Timing::Uniform {
         min: us(0),
         max: us(400),
@@ -319,7 +330,7 @@ fn the_two_jitters_are_drawn_from_streams_of_their_own() {
         jitter: uniform(),
         ..UsbTiming::default()
     };
-    // A write jitter that changes nothing leaves the completions as they were.
+    // A write jitter without effect leaves the completions unchanged.
     let within = Timing::Uniform {
         min: us(0),
         max: us(100),
@@ -331,7 +342,7 @@ fn the_two_jitters_are_drawn_from_streams_of_their_own() {
 }
 
 #[test]
-fn impossible_timings_are_refused() {
+fn invalid_timings_are_refused() {
     let bus = || Rs485::new("sbcp", BYTE, us(2), boards()).unwrap();
     let refused = |timing, byte| {
         UsbSerial::new("sbcp", timing, byte, 1, bus())
@@ -372,31 +383,32 @@ fn impossible_timings_are_refused() {
     );
     assert_eq!(
         "fastest".parse::<UsbPreset>().unwrap_err().to_string(),
-        "there is no USB timing \"fastest\", but thesis, earliest, low-latency, default, full-speed"
+        "unknown USB timing \"fastest\"; available: thesis, earliest, low-latency, default, full-speed"
     );
 }
 
-/// When the host has what, of a request whose bytes it writes at these times after `begin`, each as long as the UART is busy.
-fn answered(writes: &[u64], begin: SimTime) -> Vec<(SimTime, Vec<u8>)> {
+/// Reads of the host if the last bytes of a request are written one by one at the times `writes`
+/// after `begin`, limited to the time for which the UART is busy.
+fn reads_of_split_write(writes: &[u64], begin: SimTime) -> Vec<(SimTime, Vec<u8>)> {
     let mut wire = wire(UsbTiming::default(), boards());
     let request = request(1);
     let mut now = begin;
-    wire.advance(now, &mut Nowhere).unwrap();
+    wire.advance(now, &mut NoPlant).unwrap();
     wire.send(now, &request[..request.len() - writes.len()]);
     let rest = request.len() - writes.len()..request.len();
     for (n, after) in rest.zip(writes) {
         let busy = wire.transmit_buffer().unwrap().idle_from;
         let then = (begin + us(*after)).clamp(now, busy);
         while let Some(wake) = wire.next_wake().filter(|wake| *wake < then) {
-            wire.advance(wake, &mut Nowhere).unwrap();
+            wire.advance(wake, &mut NoPlant).unwrap();
         }
         now = then;
-        wire.advance(now, &mut Nowhere).unwrap();
+        wire.advance(now, &mut NoPlant).unwrap();
         wire.send_on(now, &request[n..=n]);
     }
     let mut read = Vec::new();
     while let Some(wake) = wire.next_wake().filter(|wake| *wake < begin + us(5_000)) {
-        wire.advance(wake, &mut Nowhere).unwrap();
+        wire.advance(wake, &mut NoPlant).unwrap();
         let mut bytes = Vec::new();
         wire.receive(&mut bytes);
         if !bytes.is_empty() {
@@ -408,18 +420,18 @@ fn answered(writes: &[u64], begin: SimTime) -> Vec<(SimTime, Vec<u8>)> {
 
 proptest! {
     #[test]
-    fn bytes_that_are_written_while_the_uart_is_busy_pass_as_if_they_had_been_written_at_once(
+    fn bytes_written_while_the_uart_is_busy_continue_the_transmission(
         begin in 0_u64..1_000, mut writes in proptest::collection::vec(0_u64..400, 1..9),
     ) {
         writes.sort_unstable();
         let begin = SimTime::ZERO + us(begin);
-        let at_once = answered(&[], begin);
+        let at_once = reads_of_split_write(&[], begin);
         prop_assert!(at_once.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() == 22);
-        prop_assert_eq!(answered(&writes, begin), at_once);
+        prop_assert_eq!(reads_of_split_write(&writes, begin), at_once);
     }
 
     #[test]
-    fn the_transmit_buffer_takes_4096_bytes_less_what_is_not_sent(
+    fn transmit_buffer_room_is_4096_bytes_less_the_unsent(
         writes in proptest::collection::vec((0_u64..20_000, 1_usize..3_000), 1..9), later in 0_u64..40_000,
     ) {
         let mut wire = wire(UsbTiming::default(), boards());
@@ -427,7 +439,8 @@ proptest! {
         for (pause, count) in writes {
             now += us(pause);
             wire.send(now, &vec![0; count]);
-            // From the end of the next microframe on, if nothing else is sent then.
+            // From the end of the next microframe on, unless other bytes are still being
+            // transmitted.
             let frame = us(125).as_nanos();
             let in_chip = SimTime::from_nanos((now.as_nanos() / frame + 2) * frame);
             idle = in_chip.max(idle) + BYTE * count as u64;

@@ -1,4 +1,5 @@
-//! Whole wires: nothing is lost, doubled or turned round; saved anywhere they go on alike; running, they allocate nothing.
+//! Complete wires: no byte is lost, duplicated or reordered; a restored wire continues bit for bit;
+//! a running wire does not allocate.
 
 mod support;
 
@@ -14,11 +15,11 @@ use twinrig_wire::{
 type Read = Vec<(SimTime, Vec<u8>)>;
 type Sent = std::sync::mpsc::Receiver<(SimTime, u8)>;
 
-fn scripted(arrives: &Bursts) -> (Scripted, Sent) {
+fn scripted_line(arrivals_due: &Bursts) -> (ScriptedLine, Sent) {
     let (sent, far) = std::sync::mpsc::channel();
     (
-        Scripted {
-            arrives: timed(arrives),
+        ScriptedLine {
+            arrivals_due: timed(arrivals_due),
             arrived: 0,
             taken: 0,
             now: SimTime::ZERO,
@@ -81,49 +82,54 @@ fn joined(read: &Read) -> Vec<u8> {
 }
 
 /// Sends bursts, each its gap after the last, and reads until the end.
-fn live_with_sends(wire: &mut dyn Wire, sends: &Bursts, also: &[SimTime], read: &mut Read) {
-    let (mut now, mut also) = (SimTime::ZERO, also.to_vec());
+fn advance_with_sends(
+    wire: &mut dyn Wire,
+    sends: &Bursts,
+    extra_times: &[SimTime],
+    read: &mut Read,
+) {
+    let (mut now, mut extra_times) = (SimTime::ZERO, extra_times.to_vec());
     for (gap, bytes) in sends {
         now += SimDuration::from_nanos(*gap);
-        let later = also.split_off(also.partition_point(|at| *at <= now));
-        live(wire, now, &also, read);
-        also = later;
-        wire.advance(now, &mut Nowhere).unwrap();
+        let later = extra_times.split_off(extra_times.partition_point(|at| *at <= now));
+        advance_wire(wire, now, &extra_times, read);
+        extra_times = later;
+        wire.advance(now, &mut NoPlant).unwrap();
         wire.send(now, bytes);
     }
-    live(wire, at(END), &also, read);
+    advance_wire(wire, at(END), &extra_times, read);
 }
 
 proptest! {
     #[test]
-    fn usb_loses_doubles_and_reorders_nothing_however_one_looks(
-        timing in timing(), sends in bursts(100), arrives in bursts(100), also in instants(),
+    fn usb_preserves_bytes_and_order_at_any_poll_times(
+        timing in timing(), sends in bursts(100), arrivals_due in bursts(100), extra_times in instants(),
     ) {
-        let play = |also: &[SimTime]| {
-            let (line, far) = scripted(&arrives);
+        let run = |extra_times: &[SimTime]| {
+            let (line, far) = scripted_line(&arrivals_due);
             let mut wire = UsbSerial::new("sbcp", timing.clone(), BYTE, 1, line).unwrap();
             let mut read = Read::new();
-            live_with_sends(&mut wire, &sends, also, &mut read);
+            advance_with_sends(&mut wire, &sends, extra_times, &mut read);
             (far.try_iter().collect::<Vec<_>>(), read)
         };
-        let (far, read) = play(&[]);
+        let (far, read) = run(&[]);
         let bytes = |bursts: &Bursts| bursts.iter().flat_map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>();
         prop_assert_eq!(far.iter().map(|(_, byte)| *byte).collect::<Vec<_>>(), bytes(&sends));
         prop_assert!(far.windows(2).all(|pair| pair[0].0 + BYTE <= pair[1].0));
-        prop_assert_eq!(joined(&read), bytes(&arrives));
-        // Nothing is read before it has arrived.
+        prop_assert_eq!(joined(&read), bytes(&arrivals_due));
+        // No byte is read before it has arrived.
         let mut count = 0;
-        let arrived = timed(&arrives);
+        let arrived = timed(&arrivals_due);
         for (now, bytes) in &read {
             count += bytes.len();
             prop_assert!(arrived[count - 1].0 <= *now);
         }
-        prop_assert_eq!(play(&also), (far, read));
+        prop_assert_eq!(run(&extra_times), (far, read));
     }
 
     #[test]
-    fn a_uart_sends_as_fast_as_it_can_and_no_faster(pieces in prop::collection::vec((0_u64..40_000, 0_u64..9_000, 1_usize..9), 0..9)) {
-        let (line, far) = scripted(&vec![]);
+    fn uart_transmits_at_the_byte_rate(pieces in prop::collection::vec((0_u64..40_000, 0_u64..9_000, 1_usize..9), 0..9)) {
+        let (line, far) = scripted_line(&vec![]);
         let mut uart = Uart::new(BYTE, line);
         let (mut first, mut free, mut expected) = (SimTime::ZERO, SimTime::ZERO, Vec::new());
         for (gap, spacing, count) in pieces {
@@ -141,8 +147,8 @@ proptest! {
     }
 
     #[test]
-    fn a_wire_saved_amid_bytes_goes_on_alike(
-        timing in timing(), boards_asked in prop::collection::vec((0_u8..4, 0_u64..900), 1..6), cut in 0_u64..3_000,
+    fn restored_wire_continues_bit_for_bit(
+        timing in timing(), requests in prop::collection::vec((0_u8..4, 0_u64..900), 1..6), saved_at in 0_u64..3_000,
     ) {
         let new = || {
             let bus = Rs485::new("sbcp", BYTE, us(2), boards()).unwrap();
@@ -150,38 +156,38 @@ proptest! {
             UsbSerial::new("sbcp", timing.clone(), BYTE, 1, Uart::new(BYTE, line)).unwrap()
         };
         let mut sends: Vec<(SimTime, [u8; 10])> = Vec::new();
-        for (board, gap) in &boards_asked {
+        for (board, gap) in &requests {
             let last = sends.last().map_or(SimTime::ZERO, |(at, _)| *at);
             sends.push((last + us(*gap), request(*board)));
         }
-        let play = |wire: &mut UsbSerial<_>, from: Option<SimTime>, until: SimTime, read: &mut Read| {
+        let run = |wire: &mut UsbSerial<_>, from: Option<SimTime>, until: SimTime, read: &mut Read| {
             for (when, bytes) in sends.iter().filter(|(when, _)| from.is_none_or(|from| *when > from) && *when <= until) {
-                live(wire, *when, &[], read);
-                wire.advance(*when, &mut Nowhere).unwrap();
+                advance_wire(wire, *when, &[], read);
+                wire.advance(*when, &mut NoPlant).unwrap();
                 wire.send(*when, bytes);
             }
-            live(wire, until, &[], read);
+            advance_wire(wire, until, &[], read);
         };
-        let (mut whole, mut first, mut second) = (new(), new(), new());
+        let (mut uninterrupted, mut first, mut second) = (new(), new(), new());
         let (mut expected, mut found) = (Read::new(), Read::new());
-        play(&mut whole, None, at(END), &mut expected);
-        play(&mut first, None, at(cut), &mut found);
+        run(&mut uninterrupted, None, at(END), &mut expected);
+        run(&mut first, None, at(saved_at), &mut found);
         second.restore(&first.save()).unwrap();
         prop_assert_eq!(second.save(), first.save());
         prop_assert_eq!(second.next_wake(), first.next_wake());
-        play(&mut second, Some(at(cut)), at(END), &mut found);
+        run(&mut second, Some(at(saved_at)), at(END), &mut found);
         prop_assert_eq!(&found, &expected);
-        prop_assert_eq!(second.save(), whole.save());
+        prop_assert_eq!(second.save(), uninterrupted.save());
     }
 }
 
 #[test]
-fn a_host_s_own_port_paces_what_it_sends_and_reads_what_arrives() {
+fn host_end_paces_writes_and_reads_complete_bytes() {
     let bus = Rs485::new("bus", BYTE, us(2), boards()).unwrap();
     let mut wire = HostEnd::new(Traced::new("rs485", Uart::new(BYTE, bus)));
     wire.send(at(100), &request(2));
     let mut read = Read::new();
-    live(&mut wire, at(1000), &[], &mut read);
+    advance_wire(&mut wire, at(1000), &[], &mut read);
     // Ten bytes, 10 µs until the answer begins, 22 bytes.
     assert_eq!(read.first().unwrap().0, at(100 + 30 + 10 + 3));
     assert_eq!(
@@ -196,9 +202,9 @@ fn a_host_s_own_port_paces_what_it_sends_and_reads_what_arrives() {
 }
 
 #[test]
-fn a_port_saved_while_it_sends_goes_on_sending() {
+fn restored_port_keeps_its_transmit_end() {
     let new = || {
-        let (line, far) = scripted(&vec![]);
+        let (line, far) = scripted_line(&vec![]);
         (HostEnd::new(Uart::new(BYTE, line)), far)
     };
     let ((mut first, _far), (mut second, far)) = (new(), new());
@@ -211,16 +217,16 @@ fn a_port_saved_while_it_sends_goes_on_sending() {
     );
 }
 
-/// A round over four boards as a host makes it.
-fn round(wire: &mut dyn Wire, now: &mut SimTime, bytes: &mut Vec<u8>, wakes: &mut u32) {
+/// One cycle over four boards as a host performs it.
+fn cycle(wire: &mut dyn Wire, now: &mut SimTime, bytes: &mut Vec<u8>, wakes: &mut u32) {
     for board in 0..4 {
-        wire.advance(*now, &mut Nowhere).unwrap();
+        wire.advance(*now, &mut NoPlant).unwrap();
         wire.send(*now, &request(board));
         bytes.clear();
         while bytes.len() < 22 {
             *now = wire.next_wake().unwrap();
             *wakes += 1;
-            wire.advance(*now, &mut Nowhere).unwrap();
+            wire.advance(*now, &mut NoPlant).unwrap();
             wire.receive(bytes);
         }
         wire.drain_traffic(&mut |_, _| {});
@@ -228,7 +234,7 @@ fn round(wire: &mut dyn Wire, now: &mut SimTime, bytes: &mut Vec<u8>, wakes: &mu
 }
 
 #[test]
-fn running_allocates_nothing_and_wakes_rarely() {
+fn running_wire_does_not_allocate_and_needs_seven_wake_ups_per_board() {
     let bus = Rs485::new("sbcp", BYTE, us(2), boards()).unwrap();
     let schedule = FaultSchedule::default();
     let line = Faulty::new("wire/sbcp", BYTE, &schedule, Traced::new("rs485", bus)).unwrap();
@@ -236,23 +242,24 @@ fn running_allocates_nothing_and_wakes_rarely() {
         UsbSerial::new("sbcp", UsbTiming::default(), BYTE, 1, Uart::new(BYTE, line)).unwrap();
     let (mut now, mut bytes, mut wakes) = (SimTime::ZERO, Vec::new(), 0);
     for _ in 0..10 {
-        round(&mut wire, &mut now, &mut bytes, &mut wakes);
+        cycle(&mut wire, &mut now, &mut bytes, &mut wakes);
     }
     wakes = 0;
     let info = allocation_counter::measure(|| {
         for _ in 0..100 {
-            round(&mut wire, &mut now, &mut bytes, &mut wakes);
+            cycle(&mut wire, &mut now, &mut bytes, &mut wakes);
         }
     });
     assert_eq!(info.count_total, 0);
-    // A board: its request; of the answer the first and the last byte, and each ten that attentive boards count; two reads.
+    // Per board: its request; the first and the last byte of the answer, and each ten bytes by the
+    // attention of the boards; two reads.
     assert_eq!(wakes, 100 * 4 * 7);
 }
 
-/// Asks as a bus controller does: the next request soon after the last answer.
+/// Requests as a bus controller transmits them: the next one soon after the last answer.
 #[test]
-fn a_cycle_of_four_boards_takes_few_wake_ups() {
-    let mut bus = Rs485::new("sbcp", BYTE, us(2), listeners()).unwrap();
+fn cycle_of_four_boards_takes_twelve_wake_ups() {
+    let mut bus = Rs485::new("sbcp", BYTE, us(2), boards_without_attention()).unwrap();
     let (mut near, mut wakes, mut now) = (Arrivals::default(), 0, at(0));
     for board in 0..4 {
         near.clear();
@@ -266,10 +273,10 @@ fn a_cycle_of_four_boards_takes_few_wake_ups() {
         while near.len() < 22 {
             now = bus.next_wake().unwrap();
             wakes += 1;
-            bus.advance(now, &mut Nowhere).unwrap();
+            bus.advance(now, &mut NoPlant).unwrap();
             bus.receive(&mut near);
         }
     }
-    // Each board hears its request; the near end the first and the last byte of the answer.
+    // Each board receives its request; the near end the first and the last byte of the answer.
     assert_eq!((wakes, now), (12, at(4 * 126)));
 }

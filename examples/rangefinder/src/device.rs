@@ -1,27 +1,28 @@
-//! Right of the wire: what stands in for the device. It hears requests, and sees a signal of the plant.
+//! Device side of the wire: the emulated device. It receives requests and samples a signal of the
+//! plant.
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_wire::{AnalogSource, Emulation, FrameMatch, TxQueue};
 
-use crate::protocol::{ASK, MILLIMETRES_MAX, encode};
+use crate::protocol::{MILLIMETRES_MAX, REQUEST, encode};
 
-/// How long a measurement takes.
-const MEASURING: SimDuration = SimDuration::from_millis(5);
+/// Duration of a measurement.
+const MEASUREMENT_TIME: SimDuration = SimDuration::from_millis(5);
 
-/// What is configured, and where the plant has what it measures.
+/// Configuration, and place of the measured signal in the plant.
 pub struct EmulatedRangeFinder {
     name: String,
-    /// What it measures \[m\].
+    /// Measured quantity \[m\].
     analog_source: AnalogSource,
     place: usize,
 }
 
-/// What changes.
+/// Changing state.
 #[derive(Default, Serialize, Deserialize)]
 pub struct State {
-    /// When the measurement that was asked for is over.
+    /// End of the current measurement.
     measured_at: Option<SimTime>,
 }
 
@@ -38,11 +39,11 @@ impl EmulatedRangeFinder {
 impl Emulation for EmulatedRangeFinder {
     type State = State;
 
-    /// A request is one byte.
+    /// A request is a single byte.
     fn match_frame(front: &[u8]) -> FrameMatch {
         match front {
             [] => FrameMatch::Missing(1),
-            [ASK, ..] => FrameMatch::Frame(1),
+            [REQUEST, ..] => FrameMatch::Frame(1),
             _ => FrameMatch::Garbage,
         }
     }
@@ -65,11 +66,11 @@ impl Emulation for EmulatedRangeFinder {
         state: &mut State,
         now: SimTime,
         _frame: &[u8],
-        _world: &mut dyn PlantAccess,
-        _said: &mut TxQueue,
+        _plant: &mut dyn PlantAccess,
+        _tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        // A measurement that is going on goes on.
-        state.measured_at.get_or_insert(now + MEASURING);
+        // A request during a measurement does not restart it.
+        state.measured_at.get_or_insert(now + MEASUREMENT_TIME);
         Ok(())
     }
 
@@ -85,12 +86,12 @@ impl Emulation for EmulatedRangeFinder {
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         state.measured_at = None;
-        let seen = plant.sample(self.place..self.place + 1)?[0];
-        let millimetres = (1e3 * self.analog_source.reading(seen)).round();
+        let value = plant.sample(self.place..self.place + 1)?[0];
+        let millimetres = (1e3 * self.analog_source.reading(value)).round();
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "clamped; what is no number becomes 0"
+            reason = "clamped; NaN becomes 0"
         )]
         let millimetres = millimetres.clamp(0.0, f64::from(MILLIMETRES_MAX)) as u32;
         tx.say(now, |bytes| encode(millimetres, bytes));

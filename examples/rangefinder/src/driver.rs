@@ -1,16 +1,16 @@
-//! Left of the wire: what runs on the robot. It has no clock and no port; it is handed frames, and says what to ask and how
-//! long to wait.
+//! Host side of the wire: the driver that runs on the robot. It has neither clock nor port: it
+//! composes requests with their time-outs and handles the frames received.
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, Unit};
 use twinrig_wire::{FrameMatch, FrameOutcome, Protocol, RequestKind};
 
-use crate::protocol::{ASK, decode, match_frame};
+use crate::protocol::{REQUEST, decode, match_frame};
 
-/// How long it waits for an answer.
-const PATIENCE: SimDuration = SimDuration::from_millis(50);
+/// Time-out of an answer.
+const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
 
-/// What is configured.
+/// Configuration.
 pub struct RangeFinder {
     name: String,
 }
@@ -23,10 +23,10 @@ impl RangeFinder {
     }
 }
 
-/// What changes.
+/// Changing state.
 #[derive(Default, Serialize, Deserialize)]
 pub struct State {
-    /// The newest distance \[m\].
+    /// Newest distance \[m\].
     distance: f64,
     answers: u64,
     lost: u64,
@@ -69,35 +69,30 @@ impl Protocol for RangeFinder {
     ) -> Option<SimDuration> {
         match kind {
             RequestKind::Open | RequestKind::Transfer => {
-                request.push(ASK);
-                Some(PATIENCE)
+                request.push(REQUEST);
+                Some(ANSWER_TIMEOUT)
             }
-            // There is nothing to be left safe.
+            // The device needs no safe state.
             RequestKind::Close => None,
         }
     }
 
-    fn receive(
-        &self,
-        state: &mut State,
-        _errand: Option<RequestKind>,
-        frame: &[u8],
-    ) -> FrameOutcome {
+    fn receive(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Some(millimetres) = decode(frame) else {
-            return FrameOutcome::Nothing;
+            return FrameOutcome::Incomplete;
         };
         state.distance = f64::from(millimetres) * 1e-3;
         state.answers += 1;
-        FrameOutcome::Over
+        FrameOutcome::Complete
     }
 
-    fn time_out(&self, state: &mut State, _errand: RequestKind) {
+    fn time_out(&self, state: &mut State, _kind: RequestKind) {
         state.lost += 1;
     }
 
     fn refusal(&self, _state: &State) -> String {
         format!(
-            "{} does not answer: is it there, at the right port?",
+            "{} does not answer: check the connection and the port",
             self.name
         )
     }

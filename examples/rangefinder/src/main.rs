@@ -1,5 +1,5 @@
-//! A serial device of one's own, in a program with all the commands:
-//! `cargo run --release -p rangefinder -- run examples/rangefinder/rangefinder.toml`
+//! A custom serial device, in a program with all commands: `cargo run --release -p rangefinder --
+//! run examples/rangefinder/rangefinder.toml`
 
 mod device;
 mod driver;
@@ -18,23 +18,23 @@ use driver::RangeFinder;
 const BAUD: u32 = 115_200;
 /// Start bit, eight data bits, stop bit.
 const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as u64);
-/// The signal of the plant that it measures.
+/// Signal of the plant that the device measures.
 const HEIGHT: &str = "body/position";
 
 fn main() -> ExitCode {
     twinrig::run(Registry::standard().with_bus(range_finder()))
 }
 
-/// The kind that scenarios call `rangefinder`: what it is, its driver, its wire with the emulated device at the far end.
+/// Bus kind `rangefinder` of scenarios: description, driver, and wire with the emulated device.
 fn range_finder() -> BusKind {
-    let about = "an example of a serial device: measures how high the trunk is";
+    let about = "an example of a serial device: measures the height of the trunk";
     BusKind::new("rangefinder", about, driver, wire)
         .at_baud(BAUD)
         .with_faults()
         .measuring(|_| vec![HEIGHT.to_owned()])
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "others may refuse")]
+#[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]
 fn driver(context: &BusContext<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> {
     Ok(FramedDriver::new(RangeFinder::new(context.name)))
 }
@@ -62,7 +62,7 @@ mod tests {
     use twinrig_wire::Pty;
 
     #[test]
-    fn the_scenario_does_what_it_expects() {
+    fn scenario_meets_its_expectations() {
         let registry = Registry::standard().with_bus(range_finder());
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
         let assembly = Assembly::of_file(&registry, path, &[]);
@@ -75,16 +75,16 @@ mod tests {
         }
     }
 
-    /// A device that answers `R138` to every `R`, at the far end of a port, until nobody is there any more.
+    /// Answers `R138` to every `R` at the far end of a port, until the port is closed.
     fn answer(mut device: Pty) {
-        let mut asked = Vec::new();
+        let mut requests = Vec::new();
         loop {
-            match device.read(Duration::from_millis(20), &mut asked) {
+            match device.read(Duration::from_millis(20), &mut requests) {
                 Ok(()) => {}
-                Err(DeviceError::HungUp { .. }) if asked.is_empty() => continue,
+                Err(DeviceError::HungUp { .. }) if requests.is_empty() => continue,
                 Err(_) => return,
             }
-            for _ in asked.drain(..) {
+            for _ in requests.drain(..) {
                 if device.write(b"R138\n").is_err() {
                     return;
                 }
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_driver_measures_at_a_port_and_commands_of_legs_go_nowhere() {
+    fn driver_measures_at_a_port_and_unconnected_commands_are_noted() {
         let registry = Registry::standard().with_bus(range_finder());
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
         let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
@@ -110,18 +110,18 @@ mod tests {
         };
         let report = execute(&assembly, &execution).unwrap();
         assert_eq!(report.error, None);
-        // How many answers there are is up to the machine; what they say is not.
-        let seen = &report.expectations[2];
-        assert!(seen.0.holds(), "{:?}", seen.0);
-        assert_eq!(seen.0.measured, Some(0.138));
+        // The number of answers depends on the machine, their content does not.
+        let height = &report.expectations[2];
+        assert!(height.0.holds(), "{:?}", height.0);
+        assert_eq!(height.0.measured, Some(0.138));
         let notes = report.real_time.unwrap().notes;
-        let nowhere = "no bus carries leg/*/hip/command, leg/*/knee/command: it goes nowhere";
-        assert!(notes.iter().any(|note| note == nowhere), "{notes:?}");
+        let note = "no bus carries leg/*/hip/command, leg/*/knee/command: it goes nowhere";
+        assert!(notes.iter().any(|found| found == note), "{notes:?}");
     }
 
     /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p rangefinder schema`.
     #[test]
-    fn the_schema_beside_the_scenario_is_that_of_this_program() {
+    fn schema_matches_this_program() {
         let registry = Registry::standard().with_bus(range_finder());
         let mut schema = Vec::new();
         let code = twinrig::run_with(&registry, ["schema"], &mut schema, &mut Vec::new());
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_about_drivers_quotes_this_example() {
+    fn driver_tutorial_quotes_this_example() {
         let page = include_str!("../../../drivers/README.md");
         let sources = [
             include_str!("protocol.rs"),

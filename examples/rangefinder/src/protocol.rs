@@ -1,19 +1,19 @@
-//! An example protocol, of no real device: the host sends `R`, the range finder answers `R1234` and an end of line: the
-//! distance in millimetres, in one to five digits.
+//! Example protocol, not of a real device: the host sends `R`; the range finder answers `R1234` and
+//! an end of line, the distance in millimetres, in one to five digits.
 
 use twinrig_wire::FrameMatch;
 
-/// What the host sends.
-pub const ASK: u8 = b'R';
-/// The greatest distance that an answer can say \[mm\].
+/// Request of the host, and first byte of an answer.
+pub const REQUEST: u8 = b'R';
+/// Maximum distance that an answer can encode \[mm\].
 pub const MILLIMETRES_MAX: u32 = 99_999;
 
 const DIGITS_MAX: usize = 5;
 const SHORTEST: usize = "R1\n".len();
 
-/// What stands at the front of a stream of answers.
+/// Matches an answer at the front of a stream.
 pub fn match_frame(front: &[u8]) -> FrameMatch {
-    let Some((&ASK, rest)) = front.split_first() else {
+    let Some((&REQUEST, rest)) = front.split_first() else {
         return if front.is_empty() {
             FrameMatch::Missing(SHORTEST)
         } else {
@@ -29,13 +29,13 @@ pub fn match_frame(front: &[u8]) -> FrameMatch {
     }
 }
 
-/// The distance that an answer says \[mm\]; none if it is no answer.
+/// Returns the distance of an answer \[mm\]; `None` if the frame is not an answer.
 pub fn decode(frame: &[u8]) -> Option<u32> {
-    let digits = frame.strip_prefix(&[ASK])?.strip_suffix(b"\n")?;
+    let digits = frame.strip_prefix(&[REQUEST])?.strip_suffix(b"\n")?;
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Appends the answer that says a distance \[mm\], or the greatest there is.
+/// Appends the answer for a distance \[mm\], saturated at the maximum.
 pub fn encode(millimetres: u32, bytes: &mut Vec<u8>) {
     let millimetres = millimetres.min(MILLIMETRES_MAX);
     bytes.extend(format!("R{millimetres}\n").bytes());
@@ -47,26 +47,26 @@ mod tests {
     use twinrig_wire::Framer;
 
     #[test]
-    fn answers_come_back_one_byte_at_a_time_amid_garbage() {
+    fn answers_are_decoded_byte_by_byte_amid_garbage() {
         let mut bytes = b"12\nRR9x".to_vec();
-        let tx = [0, 7, 1234, MILLIMETRES_MAX];
-        for millimetres in tx {
+        let distances = [0, 7, 1234, MILLIMETRES_MAX];
+        for millimetres in distances {
             encode(millimetres, &mut bytes);
         }
         let mut framer = Framer::new(match_frame);
-        let mut heard = Vec::new();
+        let mut decoded = Vec::new();
         for byte in bytes {
             framer.push(&[byte]);
             while let Some(frame) = framer.next_frame() {
-                heard.extend(decode(frame));
+                decoded.extend(decode(frame));
             }
         }
-        assert_eq!(heard, tx);
+        assert_eq!(decoded, distances);
         assert_eq!(framer.skipped(), 7);
     }
 
     #[test]
-    fn what_is_said_to_be_missing_is() {
+    fn missing_count_never_exceeds_the_frame() {
         let mut bytes = Vec::new();
         encode(MILLIMETRES_MAX, &mut bytes);
         for kept in 0..bytes.len() {

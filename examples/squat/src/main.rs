@@ -1,5 +1,5 @@
-//! A controller of one's own, in a program with all the commands:
-//! `cargo run --release -p squat -- run examples/squat/squat.toml`
+//! A custom controller, in a program with all commands: `cargo run --release -p squat -- run
+//! examples/squat/squat.toml`
 
 use std::f64::consts::TAU;
 use std::process::ExitCode;
@@ -9,11 +9,11 @@ use twinrig::runtime::{Process, ProcessVariable, VariableError};
 use twinrig::{ControllerKind, Registry};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 
-/// Lets the robot bend and stretch its legs, its feet below its hips.
+/// Bends and stretches the legs, with the feet below the hips.
 struct Squat {
     legs: Vec<(String, Pantograph)>,
     variables: [ProcessVariable; 3],
-    /// The part of the cycle that is done, in [0, 1).
+    /// Phase of the cycle, in [0, 1).
     cycle: f64,
 }
 
@@ -82,24 +82,28 @@ fn main() -> ExitCode {
     twinrig::run(Registry::standard().with_controller(squat()))
 }
 
-/// The kind that scenarios call `squat`.
+/// Controller kind `squat` of scenarios.
 fn squat() -> ControllerKind {
-    ControllerKind::new("squat", "bends and stretches all legs together", |given| {
-        let mut legs = Vec::new();
-        for mount in given
-            .robot
-            .legs
-            .iter()
-            .filter(|mount| given.legs.contains(&mount.name.as_str()))
-        {
-            legs.push((mount.name.clone(), Pantograph::new(&mount.leg)?));
-        }
-        Ok(Squat {
-            legs,
-            variables: variables(),
-            cycle: 0.0,
-        })
-    })
+    ControllerKind::new(
+        "squat",
+        "bends and stretches all legs together",
+        |context| {
+            let mut legs = Vec::new();
+            for mount in context
+                .robot
+                .legs
+                .iter()
+                .filter(|mount| context.legs.contains(&mount.name.as_str()))
+            {
+                legs.push((mount.name.clone(), Pantograph::new(&mount.leg)?));
+            }
+            Ok(Squat {
+                legs,
+                variables: variables(),
+                cycle: 0.0,
+            })
+        },
+    )
     .with_variables(|_| Ok(variables().to_vec()))
 }
 
@@ -109,7 +113,7 @@ mod tests {
 
     /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p squat schema`.
     #[test]
-    fn the_schema_beside_the_scenario_is_that_of_this_program() {
+    fn schema_matches_this_program() {
         let registry = Registry::standard().with_controller(squat());
         let mut schema = Vec::new();
         let code = twinrig::run_with(&registry, ["schema"], &mut schema, &mut Vec::new());

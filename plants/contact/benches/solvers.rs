@@ -1,4 +1,4 @@
-//! Cost of a solve, from nothing known: stops that push each other, and feet on the ground.
+//! Cost of a solve from a zero guess: coupled stops, and feet on the ground.
 
 use divan::Bencher;
 use twinrig_contact::{Bound, Method, Problem};
@@ -22,10 +22,10 @@ const METHODS: [(&str, Method); 3] = [
 
 const NAMES: [&str; 3] = ["newton", "direct", "sweeps"];
 
-/// Numbers in [−1, 1), always the same ones.
-struct Numbers(u64);
+/// Deterministic pseudorandom numbers in [−1, 1).
+struct Lcg(u64);
 
-impl Numbers {
+impl Lcg {
     fn next(&mut self) -> f64 {
         self.0 = self
             .0
@@ -35,8 +35,8 @@ impl Numbers {
     }
 }
 
-/// `G = J Jᵀ` of `n` rows on `freedoms`, a billionth softer, as the plants have it.
-fn problem(n: usize, freedoms: usize, numbers: &mut Numbers) -> (Problem, Vec<Vec<f64>>) {
+/// Returns `G = J Jᵀ` of `n` rows on `freedoms`, with the compliance of 1e-9 that the plants use.
+fn problem(n: usize, freedoms: usize, numbers: &mut Lcg) -> (Problem, Vec<Vec<f64>>) {
     let j: Vec<Vec<f64>> = (0..n)
         .map(|_| (0..freedoms).map(|_| numbers.next()).collect())
         .collect();
@@ -51,12 +51,12 @@ fn problem(n: usize, freedoms: usize, numbers: &mut Numbers) -> (Problem, Vec<Ve
     (problem, j)
 }
 
-/// Sixteen problems, so that no branch is learnt by heart.
+/// Returns sixteen problems, to prevent the branch predictor from learning a single one.
 fn problems(n: usize, freedoms: usize, contact: bool) -> Vec<Problem> {
-    let mut numbers = Numbers(7);
-    let many = (0..16).map(|_| {
+    let mut numbers = Lcg(7);
+    let problems = (0..16).map(|_| {
         let (mut problem, j) = problem(n, freedoms, &mut numbers);
-        // Rates of a motion, so that there is a solution.
+        // Offsets are rates of a motion, so that a solution exists.
         let motion: Vec<f64> = (0..freedoms).map(|_| numbers.next()).collect();
         for (row, j) in j.iter().enumerate() {
             problem.offset(row, j.iter().zip(&motion).map(|(j, v)| j * v).sum());
@@ -75,7 +75,7 @@ fn problems(n: usize, freedoms: usize, contact: bool) -> Vec<Problem> {
         }
         problem
     });
-    many.collect()
+    problems.collect()
 }
 
 fn solve(bencher: Bencher, method: &str, mut problems: Vec<Problem>) {
@@ -94,26 +94,26 @@ fn solve(bencher: Bencher, method: &str, mut problems: Vec<Problem>) {
                 for row in 0..problem.len() {
                     problem.guess(row, 0.0);
                 }
-                // What was factored last time is no use here; a new compliance of nothing says so.
+                // Invalidates the factors of the previous solve.
                 problem.soften(0.0);
                 let _ = divan::black_box(problem.solve_by(method));
             }
         });
 }
 
-/// Stops on as many freedoms and two more.
+/// Stops on as many degrees of freedom plus two.
 #[divan::bench(args = NAMES, consts = [2, 4, 6, 12])]
 fn stops<const N: usize>(bencher: Bencher, method: &str) {
     solve(bencher, method, problems(N, N + 2, false));
 }
 
-/// Stops of which some say what the others say: twice as many as freedoms.
+/// Redundant stops: twice as many as degrees of freedom.
 #[divan::bench(args = NAMES, consts = [4, 6, 12])]
 fn redundant_stops<const N: usize>(bencher: Bencher, method: &str) {
     solve(bencher, method, problems(N, N / 2, false));
 }
 
-/// Feet, three rows each, of a body whose every foot has freedoms of its own.
+/// Feet, three rows each, of a body with degrees of freedom for every foot.
 #[divan::bench(args = NAMES, consts = [3, 6, 12])]
 fn feet<const N: usize>(bencher: Bencher, method: &str) {
     solve(bencher, method, problems(N, N + 6, true));

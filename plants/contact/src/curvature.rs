@@ -1,5 +1,6 @@
-//! How a gap over the ground changes along a motion, to second order. With the height h(x, y) the gap is g = κφ and the
-//! normal n = κ∇φ. A prime is the derivative along the velocity v, of which h knows the horizontal part:
+//! Second-order kinematics of the gap between a moving point and curved ground. With the height
+//! h(x, y) the gap is g = κφ and the normal n = κ∇φ. A prime is the derivative along the velocity
+//! v; h depends on its horizontal part only:
 //!
 //! ```text
 //!  φ  = z − h         κ  = 1/√(1 + p)               p  = h_x² + h_y²
@@ -20,8 +21,9 @@ struct Jet {
 }
 
 impl Ground {
-    /// Gradient ∇g of the gap that [`Ground::below`] gives \[1\]: ġ = ∇g·v. It is the normal on the surface, and on level
-    /// ground everywhere; above or below curved ground it differs from that by the order of the gap over the radius.
+    /// Returns the gradient ∇g of the gap of [`Ground::below`] \[1\]: ġ = ∇g·v. It equals the
+    /// normal on the surface, and everywhere on level ground; above or below curved ground it
+    /// differs from the normal by the order of gap over radius of curvature.
     pub fn gap_gradient(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let Terrain::Heights(field) = &self.terrain else {
             return Vector3::z();
@@ -34,8 +36,8 @@ impl Ground {
         )
     }
 
-    /// What the ground's shape adds to the gap's acceleration at a velocity \[m/s²\], vᵀ∇²g v, so that
-    /// g̈ = ∇g·a + vᵀ∇²g v. Zero on level ground; the edge of a step is not its curvature.
+    /// Returns the curvature term vᵀ∇²g v of the gap's acceleration \[m/s²\], so that g̈ = ∇g·a +
+    /// vᵀ∇²g v. Zero on level ground; the edge of a step contributes nothing.
     pub fn gap_curvature(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
         match &self.terrain {
             Terrain::Flat | Terrain::StepDown { .. } => 0.0,
@@ -43,8 +45,9 @@ impl Ground {
         }
     }
 
-    /// How the normal below a point turns as the point moves \[1/s\]: the rate n·v changes by n·a + ṅ·v. For what slides
-    /// on the surface, n·v = 0, ṅ·v is [`Ground::gap_curvature`].
+    /// Returns the rate of change ṅ of the normal below a moving point \[1/s\]: the rate n·v
+    /// changes by n·a + ṅ·v. For a point that slides on the surface, n·v = 0, ṅ·v equals
+    /// [`Ground::gap_curvature`].
     pub fn normal_rate(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> Vector3<f64> {
         match &self.terrain {
             Terrain::Flat | Terrain::StepDown { .. } => Vector3::zeros(),
@@ -53,7 +56,7 @@ impl Ground {
     }
 }
 
-/// The gap with its first and second derivative along a velocity, and the first of the normal.
+/// Gap with its first and second derivative along a velocity, and first derivative of the normal.
 struct Slope {
     gap: [f64; 3],
     normal_rate: Vector3<f64>,
@@ -89,13 +92,14 @@ impl Slope {
 }
 
 impl HeightField {
-    /// Derivatives of the splines of [`HeightField::at`] along the horizontal part of a velocity. The slopes' second ones
-    /// are third ones of the height, which jump at the lines of the grid; they count for points off the surface only.
+    /// Returns the derivatives of the splines of [`HeightField::at`] along the horizontal part of a
+    /// velocity. Second derivatives of the slopes are third derivatives of the height, which are
+    /// discontinuous at grid lines; they matter only for points off the surface.
     fn jet(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> Jet {
         let (i, s) = cell((point.x - self.origin[0]) / self.spacing, self.columns);
         let (j, t) = cell((point.y - self.origin[1]) / self.spacing, self.rows);
         let (bx, by) = (derivatives(s), derivatives(t));
-        // Partial derivatives, by how often along x and along y.
+        // Partial derivatives, indexed by the orders in x and in y.
         let mut partial = [[0.0; 4]; 4];
         for (k, l) in (0..4).flat_map(|k| (0..4).map(move |l| (k, l))) {
             let (column, row) = (clamped(i, k, self.columns), clamped(j, l, self.rows));
@@ -107,7 +111,7 @@ impl HeightField {
             }
         }
         let (u, v) = (velocity.x / self.spacing, velocity.y / self.spacing);
-        // The value and its first two derivatives along the velocity, of the derivative that is named.
+        // Partial derivative of order (a, b) with its first two derivatives along the velocity.
         let along = |a: usize, b: usize| {
             let p = |c: usize, d: usize| partial[a + c][b + d];
             [
@@ -124,7 +128,7 @@ impl HeightField {
     }
 }
 
-/// Weights of a uniform cubic B-spline at `s`, and their first three derivatives.
+/// Returns the weights of a uniform cubic B-spline at `s` and their first three derivatives.
 fn derivatives(s: f64) -> [[f64; 4]; 4] {
     let [value, first] = spline(s);
     [
@@ -151,18 +155,19 @@ mod tests {
 
     proptest! {
         #[test]
-        fn derivatives_are_those_of_differences(
+        fn derivatives_match_finite_differences(
             heights in proptest::collection::vec(-0.03..0.03_f64, 100),
             point in vector(-0.35..0.35),
             velocity in vector(-1.0..1.0),
         ) {
-            // Beyond the border, too, but not over a line of the grid, where third derivatives of the height jump.
+            // Includes points beyond the border, but excludes motions across a grid line, where
+            // third derivatives of the height are discontinuous.
             const H: f64 = 1e-6;
             let ground = hills(&heights);
             let at = |t: f64| point + t * velocity;
             let cells = |t: f64| {
-                let place = (at(t) - Vector3::new(-0.2, -0.3, 0.0)) / 0.05;
-                (place.x.floor(), place.y.floor())
+                let position = (at(t) - Vector3::new(-0.2, -0.3, 0.0)) / 0.05;
+                (position.x.floor(), position.y.floor())
             };
             prop_assume!(cells(-H) == cells(H));
             let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * (1.0 + b.abs());
@@ -180,14 +185,14 @@ mod tests {
         }
 
         #[test]
-        fn on_the_surface_gradient_and_normal_are_one(
+        fn gradient_equals_normal_on_surface(
             heights in proptest::collection::vec(-0.03..0.03_f64, 100),
             point in vector(-0.35..0.35),
             velocity in vector(-1.0..1.0),
         ) {
             let ground = hills(&heights);
             let surface = ground.below(&point);
-            // The normal is that of the ground straight below.
+            // The normal is that of the ground vertically below the point.
             let point = point - Vector3::z() * surface.gap / surface.normal.z;
             let normal = surface.normal;
             prop_assert!((ground.gap_gradient(&point) - normal).norm() < 1e-12);
@@ -199,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn level_ground_adds_nothing() {
+    fn level_ground_has_no_curvature_terms() {
         let step = Terrain::StepDown {
             at: 0.0,
             drop: 0.02,
@@ -214,8 +219,8 @@ mod tests {
     }
 
     #[test]
-    fn a_trough_pushes_up_what_slides_through_it_by_v_squared_over_its_radius() {
-        // h = ½ x²/R at its bottom; a cubic spline has a parabola's curvature exactly.
+    fn curvature_at_trough_bottom_is_v_squared_over_radius() {
+        // h = ½ x²/R at the bottom; a cubic spline reproduces the curvature of a parabola exactly.
         let radius = 2.0;
         let heights = (0..100).map(|i| {
             let x = -0.2 + 0.05 * f64::from(i % 10);

@@ -6,21 +6,22 @@
 pub struct Singular {
     /// Rows of the system.
     pub size: usize,
-    /// Where elimination found no pivot.
+    /// Column in which elimination found no pivot.
     pub column: usize,
 }
 
-/// Rows are padded with zeros to whole multiples of this. Loops over them then have few lengths, and for each of the
-/// short ones [`for_length`] makes a version whose length the compiler knows: unrolled, in vector registers, and with the
-/// same operations in the same order on every machine.
+/// Row lengths are padded with zeros to multiples of this. Loops over rows then have few distinct
+/// lengths, and for the common short ones [`for_length`] instantiates a version with a compile-time
+/// length: unrolled, in vector registers, and with the same operations in the same order on every
+/// machine.
 const LANE: usize = 4;
 
-/// Length of a padded row of `n` numbers.
+/// Returns the length of a padded row of `n` numbers.
 pub(crate) const fn padded(n: usize) -> usize {
     n.div_ceil(LANE) * LANE
 }
 
-/// Calls a function with its length argument as a literal where it is a usual one.
+/// Calls a function with its length argument as a literal for the common lengths.
 macro_rules! for_length {
     ($length:expr, $call:ident($($argument:expr),*)) => {
         match $length {
@@ -35,7 +36,7 @@ macro_rules! for_length {
     };
 }
 
-/// `y = b + A x` for a matrix of padded rows and a padded x.
+/// Computes `y = b + A x` for a matrix of padded rows and a padded x.
 pub(crate) fn affine(a: &[f64], x: &[f64], b: &[f64], y: &mut [f64]) {
     for_length!(x.len(), affine_of(a, x, b, y));
 }
@@ -48,7 +49,7 @@ fn affine_of(length: usize, a: &[f64], x: &[f64], b: &[f64], y: &mut [f64]) {
     }
 }
 
-/// Dot product of two padded rows, as four interleaved sums.
+/// Returns the dot product of two padded rows, accumulated in four interleaved sums.
 #[inline(always)]
 pub(crate) fn dot(length: usize, a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (&a[..length], &b[..length]);
@@ -61,23 +62,23 @@ pub(crate) fn dot(length: usize, a: &[f64], b: &[f64]) -> f64 {
     (sum[0] + sum[2]) + (sum[1] + sum[3])
 }
 
-/// An LU decomposition with partial pivoting, and its memory.
+/// LU decomposition with partial pivoting, and its memory.
 #[derive(Debug, Clone, Default)]
 pub struct Factors {
     n: usize,
-    /// U with ones on its diagonal; rows padded.
+    /// U with unit diagonal; rows padded.
     upper: Vec<f64>,
     /// Columns of L below its diagonal, zero above; padded.
     lower: Vec<f64>,
     /// Inverses of L's diagonal.
     inverses: Vec<f64>,
-    /// Row exchanged with row k in step k.
+    /// Row exchanged with row k at elimination step k.
     pivots: Vec<usize>,
 }
 
 impl Factors {
-    /// Makes room for an `n × n` matrix, and gives it to be filled: rows of [`Self::stride`] numbers, all zero, of which
-    /// the first `n` count.
+    /// Allocates an `n × n` matrix and returns it to be filled: rows of [`Self::stride`] numbers,
+    /// all zero, of which the first `n` are used.
     pub fn matrix(&mut self, n: usize) -> &mut [f64] {
         let size = n * padded(n);
         self.n = n;
@@ -90,12 +91,12 @@ impl Factors {
         &mut self.upper
     }
 
-    /// Length of a row of the matrix in memory.
+    /// Returns the length of a row of the matrix in memory.
     pub fn stride(&self) -> usize {
         padded(self.n)
     }
 
-    /// Decomposes the matrix that [`Self::matrix`] was filled with.
+    /// Decomposes the matrix returned by [`Self::matrix`].
     ///
     /// # Errors
     /// [`Singular`] where no pivot exceeds 1e-300.
@@ -103,7 +104,8 @@ impl Factors {
         for_length!(self.stride(), factor_of(self))
     }
 
-    /// Solves `A x = b` with the decomposition; `x` replaces the first `n` numbers of `b`, which is padded.
+    /// Solves `A x = b` with the decomposition; `x` overwrites the first `n` numbers of `b`, which
+    /// is padded.
     pub fn solve(&self, b: &mut [f64]) {
         for_length!(self.stride(), solve_of(self, b));
     }
@@ -135,7 +137,8 @@ fn factor_of(stride: usize, factors: &mut Factors) -> Result<(), Singular> {
         for x in pivot_row.iter_mut() {
             *x *= inverse;
         }
-        // What stands left of the column is zero in this row and in those below: whole rows may be worked on.
+        // Entries left of the column are zero in this row and in those below, so whole rows can be
+        // processed.
         pivot_row[column] = 1.0;
         for (row, multiplier) in below
             .chunks_exact_mut(stride)
@@ -167,9 +170,9 @@ fn solve_of(stride: usize, factors: &Factors, b: &mut [f64]) {
         b[i] = x;
     }
     for (i, row) in factors.upper.chunks_exact(stride.max(1)).enumerate().rev() {
-        // The row holds zeros before the diagonal, and a one on it that meets this zero.
-        let own = std::mem::take(&mut b[i]);
-        b[i] = own - dot(stride, row, b);
+        // The row has zeros before the diagonal and a one on it, which multiplies this zero.
+        let right = std::mem::take(&mut b[i]);
+        b[i] = right - dot(stride, row, b);
     }
 }
 
@@ -180,10 +183,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_solution_solves(n in 1..12_usize, seed in proptest::collection::vec(-1.0..1.0_f64, 156)) {
+        fn solution_satisfies_linear_system(n in 1..12_usize, seed in proptest::collection::vec(-1.0..1.0_f64, 156)) {
             let mut a: Vec<f64> = seed[..n * n].to_vec();
-            // A cyclic shift of a dominant diagonal keeps the condition number small, so that the tolerance means
-            // something, and asks for pivots.
+            // A cyclically shifted dominant diagonal keeps the condition number small, which makes
+            // the tolerance meaningful, and requires pivoting.
             for i in 0..n {
                 a[i * n + (i + 1) % n] += 6.0;
             }
@@ -203,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_matrix_is_named() {
+    fn singular_matrix_is_reported_with_column() {
         let mut factors = Factors::default();
         let matrix = factors.matrix(2);
         (

@@ -1,21 +1,23 @@
-//! The direct solver: the problem in the standard form of Lemke's method, and what its end says about the problem.
+//! Direct solver: transformation of the problem to the standard form of Lemke's method, and
+//! interpretation of its outcome.
 //!
-//! Each z is a base and non-negative x along directions: a ray is one x; an interval one from its end, with a second for
-//! the room that is left, 0 ≤ u ⊥ high − low − x ≥ 0; a line one free x. A disc becomes the pyramid of Stewart and
-//! Trinkle (1996), eight sides β along dₖ and a slip speed λ:
+//! Each z is a base value plus non-negative x along directions. A ray is one x; an interval is one
+//! x from its finite end, with a second x for the remaining slack, 0 ≤ u ⊥ high − low − x ≥ 0; an
+//! unbounded z is one free x. A friction disc becomes the pyramid of Stewart and Trinkle (1996)
+//! with eight sides β along dₖ and a slip speed λ:
 //!
 //! ```text
 //!  0 ≤ βₖ ⊥ dₖ·w + λ ≥ 0        0 ≤ λ ⊥ µ zₙ − Σ βₖ ≥ 0
 //! ```
 //!
-//! which decides between sticking and slipping, and says into which eighth; Newton's method starts from there and gives
-//! the disc itself.
+//! The pyramid decides between sticking and slipping, and selects the octant of slip; Newton's
+//! method then starts from there and solves for the disc itself.
 
 use crate::lemke::{End, Lemke};
 use crate::problem::{ACCEPTABLE, Bound, Problem, TOLERANCE};
 use crate::solution::{Solution, Unsolved};
 
-/// Sides of a pyramid, as cosine and sine.
+/// Directions of the sides of the pyramid, as cosine and sine.
 const SIDES: [[f64; 2]; 8] = {
     const D: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [
@@ -30,28 +32,29 @@ const SIDES: [[f64; 2]; 8] = {
     ]
 };
 
-/// One x of the standard form.
+/// One variable x of the standard form.
 #[derive(Debug, Clone, Copy)]
-enum Part {
-    /// A force along weights of an unknown and, where the second is not zero, of the next.
+enum Variable {
+    /// Force in the direction `weights`: of an unknown and, where the second weight is not zero, of
+    /// the next.
     Force { row: usize, weights: [f64; 2] },
-    /// What holds the force of that column at its far end.
-    Room { of: usize, width: f64 },
-    /// The slip speed of the pyramid whose sides end here, under that normal force.
+    /// Slack of the force in column `of` up to its far bound.
+    Slack { of: usize, width: f64 },
+    /// Slip speed of the pyramid whose sides end at this column, under that normal force.
     Slip { normal: usize, share: f64 },
 }
 
-/// The standard form, with the memory of its solver.
+/// Problem in standard form, and the memory of its solver.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Direct {
     lemke: Lemke,
-    parts: Vec<Part>,
-    /// Columns of the unknowns: a normal force is looked up there.
+    variables: Vec<Variable>,
+    /// Columns of the unknowns, for the lookup of normal forces.
     columns: Vec<usize>,
     base: Vec<f64>,
-    /// Inverse roots of the mobilities: in their units G has a diagonal of ones.
+    /// Inverse square roots of the mobilities: scaled by them, G has a unit diagonal.
     units: Vec<f64>,
-    /// Greatest offset in those units, and so of the order of the x.
+    /// Greatest offset in these units, and thus the order of magnitude of x.
     size: f64,
     x: Vec<f64>,
     diagonal: Vec<f64>,
@@ -60,7 +63,7 @@ pub(crate) struct Direct {
 }
 
 impl Problem {
-    /// Pivots to a solution, or to the proof that there is none.
+    /// Pivots to a solution or to a proof of infeasibility.
     pub(crate) fn solve_directly(&mut self) -> Result<Solution, Unsolved> {
         let mut direct = self.direct.take().unwrap_or_default();
         let result = direct.solve(self);
@@ -76,27 +79,27 @@ impl Direct {
         if !scale.is_finite() {
             return Err(problem.unsolvable());
         }
-        self.divide(problem);
+        self.define_variables(problem);
         self.fill(problem);
         let end = self.lemke.solve();
         let (size, pivots) = (problem.len(), self.lemke.pivots);
         if end == End::Ray {
             problem.unknowns.fill(0.0);
             add(
-                &self.parts,
+                &self.variables,
                 self.lemke.ray(),
                 1.0,
                 &mut problem.unknowns[..size],
             );
-            if self.proves(problem) {
+            if self.proves_infeasible(problem) {
                 return Err(Unsolved::Infeasible { size, pivots });
             }
         }
-        self.x.resize(self.parts.len(), 0.0);
+        self.x.resize(self.variables.len(), 0.0);
         self.lemke.solution(&mut self.x);
         problem.unknowns.fill(0.0);
         problem.unknowns[..size].copy_from_slice(&self.base);
-        add(&self.parts, &self.x, self.size, &mut problem.unknowns);
+        add(&self.variables, &self.x, self.size, &mut problem.unknowns);
         let mut solution = Solution {
             pivots,
             residual: problem.residual(),
@@ -120,12 +123,12 @@ impl Direct {
         })
     }
 
-    /// Divides the unknowns into parts.
-    fn divide(&mut self, problem: &Problem) {
+    /// Defines the variables of the standard form.
+    fn define_variables(&mut self, problem: &Problem) {
         let largest = problem.greatest_mobility();
         self.units.clear();
         self.base.clear();
-        self.parts.clear();
+        self.variables.clear();
         self.columns.clear();
         for (row, &bound) in problem.bounds.iter().enumerate() {
             let mobility = match bound {
@@ -135,7 +138,7 @@ impl Direct {
             };
             let unit = 1.0 / libm::sqrt(if mobility > 0.0 { mobility } else { largest });
             self.units.push(unit);
-            self.columns.push(self.parts.len());
+            self.columns.push(self.variables.len());
             let (base, weight, width) = match bound {
                 Bound::Between { low, high } if low.is_finite() => (low, unit, Some(high - low)),
                 Bound::Between { high, .. } if high.is_finite() => (high, -unit, None),
@@ -146,13 +149,13 @@ impl Direct {
                 }
             };
             self.base.push(base);
-            let of = self.parts.len();
-            self.parts.push(Part::Force {
+            let of = self.variables.len();
+            self.variables.push(Variable::Force {
                 row,
                 weights: [weight, 0.0],
             });
             if let Some(width) = width.filter(|width| width.is_finite()) {
-                self.parts.push(Part::Room {
+                self.variables.push(Variable::Slack {
                     of,
                     width: width / unit,
                 });
@@ -161,11 +164,11 @@ impl Direct {
         for (row, &bound) in problem.bounds.iter().enumerate() {
             if let Bound::Disc { normal, friction } = bound {
                 let unit = self.units[row];
-                self.parts.extend(SIDES.map(|side| Part::Force {
+                self.variables.extend(SIDES.map(|side| Variable::Force {
                     row,
                     weights: side.map(|component| unit * component),
                 }));
-                self.parts.push(Part::Slip {
+                self.variables.push(Variable::Slip {
                     normal,
                     share: friction / unit,
                 });
@@ -175,42 +178,49 @@ impl Direct {
 
     /// Fills the tableau.
     fn fill(&mut self, problem: &Problem) {
-        let Self { lemke, parts, .. } = self;
-        lemke.reset(parts.len());
+        let Self {
+            lemke, variables, ..
+        } = self;
+        lemke.reset(variables.len());
         self.size = 0.0;
-        for (i, part) in parts.iter().enumerate() {
-            match *part {
-                Part::Force { row, weights } => {
+        for (i, variable) in variables.iter().enumerate() {
+            match *variable {
+                Variable::Force { row, weights } => {
                     if is_free(problem.bounds[row]) {
                         lemke.free(i);
                     }
                     let mut offset = 0.0;
                     for (k, weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
-                        let held = self.base.iter().enumerate();
-                        let held = held.map(|(j, base)| problem.entry(row + k, j) * base);
-                        offset += weight * (problem.offset[row + k] + held.sum::<f64>());
+                        let base_rates = self.base.iter().enumerate();
+                        let base_rates =
+                            base_rates.map(|(j, base)| problem.entry(row + k, j) * base);
+                        offset += weight * (problem.offset[row + k] + base_rates.sum::<f64>());
                     }
                     self.size = self.size.max(offset.abs());
                     lemke.offset(i, offset);
-                    for (j, other) in parts.iter().enumerate() {
-                        if let Part::Force {
+                    for (j, other) in variables.iter().enumerate() {
+                        if let Variable::Force {
                             row: column,
                             weights: across,
                         } = *other
                         {
-                            lemke.set(i, j, between(problem, row, weights, column, across));
+                            lemke.set(
+                                i,
+                                j,
+                                mobility_between(problem, row, weights, column, across),
+                            );
                         }
                     }
                 }
-                Part::Room { of, width } => {
+                Variable::Slack { of, width } => {
                     lemke.offset(i, width);
                     lemke.set(i, of, -1.0);
                     lemke.set(of, i, 1.0);
                 }
-                Part::Slip { normal, share } => {
+                Variable::Slip { normal, share } => {
                     lemke.offset(i, share * self.base[normal]);
                     let column = self.columns[normal];
-                    if let Part::Force { weights, .. } = parts[column] {
+                    if let Variable::Force { weights, .. } = variables[column] {
                         lemke.set(i, column, share * weights[0]);
                     }
                     for side in i - SIDES.len()..i {
@@ -226,9 +236,10 @@ impl Direct {
         lemke.divide_offsets(self.size);
     }
 
-    /// Whether the unknowns are forces **v** that prove that there is no solution: allowed in any multiple, without effect,
-    /// and worked upon by the offset. Then every **w** would have **w**·**v** = **b**·**v** < 0, while bounds ask for ≥ 0.
-    fn proves(&self, problem: &mut Problem) -> bool {
+    /// Returns whether the unknowns are forces **v** that prove infeasibility: admissible in any
+    /// multiple, without effect (G **v** = 0), and with negative work of the offset. Then every
+    /// **w** would have **w**·**v** = **b**·**v** < 0, while the bounds require ≥ 0.
+    fn proves_infeasible(&self, problem: &mut Problem) -> bool {
         const NEGLIGIBLE: f64 = 1e-9;
         let n = problem.len();
         let greatest = (0..n).fold(0.0_f64, |most, i| {
@@ -264,15 +275,15 @@ impl Direct {
             })
     }
 
-    /// Newton's method from where pivoting ended; then, should G be singular, towards the solution of least change, by
-    /// steps that each resist change a little (a proximal iteration).
+    /// Refines the outcome of pivoting by Newton's method; then, if G is singular, by proximal
+    /// iterations, whose regularisation leads to the solution of least change.
     fn refine(&mut self, problem: &mut Problem, solution: &mut Solution, scale: f64) {
         const STEPS: usize = 30;
         const RESISTANCE: f64 = 1e-6;
         let (n, tolerance) = (problem.len(), TOLERANCE * scale);
         self.unknowns.clone_from(&problem.unknowns);
-        problem.measure();
-        problem.judge();
+        problem.compute_steps();
+        problem.update_bound_states();
         let residual = problem.newton(&mut solution.factorisations, tolerance);
         self.keep_better(problem, solution, residual);
         self.offset.clone_from(&problem.offset);
@@ -302,17 +313,19 @@ impl Direct {
             }
         }
         if solution.residual > ACCEPTABLE * scale {
-            // The pyramid may have led astray. Newton's own way from nothing is another.
+            // The pyramid may have selected an unsuitable starting point: restart Newton's method
+            // from zero.
             problem.unknowns.fill(0.0);
-            let way = problem.solve().unwrap_or_default();
-            solution.factorisations += way.factorisations;
-            solution.sweeps += way.sweeps;
+            let restart = problem.solve().unwrap_or_default();
+            solution.factorisations += restart.factorisations;
+            solution.sweeps += restart.sweeps;
             let residual = problem.residual();
             self.keep_better(problem, solution, residual);
         }
     }
 
-    /// Takes the unknowns if they are better than those kept, otherwise goes back to these.
+    /// Stores the unknowns if their residual is lower than that of the stored ones, otherwise
+    /// restores the stored ones.
     fn keep_better(&mut self, problem: &mut Problem, solution: &mut Solution, residual: f64) {
         if residual < solution.residual {
             solution.residual = residual;
@@ -323,10 +336,10 @@ impl Direct {
     }
 }
 
-/// Adds what the parts make of the unknowns.
-fn add(parts: &[Part], x: &[f64], factor: f64, unknowns: &mut [f64]) {
-    for (part, x) in parts.iter().zip(x) {
-        if let Part::Force { row, weights } = *part {
+/// Adds the contribution of the variables to the unknowns.
+fn add(variables: &[Variable], x: &[f64], factor: f64, unknowns: &mut [f64]) {
+    for (variable, x) in variables.iter().zip(x) {
+        if let Variable::Force { row, weights } = *variable {
             unknowns[row] += factor * weights[0] * x;
             if weights[1] != 0.0 {
                 unknowns[row + 1] += factor * weights[1] * x;
@@ -335,8 +348,14 @@ fn add(parts: &[Part], x: &[f64], factor: f64, unknowns: &mut [f64]) {
     }
 }
 
-/// Mobility between two forces.
-fn between(problem: &Problem, row: usize, along: [f64; 2], column: usize, across: [f64; 2]) -> f64 {
+/// Returns the mobility between two forces.
+fn mobility_between(
+    problem: &Problem,
+    row: usize,
+    along: [f64; 2],
+    column: usize,
+    across: [f64; 2],
+) -> f64 {
     let mut sum = 0.0;
     for (i, a) in along.iter().enumerate().filter(|(_, a)| **a != 0.0) {
         for (j, b) in across.iter().enumerate().filter(|(_, b)| **b != 0.0) {
@@ -358,10 +377,11 @@ fn is_free(bound: Bound) -> bool {
 mod tests {
     use super::*;
 
-    /// A block of unit mass on a slope along x, which is one of the pyramid's directions: pivots alone give the disc's
-    /// answer. Its normal force may be bound from below, as in the second phase of an impact.
+    /// A block of unit mass on a slope along x, which is one of the pyramid's directions: pivoting
+    /// alone returns the solution for the disc. Its normal force may have a lower bound, as in the
+    /// second phase of an impact.
     #[test]
-    fn along_its_sides_the_pyramid_is_the_disc() {
+    fn pyramid_equals_disc_along_its_sides() {
         for (low, friction, pull) in [(0.0, 0.5, 7.0), (0.0, 1.5, 7.0), (12.0, 0.5, 7.0)] {
             let mut problem = Problem::default();
             problem.reset(3);
@@ -377,8 +397,8 @@ mod tests {
             let solution = problem.solve_by(crate::Method::Direct).unwrap();
             assert_eq!(solution.factorisations, 0);
             let force = f64::max(low, 10.0);
-            let held = f64::min(friction * force, pull / 0.5);
-            let expected = [force, -held, 0.0];
+            let friction_force = f64::min(friction * force, pull / 0.5);
+            let expected = [force, -friction_force, 0.0];
             for (z, expected) in problem.unknowns().iter().zip(expected) {
                 assert!((z - expected).abs() < 1e-12, "{:?}", problem.unknowns());
             }

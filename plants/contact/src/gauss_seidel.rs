@@ -1,6 +1,7 @@
-//! Projected Gauss–Seidel sweeps, with over-relaxation: z ← Π(z − ω ρ w), row by row, each seeing what those before it
-//! have become. ρ is the inverse of the row's own entry of G, so that ω = 1 solves the row; of a disc's own block, the
-//! inverse of the larger eigenvalue.
+//! Projected Gauss–Seidel sweeps with over-relaxation: z ← Π(z − ω ρ w), row by row, each with the
+//! updated values of the rows before it. ρ is the inverse of the row's diagonal entry of G, so that
+//! ω = 1 solves the row; for a friction disc, the inverse of the larger eigenvalue of its 2 × 2
+//! block.
 
 use crate::dense::padded;
 use crate::problem::{Bound, Problem, norm};
@@ -26,9 +27,10 @@ impl Problem {
         }
         let allowed = tolerance * scale;
         self.factored = false;
-        self.measure();
-        self.slow_discs();
-        // A row that nothing moves keeps its guess, which its bound must allow; none is as good as any.
+        self.compute_steps();
+        self.limit_disc_steps();
+        // A row of zero mobility keeps its guess, which must satisfy its bound; all admissible
+        // values are equivalent.
         for row in 0..self.len() {
             if self.steps[row] == 0.0 {
                 self.unknowns[row] = self.nearest_to_zero(row);
@@ -47,7 +49,8 @@ impl Problem {
                     residual: solution.residual,
                 });
             }
-            // What a sweep changes is close to the residual before it, and costs nothing.
+            // The change made by a sweep approximates the residual before it, at no additional
+            // cost.
             while solution.sweeps < sweeps {
                 solution.sweeps += 1;
                 if self.sweep(relaxation) <= allowed {
@@ -57,25 +60,26 @@ impl Problem {
         }
     }
 
-    /// Finds the steps of the rows.
-    pub(crate) fn measure(&mut self) {
+    /// Computes the step sizes ρ of the rows.
+    pub(crate) fn compute_steps(&mut self) {
         let next = padded(self.len()) + 1;
         self.steps.clear();
         for row in 0..self.len() {
-            let own = self.matrix[row * next];
+            let entry = self.matrix[row * next];
             let diagonal = match self.bounds[row] {
-                Bound::Disc { .. } => own.max(self.matrix[(row + 1) * next]),
-                Bound::DiscSecond => own.max(self.matrix[(row - 1) * next]),
-                _ => own,
+                Bound::Disc { .. } => entry.max(self.matrix[(row + 1) * next]),
+                Bound::DiscSecond => entry.max(self.matrix[(row - 1) * next]),
+                _ => entry,
             };
             self.steps
                 .push(if diagonal > 0.0 { 1.0 / diagonal } else { 0.0 });
         }
     }
 
-    /// Steps of discs by the larger eigenvalue of their own block of G, for both components go at once: by the larger of
-    /// its diagonal entries, strongly coupled ones would swing up.
-    fn slow_discs(&mut self) {
+    /// Reduces the steps of discs to the inverse of the larger eigenvalue of their block of G,
+    /// since both components are updated at once: with the larger of its diagonal entries, strongly
+    /// coupled components would oscillate with growing amplitude.
+    fn limit_disc_steps(&mut self) {
         for row in 0..self.len() {
             if let Bound::Disc { .. } = self.bounds[row] {
                 let (a, b) = (self.entry(row, row), self.entry(row + 1, row + 1));
@@ -89,9 +93,9 @@ impl Problem {
         }
     }
 
-    /// One sweep over all rows. Gives the greatest change that it made, in units of `w`.
+    /// Performs one sweep over all rows. Returns the greatest change, in units of `w`.
     pub(crate) fn sweep(&mut self, relaxation: f64) -> f64 {
-        let mut most = 0.0_f64;
+        let mut largest = 0.0_f64;
         for row in 0..self.len() {
             let (z, step) = (self.unknowns[row], relaxation * self.steps[row]);
             let mut change = 0.0;
@@ -118,9 +122,9 @@ impl Problem {
             }
             change = change.max((self.unknowns[row] - z).abs());
             if step > 0.0 {
-                most = most.max(change / step);
+                largest = largest.max(change / step);
             }
         }
-        most
+        largest
     }
 }

@@ -1,4 +1,4 @@
-//! Terrain and what it is made of.
+//! Terrain shape and contact parameters.
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ pub struct Ground {
     pub terrain: Terrain,
     /// Coulomb coefficient \[1\].
     pub friction: f64,
-    /// Newton's coefficient of restitution: share of the approach speed that an impact gives back \[1\].
+    /// Newton's coefficient of restitution: ratio of separation to approach speed \[1\].
     pub restitution: f64,
 }
 
@@ -18,14 +18,14 @@ pub struct Ground {
 pub enum Terrain {
     /// Height zero everywhere.
     Flat,
-    /// Height zero up to `at`, then lower by `drop`. The edge is vertical.
+    /// Height zero for x < `at`, `drop` lower beyond. The edge is vertical.
     StepDown {
         /// x of the edge \[m\].
         at: f64,
-        /// How much lower the ground is behind it \[m\].
+        /// Height of the step \[m\].
         drop: f64,
     },
-    /// Heights on a square grid, continued by its border; smooth in between.
+    /// Heights on a square grid, interpolated smoothly and extended beyond its border.
     Heights(HeightField),
 }
 
@@ -48,7 +48,7 @@ pub struct Surface {
     pub normal: Vector3<f64>,
 }
 
-/// Why a terrain does not exist.
+/// Invalid terrain parameter.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum GroundError {
     /// The grid is too small to interpolate, or its size does not match the number of heights.
@@ -63,10 +63,10 @@ pub enum GroundError {
         /// Heights given.
         heights: usize,
     },
-    /// A number that has to be positive, or non-negative, or finite, is not.
+    /// A parameter is negative, zero or not finite where this is not allowed.
     #[error("the ground's {what} cannot be {value}")]
     Value {
-        /// Which number.
+        /// Name of the parameter.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -74,7 +74,7 @@ pub enum GroundError {
 }
 
 impl Ground {
-    /// A ground, checked.
+    /// Creates a ground from validated parameters.
     ///
     /// # Errors
     /// [`GroundError::Value`] for a negative friction or a restitution outside [0, 1].
@@ -98,7 +98,7 @@ impl Ground {
         })
     }
 
-    /// Its height at a place \[m\].
+    /// Returns the height at a position \[m\].
     pub fn height(&self, x: f64, y: f64) -> f64 {
         match &self.terrain {
             Terrain::Flat => 0.0,
@@ -136,7 +136,7 @@ impl Ground {
 }
 
 impl Surface {
-    /// Two unit vectors in the surface, the first in the vertical plane of x.
+    /// Returns two unit tangents, the first in the vertical plane of x.
     pub fn tangents(&self) -> [Vector3<f64>; 2] {
         let forward = Vector3::new(self.normal.z, 0.0, -self.normal.x).normalize();
         [forward, self.normal.cross(&forward)]
@@ -151,10 +151,10 @@ fn level(gap: f64) -> Surface {
 }
 
 impl HeightField {
-    /// A grid of heights, x running fastest, whose first point lies at `origin`.
+    /// Creates a height field, x varying fastest, whose first point lies at `origin`.
     ///
     /// # Errors
-    /// [`GroundError`] for a grid that cannot be interpolated or a height that is not a number.
+    /// [`GroundError`] for a grid that cannot be interpolated or a height that is not finite.
     pub fn new(
         origin: [f64; 2],
         spacing: f64,
@@ -190,13 +190,14 @@ impl HeightField {
         })
     }
 
-    /// Where the first point of the grid lies, how far points are apart, and how many there are along x and y \[m\].
+    /// Returns the origin of the grid, its spacing \[m\], and the numbers of points along x and y.
     pub fn grid(&self) -> ([f64; 2], f64, [usize; 2]) {
         (self.origin, self.spacing, [self.columns, self.rows])
     }
 
-    /// Height and its slopes along x and y, by uniform cubic B-splines: twice continuously differentiable, so that a foot
-    /// that slides over a grid line feels no jolt.
+    /// Returns the height and its slopes along x and y, by uniform cubic B-splines: twice
+    /// continuously differentiable, so that forces on a foot sliding across a grid line are
+    /// continuous.
     fn at(&self, x: f64, y: f64) -> [f64; 3] {
         let (i, s) = cell((x - self.origin[0]) / self.spacing, self.columns);
         let (j, t) = cell((y - self.origin[1]) / self.spacing, self.rows);
@@ -215,24 +216,24 @@ impl HeightField {
     }
 }
 
-/// Grid cell and place within it; the border cell goes on for ever.
+/// Returns the grid cell and the position within it; the border cell extends to infinity.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "clamped to the grid before"
 )]
-pub(crate) fn cell(place: f64, points: usize) -> (i64, f64) {
-    let bounded = place.clamp(-1.0, points as f64);
+pub(crate) fn cell(position: f64, points: usize) -> (i64, f64) {
+    let bounded = position.clamp(-1.0, points as f64);
     let floor = libm::floor(bounded);
     (floor as i64, bounded - floor)
 }
 
-/// Index of the k-th of the four points that a cell's spline uses.
+/// Returns the index of the k-th of the four support points of a cell's spline.
 pub(crate) fn clamped(cell: i64, k: usize, points: usize) -> usize {
     let index = cell + [-1, 0, 1, 2][k];
     usize::try_from(index).unwrap_or(0).min(points - 1)
 }
 
-/// Weights of a uniform cubic B-spline at `s`, and of its derivative.
+/// Returns the weights of a uniform cubic B-spline at `s` and their first derivatives.
 pub(crate) fn spline(s: f64) -> [[f64; 4]; 2] {
     let r = 1.0 - s;
     [
@@ -265,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gap_along_the_normal_is_that_above_the_height() {
+    fn gap_along_normal_matches_vertical_height() {
         let field = HeightField::new(
             [-0.2, -0.2],
             0.1,
@@ -292,7 +293,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_normal_is_the_slope_of_the_height(x in -0.4..0.5_f64, y in -0.4..0.5_f64) {
+        fn normal_matches_slope_of_height(x in -0.4..0.5_f64, y in -0.4..0.5_f64) {
             let (ground, h) = (hills(), 1e-6);
             let height = |x: f64, y: f64| {
                 let below = ground.below(&Vector3::new(x, y, 0.0));
@@ -308,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_down_is_level_on_both_sides() {
+    fn step_down_is_level_on_both_sides() {
         let ground = Ground::new(
             Terrain::StepDown {
                 at: 1.0,
@@ -323,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_grounds_are_refused() {
+    fn invalid_grounds_are_rejected() {
         assert!(Ground::new(Terrain::Flat, -0.1, 0.0).is_err());
         assert!(Ground::new(Terrain::Flat, 0.1, 1.5).is_err());
         assert!(HeightField::new([0.0; 2], 0.1, 3, vec![0.0; 8]).is_err());

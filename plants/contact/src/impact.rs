@@ -1,22 +1,24 @@
-//! Impacts: impulses that change the rates of the gaps in no time.
+//! Impact laws: impulses that change the rates of the gaps instantaneously.
 
 use crate::problem::{Bound, Problem, TOLERANCE};
 use crate::solution::{Method, Solution, Unsolved};
 
-/// The law by which an impact gives back what it takes. Each row has a coefficient e of its own, for what is hit in one
-/// instant need not be of one stuff: a stop 0, the ground more.
+/// Law of restitution. Each row has its own coefficient e, since rows hit at one instant may be of
+/// different materials: 0 for a stop, more for the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Restitution {
-    /// Rates: `0 ≤ P ⊥ ġ⁺ + e ġ⁻ ≥ 0`. The energy changes by ½ Σ Pᵢ (1 − eᵢ) ġᵢ⁻ where there is no friction: it does not
-    /// grow if no gap opens before, nor (by another sum) if one coefficient holds for all. Otherwise it may, and with
-    /// friction it may in any case, as Kane found of a rod that slides into the ground.
+    /// Rates: `0 ≤ P ⊥ ġ⁺ + e ġ⁻ ≥ 0`. Without friction the energy changes by ½ Σ Pᵢ (1 − eᵢ) ġᵢ⁻:
+    /// it does not grow if no gap opens before, nor (by another sum) if one coefficient applies to
+    /// all rows. Otherwise it may grow, and with friction it may in any case, as Kane found for a
+    /// rod that slides into the ground.
     Newton,
-    /// Impulses: one that stops the approach, `0 ≤ P₁ ⊥ ġ₁ ≥ 0`, then one of at least e times that,
-    /// `0 ≤ P₂ − e P₁ ⊥ ġ⁺ ≥ 0`, each with friction of its own. Kinetic energy never grows; see [`Problem::impact`].
+    /// Impulses: a compression phase that stops the approach, `0 ≤ P₁ ⊥ ġ₁ ≥ 0`, then an expansion
+    /// phase with an impulse of at least e P₁, `0 ≤ P₂ − e P₁ ⊥ ġ⁺ ≥ 0`, each with its own friction
+    /// impulse. Kinetic energy never grows; see [`Problem::impact`].
     Poisson,
 }
 
-/// What an impact keeps aside.
+/// Workspace of an impact.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Phases {
     bounds: Vec<Bound>,
@@ -26,23 +28,26 @@ pub(crate) struct Phases {
 }
 
 impl Problem {
-    /// Impulses P of an impact, for the present G and bounds: `before` are the rates ġ⁻ of all rows, `coefficients` their
-    /// restitution, which counts for [`Bound::NonNegative`] only. Afterwards [`Self::unknowns`] are P, and [`Self::w`] is
-    /// the rate ġ⁺ = ġ⁻ + G P of a row.
+    /// Computes the impulses P of an impact for the present G and bounds: `before` are the rates ġ⁻
+    /// of all rows, `coefficients` their restitution, which applies to [`Bound::NonNegative`] only.
+    /// Afterwards [`Self::unknowns`] are P, and [`Self::w`] is the rate ġ⁺ = ġ⁻ + G P of a row.
     ///
-    /// No gap is left closing. Newton's law lets a gap that opens be driven in, down to ġ⁺ = −e ġ⁻; what still closes
-    /// afterwards is stopped without restitution, which takes energy only.
+    /// No gap is closing afterwards. Newton's law allows an opening gap to end with a closing rate,
+    /// down to ġ⁺ = −e ġ⁻; rows that still close are stopped by a second impact without
+    /// restitution, which only dissipates.
     ///
-    /// By Poisson's law the kinetic energy changes by at most ½(|EP₁|² − |P₁|²), in the norm of G and with the
-    /// coefficients E: of the impulses that its bounds allow, E P₁ among them, the second phase takes those that leave the
-    /// least energy. For one coefficient that is not positive. Several that differ, with friction, would now and then give
-    /// more than was taken, even many times as much; then they are lowered together, by |P₁|/|EP₁|.
+    /// By Poisson's law the kinetic energy changes by at most ½(|EP₁|² − |P₁|²), in the norm of G
+    /// and with the diagonal matrix E of coefficients: of the admissible impulses, E P₁ among them,
+    /// the second phase selects those of least energy. For one common coefficient the bound is not
+    /// positive. Different coefficients with friction may exceed the energy taken, even many times;
+    /// then all are reduced by the factor |P₁|/|EP₁|.
     ///
     /// # Errors
-    /// [`Unsolved`], as the method says; [`Unsolved::Parameter`] for a coefficient outside [0, 1].
+    /// [`Unsolved`], as described for the method; [`Unsolved::Parameter`] for a coefficient outside
+    /// [0, 1].
     ///
     /// # Panics
-    /// Where rates or coefficients are not as many as the rows.
+    /// If the number of rates or coefficients differs from the number of rows.
     pub fn impact(
         &mut self,
         law: Restitution,
@@ -50,8 +55,8 @@ impl Problem {
         coefficients: &[f64],
         method: Method,
     ) -> Result<Solution, Unsolved> {
-        assert_eq!(before.len(), self.len(), "one rate for each row");
-        assert_eq!(coefficients.len(), self.len(), "a coefficient for each row");
+        assert_eq!(before.len(), self.len(), "one rate per row");
+        assert_eq!(coefficients.len(), self.len(), "one coefficient per row");
         if let Some(&value) = coefficients.iter().find(|e| !(0.0..=1.0).contains(*e)) {
             return Err(Unsolved::Parameter {
                 what: "restitution",
@@ -75,47 +80,52 @@ impl Problem {
         result
     }
 
-    /// Impulses P of an impact without collision (a tangential impact): contacts slide that are closed and do not approach,
-    /// and no forces keep them from it, for friction presses them down by more than their normal force lifts them
-    /// (Painlevé's paradox). `before` are the rates ġ⁻ of all rows; `jammed` says which normals those are.
+    /// Computes the impulses P of an impact without collision (a tangential impact), for sliding
+    /// contacts that are closed and do not approach but have no consistent contact force, because
+    /// friction presses them down by more than their normal force lifts them (Painlevé's paradox).
+    /// `before` are the rates ġ⁻ of all rows; `jammed` marks the normal rows of these contacts.
     ///
-    /// It is the impact of contacts that approach ever more slowly, ġ⁻ = −ε with ε → 0, without restitution. P = 0 meets its
-    /// conditions, too, and is not it: at every ε > 0 it leaves the gap closing. So the impulses are found at a small ε, and
-    /// from there those at none; where these vanish, they are none only if they shrink with ε. Kinetic energy is lost only.
+    /// The solution is the limit ε → 0 of an impact without restitution at the approach rate ġ⁻ =
+    /// −ε. P = 0 satisfies the conditions of the limit too but is not the solution: at every ε > 0
+    /// it leaves the gap closing. The impulses are therefore computed at a small ε, and used as the
+    /// start for ε = 0; where these vanish, zero is accepted only if the impulses shrink with ε.
+    /// Kinetic energy never grows.
     ///
     /// Afterwards [`Self::unknowns`] and [`Self::w`] are as after [`Self::impact`].
     ///
     /// # Errors
-    /// [`Unsolved`], as the method says: then no impulse keeps the contacts from closing, either.
+    /// [`Unsolved`], as described for the method: then no impulse keeps the contacts from closing,
+    /// either.
     ///
     /// # Panics
-    /// Where rates or marks are not as many as the rows.
+    /// If the number of rates or marks differs from the number of rows.
     pub fn impact_without_collision(
         &mut self,
         before: &[f64],
         jammed: &[bool],
         method: Method,
     ) -> Result<Solution, Unsolved> {
-        assert_eq!(before.len(), self.len(), "one rate for each row");
-        assert_eq!(jammed.len(), self.len(), "a mark for each row");
-        let result = self.jam(before, jammed, method);
+        assert_eq!(before.len(), self.len(), "one rate per row");
+        assert_eq!(jammed.len(), self.len(), "one mark per row");
+        let result = self.solve_tangential(before, jammed, method);
         self.offset.copy_from_slice(before);
         result
     }
 
-    fn jam(
+    fn solve_tangential(
         &mut self,
         before: &[f64],
         jammed: &[bool],
         method: Method,
     ) -> Result<Solution, Unsolved> {
-        /// ε, as a share of the greatest rate: far above what a solution leaves, far below what slides.
+        /// ε relative to the greatest rate: far above the residual of a solution, far below the
+        /// sliding rate.
         const APPROACH: f64 = 1e-3;
-        /// By how much smaller it is made where there is doubt.
+        /// Factor by which ε is reduced for the check of convergence to zero.
         const SMALLER: f64 = 1e-2;
         let fastest = before
             .iter()
-            .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+            .fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
         let approach = |problem: &mut Self, by: f64| {
             for (row, (&rate, &jammed)) in before.iter().zip(jammed).enumerate() {
                 problem.offset[row] = if jammed { rate.min(0.0) - by } else { rate };
@@ -123,22 +133,22 @@ impl Problem {
             }
             problem.solve_by(method)
         };
-        let most = |impulses: &[f64]| {
+        let largest = |impulses: &[f64]| {
             let marked = impulses.iter().zip(jammed).filter(|(_, jammed)| **jammed);
-            marked.fold(0.0_f64, |most, (impulse, _)| most.max(*impulse))
+            marked.fold(0.0_f64, |largest, (impulse, _)| largest.max(*impulse))
         };
         let slow = approach(self, APPROACH * fastest)?;
-        let found = most(&self.unknowns);
+        let found = largest(&self.unknowns);
         self.offset.copy_from_slice(before);
         let exact = self.solve_by(Method::Newton);
         if let Ok(exact) = exact
-            && most(&self.unknowns) > 0.5 * found
+            && largest(&self.unknowns) > 0.5 * found
         {
             return Ok(slow.and(exact));
         }
         let slower = approach(self, SMALLER * APPROACH * fastest)?;
-        if most(&self.unknowns) < 0.5 * found {
-            // Forces do: these impulses are the approach's own.
+        if largest(&self.unknowns) < 0.5 * found {
+            // A consistent contact force exists: the impulses are proportional to ε.
             self.unknowns.fill(0.0);
         }
         Ok(slow.and(slower))
@@ -154,11 +164,11 @@ impl Phases {
         method: Method,
     ) -> Result<Solution, Unsolved> {
         for (row, (rate, e)) in before.iter().zip(coefficients).enumerate() {
-            let returned = match self.bounds[row] {
+            let restitution = match self.bounds[row] {
                 Bound::NonNegative => e * rate,
                 _ => 0.0,
             };
-            problem.offset[row] = rate + returned;
+            problem.offset[row] = rate + restitution;
         }
         let solution = problem.solve_by(method)?;
         problem.offset.copy_from_slice(before);
@@ -167,7 +177,7 @@ impl Phases {
         if (0..before.len()).all(|row| !normal(row) || problem.w(row) >= closing) {
             return Ok(solution);
         }
-        Ok(solution.and(self.again(problem, |_| 0.0, method)?))
+        Ok(solution.and(self.second_phase(problem, |_| 0.0, method)?))
     }
 
     fn poisson(
@@ -179,33 +189,34 @@ impl Phases {
     ) -> Result<Solution, Unsolved> {
         problem.offset.copy_from_slice(before);
         let compression = problem.solve_by(method)?;
-        let gives_back = |row: usize| {
+        let restitutes = |row: usize| {
             self.bounds[row] == Bound::NonNegative
                 && coefficients[row] * problem.unknowns[row] > 0.0
         };
-        if !(0..before.len()).any(gives_back) {
+        if !(0..before.len()).any(restitutes) {
             return Ok(compression);
         }
-        let expansion = self.again(problem, |row| coefficients[row], method)?;
+        let expansion = self.second_phase(problem, |row| coefficients[row], method)?;
         problem.offset.copy_from_slice(before);
         let solution = compression.and(expansion);
-        let (mut gain, mut moved) = (0.0, 0.0);
+        let (mut gain, mut magnitude) = (0.0, 0.0);
         for (row, rate) in before.iter().enumerate() {
             let (z, after) = (problem.unknowns[row], problem.w(row));
             gain += 0.5 * z * (rate + after);
-            moved += 0.5 * z.abs() * (rate.abs() + after.abs());
+            magnitude += 0.5 * z.abs() * (rate.abs() + after.abs());
         }
-        let share = self.affordable(problem, coefficients);
-        if gain <= 1e-12 * moved || share >= 1.0 {
+        let share = self.restitution_scale(problem, coefficients);
+        if gain <= 1e-12 * magnitude || share >= 1.0 {
             return Ok(solution);
         }
         problem.unknowns[..before.len()].copy_from_slice(&self.first);
-        Ok(solution.and(self.again(problem, |row| share * coefficients[row], method)?))
+        Ok(solution.and(self.second_phase(problem, |row| share * coefficients[row], method)?))
     }
 
-    /// A further impact after one whose impulses are the unknowns: what each row may push is at least a share of what it
-    /// pushed, and an interval what is left of it. The impulses add up.
-    fn again(
+    /// Solves a further impact after one whose impulses are the unknowns: the lower bound of a
+    /// normal impulse is a share of its first impulse, and an interval is reduced by its first
+    /// impulse. The impulses are added.
+    fn second_phase(
         &mut self,
         problem: &mut Problem,
         share: impl Fn(usize) -> f64,
@@ -242,13 +253,14 @@ impl Phases {
         Ok(solution)
     }
 
-    /// By what all coefficients are to be lowered so that what is given back is no more than what the first phase took.
-    fn affordable(&self, problem: &Problem, coefficients: &[f64]) -> f64 {
+    /// Returns the factor for all coefficients at which the expansion returns no more energy than
+    /// the compression took.
+    fn restitution_scale(&self, problem: &Problem, coefficients: &[f64]) -> f64 {
         let n = problem.len();
-        let most = (0..n).filter(|&row| self.bounds[row] == Bound::NonNegative);
-        let most = most.fold(0.0_f64, |most, row| most.max(coefficients[row]));
+        let largest = (0..n).filter(|&row| self.bounds[row] == Bound::NonNegative);
+        let largest = largest.fold(0.0_f64, |largest, row| largest.max(coefficients[row]));
         let share = |row: usize| match self.bounds[row] {
-            Bound::Free => most,
+            Bound::Free => largest,
             Bound::NonNegative => coefficients[row],
             Bound::Between { .. } => 0.0,
             Bound::Disc { normal, .. } => coefficients[normal],
@@ -257,14 +269,14 @@ impl Phases {
                 _ => 0.0,
             },
         };
-        let (mut taken, mut given) = (0.0, 0.0);
+        let (mut compression_energy, mut expansion_energy) = (0.0, 0.0);
         for i in 0..n {
             for j in 0..n {
                 let energy = self.first[i] * problem.entry(i, j) * self.first[j];
-                taken += energy;
-                given += share(i) * energy * share(j);
+                compression_energy += energy;
+                expansion_energy += share(i) * energy * share(j);
             }
         }
-        libm::sqrt((taken / given).max(0.0))
+        libm::sqrt((compression_energy / expansion_energy).max(0.0))
     }
 }

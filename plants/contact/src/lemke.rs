@@ -1,36 +1,39 @@
 //! Lemke's method for 0 ≤ x ⊥ y = M x + q ≥ 0, with some x free (then y = 0).
 //!
-//! An artificial variable t, of which every y gets as much, makes x = 0 feasible. Along the path on which every other pair
-//! (x, y) keeps x y = 0, pivots bring t to zero, which is a solution, or the path ends on a ray. For a positive semidefinite
-//! M a ray means that there is no solution. The least ratio is chosen as if each y had been moved by its own power of a
-//! tiny number (the lexicographic rule); so no tie is left, and no path goes round in circles.
+//! An artificial variable t, added with weight one to every y, makes x = 0 feasible. Pivots follow
+//! the path of almost complementary solutions, on which every other pair (x, y) has x y = 0, until
+//! t reaches zero, which is a solution, or the path ends on a ray. For a positive semidefinite M a
+//! ray proves infeasibility. Ties of the minimum ratio are broken by the lexicographic rule, as if
+//! each y were perturbed by a distinct power of an infinitesimal, which excludes cycling.
 
-/// Entries of the tableau below this are zero to working precision; M is to be scaled to a diagonal of ones.
+/// Entries of the tableau below this are zero to working precision; M must be scaled to a unit
+/// diagonal.
 const ZERO: f64 = 1e-11;
 
-/// Ratios nearer to each other than this, relatively, count as tied.
+/// Relative difference below which two ratios are tied.
 const TIE: f64 = 1e-12;
 
-/// How the path ended.
+/// Outcome of the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     Solution,
     Ray,
-    /// After more pivots than a path has in practice.
+    /// The limit of pivots was reached, far above the number that occurs in practice.
     Limit,
 }
 
-/// The tableau: each basic variable as an affine function of the others. Variables are numbered y, x, t.
+/// The tableau: each basic variable as an affine function of the others. Variables are numbered y,
+/// x, t.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Lemke {
     size: usize,
-    /// Rows of coefficients: those of `size` variables and of one more, then the constant.
+    /// Rows of coefficients of the `size` + 1 nonbasic variables, followed by the constant.
     table: Vec<f64>,
     basic: Vec<usize>,
-    others: Vec<usize>,
-    /// Which x are free. Their rows set no ratio, and what they leave to the others stays zero.
+    nonbasic: Vec<usize>,
+    /// Whether each x is free. Rows of free x impose no ratio, and their y stays zero.
     free: Vec<bool>,
-    /// Direction of a ray: the x that grow, and how.
+    /// Direction of the ray, in x.
     ray: Vec<f64>,
     pivot_row: Vec<f64>,
     pub(crate) pivots: u32,
@@ -44,8 +47,8 @@ impl Lemke {
         self.table.resize(size * (size + 2), 0.0);
         self.basic.clear();
         self.basic.extend(0..size);
-        self.others.clear();
-        self.others.extend(size..=2 * size);
+        self.nonbasic.clear();
+        self.nonbasic.extend(size..=2 * size);
         self.free.clear();
         self.free.resize(size, false);
         self.ray.clear();
@@ -77,7 +80,7 @@ impl Lemke {
         self.free[row] = true;
     }
 
-    /// The x that were found, in order.
+    /// Writes the solution x, in order.
     pub(crate) fn solution(&self, x: &mut [f64]) {
         x.fill(0.0);
         for (row, &variable) in self.basic.iter().enumerate() {
@@ -87,46 +90,46 @@ impl Lemke {
         }
     }
 
-    /// The x of the ray on which the path ended: multiples of it may be added for ever.
+    /// Returns the direction x of the ray on which the path ended: any multiple of it may be added.
     pub(crate) fn ray(&self) -> &[f64] {
         &self.ray
     }
 
-    /// Goes along the path.
+    /// Follows the path to its end.
     pub(crate) fn solve(&mut self) -> End {
         for row in 0..self.size {
             let at = self.at(row, self.size);
             self.table[at] = if self.free[row] { 0.0 } else { 1.0 };
         }
-        if let Some(column) = self.release() {
+        if let Some(column) = self.pivot_free_variables() {
             return self.end_on_ray(column);
         }
-        // Of rows that are equally short, the last: with the tiny moves it is the shortest.
-        let mut shortest = (0.0, None);
+        // Of tied rows the last one: the minimum under the lexicographic perturbation.
+        let mut minimum = (0.0, None);
         for row in 0..self.size {
             let value = self.constant(row);
-            if !self.free[row] && value < 0.0 && value <= shortest.0 {
-                shortest = (value, Some(row));
+            if !self.free[row] && value < 0.0 && value <= minimum.0 {
+                minimum = (value, Some(row));
             }
         }
-        let Some(mut row) = shortest.1 else {
+        let Some(mut row) = minimum.1 else {
             return End::Solution;
         };
         let artificial = 2 * self.size;
         let mut column = self.size;
         for _ in 0..50 * (self.size + 1) {
-            let leaves = self.basic[row];
+            let leaving = self.basic[row];
             self.pivot(row, column);
-            if leaves == artificial {
+            if leaving == artificial {
                 return End::Solution;
             }
-            let enters = if leaves < self.size {
-                leaves + self.size
+            let entering = if leaving < self.size {
+                leaving + self.size
             } else {
-                leaves - self.size
+                leaving - self.size
             };
-            column = self.column_of(enters);
-            match self.shortest(column) {
+            column = self.column_of(entering);
+            match self.minimum_ratio_row(column) {
                 Some(next) => row = next,
                 None => return self.end_on_ray(column),
             }
@@ -134,9 +137,10 @@ impl Lemke {
         End::Limit
     }
 
-    /// Makes the free x basic, the stiffest first, until what is left of M between them is zero. Gives the column of one
-    /// whose y is then fixed at something else than zero, if there is one.
-    fn release(&mut self) -> Option<usize> {
+    /// Makes the free x basic, in order of decreasing diagonal entries, until the remainder of M
+    /// among them is zero. Returns the column of a free x whose y is then fixed at a non-zero
+    /// value, if there is one.
+    fn pivot_free_variables(&mut self) -> Option<usize> {
         loop {
             let mut largest = (ZERO, None);
             for row in (0..self.size).filter(|&row| self.free[row] && self.basic[row] == row) {
@@ -155,8 +159,9 @@ impl Lemke {
         })
     }
 
-    /// The row whose variable reaches zero first as that of the column grows.
-    fn shortest(&self, column: usize) -> Option<usize> {
+    /// Returns the row of minimum ratio: its variable reaches zero first as that of the column
+    /// grows.
+    fn minimum_ratio_row(&self, column: usize) -> Option<usize> {
         let artificial = 2 * self.size;
         let mut best: Option<(f64, usize)> = None;
         for row in 0..self.size {
@@ -167,13 +172,14 @@ impl Lemke {
             let ratio = self.constant(row).max(0.0) / rate;
             best = match best {
                 Some((least, other)) => {
-                    let apart = TIE * (1.0 + least);
-                    let first = if (ratio - least).abs() > apart {
+                    let tied = TIE * (1.0 + least);
+                    let first = if (ratio - least).abs() > tied {
                         ratio < least
                     } else if self.basic[other] == artificial {
                         false
                     } else {
-                        variable == artificial || self.moved_less(row, other, column)
+                        variable == artificial
+                            || self.precedes_lexicographically(row, other, column)
                     };
                     Some(if first { (ratio, row) } else { (least, other) })
                 }
@@ -183,11 +189,12 @@ impl Lemke {
         best.map(|(_, row)| row)
     }
 
-    /// Which of two tied rows the tiny moves of the y make the shorter.
-    fn moved_less(&self, row: usize, other: usize, column: usize) -> bool {
+    /// Returns whether `row` precedes `other`, tied with it, under the lexicographic perturbation
+    /// of the y.
+    fn precedes_lexicographically(&self, row: usize, other: usize, column: usize) -> bool {
         let rates = [row, other].map(|r| -self.table[self.at(r, column)]);
         for y in 0..self.size {
-            let by_y = |r: usize| match self.others.iter().position(|&v| v == y) {
+            let by_y = |r: usize| match self.nonbasic.iter().position(|&v| v == y) {
                 Some(at) => -self.table[self.at(r, at)],
                 None => f64::from(u8::from(self.basic[r] == y)),
             };
@@ -199,7 +206,7 @@ impl Lemke {
         false
     }
 
-    /// Exchanges a basic variable with another.
+    /// Exchanges a basic variable with a nonbasic one.
     fn pivot(&mut self, row: usize, column: usize) {
         self.pivots += 1;
         let width = self.size + 2;
@@ -222,12 +229,12 @@ impl Lemke {
         }
         self.pivot_row[column] = inverse;
         self.table[row * width..(row + 1) * width].copy_from_slice(&self.pivot_row);
-        std::mem::swap(&mut self.basic[row], &mut self.others[column]);
+        std::mem::swap(&mut self.basic[row], &mut self.nonbasic[column]);
     }
 
     fn end_on_ray(&mut self, column: usize) -> End {
         self.ray.fill(0.0);
-        if let Some(x) = self.number_of_x(self.others[column]) {
+        if let Some(x) = self.number_of_x(self.nonbasic[column]) {
             self.ray[x] = 1.0;
         }
         for row in 0..self.size {
@@ -238,7 +245,7 @@ impl Lemke {
         End::Ray
     }
 
-    /// Which x a variable is, if it is one.
+    /// Returns the index of the x that a variable is, if it is an x.
     fn number_of_x(&self, variable: usize) -> Option<usize> {
         variable.checked_sub(self.size).filter(|&x| x < self.size)
     }
@@ -252,7 +259,7 @@ impl Lemke {
     }
 
     fn column_of(&self, variable: usize) -> usize {
-        self.others
+        self.nonbasic
             .iter()
             .position(|&v| v == variable)
             .unwrap_or(self.size)
@@ -278,9 +285,9 @@ mod tests {
         (end, x, lemke.pivots)
     }
 
-    /// All rows tie at the start. Taking just any of tied rows goes round in circles here, in either sense.
+    /// All rows tie at the start. An arbitrary choice among tied rows cycles here, in either sense.
     #[test]
-    fn ties_do_not_send_the_path_in_circles() {
+    fn tied_ratios_do_not_cycle() {
         for m in [
             [[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]],
             [[1.0, 0.0, 2.0], [2.0, 1.0, 0.0], [0.0, 2.0, 1.0]],

@@ -1,11 +1,13 @@
-//! Newton's method for a complementarity problem: from where each unknown stands in its bound to a linear system, and
-//! back.
+//! Semismooth Newton method for a complementarity problem: bound states of the unknowns determine a
+//! linear system, whose solution determines the next bound states (a primal-dual active-set
+//! iteration).
 
 use crate::dense::{affine, padded};
-use crate::problem::{Bound, Place, Problem, norm};
+use crate::problem::{Bound, BoundState, Problem, norm};
 
 impl Problem {
-    /// Newton's method from the present places, until the conditions hold or the steps run out. Gives the residual.
+    /// Iterates from the present bound states until the residual is within the tolerance or the
+    /// steps run out. Returns the residual.
     pub(crate) fn newton(&mut self, factorisations: &mut u32, tolerance: f64) -> f64 {
         const STEPS: usize = 12;
         let mut residual = f64::INFINITY;
@@ -16,8 +18,8 @@ impl Problem {
             if !self.factored {
                 return f64::INFINITY;
             }
-            self.solve_at_places();
-            residual = self.judge();
+            self.solve_active_set();
+            residual = self.update_bound_states();
             if residual <= tolerance {
                 return residual;
             }
@@ -26,22 +28,22 @@ impl Problem {
         residual
     }
 
-    /// Projects every unknown: the greatest distance from its projection is the residual, in units of `w`, and where the
-    /// projection lies is the next place.
-    pub(crate) fn judge(&mut self) -> f64 {
-        let mut most = 0.0_f64;
+    /// Projects every unknown: the greatest distance from its projection is the residual, in units
+    /// of `w`, which is returned; the position of the projection is the next bound state.
+    pub(crate) fn update_bound_states(&mut self) -> f64 {
+        let mut largest = 0.0_f64;
         self.w.resize(self.offset.len(), 0.0);
         affine(&self.matrix, &self.unknowns, &self.offset, &mut self.w);
-        let mut next = std::mem::take(&mut self.next);
+        let mut next = std::mem::take(&mut self.next_bound_states);
         next.clear();
         for (row, (&z, &step)) in self.unknowns.iter().zip(&self.steps).enumerate() {
             let target = z - step * self.w[row];
-            let (place, error) = match self.bounds[row] {
-                Bound::NonNegative if target > 0.0 => (Place::Inside, target - z),
-                Bound::NonNegative => (Place::Low, z),
-                Bound::Between { low, .. } if target <= low => (Place::Low, low - z),
-                Bound::Between { high, .. } if target >= high => (Place::High, high - z),
-                Bound::Free | Bound::Between { .. } => (Place::Inside, target - z),
+            let (state, error) = match self.bounds[row] {
+                Bound::NonNegative if target > 0.0 => (BoundState::Inside, target - z),
+                Bound::NonNegative => (BoundState::Low, z),
+                Bound::Between { low, .. } if target <= low => (BoundState::Low, low - z),
+                Bound::Between { high, .. } if target >= high => (BoundState::High, high - z),
+                Bound::Free | Bound::Between { .. } => (BoundState::Inside, target - z),
                 Bound::Disc { normal, friction } => {
                     let other = self.unknowns[row + 1];
                     let t = [target, other - step * self.w[row + 1]];
@@ -50,9 +52,9 @@ impl Problem {
                         let (direction, share) = ([t[0] / length, t[1] / length], radius / length);
                         let error =
                             norm([radius * direction[0] - z, radius * direction[1] - other]);
-                        (Place::Slipping { direction, share }, error)
+                        (BoundState::Slipping { direction, share }, error)
                     } else {
-                        (Place::Inside, norm([t[0] - z, t[1] - other]))
+                        (BoundState::Inside, norm([t[0] - z, t[1] - other]))
                     }
                 }
                 Bound::DiscSecond => (next[row - 1], 0.0),
@@ -60,26 +62,30 @@ impl Problem {
             let error = if step > 0.0 {
                 error.abs() / step
             } else {
-                self.violation_unmoved(row)
+                self.immobile_violation(row)
             };
-            most = if error.is_nan() {
+            largest = if error.is_nan() {
                 f64::INFINITY
             } else {
-                most.max(error)
+                largest.max(error)
             };
-            next.push(place);
+            next.push(state);
         }
-        self.next = next;
-        most
+        self.next_bound_states = next;
+        largest
     }
 
-    /// The linear system of the unknowns that are not at a bound, at the places that were found last.
+    /// Assembles the linear system of the unknowns that are not at a bound, for the bound states
+    /// found last.
     fn assemble(&mut self) {
-        std::mem::swap(&mut self.places, &mut self.next);
+        std::mem::swap(&mut self.bound_states, &mut self.next_bound_states);
         let n = self.len();
         self.free.clear();
-        self.free
-            .extend((0..n).filter(|&row| !matches!(self.places[row], Place::Low | Place::High)));
+        self.free.extend(
+            (0..n).filter(|&row| {
+                !matches!(self.bound_states[row], BoundState::Low | BoundState::High)
+            }),
+        );
         let (m, stride) = (self.free.len(), padded(self.free.len()));
         let reduced = self.factors.matrix(m);
         if m == n {
@@ -94,11 +100,11 @@ impl Problem {
         }
         for i in 0..m {
             let row = self.free[i];
-            if let (Bound::Disc { normal, friction }, Place::Slipping { direction, share }) =
-                (self.bounds[row], self.places[row])
+            if let (Bound::Disc { normal, friction }, BoundState::Slipping { direction, share }) =
+                (self.bounds[row], self.bound_states[row])
             {
                 let column = self.free.iter().position(|&other| other == normal);
-                slip(
+                transform_to_slipping(
                     reduced,
                     stride,
                     i,
@@ -115,24 +121,27 @@ impl Problem {
     }
 
     /// Solves the factored system for the present offsets.
-    pub(crate) fn solve_at_places(&mut self) {
+    pub(crate) fn solve_active_set(&mut self) {
         let n = self.len();
-        let mut held = false;
+        let mut nonzero_bounds = false;
         for row in 0..n {
-            self.unknowns[row] = match (self.bounds[row], self.places[row]) {
-                (Bound::Between { low, .. }, Place::Low) => low,
-                (Bound::Between { high, .. }, Place::High) => high,
-                (_, Place::Low | Place::High) => 0.0,
+            self.unknowns[row] = match (self.bounds[row], self.bound_states[row]) {
+                (Bound::Between { low, .. }, BoundState::Low) => low,
+                (Bound::Between { high, .. }, BoundState::High) => high,
+                (_, BoundState::Low | BoundState::High) => 0.0,
                 _ => continue,
             };
-            held |= self.unknowns[row] != 0.0;
+            nonzero_bounds |= self.unknowns[row] != 0.0;
         }
         self.right.clear();
         for &row in &self.free {
             let mut known = self.offset[row];
-            if held {
+            if nonzero_bounds {
                 for column in 0..n {
-                    if matches!(self.places[column], Place::Low | Place::High) {
+                    if matches!(
+                        self.bound_states[column],
+                        BoundState::Low | BoundState::High
+                    ) {
                         known += self.matrix[row * padded(n) + column] * self.unknowns[column];
                     }
                 }
@@ -142,18 +151,23 @@ impl Problem {
         for (i, &row) in self.free.iter().enumerate() {
             if let (
                 Bound::Disc { normal, friction },
-                Place::Slipping {
+                BoundState::Slipping {
                     direction: s,
                     share,
                 },
-            ) = (self.bounds[row], self.places[row])
+            ) = (self.bounds[row], self.bound_states[row])
             {
                 let weight = self.steps[row] * share;
                 let across = -s[1] * self.right[i] + s[0] * self.right[i + 1];
                 self.right[i] = -weight * s[1] * across;
                 self.right[i + 1] = weight * s[0] * across;
-                // A normal force that its bound holds is not among the columns.
-                if held && matches!(self.places[normal], Place::Low | Place::High) {
+                // A normal force at its bound is not among the columns.
+                if nonzero_bounds
+                    && matches!(
+                        self.bound_states[normal],
+                        BoundState::Low | BoundState::High
+                    )
+                {
                     let radius = friction * self.unknowns[normal].max(0.0);
                     self.right[i] += radius * s[0];
                     self.right[i + 1] += radius * s[1];
@@ -168,10 +182,17 @@ impl Problem {
     }
 }
 
-/// Turns two rows of a friction force inside its disc into those of one on the border: with t = z − ρw, s = t/|t| and
-/// P = I − s sᵀ, the derivative of z = µ zₙ t/|t| gives (I − βP) z + βρ P (G z + b) − µ s zₙ = 0, β = µ zₙ/|t|. The last
-/// term is the caller's.
-fn slip(matrix: &mut [f64], stride: usize, i: usize, weight: f64, share: f64, s: [f64; 2]) {
+/// Transforms two rows of a friction force inside its disc to those of one on the border: with t =
+/// z − ρw, s = t/|t| and P = I − s sᵀ, the derivative of z = µ zₙ t/|t| gives (I − βP) z + βρ P (G
+/// z + b) − µ s zₙ = 0, β = µ zₙ/|t|. The caller adds the last term.
+fn transform_to_slipping(
+    matrix: &mut [f64],
+    stride: usize,
+    i: usize,
+    weight: f64,
+    share: f64,
+    s: [f64; 2],
+) {
     let (first, second) = matrix[i * stride..(i + 2) * stride].split_at_mut(stride);
     for (a, b) in first.iter_mut().zip(second.iter_mut()) {
         let across = weight * (-s[1] * *a + s[0] * *b);

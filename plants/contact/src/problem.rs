@@ -1,44 +1,45 @@
-//! A complementarity problem over a product of lines, rays, intervals and friction discs, and its solvers.
+//! Complementarity problem over a product of lines, rays, intervals and friction discs, and its
+//! solvers.
 
 use crate::dense::{Factors, dot, padded};
 use crate::direct::Direct;
 use crate::impact::Phases;
 use crate::solution::{Method, Solution, Unsolved};
 
-/// What an unknown may be.
+/// Admissible set of an unknown, and the complementarity condition that comes with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bound {
-    /// Anything: `w = 0`.
+    /// Unbounded: `w = 0`.
     Free,
     /// `0 ≤ z ⊥ w ≥ 0`.
     NonNegative,
     /// `low ≤ z ≤ high`; `w` is zero inside, ≥ 0 at `low`, ≤ 0 at `high`.
     Between {
-        /// Least value.
+        /// Lower bound.
         low: f64,
-        /// Greatest value.
+        /// Upper bound.
         high: f64,
     },
-    /// This unknown and the next are a friction force: `|z| ≤ friction · z[normal]`, with `w` against `z` where it slips
-    /// (Coulomb; the principle of greatest dissipation).
+    /// This unknown and the next are a friction force: `|z| ≤ friction · z[normal]`, with `w`
+    /// antiparallel to `z` where it slips (Coulomb's law; maximum dissipation).
     Disc {
         /// Index of the normal force.
         normal: usize,
         /// Coulomb coefficient.
         friction: f64,
     },
-    /// The second component of the [`Bound::Disc`] before it, which sets it.
+    /// Second component of the preceding [`Bound::Disc`], set together with it.
     DiscSecond,
 }
 
-/// Where an unknown stands in its bound.
+/// Position of an unknown relative to its bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Place {
+pub(crate) enum BoundState {
     Inside,
     Low,
     High,
-    /// On the border of the disc, in this direction; the share is its radius over the distance of what it was projected
-    /// from.
+    /// On the border of the disc in this direction; the share is the ratio of the radius to the
+    /// distance of the projected point from the centre.
     Slipping {
         /// Unit vector.
         direction: [f64; 2],
@@ -47,43 +48,46 @@ pub(crate) enum Place {
     },
 }
 
-/// `w = G z + b` with a bound for every unknown; its memory is kept from one use to the next.
+/// Complementarity problem `w = G z + b` with a bound for every unknown; memory is reused from one
+/// problem to the next.
 #[derive(Debug, Clone, Default)]
 pub struct Problem {
     /// Rows padded as in [`Factors`].
     pub(crate) matrix: Vec<f64>,
     pub(crate) offset: Vec<f64>,
     pub(crate) bounds: Vec<Bound>,
-    /// Inverse of the diagonal: the step of a sweep, and what makes forces and velocities comparable.
+    /// Inverse of the diagonal of G: step size of a sweep, and the scale between forces and
+    /// velocities.
     pub(crate) steps: Vec<f64>,
     pub(crate) unknowns: Vec<f64>,
     pub(crate) w: Vec<f64>,
     pub(crate) swept: Vec<f64>,
     pub(crate) best: Vec<f64>,
-    /// Where each unknown stands in the factored system, and where the last projection put it.
-    pub(crate) places: Vec<Place>,
-    pub(crate) next: Vec<Place>,
-    /// Unknowns not at a bound: those of the linear system.
+    /// Bound states of the factored system, and those found by the last projection.
+    pub(crate) bound_states: Vec<BoundState>,
+    pub(crate) next_bound_states: Vec<BoundState>,
+    /// Unknowns not at a bound, the unknowns of the linear system.
     pub(crate) free: Vec<usize>,
     pub(crate) factors: Factors,
-    /// Whether `places`, `free` and `factors` belong to the present matrix.
+    /// Whether `bound_states`, `free` and `factors` belong to the present matrix.
     pub(crate) factored: bool,
     pub(crate) right: Vec<f64>,
-    /// Whether there is an interval without zero: then zero is not what no force at all stands for.
+    /// Whether an interval excludes zero, so that z = 0 is not admissible.
     pub(crate) shifted: bool,
-    /// What few ask for; apart, so that the rest lies close together.
+    /// Rarely used, and boxed to keep the other fields close together in memory.
     pub(crate) direct: Option<Box<Direct>>,
     pub(crate) phases: Option<Box<Phases>>,
 }
 
-/// Accepted residual, relative to the greatest offset: what a direct solve leaves at the condition numbers that occur.
+/// Accepted residual relative to the greatest offset: the accuracy of a direct solve at the
+/// condition numbers that occur.
 pub(crate) const TOLERANCE: f64 = 1e-9;
 
-/// Residual that is accepted where nothing better is found, relative to the greatest offset.
+/// Residual accepted as a last resort, relative to the greatest offset.
 pub(crate) const ACCEPTABLE: f64 = 1e-6;
 
 impl Problem {
-    /// Starts a problem with `n` unknowns: all free, everything zero.
+    /// Resets to a problem with `n` unknowns: all free, all entries zero.
     pub fn reset(&mut self, n: usize) {
         self.matrix.clear();
         self.matrix.resize(n * padded(n), 0.0);
@@ -97,12 +101,12 @@ impl Problem {
         self.shifted = false;
     }
 
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     pub fn len(&self) -> usize {
         self.offset.len()
     }
 
-    /// Whether there is nothing to solve.
+    /// Returns whether there are no unknowns.
     pub fn is_empty(&self) -> bool {
         self.offset.is_empty()
     }
@@ -114,7 +118,8 @@ impl Problem {
         self.matrix[row * stride + column] = value;
     }
 
-    /// Adds to the diagonal of `G`, which makes constraints that say the same thing twice share their force equally.
+    /// Adds a compliance to the diagonal of `G`, by which redundant constraints share their force
+    /// equally.
     pub fn soften(&mut self, compliance: f64) {
         self.factored = false;
         let stride = padded(self.len());
@@ -128,12 +133,14 @@ impl Problem {
         self.offset[row] = value;
     }
 
-    /// Sets the bound of an unknown; a [`Bound::Disc`] takes the next one with it. A friction pair stays one until
-    /// [`Self::reset`]: half of a friction force has no meaning. Where a contact is to push no more, its normal is bounded.
+    /// Sets the bound of an unknown; a [`Bound::Disc`] includes the next unknown. A friction pair
+    /// remains one until [`Self::reset`], since half of a friction force has no meaning. To disable
+    /// a contact, bound its normal force to zero.
     ///
     /// # Panics
-    /// For an interval whose ends are not in order, and for a friction pair that is none: half of one overwritten, two that
-    /// overlap, a normal that is not there or is itself friction, a coefficient that is negative or NaN.
+    /// For an interval with `low > high`, and for an invalid friction pair: overwriting half of a
+    /// pair, overlapping pairs, a normal index out of range or within a friction pair, a negative
+    /// or NaN coefficient.
     pub fn bound(&mut self, row: usize, bound: Bound) {
         self.factored = false;
         match bound {
@@ -156,7 +163,8 @@ impl Problem {
         self.bounds[row] = bound;
     }
 
-    /// Refuses a friction pair at a row and the next that contradicts itself or another pair.
+    /// Panics for a friction pair at a row and the next that is invalid or conflicts with another
+    /// pair.
     fn check_pair(&self, row: usize, normal: usize, friction: f64) {
         let (n, second) = (self.len(), row + 1);
         assert!(
@@ -167,12 +175,12 @@ impl Problem {
         let bounded = self.bounds[row] == Bound::DiscSecond || self.bounds[second] != Bound::Free;
         assert!(
             rebound || !bounded,
-            "the friction pair at row {row} overlaps what is bounded otherwise"
+            "the friction pair at row {row} overlaps a row with another bound"
         );
-        let apart = normal < n && normal != row && normal != second;
+        let distinct = normal < n && normal != row && normal != second;
         assert!(
-            apart && !self.is_friction(normal),
-            "row {normal} is no normal force for the friction pair at row {row}"
+            distinct && !self.is_friction(normal),
+            "row {normal} cannot be the normal force of the friction pair at row {row}"
         );
         let normal_of = |bound: &Bound| match *bound {
             Bound::Disc { normal, .. } => Some(normal),
@@ -186,36 +194,39 @@ impl Problem {
         assert!(friction >= 0.0, "a friction coefficient of {friction}");
     }
 
-    /// Whether a row belongs to a friction pair.
+    /// Returns whether a row belongs to a friction pair.
     fn is_friction(&self, row: usize) -> bool {
         matches!(self.bounds[row], Bound::Disc { .. } | Bound::DiscSecond)
     }
 
-    /// Sets a guess of an unknown, such as its value in a problem much like this one.
+    /// Sets the initial guess of an unknown, such as its value in a similar problem.
     pub fn guess(&mut self, row: usize, value: f64) {
         self.unknowns[row] = value;
     }
 
-    /// The solution `z`.
+    /// Returns the solution `z`.
     pub fn unknowns(&self) -> &[f64] {
         &self.unknowns[..self.len()]
     }
 
-    /// Solves the problem: the guess says where each unknown stands in its bound, direct solves correct it until it
-    /// confirms itself (a semismooth Newton iteration), and projected Gauss–Seidel sweeps make a better guess where it
-    /// does not.
+    /// Solves the problem by a semismooth Newton iteration: the guess determines the bound states
+    /// of the unknowns, which direct solves correct until they are consistent. Where the iteration
+    /// does not converge, projected Gauss–Seidel sweeps provide the next guess.
     ///
     /// # Errors
-    /// [`Unsolved`] where no guess confirms itself; the best approximation stays in [`Self::unknowns`].
+    /// [`Unsolved`] where no iteration converges; the best approximation stays in
+    /// [`Self::unknowns`].
     pub fn solve(&mut self) -> Result<Solution, Unsolved> {
         self.solve_within(TOLERANCE, 0.0)
     }
 
-    /// [`Self::solve`] with tolerances of one's own, relative to the greatest offset and in units of `w`; the larger of the
-    /// two counts. A solution that is only a step on the way to another need not be a good one.
+    /// Solves as [`Self::solve`] does, within the larger of two tolerances: one relative to the
+    /// greatest offset, one absolute in units of `w`. Intermediate solutions of an iteration need
+    /// less accuracy.
     ///
     /// # Errors
-    /// [`Unsolved`] where no guess confirms itself; the best approximation stays in [`Self::unknowns`].
+    /// [`Unsolved`] where no iteration converges; the best approximation stays in
+    /// [`Self::unknowns`].
     pub fn solve_within(&mut self, relative: f64, absolute: f64) -> Result<Solution, Unsolved> {
         const ROUNDS: u32 = 8;
         let mut solution = Solution::default();
@@ -231,14 +242,14 @@ impl Problem {
         }
         let tolerance = absolute.max(relative * scale);
         if self.factored {
-            self.solve_at_places();
-            solution.residual = self.judge();
+            self.solve_active_set();
+            solution.residual = self.update_bound_states();
             if solution.residual <= tolerance {
                 return Ok(solution);
             }
         } else {
-            self.measure();
-            self.judge();
+            self.compute_steps();
+            self.update_bound_states();
         }
         let mut best = f64::INFINITY;
         for round in 0..ROUNDS {
@@ -248,7 +259,7 @@ impl Problem {
                     self.sweep(1.0);
                 }
                 solution.sweeps += sweeps;
-                self.judge();
+                self.update_bound_states();
             }
             self.swept.clone_from(&self.unknowns);
             solution.residual = self.newton(&mut solution.factorisations, tolerance);
@@ -261,7 +272,7 @@ impl Problem {
             }
             self.unknowns.clone_from(&self.swept);
         }
-        solution.residual = self.judge();
+        solution.residual = self.update_bound_states();
         if best < solution.residual {
             self.unknowns.clone_from(&self.best);
             solution.residual = best;
@@ -276,11 +287,11 @@ impl Problem {
         })
     }
 
-    /// Solves the problem by a method of one's choice. The guess matters to [`Method::GaussSeidel`], and to
-    /// [`Method::Newton`] where there are several solutions; [`Method::Direct`] does not look at it.
+    /// Solves the problem by the selected method. The guess matters to [`Method::GaussSeidel`], and
+    /// to [`Method::Newton`] where there are several solutions; [`Method::Direct`] ignores it.
     ///
     /// # Errors
-    /// [`Unsolved`], by what the method can tell; the unknowns then hold what it says.
+    /// [`Unsolved`], as described for the method; the variant documents the state of the unknowns.
     pub fn solve_by(&mut self, method: Method) -> Result<Solution, Unsolved> {
         match method {
             Method::Newton => self.solve(),
@@ -293,11 +304,13 @@ impl Problem {
         }
     }
 
-    /// Projects the unknowns onto their bounds. A solution keeps them within its tolerance; where a
-    /// law of nature is among them, as Coulomb's is, the rest is to be an error of velocities alone. Says whether there was anything to project.
+    /// Projects the unknowns onto their bounds and returns whether any of them changed. A solution
+    /// satisfies its bounds only within its tolerance; where a bound is a physical law, such as
+    /// Coulomb's, it must hold exactly, so that the remaining error is one of velocities alone.
     pub fn keep_within_bounds(&mut self) -> bool {
-        /// An excess that is left, relative to the bound: a projection trades it for a velocity.
-        const LEFT: f64 = 5e-7;
+        /// Excess over the bound that is left uncorrected, relative to the bound: its projection
+        /// would replace it by a velocity error.
+        const EXCESS: f64 = 5e-7;
         let mut outside = false;
         for row in 0..self.len() {
             let z = self.unknowns[row];
@@ -308,7 +321,7 @@ impl Problem {
                 Bound::Disc { normal, friction } => {
                     let length = norm([z, self.unknowns[row + 1]]);
                     let radius = friction * self.unknowns[normal].max(0.0);
-                    if length > radius * (1.0 + LEFT) {
+                    if length > radius * (1.0 + EXCESS) {
                         self.unknowns[row] *= radius / length;
                         self.unknowns[row + 1] *= radius / length;
                     }
@@ -319,7 +332,7 @@ impl Problem {
         outside
     }
 
-    /// `w = G z + b` of a row, for the present unknowns.
+    /// Returns `w = G z + b` of a row, for the present unknowns.
     pub fn w(&self, row: usize) -> f64 {
         let stride = self.unknowns.len();
         self.offset[row]
@@ -330,16 +343,17 @@ impl Problem {
             )
     }
 
-    /// An entry of `G`.
+    /// Returns an entry of `G`.
     pub(crate) fn entry(&self, row: usize, column: usize) -> f64 {
         self.matrix[row * padded(self.len()) + column]
     }
 
-    /// What residuals are relative to: the greatest offset, with what bounds that exclude zero do to it.
+    /// Returns the scale of residuals: the greatest offset, including the effect of intervals that
+    /// exclude zero.
     pub(crate) fn scale(&self) -> f64 {
-        let greatest = |most: f64, b: &f64| most.max(b.abs());
+        let greatest = |largest: f64, b: &f64| largest.max(b.abs());
         let mut scale = self.offset.iter().fold(0.0_f64, greatest);
-        // `max` lets go of what is not a number; where that is all there is, nothing else would tell.
+        // `max` discards NaN, so offsets that are all zero or NaN need an explicit check.
         if scale == 0.0 && self.offset.iter().any(|b| b.is_nan()) {
             return f64::INFINITY;
         }
@@ -353,7 +367,7 @@ impl Problem {
         scale
     }
 
-    /// The answer to what is not in numbers.
+    /// Returns the error for entries that are not finite.
     pub(crate) fn unsolvable(&self) -> Unsolved {
         Unsolved::Violated {
             size: self.len(),
@@ -362,7 +376,7 @@ impl Problem {
         }
     }
 
-    /// What a bound allows nearest to no force.
+    /// Returns the admissible value nearest to zero.
     pub(crate) fn nearest_to_zero(&self, row: usize) -> f64 {
         match self.bounds[row] {
             Bound::Between { low, high } => 0.0_f64.clamp(low, high),

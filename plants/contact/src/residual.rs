@@ -1,14 +1,15 @@
-//! How far the present unknowns are from a solution, by no more than the problem itself.
+//! Natural residual of the present unknowns, computed from the problem data alone.
 
 use crate::problem::{Bound, Problem, norm};
 
 impl Problem {
-    /// Greatest violation of the conditions by [`Self::unknowns`], in units of `w`: the natural residual
-    /// |z − Π(z − ρw)|/ρ, with the projection Π onto what the bound allows and ρ the inverse of the row's own entry of G
-    /// (the larger of the two of a disc; the largest of all where a row's own is zero). Zero at solutions only. It is
-    /// found from G, b, bounds and unknowns alone, whatever solved them; infinite where anything is not a number.
+    /// Returns the greatest violation of the conditions by [`Self::unknowns`], in units of `w`: the
+    /// natural residual |z − Π(z − ρw)|/ρ, with the projection Π onto the admissible set and ρ the
+    /// inverse of the row's diagonal entry of G (the larger of the two of a disc; the largest of
+    /// all where the row's is zero). It is zero at solutions only, depends on G, b, bounds and
+    /// unknowns alone, whatever the method of solution, and is infinite for NaN.
     pub fn residual(&self) -> f64 {
-        let mut most = 0.0_f64;
+        let mut largest = 0.0_f64;
         for (row, &bound) in self.bounds.iter().enumerate() {
             let mobility = match bound {
                 Bound::Disc { .. } => self.entry(row, row).max(self.entry(row + 1, row + 1)),
@@ -19,12 +20,12 @@ impl Problem {
             if violation.is_nan() {
                 return f64::INFINITY;
             }
-            most = most.max(violation);
+            largest = largest.max(violation);
         }
-        most
+        largest
     }
 
-    /// The natural residual of one row or disc, whose own mobility may be zero.
+    /// Returns the natural residual of one row or disc, whose mobility may be zero.
     fn violation(&self, row: usize, mobility: f64) -> f64 {
         let mobility = if mobility > 0.0 {
             mobility
@@ -50,7 +51,7 @@ impl Problem {
             }
             Bound::DiscSecond => 0.0,
         };
-        // `max` and `min` above let go of what is not a number.
+        // `max` and `min` above discard NaN.
         if target.is_nan() {
             f64::NAN
         } else {
@@ -58,16 +59,16 @@ impl Problem {
         }
     }
 
-    /// The violation of a row that nothing moves.
+    /// Returns the violation of a row of zero mobility.
     #[cold]
     #[inline(never)]
-    pub(crate) fn violation_unmoved(&self, row: usize) -> f64 {
+    pub(crate) fn immobile_violation(&self, row: usize) -> f64 {
         self.violation(row, 0.0)
     }
 
-    /// Largest entry of G's diagonal, or one where there is none.
+    /// Returns the largest diagonal entry of G, or one if none is positive.
     pub(crate) fn greatest_mobility(&self) -> f64 {
-        let largest = (0..self.len()).fold(0.0_f64, |most, i| most.max(self.entry(i, i)));
+        let largest = (0..self.len()).fold(0.0_f64, |largest, i| largest.max(self.entry(i, i)));
         if largest > 0.0 { largest } else { 1.0 }
     }
 }

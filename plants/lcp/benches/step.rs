@@ -1,14 +1,16 @@
-//! Cost of a step of two milliseconds. Each iteration goes on from the same saved instant, so that every machine and every
+//! Cost of a step of 2 ms. Each iteration resumes from the same snapshot, so that every machine and
 //! version does the same work.
 
-#[allow(dead_code, reason = "the tests use the rest")]
-#[path = "../tests/plant/scene.rs"]
-mod scene;
+#[allow(dead_code, reason = "the tests use the other items")]
+#[path = "../tests/plant/harness.rs"]
+mod harness;
 #[path = "../tests/plant/trot.rs"]
 mod trot;
 
 use divan::Bencher;
-use scene::{Scene, Way, built, changed, hanging, passive, pose, robot, standing};
+use harness::{
+    Harness, Integration, build, passive_start, pose, robot, standing_setup, suspended, with_legs,
+};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_lcp::Method;
 use twinrig_legged::Setup;
@@ -19,44 +21,46 @@ fn main() {
     divan::main();
 }
 
-/// Steps of an iteration: enough to hide the clock, few enough to stay in the same phase of the motion.
+/// Steps per iteration: enough to hide the clock resolution, few enough to stay in one phase of the
+/// motion.
 const STEPS: usize = 20;
 
-/// The mean over steps under these commands, one for each, from an instant to which the commands before have led.
+/// Measures the mean cost of steps under `commands`, one per step, after a preparation under
+/// `before`.
 fn steps(
     bencher: Bencher,
     (robot, setup, method): (&Robot, &Setup, Method),
     before: &[Vec<f64>],
     commands: &[Vec<f64>],
 ) {
-    let way = Way::by(method, 2000);
-    let run = |scene: &mut Scene, from: usize, commands: &[Vec<f64>]| {
+    let integration = Integration::new(method, 2000);
+    let run = |harness: &mut Harness, from: usize, commands: &[Vec<f64>]| {
         for (tick, commands) in (from as u64 + 1..).zip(commands) {
             let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);
-            scene.plant.advance(at, commands).unwrap();
+            harness.plant.advance(at, commands).unwrap();
         }
     };
-    let mut scene = Scene::new(robot, setup, way);
-    run(&mut scene, 0, before);
-    let saved = scene.plant.save();
+    let mut harness = Harness::new(robot, setup, integration);
+    run(&mut harness, 0, before);
+    let saved = harness.plant.save();
     bencher
         .counter(divan::counter::ItemsCount::new(commands.len()))
         .with_inputs(|| {
-            let mut scene = Scene::new(robot, setup, way);
-            scene.plant.restore(&saved).unwrap();
-            scene
+            let mut harness = Harness::new(robot, setup, integration);
+            harness.plant.restore(&saved).unwrap();
+            harness
         })
-        .bench_local_refs(|scene| run(scene, before.len(), commands));
+        .bench_local_refs(|harness| run(harness, before.len(), commands));
 }
 
-fn still(scene: &Scene, count: usize) -> Vec<Vec<f64>> {
-    vec![scene.commands.clone(); count]
+fn constant_commands(harness: &Harness, count: usize) -> Vec<Vec<f64>> {
+    vec![harness.commands.clone(); count]
 }
 
-/// Legs that hang on their lower stops.
+/// Legs suspended at their lower stops.
 #[divan::bench]
 fn passive_legs(bencher: Bencher) {
-    let (robot, setup) = (robot(), hanging(passive()));
+    let (robot, setup) = (robot(), suspended(passive_start()));
     let none = vec![Vec::new(); 150];
     steps(
         bencher,
@@ -66,14 +70,14 @@ fn passive_legs(bencher: Bencher) {
     );
 }
 
-/// Legs whose springs keep them off their stops.
+/// Legs with springs that keep them off their stops.
 #[divan::bench]
 fn passive_legs_off_their_stops(bencher: Bencher) {
-    let robot = changed(|leg| {
+    let robot = with_legs(|leg| {
         leg.diagonal.preload = -4e-3;
         leg.parallel.preload = -4e-3;
     });
-    let setup = hanging(pose([10.0, -26.0, 44.0], [0.0; 3]));
+    let setup = suspended(pose([10.0, -26.0, 44.0], [0.0; 3]));
     let none = vec![Vec::new(); 150];
     steps(
         bencher,
@@ -83,49 +87,72 @@ fn passive_legs_off_their_stops(bencher: Bencher) {
     );
 }
 
-/// Integrators of gaits.
+/// Integrators used for gaits.
 const GAITS: [&str; 2] = ["moreau", "rk4"];
 
-fn named(name: &str) -> Method {
-    let mut all = Method::ALL.into_iter();
-    all.find(|method| method.name() == name).unwrap()
+fn method_of_name(name: &str) -> Method {
+    let mut methods = Method::ALL.into_iter();
+    methods.find(|method| method.name() == name).unwrap()
 }
 
 #[divan::bench(args = GAITS)]
 fn trotting(bencher: Bencher, method: &str) {
     let robot = robot();
-    let setup = trot::begun(&robot, standing());
+    let setup = trot::start_of_trot(&robot, standing_setup());
     let commands = trot::commands(&robot, &setup, 0, 1200);
     let (before, during) = commands.split_at(500);
-    steps(bencher, (&robot, &setup, named(method)), before, during);
+    steps(
+        bencher,
+        (&robot, &setup, method_of_name(method)),
+        before,
+        during,
+    );
 }
 
 #[divan::bench(args = GAITS)]
 fn standing_still(bencher: Bencher, method: &str) {
     let robot = robot();
-    let setup = trot::begun(&robot, standing());
-    let scene = Scene::new(&robot, &setup, Way::by(named(method), 2000));
-    let commands = still(&scene, 250 + STEPS);
+    let setup = trot::start_of_trot(&robot, standing_setup());
+    let harness = Harness::new(
+        &robot,
+        &setup,
+        Integration::new(method_of_name(method), 2000),
+    );
+    let commands = constant_commands(&harness, 250 + STEPS);
     let (before, during) = commands.split_at(250);
-    steps(bencher, (&robot, &setup, named(method)), before, during);
+    steps(
+        bencher,
+        (&robot, &setup, method_of_name(method)),
+        before,
+        during,
+    );
 }
 
 #[divan::bench(args = GAITS)]
 fn in_flight(bencher: Bencher, method: &str) {
     let robot = robot();
-    let mut setup = trot::begun(&robot, standing());
+    let mut setup = trot::start_of_trot(&robot, standing_setup());
     setup.ground = None;
-    let scene = Scene::new(&robot, &setup, Way::by(named(method), 2000));
-    let commands = still(&scene, 25 + STEPS);
+    let harness = Harness::new(
+        &robot,
+        &setup,
+        Integration::new(method_of_name(method), 2000),
+    );
+    let commands = constant_commands(&harness, 25 + STEPS);
     let (before, during) = commands.split_at(25);
-    steps(bencher, (&robot, &setup, named(method)), before, during);
+    steps(
+        bencher,
+        (&robot, &setup, method_of_name(method)),
+        before,
+        during,
+    );
 }
 
-/// Building the plant.
+/// Construction of the plant.
 #[divan::bench]
 fn building(bencher: Bencher) {
     let robot = robot();
-    let setup = trot::begun(&robot, standing());
-    let way = Way::by(Method::Moreau, 2000);
-    bencher.bench_local(|| built(&robot, &setup, way).unwrap());
+    let setup = trot::start_of_trot(&robot, standing_setup());
+    let integration = Integration::new(Method::Moreau, 2000);
+    bencher.bench_local(|| build(&robot, &setup, integration).unwrap());
 }

@@ -1,8 +1,9 @@
-//! Prints the equations of motion at random states, a JSON object a line, for `tests/reference/pinocchio_check.py` to hold
-//! against Pinocchio's.
+//! Prints the equations of motion at random states, one JSON object per line, for comparison with
+//! Pinocchio by `tests/reference/pinocchio_check.py`.
 //!
 //! ```text
-//! cargo run --release -p twinrig-lcp --example probe -- 1000 | python3 plants/lcp/tests/reference/pinocchio_check.py
+//! cargo run --release -p twinrig-lcp --example probe -- 1000 \
+//!     | python3 plants/lcp/tests/reference/pinocchio_check.py
 //! ```
 
 use std::path::Path;
@@ -15,9 +16,9 @@ use twinrig_robot::RobotFile;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: usize = std::env::args().nth(1).map_or(Ok(1000), |n| n.parse())?;
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     for name in ["cheetah-cub", "oncilla"] {
-        let robot = RobotFile::find(name, beside)?.robot()?;
+        let robot = RobotFile::find(name, workspace)?.robot()?;
         let legs = robot.legs.len();
         let setup = Setup {
             base: Base::Free,
@@ -31,20 +32,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("{}", json!({ "robot": name, "toe": toe }));
             let links = if toe { 4 } else { 3 };
             let mut stream = stream(1, &format!("probe/{name}/{toe}"));
-            let mut within = |most: f64| most * (2.0 * stream.unit() - 1.0);
+            let mut uniform = |bound: f64| bound * (2.0 * stream.unit() - 1.0);
             for _ in 0..count {
-                let quaternion: [f64; 4] = std::array::from_fn(|_| within(1.0));
+                let quaternion: [f64; 4] = std::array::from_fn(|_| uniform(1.0));
                 let length = libm::sqrt(quaternion.iter().map(|c| c * c).sum());
                 let posture = Posture {
-                    position: std::array::from_fn(|_| within(2.0)),
+                    position: std::array::from_fn(|_| uniform(2.0)),
                     orientation: quaternion.map(|c| c / length),
                     angles: (0..legs)
-                        .map(|_| (0..links).map(|_| within(3.0)).collect())
+                        .map(|_| (0..links).map(|_| uniform(3.0)).collect())
                         .collect(),
-                    velocity: (0..6 + legs * links).map(|_| within(10.0)).collect(),
+                    velocity: (0..6 + legs * links).map(|_| uniform(10.0)).collect(),
                 };
-                let found = Equations::new(&robot, &setup, toe, &posture)?;
-                let [kinetic, spring, gravity] = found.energy;
+                let equations = Equations::new(&robot, &setup, toe, &posture)?;
+                let [kinetic, spring, gravity] = equations.energy;
                 println!(
                     "{}",
                     json!({
@@ -52,14 +53,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                         "orientation": posture.orientation,
                         "angles": posture.angles,
                         "velocity": posture.velocity,
-                        "inertia": found.inertia,
-                        "bias": found.bias,
+                        "inertia": equations.inertia,
+                        "bias": equations.bias,
                         "kinetic": kinetic,
                         "spring": spring,
                         "gravity": gravity,
-                        "feet": found.feet,
-                        "jacobians": found.jacobians,
-                        "acceleration": found.acceleration,
+                        "feet": equations.feet,
+                        "jacobians": equations.jacobians,
+                        "acceleration": equations.acceleration,
                     })
                 );
             }

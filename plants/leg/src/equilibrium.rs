@@ -1,4 +1,5 @@
-//! The mass-less leg at rest: where springs, stops, cable and a hip torque balance at a given leg length.
+//! Static equilibrium of the mass-less leg: balance of springs, stops, cable and a hip torque at a
+//! given leg length.
 
 use libm::{acos, atan2, cos, sin};
 
@@ -7,13 +8,13 @@ use crate::joints::Joints;
 use crate::pantograph::{Pantograph, Planar, cross};
 use crate::pose::{Length, Pose};
 
-/// How far beyond a stop rounding may put a pose that is at it \[m\].
+/// Tolerance for rounding errors of poses at a stop \[m\].
 const ROUNDING: f64 = 1e-12;
 
-/// A mass-less leg in equilibrium, its axis straight down.
+/// Mass-less leg in equilibrium, its axis vertical.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Equilibrium {
-    /// Absolute angle of the first segment, the foot straight below the hip \[rad\].
+    /// Absolute angle of the first segment, with the foot vertically below the hip \[rad\].
     pub hip: f64,
     /// Opening of the pantograph, q2 + q3 \[rad\].
     pub opening: f64,
@@ -21,17 +22,19 @@ pub struct Equilibrium {
     pub joints: Joints,
     /// Spring energy \[J\].
     pub energy: f64,
-    /// Force of the leg on the ground along its axis, positive pushes \[N\].
+    /// Force of the leg on the ground along its axis, pushing positive \[N\].
     pub axial: f64,
-    /// Force of the leg on the ground across its axis, positive backwards (−x) \[N\]: hip torque over length.
+    /// Force of the leg on the ground across its axis, backwards (−x) positive \[N\]: hip torque
+    /// over length.
     pub transverse: f64,
     /// Force in the middle segment, tension positive \[N\].
     pub middle_segment: f64,
-    /// What stops the leg from going further down in energy, and with which force along its length \[N\].
+    /// Stop that keeps the leg from the free energy minimum, and its force along the length it
+    /// limits \[N\].
     pub held_by: Option<(Stop, f64)>,
 }
 
-/// One-sided limits of the mechanism.
+/// Unilateral limits of the mechanism.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stop {
     /// Pantograph closed: the parallel rod at its shortest, `l_p` ≥ `l2`.
@@ -47,7 +50,7 @@ pub enum Stop {
 }
 
 impl Stop {
-    /// All of them, in the order the plants use.
+    /// All stops, in the order that the plants use.
     pub const ALL: [Self; 5] = [
         Self::Closed,
         Self::Open,
@@ -56,7 +59,7 @@ impl Stop {
         Self::Cable,
     ];
 
-    /// The length that the stop limits, and +1 where it is a lower limit of that length or −1 where an upper one.
+    /// Returns the limited length, and +1 for a lower limit of it or −1 for an upper one.
     pub const fn limits(self) -> (Length, f64) {
         match self {
             Self::Closed => (Length::Parallel, 1.0),
@@ -69,7 +72,8 @@ impl Stop {
 }
 
 impl Pantograph {
-    /// How far a pose is from a stop \[m\]; negative beyond it. `cable` is the length the cable allows.
+    /// Returns the distance of a pose from a stop \[m\], negative beyond it. `cable` is the length
+    /// of the taut cable.
     pub fn gap(&self, pose: &Pose, stop: Stop, cable: f64) -> f64 {
         match stop {
             Stop::Closed => pose.parallel - self.l2,
@@ -80,21 +84,24 @@ impl Pantograph {
         }
     }
 
-    /// Whether a pose lies within the mechanism's stops, the cable left aside, and bends knee and ankle the right way:
-    /// the lengths that the stops limit are the same in the mirrored pose.
+    /// Returns whether a pose lies within the stops of the mechanism, excluding the cable, and
+    /// bends knee and ankle to the correct side: the lengths that the stops limit are equal in the
+    /// mirrored pose.
     pub fn allows(&self, pose: &Pose) -> bool {
         let bends = cross(pose.along[0], pose.along[1]) < 0.0 && pose.ankle_sine > 0.0;
         bends && self.least_gap(pose, f64::INFINITY) >= -ROUNDING
     }
 
-    /// Minimises `E − τ·hip` over the opening of the pantograph at a leg length (thesis, eq. 2.21 and 2.22 with the stops
-    /// of both rods and the hip torque that they leave out). The cable allows `cable` metres between hip and ankle.
+    /// Minimises `E − τ·hip` over the opening of the pantograph at a leg length (thesis, eq. 2.21
+    /// and 2.22, supplemented by the stops of both rods and the hip torque). `cable` is the
+    /// greatest length between hip and ankle \[m\].
     ///
-    /// The scan that brackets the minimum and the bisection that refines it take some 100 evaluations: this is for
-    /// design and for checks, a plant that integrates the hip angle needs neither.
+    /// The scan that brackets the minimum and the bisection that refines it take some 100
+    /// evaluations. It is intended for design and verification; a plant that integrates the hip
+    /// angle needs neither.
     ///
     /// # Errors
-    /// [`LegError::OutOfReach`] where no opening within the stops gives that length.
+    /// [`LegError::OutOfReach`] where no opening within the stops results in that length.
     pub fn equilibrium(
         &self,
         length: f64,
@@ -126,10 +133,10 @@ impl Pantograph {
         let pose = self
             .at_length(length, opening)
             .ok_or(LegError::NotFinite { what: "leg length" })?;
-        Ok(self.resolved(&pose, opening, hip_torque, cable))
+        Ok(self.with_stop_force(&pose, opening, hip_torque, cable))
     }
 
-    /// The pose with this length and opening, the foot straight below the hip.
+    /// Returns the pose with this length and opening, the foot vertically below the hip.
     fn at_length(&self, length: f64, opening: f64) -> Option<Pose> {
         let (rho, psi) = self.virtual_link(opening);
         let cosine = (length * length - rho * rho - self.l2 * self.l2) / (2.0 * self.l2 * rho);
@@ -149,10 +156,12 @@ impl Pantograph {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Where the derivative of the objective with respect to the opening changes sign; an end where it does not.
+    /// Returns the opening at which the derivative of the objective changes sign; the better end if
+    /// it does not.
     fn stationary(&self, length: f64, hip_torque: f64, low: f64, high: f64) -> f64 {
-        // Moving along the opening at a fixed foot changes only the hip angle: the objective's slope has the sign of
-        // (∂E/∂hip − τ) · dhip/dopening, and dhip/dopening keeps its sign between two stops.
+        // At a fixed foot the opening affects the hip angle only: the slope of the objective has
+        // the sign of (∂E/∂hip − τ) · dhip/dopening, and dhip/dopening does not change sign between
+        // two stops.
         let slope = |opening: f64| {
             self.at_length(length, opening).map_or(f64::NAN, |pose| {
                 self.spring_gradient(&pose).hip - hip_torque
@@ -184,7 +193,13 @@ impl Pantograph {
         0.5 * (low + high)
     }
 
-    fn resolved(&self, pose: &Pose, opening: f64, hip_torque: f64, cable: f64) -> Equilibrium {
+    fn with_stop_force(
+        &self,
+        pose: &Pose,
+        opening: f64,
+        hip_torque: f64,
+        cable: f64,
+    ) -> Equilibrium {
         const TOUCHING: f64 = 1e-9;
         const UNBALANCED: f64 = 1e-9;
         let angles = pose.angles();
@@ -217,19 +232,19 @@ impl Pantograph {
     }
 }
 
-/// Last admissible opening on the way from an admissible one to another.
+/// Returns the last admissible opening on the path from an admissible one towards another.
 fn edge(from: f64, to: f64, inside: &impl Fn(f64) -> Option<Pose>) -> f64 {
     if inside(to).is_some() {
         return to;
     }
-    let (mut good, mut bad) = (from, to);
+    let (mut admissible, mut inadmissible) = (from, to);
     for _ in 0..60 {
-        let middle = 0.5 * (good + bad);
+        let middle = 0.5 * (admissible + inadmissible);
         if inside(middle).is_some() {
-            good = middle;
+            admissible = middle;
         } else {
-            bad = middle;
+            inadmissible = middle;
         }
     }
-    good
+    admissible
 }

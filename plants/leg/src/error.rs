@@ -1,19 +1,19 @@
-//! What can be wrong with a leg or a pose.
+//! Errors of leg geometry and poses.
 
-/// Why a leg or a pose of it does not exist.
+/// Invalid leg parameters, or a pose that does not exist.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LegError {
-    /// A parameter of the leg makes no pantograph.
+    /// A parameter does not permit a pantograph.
     #[error("{parameter} = {value}: {why}")]
     Geometry {
         /// Name of the parameter.
         parameter: &'static str,
         /// Its value (SI).
         value: f64,
-        /// What it has to be.
+        /// Requirement that it violates.
         why: &'static str,
     },
-    /// The foot is farther from the hip, or closer to it, than the leg can reach.
+    /// The foot is beyond the greatest or within the least leg length.
     #[error(
         "the foot is {length:.6} m from the hip; the leg reaches {least:.6} to {greatest:.6} m"
     )]
@@ -25,7 +25,8 @@ pub enum LegError {
         /// Longest leg \[m\].
         greatest: f64,
     },
-    /// With this hip angle, knee and foot are too far apart, or too close, for the two segments between them.
+    /// At this hip angle, knee and foot are too far apart or too close for the two segments between
+    /// them.
     #[error(
         "knee and foot are {distance:.6} m apart; the two segments between them span {least:.6} to {greatest:.6} m"
     )]
@@ -37,17 +38,18 @@ pub enum LegError {
         /// Longest span \[m\].
         greatest: f64,
     },
-    /// A length has no angle: the cosine it asks for lies outside [-1, 1].
-    #[error("no angle has the cosine {cosine} that {what} = {value:.6} m asks for")]
+    /// No angle corresponds to a length: its cosine lies outside [-1, 1].
+    #[error("{what} = {value:.6} m corresponds to no angle: its cosine would be {cosine}")]
     NoAngle {
-        /// The length in question.
+        /// Name of the length.
         what: &'static str,
         /// Its value \[m\].
         value: f64,
-        /// The cosine it asks for.
+        /// The required cosine.
         cosine: f64,
     },
-    /// Middle and distal segment are in line: foot forces do not fix the forces in the segments.
+    /// Middle and distal segment are collinear: foot forces do not determine the forces in the
+    /// segments.
     #[error(
         "the leg is straight at the ankle (sine of the angle {sine:e}): its statics are singular"
     )]
@@ -56,9 +58,9 @@ pub enum LegError {
         sine: f64,
     },
     /// An argument is NaN or infinite.
-    #[error("{what} is not a number")]
+    #[error("{what} is not finite")]
     NotFinite {
-        /// The argument.
+        /// Name of the argument.
         what: &'static str,
     },
 }

@@ -1,21 +1,22 @@
-//! Joint space: spring energy with gradient and Hessian, cable length, and the state-dependent stops of q3.
+//! Joint space: spring energy with gradient and Hessian, cable length, and the state-dependent stop
+//! of the opening.
 
 use libm::{cos, sin, sqrt};
 
 use crate::LegError;
 use crate::pantograph::{Pantograph, angle_of};
 
-/// The passive joints of the leg, counted from the reference pose as in the thesis (A.2): both zero when extended,
-/// `q2 ≤ 0` flexes the knee, `q2 + q3 ≥ 0` opens the pantograph \[rad\].
+/// Passive joints of the leg relative to the reference pose, as in the thesis (A.2): both zero when
+/// extended, `q2 ≤ 0` flexes the knee, `q2 + q3 ≥ 0` opens the pantograph \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joints {
-    /// Second against first segment.
+    /// Angle of the second segment against the first.
     pub q2: f64,
-    /// Third against second segment.
+    /// Angle of the third segment against the second.
     pub q3: f64,
 }
 
-/// A scalar of the joints with its first and second derivatives, in the order (q2, q3).
+/// Scalar function of the joints with its first and second derivatives, in the order (q2, q3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jet {
     /// The value.
@@ -26,7 +27,8 @@ pub struct Jet {
     pub hessian: [[f64; 2]; 2],
 }
 
-/// Greatest opening of the pantograph, `q2 + q3 ≤ B(q2)`, with its derivatives (thesis, A.19 and eq. 2.13).
+/// Greatest opening of the pantograph, `q2 + q3 ≤ B(q2)`, with its derivatives (thesis, A.19 and
+/// eq. 2.13).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OpeningStop {
     /// B \[rad\].
@@ -38,7 +40,7 @@ pub struct OpeningStop {
 }
 
 impl Jet {
-    /// Square root of a jet of squares: a length.
+    /// Returns the square root of a jet of a squared length.
     fn root(square: &Self) -> Self {
         let value = sqrt(square.value);
         let gradient = square.gradient.map(|g| g / (2.0 * value));
@@ -51,7 +53,7 @@ impl Jet {
         }
     }
 
-    /// Energy of a linear spring of this length.
+    /// Returns the energy of a linear spring of this length.
     fn spring(&self, stiffness: f64, rest: f64) -> Self {
         let stretch = self.value - rest;
         let by = self.gradient;
@@ -80,7 +82,7 @@ fn matrix(entry: impl Fn(usize, usize) -> f64) -> [[f64; 2]; 2] {
 }
 
 impl Pantograph {
-    /// Joint angles of a pose given by the absolute angles of its segments.
+    /// Returns the joint angles of a pose given by the absolute angles of its segments.
     pub fn joints(&self, angles: [f64; 3]) -> Joints {
         Joints {
             q2: angles[1] - angles[0] + self.q2_ref,
@@ -88,32 +90,34 @@ impl Pantograph {
         }
     }
 
-    /// Absolute angles of the segments from the hip angle (zero in the reference pose) and the joints.
+    /// Returns the absolute angles of the segments from the hip angle (zero in the reference pose)
+    /// and the joints.
     pub fn angles(&self, q1: f64, joints: Joints) -> [f64; 3] {
         let first = q1 + self.hip_ref;
         let second = first + joints.q2 - self.q2_ref;
         [first, second, second + joints.q3 + self.q2_ref]
     }
 
-    /// Length of the taut cable (thesis, A.4) \[m\].
+    /// Returns the length of the taut cable (thesis, A.4) \[m\].
     pub fn cable_of_knee(&self, q2: f64) -> f64 {
         sqrt(
             self.l1 * self.l1 + self.l2 * self.l2 + 2.0 * self.l1 * self.l2 * cos(q2 - self.q2_ref),
         )
     }
 
-    /// Knee angle at which the cable is taut (thesis, A.5) \[rad\].
+    /// Returns the knee angle at which the cable is taut (thesis, A.5) \[rad\].
     ///
     /// # Errors
     /// [`LegError::NoAngle`] outside |l1 − l2| … l1 + l2.
     pub fn knee_of_cable(&self, cable: f64) -> Result<f64, LegError> {
-        // A pulley that has wound up more than there is leaves a negative length: with its sign, no cosine fits.
+        // A pulley that has wound up more than the cable length leaves a negative length: with its
+        // sign, no cosine fits.
         let square = cable * cable.abs();
         let cosine = (square - self.l1 * self.l1 - self.l2 * self.l2) / (2.0 * self.l1 * self.l2);
         Ok(self.q2_ref - angle_of(cosine, "cable", cable)?)
     }
 
-    /// Length of the diagonal (thesis, A.16) \[m\].
+    /// Returns the length of the diagonal (thesis, A.16) \[m\].
     pub fn diagonal_of(&self, joints: Joints) -> Jet {
         let (l2, ld) = (self.l2, self.l_delta);
         let q2_bar = joints.q2 - self.q2_ref;
@@ -125,15 +129,15 @@ impl Pantograph {
         })
     }
 
-    /// Length of the parallel rod (thesis, A.21) \[m\].
+    /// Returns the length of the parallel rod (thesis, A.21) \[m\].
     pub fn parallel_of(&self, joints: Joints) -> Jet {
         let (l2, ld) = (self.l2, self.l_delta);
         let (q2_bar, q3_bar) = (joints.q2 - self.q2_ref, joints.q3 + self.q2_ref);
         let opening = joints.q2 + joints.q3;
-        let (own, product) = (2.0 * ld * ld, 2.0 * l2 * ld);
-        let (s, c) = (own * sin(opening), own * cos(opening));
+        let (square, product) = (2.0 * ld * ld, 2.0 * l2 * ld);
+        let (s, c) = (square * sin(opening), square * cos(opening));
         Jet::root(&Jet {
-            value: l2 * l2 + own - c + product * (cos(q2_bar) - cos(q3_bar)),
+            value: l2 * l2 + square - c + product * (cos(q2_bar) - cos(q3_bar)),
             gradient: [s - product * sin(q2_bar), s + product * sin(q3_bar)],
             hessian: [
                 [c - product * cos(q2_bar), c],
@@ -142,8 +146,9 @@ impl Pantograph {
         })
     }
 
-    /// Potential energy of both springs \[J\]; minus its gradient are the joint torques (thesis, A.24 and A.25 with the
-    /// missing factors, and with the torque of the parallel spring on q2 that the thesis leaves out).
+    /// Returns the potential energy of both springs \[J\], whose negative gradient is the joint
+    /// torques (thesis, A.24 and A.25 with the missing factors and the torque of the parallel
+    /// spring on q2, omitted there).
     pub fn spring_energy_of(&self, joints: Joints) -> Jet {
         let diagonal = self
             .diagonal_of(joints)
@@ -155,15 +160,17 @@ impl Pantograph {
         )
     }
 
-    /// Torque of a unit cable tension on the knee \[N·m/N\] (thesis, A.26 corrected): minus d(cable)/dq2, so it flexes.
+    /// Returns the torque of a unit cable tension on the knee \[N·m/N\] (thesis, A.26 corrected):
+    /// −d(cable)/dq2, which flexes.
     pub fn cable_lever(&self, q2: f64) -> f64 {
         self.l1 * self.l2 * sin(q2 - self.q2_ref) / self.cable_of_knee(q2)
     }
 
-    /// The upper stop of the pantograph's opening: where the parallel rod has used up its travel.
+    /// Returns the upper stop of the pantograph's opening, where the parallel rod has used up its
+    /// travel.
     ///
     /// # Errors
-    /// [`LegError::NoAngle`] where the rod can never get that long at this knee angle.
+    /// [`LegError::NoAngle`] where the rod cannot reach its greatest length at this knee angle.
     pub fn opening_stop(&self, q2: f64) -> Result<OpeningStop, LegError> {
         let (l2, ld) = (self.l2, self.l_delta);
         let q2_bar = q2 - self.q2_ref;
@@ -177,14 +184,14 @@ impl Pantograph {
         };
         let opening = beta(self.parallel_max)? - beta(l2)?;
         // Implicit differentiation of l_p²(q2, opening) = const.
-        let (own, product) = (2.0 * ld * ld, 2.0 * l2 * ld);
+        let (square, product) = (2.0 * ld * ld, 2.0 * l2 * ld);
         let q3_bar = opening - q2_bar;
-        let by_opening = own * sin(opening) + product * sin(q3_bar);
+        let by_opening = square * sin(opening) + product * sin(q3_bar);
         let by_q2 = -product * (sin(q2_bar) + sin(q3_bar));
         let slope = -by_q2 / by_opening;
         let second = product * (cos(q3_bar) - cos(q2_bar));
         let mixed = -product * cos(q3_bar);
-        let opening_twice = own * cos(opening) + product * cos(q3_bar);
+        let opening_twice = square * cos(opening) + product * cos(q3_bar);
         let curvature =
             -(second + 2.0 * mixed * slope + opening_twice * slope * slope) / by_opening;
         Ok(OpeningStop {

@@ -1,14 +1,16 @@
-//! Geometry and statics of the spring-loaded pantograph leg, derived and checked rather than transcribed.
+//! Geometry and statics of the spring-loaded pantograph leg, derived independently of the thesis
+//! and verified numerically.
 //!
-//! The leg has three segments. The hip motor turns the first, the knee cable flexes the second, and the third is held
-//! parallel to the first by a rod with a spring, which lets the pantograph open under load. Two closed forms describe it:
-//! [`Pantograph::pose`] from hip angle and foot position, on which the mass-less plant stands, and
-//! [`Pantograph::pose_of_angles`] from joint angles, on which the full plant stands. They meet in [`Pose`], whose forces
-//! are gradients by virtual work.
+//! The leg has three segments. The hip motor rotates the first, the knee cable flexes the second,
+//! and a rod with a spring keeps the third parallel to the first, which lets the pantograph open
+//! under load. Two closed forms describe it: [`Pantograph::pose`] from hip angle and foot position,
+//! used by the mass-less plant, and [`Pantograph::pose_of_angles`] from joint angles, used by the
+//! full plant. Both return a [`Pose`], whose forces are gradients by virtual work.
 //!
-//! Conventions: the leg plane has x forward and z up, origin at the hip; link angles are absolute, zero pointing straight
-//! down and positive swinging forward; hip angle and passive joints (q2, q3) count from the reference pose, in which the
-//! leg is fully extended, the pantograph closed and the foot straight below the hip.
+//! Conventions: the leg plane has x forward and z up, origin at the hip; link angles are absolute,
+//! zero pointing straight down and positive swinging forward; hip angle and passive joints (q2, q3)
+//! are zero in the reference pose, in which the leg is fully extended, the pantograph closed and
+//! the foot vertically below the hip.
 //!
 //! ```
 //! use twinrig_leg::{Pantograph, Planar};
@@ -22,8 +24,9 @@
 //! # }
 //! ```
 //!
-//! What is not here: masses and inertia, contact with the ground, friction, time. The thesis' appendix A holds many
-//! misprints; where a formula here differs from it, the item says so.
+//! Out of scope: masses and inertia, contact with the ground, friction, time. The thesis' appendix
+//! A contains many misprints; where a formula here differs from it, the item's documentation says
+//! so.
 
 mod equilibrium;
 mod error;

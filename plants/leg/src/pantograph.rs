@@ -1,4 +1,4 @@
-//! The mechanism: its lengths, what follows from them, and the inverse kinematics.
+//! Pantograph mechanism: lengths, derived quantities and inverse kinematics.
 
 use libm::{acos, atan2, cos, sin, sqrt};
 use twinrig_robot::Leg;
@@ -8,22 +8,22 @@ use crate::LegError;
 /// A planar vector in the leg plane: x forward, z up \[m\].
 pub type Planar = nalgebra::Vector2<f64>;
 
-/// The vector turned by +90°.
-pub(crate) fn turned(v: Planar) -> Planar {
+/// Returns the vector rotated by +90°.
+pub(crate) fn rotated(v: Planar) -> Planar {
     Planar::new(-v.y, v.x)
 }
 
-/// z component of the cross product of two planar vectors.
+/// Returns the z component of the cross product of two planar vectors.
 pub(crate) fn cross(a: Planar, b: Planar) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// Unit vector of a link angle: zero points straight down, positive swings forward.
+/// Returns the unit vector of a link angle: zero points straight down, positive swings forward.
 pub(crate) fn along(angle: f64) -> Planar {
     Planar::new(sin(angle), -cos(angle))
 }
 
-/// What rounding may add to a length \[m\] before it counts as too long.
+/// Tolerance of lengths for rounding errors \[m\].
 const ROUNDING: f64 = 1e-12;
 
 fn checked_length(foot: Planar) -> Result<f64, LegError> {
@@ -37,7 +37,7 @@ fn checked_length(foot: Planar) -> Result<f64, LegError> {
     }
 }
 
-/// Angle whose cosine is `cosine`; a rounding error outside [-1, 1] counts as the border.
+/// Returns the angle whose cosine is `cosine`; rounding errors beyond [-1, 1] are clamped.
 pub(crate) fn angle_of(cosine: f64, what: &'static str, value: f64) -> Result<f64, LegError> {
     if cosine.abs() <= 1.0 + ROUNDING {
         Ok(acos(cosine.clamp(-1.0, 1.0)))
@@ -50,7 +50,7 @@ pub(crate) fn angle_of(cosine: f64, what: &'static str, value: f64) -> Result<f6
     }
 }
 
-/// The spring-loaded pantograph: lengths of the segments and everything that only depends on them.
+/// Spring-loaded pantograph: lengths of the segments and derived constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pantograph {
     pub(crate) l1: f64,
@@ -75,18 +75,19 @@ pub struct Pantograph {
     pub(crate) pulley_radius: f64,
     pub(crate) length_max: f64,
     pub(crate) length_min: f64,
-    /// Least distance of knee and foot where these tell the pose.
+    /// Least distance of knee and foot at which they determine the pose.
     pub(crate) span_min: f64,
-    /// Absolute angle of the first segment in the reference pose (thesis, A.12 with its sign corrected).
+    /// Absolute angle of the first segment in the reference pose (thesis, A.12 with its sign
+    /// corrected).
     pub(crate) hip_ref: f64,
 }
 
-/// What the two motors of a leg have to do to put its foot somewhere.
+/// Motor positions that place the foot of a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LegCommand {
-    /// Hip angle from the reference pose, positive forward \[rad\].
+    /// Hip angle, zero in the reference pose, positive forward \[rad\].
     pub hip: f64,
-    /// Angle of the cable pulley, zero with the leg extended, positive winds \[rad\].
+    /// Angle of the cable pulley, zero with the leg extended, positive when winding up \[rad\].
     pub knee: f64,
 }
 
@@ -97,7 +98,7 @@ fn positive(parameter: &'static str, value: f64) -> Result<(), LegError> {
         Err(LegError::Geometry {
             parameter,
             value,
-            why: "has to be a positive number",
+            why: "must be positive and finite",
         })
     }
 }
@@ -106,7 +107,7 @@ impl Pantograph {
     /// Derives the mechanism from a robot's parameters.
     ///
     /// # Errors
-    /// [`LegError::Geometry`] where the parameters make no pantograph.
+    /// [`LegError::Geometry`] where the parameters do not form a pantograph.
     pub fn new(leg: &Leg) -> Result<Self, LegError> {
         for (parameter, value) in [
             ("l1", leg.l1),
@@ -125,7 +126,7 @@ impl Pantograph {
         let (l1, l2, l_delta) = (leg.l1, leg.l2, leg.l_delta);
         let b = leg.l3 - l_delta;
         if l_delta >= l1 || b <= 0.0 {
-            let why = "has to be shorter than l1 and l3";
+            let why = "must be less than l1 and l3";
             return Err(LegError::Geometry {
                 parameter: "l_delta",
                 value: l_delta,
@@ -136,14 +137,14 @@ impl Pantograph {
             return Err(LegError::Geometry {
                 parameter: "q2_ref",
                 value: leg.q2_ref,
-                why: "has to be below 180°",
+                why: "must be below 180°",
             });
         }
         let third_side =
             |p: f64, q: f64, angle: f64| sqrt(p * p + q * q + 2.0 * p * q * cos(angle));
         let diagonal_max = third_side(l2, l_delta, leg.q2_ref);
         if leg.diagonal_min <= (l2 - l_delta).abs() || leg.diagonal_min >= diagonal_max {
-            let why = "has to lie between |l2 - l_delta| and the diagonal of the extended leg";
+            let why = "must lie between |l2 - l_delta| and the diagonal of the extended leg";
             return Err(LegError::Geometry {
                 parameter: "diagonal_min",
                 value: leg.diagonal_min,
@@ -151,7 +152,7 @@ impl Pantograph {
             });
         }
         if leg.parallel_travel >= diagonal_max + l_delta - l2 {
-            let why = "has to leave the parallel rod shorter than the triangle it closes";
+            let why = "must keep the extended parallel rod shorter than diagonal_max + l_delta";
             return Err(LegError::Geometry {
                 parameter: "parallel_travel",
                 value: leg.parallel_travel,
@@ -192,39 +193,41 @@ impl Pantograph {
         })
     }
 
-    /// Distance from hip to foot in the reference pose \[m\] (thesis, A.11 corrected).
+    /// Returns the distance from hip to foot in the reference pose \[m\] (thesis, A.11 corrected).
     pub fn length_max(&self) -> f64 {
         self.length_max
     }
 
-    /// Distance from hip to foot with the diagonal bottomed out and the pantograph closed \[m\].
+    /// Returns the distance from hip to foot with the diagonal bottomed out and the pantograph
+    /// closed \[m\].
     pub fn length_min(&self) -> f64 {
         self.length_min
     }
 
-    /// Length of the diagonal in the reference pose, where its stop is \[m\].
+    /// Returns the length of the diagonal in the reference pose, at its stop \[m\].
     pub fn diagonal_max(&self) -> f64 {
         self.diagonal_max
     }
 
-    /// Absolute angle of the first segment in the reference pose \[rad\].
+    /// Returns the absolute angle of the first segment in the reference pose \[rad\].
     pub fn hip_reference(&self) -> f64 {
         self.hip_ref
     }
 
-    /// Length of the slack-free cable at a pulley angle \[m\].
+    /// Returns the length of the taut cable at a pulley angle \[m\].
     pub fn cable_length(&self, pulley: f64) -> f64 {
         self.cable_max - self.pulley_radius * pulley
     }
 
-    /// Radius of the cable pulley \[m\].
+    /// Returns the radius of the cable pulley \[m\].
     pub fn pulley_radius(&self) -> f64 {
         self.pulley_radius
     }
 
-    /// Inverse kinematics with the pantograph closed (thesis, A.2–A.9 with A.6–A.9 corrected).
+    /// Solves the inverse kinematics with the pantograph closed (thesis, A.2–A.9 with A.6–A.9
+    /// corrected).
     ///
-    /// `foot` is the foot in the hip frame, x forward and z up \[m\].
+    /// `foot` is the foot position in the hip frame, x forward and z up \[m\].
     ///
     /// # Errors
     /// [`LegError::OutOfReach`], [`LegError::NotFinite`].
@@ -238,8 +241,8 @@ impl Pantograph {
                 greatest,
             });
         }
-        // First and distal segment are one link of length `a`. Seen from it the foot is at (along, across), and the hip is
-        // the angle that turns this to where the foot shall be: one arc tangent.
+        // First and distal segment act as one link of length `a`. The foot is at (along, across) in
+        // its frame, and the hip angle rotates this to the requested position: one arc tangent.
         let a = self.l1 + self.b;
         let cosine =
             ((length * length - a * a - self.l2 * self.l2) / (2.0 * self.l2 * a)).clamp(-1.0, 1.0);
@@ -256,12 +259,14 @@ impl Pantograph {
         })
     }
 
-    /// Inverse kinematics with the distal segment turned by `opening` \[rad\] against the first.
+    /// Solves the inverse kinematics with the distal segment rotated by `opening` \[rad\] against
+    /// the first.
     ///
-    /// With the opening given, first and distal segment act as one link of length ρ at the angle ψ from the first.
+    /// For a fixed opening, first and distal segment act as one link of length ρ at the angle ψ
+    /// from the first.
     ///
     /// # Errors
-    /// [`LegError::NoAngle`] where no knee angle gives that length, [`LegError::NotFinite`].
+    /// [`LegError::NoAngle`] where no knee angle results in that length, [`LegError::NotFinite`].
     pub fn inverse_open(&self, foot: Planar, opening: f64) -> Result<LegCommand, LegError> {
         let length = checked_length(foot)?;
         let (rho, psi) = self.virtual_link(opening);
@@ -277,17 +282,19 @@ impl Pantograph {
         })
     }
 
-    /// Where the foot is with the pantograph closed and the cable just taut: the inverse of [`Self::inverse_closed`] \[m\].
+    /// Returns the foot position with the pantograph closed and the cable taut \[m\]: the inverse
+    /// of [`Self::inverse_closed`].
     ///
     /// # Errors
-    /// [`LegError::NoAngle`] where the pulley asks for a cable that no knee angle has.
+    /// [`LegError::NoAngle`] where no knee angle matches the cable length.
     pub fn foot_of(&self, command: LegCommand) -> Result<Planar, LegError> {
         let q2_bar = self.knee_of_cable(self.cable_length(command.knee))? - self.q2_ref;
         let first = command.hip + self.hip_ref;
         Ok(along(first) * (self.l1 + self.b) + along(first + q2_bar) * self.l2)
     }
 
-    /// The reachable point on the ray from the hip through `foot`; `foot` itself where it can be reached.
+    /// Returns the reachable point nearest to `foot` on the ray from the hip through it; `foot`
+    /// itself where reachable.
     pub fn nearest_reachable(&self, foot: Planar) -> Planar {
         let length = foot.norm();
         if length.is_nan() || length <= 0.0 {
@@ -296,13 +303,15 @@ impl Pantograph {
         foot * (length.clamp(self.length_min, self.length_max) / length)
     }
 
-    /// Length and angle (from the first segment) of first and distal segment seen as one link.
+    /// Returns length and angle (from the first segment) of the link that first and distal segment
+    /// form at an opening.
     pub(crate) fn virtual_link(&self, opening: f64) -> (f64, f64) {
         let (x, z) = (self.l1 + self.b * cos(opening), self.b * sin(opening));
         (sqrt(x * x + z * z), atan2(z, x))
     }
 
-    /// Foot seen from the hip, along and across the first segment (thesis, A.29 and A.30 with its sign corrected).
+    /// Returns the foot position relative to the hip, along and across the first segment (thesis,
+    /// A.29 and A.30 with its sign corrected).
     pub(crate) fn foot_from_first(&self, q2_bar: f64, opening: f64) -> (f64, f64) {
         (
             self.l1 + self.l2 * cos(q2_bar) + self.b * cos(opening),

@@ -1,17 +1,18 @@
-//! A pose of the leg as points in the leg plane, its velocity, and the statics of its segments.
+//! Pose of the leg as points in the leg plane, its velocity, and the statics of its segments.
 
 use libm::{atan2, cos, sqrt};
 
 use crate::LegError;
-use crate::pantograph::{Pantograph, Planar, along, cross, turned};
+use crate::pantograph::{Pantograph, Planar, along, cross, rotated};
 
-/// Below this sine of the ankle angle a pose counts as straight: forces in the segments would grow past 1e9 of the
-/// force on the foot.
+/// Sine of the ankle angle below which a pose is straight: forces in the segments would exceed 1e9
+/// times the force on the foot.
 const STRAIGHT: f64 = 1e-9;
 
 /// Points, directions and lengths of the leg in one pose, hip frame, x forward and z up \[m\].
 ///
-/// Two closed-form ways lead here: hip angle and foot position (the mass-less plant) and joint angles (the full one).
+/// Computed in closed form from hip angle and foot position (mass-less plant) or from joint angles
+/// (full plant).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Knee: end of the first segment.
@@ -28,16 +29,17 @@ pub struct Pose {
     pub diagonal: f64,
     /// Length of the parallel rod.
     pub parallel: f64,
-    /// Hip to ankle: the length of the taut cable.
+    /// Distance from hip to ankle, the length of the taut cable.
     pub cable: f64,
-    /// From the diagonal's end on the first segment to the ankle.
+    /// Vector from the diagonal's end on the first segment to the ankle.
     diagonal_vector: Planar,
-    /// From the parallel rod's end on the first segment to its end on the third.
+    /// Vector from the parallel rod's end on the first segment to its end on the third.
     parallel_vector: Planar,
 }
 
-/// How near the ankle may be folded up to where the third segment lies on the second, in plants that know a pose by hip angle
-/// and foot \[rad\]: there foot and hip do not tell the pose, and springs push a foot without bounds.
+/// Least angle between second and third segment in plants whose coordinates are hip angle and foot
+/// \[rad\]: when the ankle is folded flat, these do not determine the pose, and spring forces on
+/// the foot are unbounded.
 const FOLDED: f64 = 0.1;
 
 /// Velocity of the leg.
@@ -50,7 +52,7 @@ pub struct Velocity {
     pub omega: [f64; 3],
 }
 
-/// A length of the leg that a spring, a stop or the cable acts on.
+/// Length within the leg that a spring, a stop or the cable acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Length {
     /// The diagonal spring.
@@ -59,7 +61,7 @@ pub enum Length {
     Parallel,
     /// The cable, hip to ankle.
     Cable,
-    /// Knee to foot: what the second and the third segment span.
+    /// Distance from knee to foot, spanned by the second and the third segment.
     Span,
 }
 
@@ -92,9 +94,10 @@ impl core::ops::Mul<f64> for Gradient {
     }
 }
 
-/// Derivative of a scalar with respect to the points of the leg, before the segments' constraints are applied.
+/// Derivative of a scalar with respect to the points of the leg, without the constraints of the
+/// segments.
 #[derive(Debug, Clone, Copy)]
-struct Pull {
+struct PointForces {
     inner: Planar,
     knee: Planar,
     ankle: Planar,
@@ -102,9 +105,10 @@ struct Pull {
 }
 
 impl Pantograph {
-    /// The pose that has this hip angle (as its sine and cosine, absolute: zero points down) and this foot.
+    /// Returns the pose of a hip angle (as its sine and cosine, absolute: zero points down) and a
+    /// foot position.
     ///
-    /// Closed form: the ankle is where two circles meet, on the side where the leg bends.
+    /// The ankle is the intersection of two circles, on the side to which the leg bends.
     ///
     /// # Errors
     /// [`LegError::NoTriangle`], [`LegError::Straight`], [`LegError::NotFinite`].
@@ -115,13 +119,13 @@ impl Pantograph {
         let square = span.norm_squared();
         let inverse = 1.0 / square;
         let on_span = 0.5 * (self.l2 * self.l2 + square - self.b * self.b) * inverse;
-        let beside_square = self.l2 * self.l2 * inverse - on_span * on_span;
-        if beside_square.is_nan() {
+        let across_square = self.l2 * self.l2 * inverse - on_span * on_span;
+        if across_square.is_nan() {
             return Err(LegError::NotFinite {
                 what: "hip angle or foot position",
             });
         }
-        if beside_square <= 0.0 {
+        if across_square <= 0.0 {
             let (least, greatest) = ((self.l2 - self.b).abs(), self.l2 + self.b);
             return Err(LegError::NoTriangle {
                 distance: sqrt(square),
@@ -129,11 +133,11 @@ impl Pantograph {
                 greatest,
             });
         }
-        let ankle = knee + span * on_span - turned(span) * sqrt(beside_square);
+        let ankle = knee + span * on_span - rotated(span) * sqrt(across_square);
         self.pose_of_points(first, knee, ankle, foot)
     }
 
-    /// The pose with these absolute angles of the three segments \[rad\].
+    /// Returns the pose of the absolute angles of the three segments \[rad\].
     ///
     /// # Errors
     /// [`LegError::Straight`].
@@ -174,7 +178,7 @@ impl Pantograph {
         })
     }
 
-    /// Potential energy of the two springs (thesis, eq. 2.21 without the toe) \[J\].
+    /// Returns the potential energy of the two springs (thesis, eq. 2.21 without the toe) \[J\].
     pub fn spring_energy(&self, pose: &Pose) -> f64 {
         let (d, p) = (
             pose.diagonal - self.diagonal_rest,
@@ -183,21 +187,22 @@ impl Pantograph {
         0.5 * (self.k_d * d * d + self.k_p * p * p)
     }
 
-    /// What diagonal and parallel spring pull with, along the vectors of the pose \[N\].
-    fn spring_pulls(&self, pose: &Pose) -> (Planar, Planar) {
+    /// Returns the tension of diagonal and parallel spring along the vectors of the pose \[N\].
+    fn spring_forces(&self, pose: &Pose) -> (Planar, Planar) {
         (
             pose.diagonal_vector * (self.k_d * (1.0 - self.diagonal_rest / pose.diagonal)),
             pose.parallel_vector * (self.k_p * (1.0 - self.parallel_rest / pose.parallel)),
         )
     }
 
-    /// Gradient of [`Self::spring_energy`] \[N·m, N\]: hip torque and foot force that hold the leg against its springs.
+    /// Returns the gradient of [`Self::spring_energy`] \[N·m, N\]: hip torque and foot force in
+    /// equilibrium with the springs.
     pub fn spring_gradient(&self, pose: &Pose) -> Gradient {
-        let (diagonal, parallel) = self.spring_pulls(pose);
+        let (diagonal, parallel) = self.spring_forces(pose);
         let lever = self.l_delta * self.per_b;
-        self.pulled_back(
+        self.pull_back(
             pose,
-            &Pull {
+            &PointForces {
                 inner: -(diagonal + parallel),
                 knee: Planar::zeros(),
                 ankle: diagonal + parallel * (1.0 + lever),
@@ -206,13 +211,13 @@ impl Pantograph {
         )
     }
 
-    /// Gradient of one of the leg's lengths.
+    /// Returns the gradient of one of the leg's lengths.
     pub fn length_gradient(&self, pose: &Pose, length: Length) -> Gradient {
         let none = Planar::zeros();
-        let pull = match length {
+        let forces = match length {
             Length::Diagonal => {
                 let n = pose.diagonal_vector / pose.diagonal;
-                Pull {
+                PointForces {
                     inner: -n,
                     knee: none,
                     ankle: n,
@@ -222,14 +227,14 @@ impl Pantograph {
             Length::Parallel => {
                 let n = pose.parallel_vector / pose.parallel;
                 let lever = self.l_delta * self.per_b;
-                Pull {
+                PointForces {
                     inner: -n,
                     knee: none,
                     ankle: n * (1.0 + lever),
                     foot: n * -lever,
                 }
             }
-            Length::Cable => Pull {
+            Length::Cable => PointForces {
                 inner: none,
                 knee: none,
                 ankle: pose.ankle / pose.cable,
@@ -238,7 +243,7 @@ impl Pantograph {
             Length::Span => {
                 let span = pose.foot - pose.knee;
                 let n = span / span.norm();
-                Pull {
+                PointForces {
                     inner: none,
                     knee: -n,
                     ankle: none,
@@ -246,35 +251,38 @@ impl Pantograph {
                 }
             }
         };
-        self.pulled_back(pose, &pull)
+        self.pull_back(pose, &forces)
     }
 
-    /// How far knee and foot are from where the ankle is folded up as far as hip angle and foot tell the pose \[m\]; negative
-    /// beyond it.
+    /// Returns the margin of the distance of knee and foot over its least value, at which hip angle
+    /// and foot still determine the pose \[m\]; negative beyond.
     pub fn unfolded(&self, pose: &Pose) -> f64 {
         (pose.foot - pose.knee).norm() - self.span_min
     }
 
-    /// Whether the ankle is on that side of it, which the distance alone does not tell.
+    /// Returns whether the margin is non-negative and the ankle bends to the correct side, which
+    /// the distance alone does not determine.
     pub fn is_unfolded(&self, pose: &Pose) -> bool {
         pose.ankle_sine > 0.0 && self.unfolded(pose) >= 0.0
     }
 
-    /// The least distance of knee and foot for such poses \[m\].
+    /// Returns the least distance of knee and foot for such poses \[m\].
     pub(crate) fn least_span(l2: f64, b: f64) -> f64 {
         sqrt(l2 * l2 + b * b - 2.0 * l2 * b * cos(FOLDED))
     }
 
-    /// Velocity of the leg from the hip's angular velocity \[rad/s\] and the foot's velocity in the hip frame \[m/s\].
+    /// Returns the velocity of the leg from the hip's angular velocity \[rad/s\] and the foot's
+    /// velocity in the hip frame \[m/s\].
     pub fn velocity(&self, pose: &Pose, hip: f64, foot: Planar) -> Velocity {
         let [first, second, third] = pose.along;
-        let knee = turned(first) * (self.l1 * hip);
-        // The segments keep their lengths: ė · (velocity difference of their ends) = 0.
-        let ankle = meeting(pose, second.dot(&knee), third.dot(&foot));
+        let knee = rotated(first) * (self.l1 * hip);
+        // The segments are rigid: e · (velocity difference of the ends) = 0 along their unit
+        // vectors e.
+        let ankle = ankle_rate(pose, second.dot(&knee), third.dot(&foot));
         let omega = [
             hip,
-            turned(second).dot(&(ankle - knee)) * self.per_l2,
-            turned(third).dot(&(foot - ankle)) * self.per_b,
+            rotated(second).dot(&(ankle - knee)) * self.per_l2,
+            rotated(third).dot(&(foot - ankle)) * self.per_b,
         ];
         Velocity {
             knee,
@@ -284,19 +292,19 @@ impl Pantograph {
         }
     }
 
-    /// Rate of one of the leg's lengths \[m/s\].
+    /// Returns the rate of one of the leg's lengths \[m/s\].
     pub fn length_rate(&self, pose: &Pose, velocity: &Velocity, length: Length) -> f64 {
         let (vector, rate, value) = self.stretch(pose, velocity, length);
         vector.dot(&rate) / value
     }
 
-    /// Second derivative of a length while hip and foot move without acceleration \[m/s²\]: the velocity-product term
-    /// of its acceleration.
+    /// Returns the second derivative of a length without acceleration of hip and foot \[m/s²\]: the
+    /// velocity-product term of its acceleration.
     pub fn length_curvature(&self, pose: &Pose, velocity: &Velocity, length: Length) -> f64 {
         let [first, second, _] = pose.along;
         let [w1, ..] = velocity.omega;
         let knee_acceleration = first * (-self.l1 * w1 * w1);
-        let ankle_acceleration = meeting(
+        let ankle_acceleration = ankle_rate(
             pose,
             second.dot(&knee_acceleration)
                 - (velocity.ankle - velocity.knee).norm_squared() * self.per_l2,
@@ -315,32 +323,33 @@ impl Pantograph {
         (vector.dot(&acceleration) + rate.norm_squared() - along * along) / value
     }
 
-    /// Generalised force that does the work of torques on the three segments \[N·m\]: its negative gradient form.
+    /// Returns the generalised force equivalent to torques on the three segments \[N·m\].
     pub fn torque_gradient(&self, pose: &Pose, torques: [f64; 3]) -> Gradient {
         let [_, second, third] = pose.along;
         let (on_second, on_third) = (
-            turned(second) * (torques[1] * self.per_l2),
-            turned(third) * (torques[2] * self.per_b),
+            rotated(second) * (torques[1] * self.per_l2),
+            rotated(third) * (torques[2] * self.per_b),
         );
-        let pull = Pull {
+        let forces = PointForces {
             inner: Planar::zeros(),
             knee: -on_second,
             ankle: on_second - on_third,
             foot: on_third,
         };
-        let mut gradient = self.pulled_back(pose, &pull);
+        let mut gradient = self.pull_back(pose, &forces);
         gradient.hip += torques[0];
         gradient
     }
 
-    /// Force in the second segment: what the third leaves of the springs' pull on the ankle. Tension is positive \[N\].
+    /// Returns the force in the second segment, tension positive \[N\]: the component of the spring
+    /// forces on the ankle that the third segment does not carry.
     pub fn middle_segment_force(&self, pose: &Pose) -> f64 {
-        let (diagonal, parallel) = self.spring_pulls(pose);
+        let (diagonal, parallel) = self.spring_forces(pose);
         let on_ankle = diagonal + parallel * (1.0 + self.l_delta * self.per_b);
         -cross(on_ankle, pose.along[2]) / pose.ankle_sine
     }
 
-    /// Vector, its rate and its length, of one of the leg's lengths.
+    /// Returns vector, rate of the vector, and value of one of the leg's lengths.
     fn stretch(&self, pose: &Pose, velocity: &Velocity, length: Length) -> (Planar, Planar, f64) {
         let inner = velocity.knee * (1.0 - self.l_delta / self.l1);
         match length {
@@ -358,33 +367,36 @@ impl Pantograph {
         }
     }
 
-    /// Turns derivatives with respect to the leg's points into derivatives with respect to hip angle and foot.
+    /// Transforms derivatives with respect to the points of the leg to derivatives with respect to
+    /// hip angle and foot.
     ///
-    /// The ankle is not free: its pull is carried by forces µ₂, µ₃ along second and third segment, which arrive at knee
-    /// and foot (virtual work; the transpose of [`Self::velocity`]).
-    fn pulled_back(&self, pose: &Pose, pull: &Pull) -> Gradient {
+    /// The ankle is a dependent point: its force is carried by forces µ₂, µ₃ along second and third
+    /// segment, which act on knee and foot (virtual work; the transpose of [`Self::velocity`]).
+    fn pull_back(&self, pose: &Pose, forces: &PointForces) -> Gradient {
         let [first, second, third] = pose.along;
         let per_sine = 1.0 / pose.ankle_sine;
-        let in_second = cross(pull.ankle, third) * per_sine;
-        let in_third = cross(second, pull.ankle) * per_sine;
-        let at_knee = pull.knee + second * in_second;
-        let hip = turned(first).dot(&(at_knee * self.l1 + pull.inner * (self.l1 - self.l_delta)));
+        let in_second = cross(forces.ankle, third) * per_sine;
+        let in_third = cross(second, forces.ankle) * per_sine;
+        let at_knee = forces.knee + second * in_second;
+        let hip =
+            rotated(first).dot(&(at_knee * self.l1 + forces.inner * (self.l1 - self.l_delta)));
         Gradient {
             hip,
-            foot: pull.foot + third * in_third,
+            foot: forces.foot + third * in_third,
         }
     }
 }
 
 impl Pose {
-    /// Absolute angles of the three segments \[rad\]; zero points down.
+    /// Returns the absolute angles of the three segments \[rad\]; zero points down.
     pub fn angles(&self) -> [f64; 3] {
         self.along.map(|e| atan2(e.x, -e.y))
     }
 }
 
-/// Velocity (or acceleration) of the ankle whose components along second and third segment are given.
-fn meeting(pose: &Pose, along_second: f64, along_third: f64) -> Planar {
+/// Returns the velocity (or acceleration) of the ankle with given components along second and third
+/// segment.
+fn ankle_rate(pose: &Pose, along_second: f64, along_third: f64) -> Planar {
     let [_, second, third] = pose.along;
-    (turned(second) * along_third - turned(third) * along_second) * (1.0 / pose.ankle_sine)
+    (rotated(second) * along_third - rotated(third) * along_second) * (1.0 / pose.ankle_sine)
 }

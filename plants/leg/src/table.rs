@@ -1,38 +1,42 @@
-//! The spring energy as a table: bicubic in span and angle between knee and foot.
+//! Tabulated spring energy: bicubic in span and angle between knee and foot.
 
 use libm::{atan2, cos, sin, sqrt};
 
 use crate::LegError;
-use crate::pantograph::{Pantograph, Planar, turned};
+use crate::pantograph::{Pantograph, Planar, rotated};
 use crate::pose::Gradient;
 
-/// Sine of the ankle angle below which the leg counts as folded: there the energy's derivatives grow without bound and
-/// the table makes no promise.
+/// Sine of the ankle angle below which the leg counts as folded: the energy's derivatives grow
+/// without bound there, and the error bound excludes it.
 const FOLDED: f64 = 0.4;
 
-/// A bicubic Hermite table of the spring energy over the place of the foot seen from the first segment.
+/// Bicubic Hermite table of the spring energy over the foot position in the frame of the first
+/// segment.
 ///
-/// Force and hip torque are the gradient of the interpolated energy, so the table's force field is conservative: a table
-/// of forces, as the thesis had (section 2.7.2), is not. The energy is smooth over the whole table because the stops are
-/// kept outside of it, as constraints; no cell contains a kink.
+/// Force and hip torque are the gradient of the interpolated energy, so the force field of the
+/// table is conservative, unlike that of a table of forces as in the thesis (section 2.7.2). The
+/// energy is smooth over the whole table because the stops are not part of it but constraints; no
+/// cell contains a kink.
 #[derive(Debug, Clone)]
 pub struct EnergyTable {
     leg: Pantograph,
     span: Axis,
     angle: Axis,
-    /// Energy, its derivatives by span and by angle, and the mixed one, of each node; span runs fastest.
+    /// Energy, its derivatives by span and by angle, and the mixed derivative, of each node; span
+    /// varies fastest.
     nodes: Vec<[f64; 4]>,
     error: TableError,
 }
 
-/// Greatest error of a table where the stops let the leg be and the ankle is not folded flat, found at the quarter points of every cell.
+/// Greatest error of a table over the poses within the stops whose ankle is not folded, sampled at
+/// the quarter points of every cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableError {
-    /// Of the energy \[J\].
+    /// Error of the energy \[J\].
     pub energy: f64,
-    /// Of the force on the foot \[N\].
+    /// Error of the force on the foot \[N\].
     pub force: f64,
-    /// Of the hip torque \[N·m\].
+    /// Error of the hip torque \[N·m\].
     pub torque: f64,
 }
 
@@ -56,23 +60,24 @@ impl Axis {
         self.start + self.step * node
     }
 
-    /// Cell and place within it in [0, 1]; outside the table, nothing.
+    /// Returns the cell and the position within it in [0, 1], or `None` outside the table.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "0 ≤ place < cells + 1"
+        reason = "0 ≤ position < cells + 1"
     )]
     fn cell(self, value: f64) -> Option<(usize, f64)> {
-        let place = (value - self.start) / self.step;
-        if !(place >= 0.0 && place <= self.cells as f64) {
+        let position = (value - self.start) / self.step;
+        if !(position >= 0.0 && position <= self.cells as f64) {
             return None;
         }
-        let cell = (place as usize).min(self.cells - 1);
-        Some((cell, place - cell as f64))
+        let cell = (position as usize).min(self.cells - 1);
+        Some((cell, position - cell as f64))
     }
 }
 
-/// Values and derivatives at `s` of the cubic Hermite basis (value left, slope left, value right, slope right).
+/// Returns values and derivatives at `s` of the cubic Hermite basis (value left, slope left, value
+/// right, slope right).
 fn basis(s: f64) -> ([f64; 4], [f64; 4]) {
     let (s2, s3) = (s * s, s * s * s);
     (
@@ -92,7 +97,8 @@ fn basis(s: f64) -> ([f64; 4], [f64; 4]) {
 }
 
 impl EnergyTable {
-    /// Tabulates a leg with `cells` cells along each axis, over all that its stops allow and a margin beyond.
+    /// Tabulates a leg with `cells` cells along each axis, over the workspace within its stops and
+    /// a margin.
     ///
     /// # Errors
     /// [`LegError`] where the leg has no pose at a node.
@@ -113,8 +119,8 @@ impl EnergyTable {
             for i in 0..=cells {
                 let (r, a) = (span.at(i as f64), angle.at(j as f64));
                 let (energy, by_span, by_angle) = table.exact(r, a)?;
-                // No closed form for the mixed derivative is worth its length; central differences of exact slopes
-                // leave an error far below the table's.
+                // Central differences of exact slopes replace a lengthy closed form of the mixed
+                // derivative; their error is far below that of the table.
                 let h = 1e-5 * span.step;
                 let mixed = (table.exact(r + h, a)?.2 - table.exact(r - h, a)?.2) / (2.0 * h);
                 table.nodes.push([energy, by_span, by_angle, mixed]);
@@ -153,12 +159,13 @@ impl EnergyTable {
         Ok(error)
     }
 
-    /// The stated greatest error.
+    /// Returns the greatest error of the table.
     pub fn error(&self) -> TableError {
         self.error
     }
 
-    /// Spring energy \[J\] and its gradient at a hip angle (absolute, as sine and cosine) and a foot position.
+    /// Returns spring energy \[J\] and its gradient at a hip angle (absolute, as sine and cosine)
+    /// and a foot position.
     ///
     /// # Errors
     /// [`LegError::NoTriangle`] outside the table.
@@ -201,9 +208,9 @@ impl EnergyTable {
         }
         let outward = span / r;
         let foot_force =
-            outward * (by_s / self.span.step) + turned(outward) * (by_t / self.angle.step / r);
-        // The hip carries the knee along and turns the frame the angle is measured in.
-        let hip = -turned(first).dot(&foot_force) * self.leg.l1 - by_t / self.angle.step;
+            outward * (by_s / self.span.step) + rotated(outward) * (by_t / self.angle.step / r);
+        // The hip angle moves the knee and rotates the frame of the angle.
+        let hip = -rotated(first).dot(&foot_force) * self.leg.l1 - by_t / self.angle.step;
         Ok((
             energy,
             Gradient {
@@ -213,7 +220,7 @@ impl EnergyTable {
         ))
     }
 
-    /// Energy and its derivatives by span and angle.
+    /// Returns the energy and its derivatives by span and angle.
     fn exact(&self, span: f64, angle: f64) -> Result<(f64, f64, f64), LegError> {
         let outward = Planar::new(sin(angle), -cos(angle));
         let pose = self
@@ -223,12 +230,13 @@ impl EnergyTable {
         Ok((
             self.leg.spring_energy(&pose),
             foot.dot(&outward),
-            foot.dot(&turned(outward)) * span,
+            foot.dot(&rotated(outward)) * span,
         ))
     }
 }
 
-/// Spans and angles that the stops allow, with a margin for poses a little beyond a stop.
+/// Returns the ranges of span and angle within the stops, with a margin for poses slightly beyond a
+/// stop.
 fn domain(leg: &Pantograph, cells: usize) -> Result<(Axis, Axis), LegError> {
     const MARGIN: f64 = 0.05;
     const SAMPLES: usize = 32;

@@ -1,4 +1,5 @@
-//! Every formula against something it was not derived from: finite differences, round trips, closed loops, the thesis.
+//! Formulas against independent references: finite differences, round trips, closed loops, the
+//! thesis.
 
 use libm::{cos, sin};
 use proptest::prelude::*;
@@ -11,7 +12,8 @@ fn leg() -> Pantograph {
     Pantograph::new(&Leg::example()).unwrap()
 }
 
-/// A hip angle and joints inside the stops; flexed further, an open pantograph folds the ankle flat.
+/// Generates a hip angle and joints inside the stops; with more flexion, an open pantograph folds
+/// the ankle flat.
 fn pose_in_workspace() -> impl Strategy<Value = (f64, Joints)> {
     (-0.8..0.8_f64, -1.2..-0.01_f64, 0.01..0.99_f64).prop_map(|(q1, q2, share)| {
         let opening = share * leg().opening_stop(q2).unwrap().value;
@@ -35,7 +37,7 @@ fn at_hip(hip: f64, foot: Planar) -> Pose {
 
 proptest! {
     #[test]
-    fn both_closed_forms_give_the_same_pose((q1, joints) in pose_in_workspace()) {
+    fn both_closed_forms_return_the_same_pose((q1, joints) in pose_in_workspace()) {
         let forward = pose_at(q1, joints);
         let [first, ..] = leg().angles(q1, joints);
         let back = at_hip(first, forward.foot);
@@ -48,7 +50,7 @@ proptest! {
     }
 
     #[test]
-    fn inverse_kinematics_puts_the_foot_there(length in 0.0..1.0_f64, axis in -0.9..0.9_f64, opening in 0.0..0.6_f64) {
+    fn inverse_kinematics_reaches_foot_position(length in 0.0..1.0_f64, axis in -0.9..0.9_f64, opening in 0.0..0.6_f64) {
         let leg = leg();
         let length = leg.length_min() + length * (leg.length_max() - leg.length_min());
         let foot = Planar::new(sin(axis), -cos(axis)) * length;
@@ -56,7 +58,8 @@ proptest! {
             let Ok(command) = leg.inverse_open(foot, opening) else { continue };
             let q2 = leg.knee_of_cable(leg.cable_length(command.knee)).unwrap();
             let reached = pose_at(command.hip, Joints { q2, q3: opening - q2 }).foot;
-            // acos loses half the digits where its cosine nears 1; 1e-12 holds because the knee stays 35° from straight.
+            // acos loses half the digits as its cosine approaches 1; 1e-12 holds because the knee
+            // stays 35° from straight.
             prop_assert!((reached - foot).norm() < 1e-12, "{reached} {foot}");
             if opening == 0.0 {
                 prop_assert!((leg.foot_of(command).unwrap() - foot).norm() < 1e-12);
@@ -75,7 +78,7 @@ proptest! {
     }
 
     #[test]
-    fn gradient_and_hessian_of_the_energy_are_its_differences((_, joints) in pose_in_workspace()) {
+    fn energy_gradient_and_hessian_match_finite_differences((_, joints) in pose_in_workspace()) {
         let leg = leg();
         let h = 1e-6;
         let at = |a: f64, b: f64| leg.spring_energy_of(Joints { q2: joints.q2 + a, q3: joints.q3 + b });
@@ -92,7 +95,7 @@ proptest! {
     }
 
     #[test]
-    fn gradients_at_the_foot_are_differences((q1, joints) in pose_in_workspace()) {
+    fn foot_gradients_match_finite_differences((q1, joints) in pose_in_workspace()) {
         let leg = leg();
         let pose = pose_at(q1, joints);
         let [hip, ..] = leg.angles(q1, joints);
@@ -123,12 +126,13 @@ proptest! {
     }
 
     #[test]
-    fn rates_and_curvatures_follow_a_straight_motion(
+    fn rates_and_curvatures_match_finite_differences(
         (q1, joints) in pose_in_workspace(), hip_rate in -5.0..5.0_f64, vx in -1.0..1.0_f64, vz in -1.0..1.0_f64,
     ) {
         let leg = leg();
         let pose = pose_at(q1, joints);
-        // Nearer to straight the higher derivatives outgrow what differences of this step can resolve.
+        // Closer to the straight pose, the higher derivatives exceed the resolution of differences
+        // of this step.
         prop_assume!(pose.ankle_sine > 0.2);
         let [hip, ..] = leg.angles(q1, joints);
         let v = Planar::new(vx, vz);
@@ -146,7 +150,7 @@ proptest! {
             let curvature = (value(at(h)) - 2.0 * value(at(0.0)) + value(at(-h))) / (h * h);
             let scale = 1.0 / pose.ankle_sine;
             prop_assert!((rate - leg.length_rate(&pose, &velocity, length)).abs() < 1e-6 * libm::pow(scale, 3.0));
-            // Second differences carry 1e-17/h² of rounding and h² of truncation.
+            // Second differences have errors of 1e-17/h² (rounding) and h² (truncation).
             prop_assert!(
                 (curvature - leg.length_curvature(&pose, &velocity, length)).abs() < 1e-4 * libm::pow(scale, 5.0),
                 "{length:?} {curvature} {}", leg.length_curvature(&pose, &velocity, length)
@@ -159,7 +163,7 @@ proptest! {
         for (i, omega) in velocity.omega.into_iter().enumerate() {
             prop_assert!(((angles(h)[i] - angles(-h)[i]) / (2.0 * h) - omega).abs() < 1e-5 * scale_of(&pose));
         }
-        // Power of joint torques is the same on both sides of the pull-back.
+        // The power of segment torques is invariant under the pull-back.
         let torques = [0.3, -0.2, 0.1];
         let gradient = leg.torque_gradient(&pose, torques);
         let power: f64 = torques.iter().zip(velocity.omega).map(|(t, w)| t * w).sum();
@@ -167,7 +171,7 @@ proptest! {
     }
 
     #[test]
-    fn the_opening_stop_is_where_the_rod_is_at_its_longest(q2 in -1.2..-0.01_f64) {
+    fn opening_stop_is_at_greatest_rod_length(q2 in -1.2..-0.01_f64) {
         let leg = leg();
         let stop = leg.opening_stop(q2).unwrap();
         let rod = leg.parallel_of(Joints { q2, q3: stop.value - q2 }).value;
@@ -179,7 +183,7 @@ proptest! {
     }
 
     #[test]
-    fn any_foot_gives_a_pose_or_a_typed_error(hip in -4.0..4.0_f64, x in -0.3..0.3_f64, z in -0.3..0.3_f64) {
+    fn arbitrary_foot_gives_pose_or_typed_error(hip in -4.0..4.0_f64, x in -0.3..0.3_f64, z in -0.3..0.3_f64) {
         let foot = Planar::new(x, z);
         if let Ok(pose) = leg().pose(sin(hip), cos(hip), foot) {
             prop_assert!(leg().spring_energy(&pose).is_finite());
@@ -191,7 +195,7 @@ proptest! {
     }
 
     #[test]
-    fn the_cable_pulls_with_its_lever(q2 in -1.5..-0.05_f64) {
+    fn cable_lever_is_minus_derivative_of_cable_length(q2 in -1.5..-0.05_f64) {
         let h = 1e-6;
         let slope = (leg().cable_of_knee(q2 + h) - leg().cable_of_knee(q2 - h)) / (2.0 * h);
         prop_assert!((leg().cable_lever(q2) + slope).abs() < 1e-9);
@@ -203,8 +207,9 @@ fn scale_of(pose: &Pose) -> f64 {
 }
 
 #[test]
-fn a_closed_loop_in_joint_space_does_no_work() {
-    // Simpson's rule around a circle of 0.2 rad, well inside the stops; the rule is spectral on a periodic integrand.
+fn closed_loop_in_joint_space_does_no_work() {
+    // Trapezoidal sum around a circle of 0.2 rad, well inside the stops; it converges spectrally on
+    // a periodic integrand.
     let leg = leg();
     let n = 400;
     let mut work = 0.0;
@@ -222,12 +227,13 @@ fn a_closed_loop_in_joint_space_does_no_work() {
 }
 
 #[test]
-fn leaving_out_the_parallel_springs_torque_on_the_knee_would_do_work() {
-    // The thesis' omission (A.25): with it the loop above is not closed. This guards the test, not the code.
+fn omitting_parallel_spring_torque_on_knee_breaks_energy_conservation() {
+    // The omission of the thesis (A.25) makes the force field above non-conservative. This verifies
+    // the sensitivity of the test.
     let leg = leg();
-    let mut bare = Leg::example();
-    bare.parallel.stiffness = 1e-9;
-    let bare = Pantograph::new(&bare).unwrap();
+    let mut without_parallel = Leg::example();
+    without_parallel.parallel.stiffness = 1e-9;
+    let without_parallel = Pantograph::new(&without_parallel).unwrap();
     let n = 400;
     let mut work = 0.0;
     for i in 0..n {
@@ -236,17 +242,18 @@ fn leaving_out_the_parallel_springs_torque_on_the_knee_would_do_work() {
             q2: -0.6 + 0.2 * cos(a),
             q3: 0.9 + 0.2 * sin(a),
         };
-        let (full, part) = (
+        let (full, truncated) = (
             leg.spring_energy_of(joints).gradient,
-            bare.spring_energy_of(joints).gradient,
+            without_parallel.spring_energy_of(joints).gradient,
         );
-        work += (-0.2 * sin(a) * part[0] + 0.2 * cos(a) * full[1]) * core::f64::consts::TAU
+        work += (-0.2 * sin(a) * truncated[0] + 0.2 * cos(a) * full[1]) * core::f64::consts::TAU
             / f64::from(n);
     }
     assert!(work.abs() > 1e-3, "{work}");
 }
 
-/// Greatest axial stiffness between 0.7 and 0.98 of the greatest length, by second differences of the energy.
+/// Returns the greatest axial stiffness between 0.7 and 0.98 of the greatest length, by second
+/// differences of the energy.
 fn greatest_stiffness(leg: &Pantograph) -> f64 {
     let force = |length: f64| leg.equilibrium(length, 0.0, f64::INFINITY).unwrap().axial;
     let h = 1e-4;
@@ -257,15 +264,15 @@ fn greatest_stiffness(leg: &Pantograph) -> f64 {
 }
 
 #[test]
-fn greatest_axial_stiffness_is_the_thesis_figure() {
-    // Thesis, section 2.7.1: 253.27 N/m. Up to 0.98 of the greatest length; beyond, the curve goes on rising to 260 N/m
-    // and jumps to 423 N/m where the preload closes the pantograph.
+fn greatest_axial_stiffness_matches_thesis() {
+    // Thesis, section 2.7.1: 253.27 N/m. The range ends at 0.98 of the greatest length; beyond, the
+    // stiffness rises to 260 N/m and jumps to 423 N/m where the preload closes the pantograph.
     let stiffness = greatest_stiffness(&leg());
     assert!((stiffness - 252.0).abs() < 2.0, "{stiffness}");
 }
 
 #[test]
-fn the_axial_force_is_minus_the_slope_of_the_least_energy() {
+fn axial_force_is_negative_slope_of_minimum_energy() {
     let leg = leg();
     let h = 1e-5;
     for (length, torque) in [
@@ -288,20 +295,20 @@ fn the_axial_force_is_minus_the_slope_of_the_least_energy() {
 }
 
 #[test]
-fn a_hip_torque_pushes_the_foot_by_torque_over_length() {
+fn hip_torque_gives_transverse_force_torque_over_length() {
     let leg = leg();
     let free = leg.equilibrium(0.14, 0.0, f64::INFINITY).unwrap();
-    let turned = leg.equilibrium(0.14, 0.1, f64::INFINITY).unwrap();
+    let loaded = leg.equilibrium(0.14, 0.1, f64::INFINITY).unwrap();
     assert!(
-        (turned.transverse * 0.14 + 0.1).abs() < 1e-9
-            || (turned.transverse * 0.14 - 0.1).abs() < 1e-9,
-        "{turned:?}"
+        (loaded.transverse * 0.14 + 0.1).abs() < 1e-9
+            || (loaded.transverse * 0.14 - 0.1).abs() < 1e-9,
+        "{loaded:?}"
     );
-    assert!((turned.axial - free.axial).abs() > 0.1);
+    assert!((loaded.axial - free.axial).abs() > 0.1);
 }
 
 #[test]
-fn a_taut_cable_carries_what_the_springs_would_push() {
+fn taut_cable_reduces_axial_force() {
     let leg = leg();
     let slack = leg.equilibrium(0.12, 0.0, f64::INFINITY).unwrap();
     assert_eq!(slack.held_by, None);
@@ -314,7 +321,7 @@ fn a_taut_cable_carries_what_the_springs_would_push() {
 }
 
 #[test]
-fn impossible_legs_and_poses_are_typed_errors() {
+fn invalid_legs_and_poses_are_typed_errors() {
     let leg = leg();
     assert!(matches!(
         leg.inverse_closed(Planar::new(0.0, -0.2)),
@@ -338,24 +345,24 @@ fn impossible_legs_and_poses_are_typed_errors() {
         leg.pose_of_angles([0.1, -0.2, -0.2]),
         Err(LegError::Straight { .. })
     ));
-    for spoil in [
+    for invalidate in [
         |l: &mut twinrig_robot::Leg| l.l1 = -1.0,
         |l: &mut twinrig_robot::Leg| l.l_delta = 0.06,
         |l: &mut twinrig_robot::Leg| l.diagonal_min = 0.2,
         |l: &mut twinrig_robot::Leg| l.parallel_travel = 0.1,
         |l: &mut twinrig_robot::Leg| l.q2_ref = f64::NAN,
     ] {
-        let mut broken = Leg::example();
-        spoil(&mut broken);
+        let mut invalid = Leg::example();
+        invalidate(&mut invalid);
         assert!(matches!(
-            Pantograph::new(&broken),
+            Pantograph::new(&invalid),
             Err(LegError::Geometry { .. })
         ));
     }
 }
 
 #[test]
-fn the_table_is_as_good_as_it_says_and_improves_with_cells() {
+fn table_error_bound_holds_and_converges_with_cells() {
     let leg = leg();
     let (coarse, fine) = (
         EnergyTable::new(&leg, 48).unwrap(),

@@ -1,9 +1,9 @@
-//! What is wrong with a robot or a setup, whichever plant it is for.
+//! Errors of robots and setups common to all plants.
 
 use twinrig_actuator::{MotorError, ServoError};
 use twinrig_leg::{LegError, Stop};
 
-/// Why a plant of a legged robot cannot be built.
+/// Invalid robot or setup of a plant.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LeggedError {
     /// The robot has no such leg.
@@ -11,20 +11,20 @@ pub enum LeggedError {
     NoSuchLeg {
         /// Name of the robot.
         robot: String,
-        /// The leg asked for.
+        /// Name of the requested leg.
         leg: String,
-        /// The legs it has.
+        /// Names of its legs.
         known: String,
     },
-    /// Too many legs, or one of them twice.
+    /// Too many legs, or a duplicate leg.
     #[error("{0}")]
     Legs(String),
-    /// A leg makes no pantograph, or cannot take its start.
+    /// A leg has invalid parameters or cannot reach its start.
     #[error("leg {leg}: {why}")]
     Leg {
         /// Name of the leg.
         leg: String,
-        /// What is wrong.
+        /// Cause.
         why: LegError,
     },
     /// A leg would start beyond one of its stops.
@@ -36,10 +36,11 @@ pub enum LeggedError {
         leg: String,
         /// The stop.
         stop: Stop,
-        /// How far beyond \[m\].
+        /// Distance beyond the stop \[m\].
         by: f64,
     },
-    /// A leg would start with a joint bent the other way, which the lengths of rods and springs alone do not tell.
+    /// A leg would start with a joint bent to the wrong side, which lengths of rods and springs
+    /// alone do not reveal.
     #[error("leg {leg}: the start bends the {joint} the wrong way, by {angle:.4} rad")]
     StartBentBack {
         /// Name of the leg.
@@ -49,37 +50,37 @@ pub enum LeggedError {
         /// Its angle, q2 or q3 \[rad\].
         angle: f64,
     },
-    /// A servo makes no servo.
+    /// Invalid servo parameters.
     #[error("{drive} servo: {why}")]
     Servo {
         /// `hip` or `knee`.
         drive: &'static str,
-        /// What is wrong.
+        /// Cause.
         why: ServoError,
     },
-    /// A motor makes no motor.
+    /// Invalid motor parameters.
     #[error("{drive} motor: {why}")]
     Motor {
         /// `hip` or `knee`.
         drive: &'static str,
-        /// What is wrong.
+        /// Cause.
         why: MotorError,
     },
-    /// A mass or a moment of inertia that has to be positive is not.
-    #[error("the {what} is {value} (SI units); it has to be positive")]
+    /// A mass or a moment of inertia is not positive and finite.
+    #[error("the {what} is {value} (SI units); it must be positive")]
     Mass {
-        /// Which mass.
+        /// Name of the mass or moment.
         what: String,
         /// Its value.
         value: f64,
     },
     /// The integration step is zero.
-    #[error("the step has to be longer than zero")]
+    #[error("the step must be longer than zero")]
     Step,
 }
 
 impl LeggedError {
-    /// Wraps what is wrong with the leg of that name.
+    /// Returns a function that wraps an error of the named leg.
     pub fn of_leg(leg: &str) -> impl Fn(LegError) -> Self + '_ {
         move |why| Self::Leg {
             leg: leg.to_owned(),
@@ -88,10 +89,10 @@ impl LeggedError {
     }
 }
 
-/// Lets a mass \[kg\] or a moment of inertia \[kg·m²\] through if it is positive and finite.
+/// Checks that a mass \[kg\] or a moment of inertia \[kg·m²\] is positive and finite.
 ///
 /// # Errors
-/// [`LeggedError::Mass`] with `what` in it.
+/// [`LeggedError::Mass`] that names `what`.
 pub fn positive(what: &str, value: f64) -> Result<(), LeggedError> {
     if value.is_finite() && value > 0.0 {
         Ok(())

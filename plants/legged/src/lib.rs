@@ -1,7 +1,8 @@
-//! What every plant of a legged robot shares, so that one can be exchanged for another: the [`Setup`] that says what to
-//! simulate, where the legs [`Start`], which [`Signals`] there are, and the [`Ledger`] that balances the energy. A plant
-//! adds its state and how it moves, and answers [`Readings`]; the same robot then has the same ports, starts in the same
-//! place and is refused for the same reasons, whichever plant it is.
+//! Common parts of all plants of legged robots, which make the plants interchangeable: the
+//! [`Setup`] selects what to simulate, [`Start`] the initial legs, [`Signals`] the ports, and the
+//! [`Ledger`] keeps the energy balance. A plant adds its state and equations of motion, and
+//! implements [`Readings`]; every plant of a robot then has the same ports, the same initial pose
+//! and the same errors.
 //!
 //! ```
 //! use twinrig_kernel::SimDuration;
@@ -22,17 +23,19 @@
 //! let mount = setup.chosen(&robot)?[0];
 //! let start = setup.start.of_leg(&mount.name, &Pantograph::new(&mount.leg)?)?;
 //! assert_eq!(start.command.hip, 0.2);
-//! assert!(start.command.knee > 0.0, "a bent knee winds the cable");
+//! assert!(start.command.knee > 0.0, "a bent knee winds up the cable");
 //!
-//! let signals = Signals::new(&["LF"], &setup, &|name| name.ends_with("torque") || name.ends_with("angles"));
+//! let selected = |name: &str| name.ends_with("torque") || name.ends_with("angles");
+//! let signals = Signals::new(&["LF"], &setup, &selected);
 //! let names: Vec<&str> = signals.ports().iter().map(|port| port.name.as_str()).collect();
-//! assert_eq!(names, ["leg/LF/angles"], "no drives, no commands, no torques");
+//! assert_eq!(names, ["leg/LF/angles"], "without drives: no commands, no torques");
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! What is not here: equations of motion, state, integration and contact forces, which are each plant's own; options of
-//! one plant alone; and the language of scenarios, which whoever builds plants translates.
+//! Out of scope: equations of motion, state, integration and contact forces, which belong to each
+//! plant; options of a single plant; and the scenario language, which the builder of plants
+//! translates.
 
 mod error;
 mod ledger;
@@ -42,8 +45,8 @@ mod segment;
 mod setup;
 mod signals;
 mod slide;
-mod sound;
 mod start;
+mod validation;
 mod window;
 
 pub use error::{LeggedError, positive};
@@ -57,5 +60,5 @@ pub use slide::{Slide, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};
 pub use window::Window;
 
-/// The legs there is room for.
+/// Maximum number of legs.
 pub const LEGS: usize = 4;

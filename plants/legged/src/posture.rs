@@ -1,4 +1,4 @@
-//! Where trunk and legs are, in coordinates that no plant has for its own.
+//! Plant-independent state of trunk and legs.
 
 use nalgebra::Vector3;
 use twinrig_kernel::SimTime;
@@ -9,32 +9,32 @@ use twinrig_runtime::PlantState;
 use crate::error::LeggedError;
 use crate::setup::Setup;
 
-/// Where the robot is and how it moves: what every plant of it can say, and start from. World axes and SI units unless said
-/// otherwise.
+/// Position and velocity of a robot, which every plant can report and start from. World axes and SI
+/// units unless stated otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posture {
-    /// The trunk's own centre of mass, legs apart \[m\].
+    /// Centre of mass of the trunk without legs \[m\].
     pub position: Vector3<f64>,
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world.
     pub attitude: [f64; 4],
-    /// Velocity of that centre of mass \[m/s\].
+    /// Velocity of this centre of mass \[m/s\].
     pub velocity: Vector3<f64>,
-    /// Angular velocity of the trunk, in the trunk's own axes \[rad/s\].
+    /// Angular velocity of the trunk in trunk axes \[rad/s\].
     pub angular_velocity: Vector3<f64>,
-    /// The legs by name, in the order of the ports.
+    /// Legs by name, in the order of the ports.
     pub legs: Vec<(String, LegPosture)>,
 }
 
-/// Where a leg is in its plane.
+/// State of a leg in its plane.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LegPosture {
     /// Absolute angles of the three segments in the leg plane, zero pointing straight down \[rad\].
     pub angles: [f64; 3],
-    /// Their rates \[rad/s\].
+    /// Angular velocities of the segments \[rad/s\].
     pub rates: [f64; 3],
     /// Angle of the cable pulley, zero with the leg extended \[rad\].
     pub pulley: f64,
-    /// Its rate \[rad/s\].
+    /// Rate of the pulley angle \[rad/s\].
     pub pulley_rate: f64,
 }
 
@@ -44,8 +44,8 @@ const VELOCITY: &str = "body/velocity";
 const ANGULAR_VELOCITY: &str = "body/angular_velocity";
 
 impl Setup {
-    /// The robot at the start: the trunk level and at rest, the legs at their start, the lowest foot at height zero, or on the
-    /// ground where that is higher.
+    /// Returns the initial posture: trunk level and at rest, legs at their start, the lowest foot
+    /// at height zero, or on the ground where that is higher.
     ///
     /// # Errors
     /// As [`Setup::chosen`] and [`Start::of_leg`](crate::Start::of_leg).
@@ -77,8 +77,8 @@ impl Setup {
 }
 
 impl Posture {
-    /// The posture as a plant's state: the names of the signals where there is one, and `leg/LF/rates` beside
-    /// `leg/LF/angles`.
+    /// Returns the posture as a plant state: entries have the names of the corresponding signals,
+    /// plus `leg/LF/rates` for the rates of `leg/LF/angles`.
     pub fn state(&self, time: SimTime) -> PlantState {
         let mut state = PlantState::at(time)
             .with(POSITION, self.position.as_slice())
@@ -95,39 +95,39 @@ impl Posture {
         state
     }
 
-    /// Takes over what `state` tells of what is here; what it does not tell stays. Returns a line on everything that found no
-    /// place or was not told.
+    /// Adopts the entries of `state` that this posture has; the others keep their values. Returns a
+    /// message for every unknown and every missing entry.
     pub fn resume_from(&mut self, state: &PlantState) -> Vec<String> {
-        let mut taken = Vec::new();
-        let mut missing = Vec::new();
-        let mut take = |name: String, here: &mut [f64]| match state.get(&name) {
-            Some(values) if values.len() == here.len() => {
-                here.copy_from_slice(values);
-                taken.push(name);
+        let mut adopted = Vec::new();
+        let mut messages = Vec::new();
+        let mut adopt = |name: String, target: &mut [f64]| match state.get(&name) {
+            Some(values) if values.len() == target.len() => {
+                target.copy_from_slice(values);
+                adopted.push(name);
             }
-            _ => missing.push(format!("{name} is not told, and stays as it is")),
+            _ => messages.push(format!("{name} is missing and keeps its value")),
         };
-        take(POSITION.to_owned(), self.position.as_mut_slice());
-        take(ORIENTATION.to_owned(), &mut self.attitude);
-        take(VELOCITY.to_owned(), self.velocity.as_mut_slice());
-        take(
+        adopt(POSITION.to_owned(), self.position.as_mut_slice());
+        adopt(ORIENTATION.to_owned(), &mut self.attitude);
+        adopt(VELOCITY.to_owned(), self.velocity.as_mut_slice());
+        adopt(
             ANGULAR_VELOCITY.to_owned(),
             self.angular_velocity.as_mut_slice(),
         );
         for (leg, posture) in &mut self.legs {
-            take(format!("leg/{leg}/angles"), &mut posture.angles);
-            take(format!("leg/{leg}/rates"), &mut posture.rates);
+            adopt(format!("leg/{leg}/angles"), &mut posture.angles);
+            adopt(format!("leg/{leg}/rates"), &mut posture.rates);
             let (pulley, rate) = (&mut posture.pulley, &mut posture.pulley_rate);
-            take(
+            adopt(
                 format!("leg/{leg}/knee/position"),
                 std::slice::from_mut(pulley),
             );
-            take(format!("leg/{leg}/knee/rate"), std::slice::from_mut(rate));
+            adopt(format!("leg/{leg}/knee/rate"), std::slice::from_mut(rate));
         }
-        let strange = state
+        let unknown = state
             .iter()
-            .filter(|(name, _)| !taken.iter().any(|other| other == name));
-        missing.extend(strange.map(|(name, _)| format!("{name} has no place here")));
-        missing
+            .filter(|(name, _)| !adopted.iter().any(|other| other == name));
+        messages.extend(unknown.map(|(name, _)| format!("{name} is not a state of this plant")));
+        messages
     }
 }

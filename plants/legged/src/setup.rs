@@ -1,4 +1,4 @@
-//! What to simulate of a robot, as far as it is the same for all plants.
+//! Simulation setup common to all plants of a robot.
 
 use twinrig_actuator::{DcMotor, PositionServo};
 use twinrig_contact::Ground;
@@ -9,45 +9,46 @@ use crate::LEGS;
 use crate::error::LeggedError;
 use crate::start::Start;
 
-/// How the trunk may move.
+/// Degrees of freedom of the trunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Base {
-    /// Freely in space.
+    /// Six degrees of freedom.
     Free,
-    /// In the vertical plane of x: forwards, up and in pitch.
+    /// Motion in the vertical plane of x: forwards, up and in pitch.
     Planar,
-    /// Not at all.
+    /// Fixed in the world.
     Fixed,
 }
 
-/// What turns commands into motion at the joints.
+/// Drives of the joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drives {
-    /// Nothing: hips turn freely, and there is no cable.
+    /// No drives: hips rotate freely, and there is no cable.
     None,
-    /// Servos without limits that lag by one control period.
+    /// Servos without limits, which lag by one control period.
     Ideal {
         /// The control period \[s\].
         period: f64,
     },
-    /// These servos.
+    /// Servos with these parameters.
     Servos {
-        /// At the hips.
+        /// Hip drives.
         hip: twinrig_robot::Servo,
-        /// At the knee cables.
+        /// Knee cable drives.
         knee: twinrig_robot::Servo,
     },
-    /// These motors, which are given a voltage: whoever gives it closes the loop.
+    /// Motors with these parameters, with voltages as inputs: the controller closes the loop.
     Motors {
-        /// At the hips.
+        /// Hip drives.
         hip: twinrig_robot::Motor,
-        /// At the knee cables.
+        /// Knee cable drives.
         knee: twinrig_robot::Motor,
     },
 }
 
 impl Drives {
-    /// Inputs of a leg: a command for hip and knee each, or voltage and bridge for each.
+    /// Returns the number of inputs of a leg: a command for each of hip and knee, or voltage and
+    /// bridge for each.
     pub const fn inputs(&self) -> usize {
         match self {
             Self::None => 0,
@@ -57,49 +58,49 @@ impl Drives {
     }
 }
 
-/// The servos of every leg.
+/// Servos of each leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Servos {
-    /// At the hips.
+    /// Hip drives.
     pub hip: PositionServo,
-    /// At the knee cables.
+    /// Knee cable drives.
     pub knee: PositionServo,
 }
 
 impl Servos {
-    /// Hip and knee, in the order of commands.
+    /// Returns the servos of hip and knee, in the order of the commands.
     pub fn both(&self) -> [&PositionServo; 2] {
         [&self.hip, &self.knee]
     }
 }
 
-/// The motors of every leg.
+/// Motors of each leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motors {
-    /// At the hips.
+    /// Hip drives.
     pub hip: DcMotor,
-    /// At the knee cables.
+    /// Knee cable drives.
     pub knee: DcMotor,
 }
 
 impl Motors {
-    /// Hip and knee, in the order of inputs.
+    /// Returns the motors of hip and knee, in the order of the inputs.
     pub fn both(&self) -> [&DcMotor; 2] {
         [&self.hip, &self.knee]
     }
 }
 
-/// What turns hips and pulleys, ready for use.
+/// Validated drives of hips and pulleys.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fitted {
-    /// Servos, which are given angles.
+    /// Servos, with angles as inputs.
     Servos(Servos),
-    /// Motors, which are given voltages.
+    /// Motors, with voltages as inputs.
     Motors(Motors),
 }
 
 impl Fitted {
-    /// What hip and pulley carry around of their drives \[kg·m²\].
+    /// Returns the inertias of the drives about hip and pulley \[kg·m²\].
     pub fn inertias(&self) -> [f64; 2] {
         match self {
             Self::Servos(servos) => servos.both().map(PositionServo::inertia),
@@ -108,25 +109,26 @@ impl Fitted {
     }
 }
 
-/// What to simulate of a robot. Plants add what is theirs alone.
+/// Selection of what to simulate of a robot. Plants add their specific options.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
-    /// How the trunk may move.
+    /// Degrees of freedom of the trunk.
     pub base: Base,
-    /// The legs that are there.
+    /// Names of the simulated legs.
     pub legs: Vec<String>,
-    /// The ground; without one, no contact is looked for.
+    /// Ground; `None` disables contact.
     pub ground: Option<Ground>,
-    /// Greatest integration step.
+    /// Maximum integration step.
     pub step: SimDuration,
-    /// What turns commands into motion.
+    /// Drives of the joints.
     pub drives: Drives,
-    /// Where the legs are at the start.
+    /// Initial state of the legs.
     pub start: Start,
 }
 
 impl Setup {
-    /// The robot's legs that are named, in the robot's order; and whether the step is one.
+    /// Returns the selected legs in the order of the robot, after checking the names, their number
+    /// and the step.
     ///
     /// # Errors
     /// [`LeggedError::NoSuchLeg`], [`LeggedError::Legs`], [`LeggedError::Step`].
@@ -147,7 +149,7 @@ impl Setup {
         }
         if names.len() > LEGS {
             return Err(LeggedError::Legs(format!(
-                "{} legs are more than the {LEGS} there is room for",
+                "{} legs exceed the maximum of {LEGS}",
                 names.len()
             )));
         }
@@ -158,7 +160,7 @@ impl Setup {
         Ok(mounts.filter(|mount| names.contains(&mount.name)).collect())
     }
 
-    /// The drives, if there are any. Ideal ones have the inertia of the robot's servos.
+    /// Returns the validated drives, if any. Ideal ones have the inertia of the robot's servos.
     ///
     /// # Errors
     /// [`LeggedError::Servo`], [`LeggedError::Motor`].

@@ -1,4 +1,4 @@
-//! The plants' signals: their names, units and sizes, and their writing.
+//! Signals of the plants: names, units, sizes and output of values.
 
 use libm::{asin, atan2};
 use nalgebra::Matrix3;
@@ -9,7 +9,7 @@ use crate::readings::Readings;
 use crate::setup::{Drives, Setup};
 use crate::window::Window;
 
-/// A measurement of the whole robot.
+/// Measurement of the whole robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BodySignal {
     Position,
@@ -27,7 +27,7 @@ enum BodySignal {
     Residual,
 }
 
-/// A measurement of one leg.
+/// Measurement of one leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LegSignal {
     HipPosition,
@@ -45,7 +45,7 @@ enum LegSignal {
     FootClearance,
 }
 
-/// A measurement that somebody wants.
+/// Selected measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Signal {
     Body(BodySignal),
@@ -99,14 +99,14 @@ const LEG: [(&str, Unit, usize, LegSignal); 13] = [
     ("foot/clearance", Unit::Meter, 1, LegSignal::FootClearance),
 ];
 
-/// What there is to measure only where there is ground.
+/// Measurements available only with ground.
 const ON_GROUND: [LegSignal; 3] = [
     LegSignal::FootLoad,
     LegSignal::FootForce,
     LegSignal::FootClearance,
 ];
 
-/// What there is to measure only where there are drives.
+/// Measurements available only with drives.
 const OF_DRIVES: [LegSignal; 4] = [
     LegSignal::HipTorque,
     LegSignal::KneePosition,
@@ -114,35 +114,39 @@ const OF_DRIVES: [LegSignal; 4] = [
     LegSignal::CableTension,
 ];
 
-/// What there is to measure only where the drives are motors, whose torque depends on it.
+/// Measurements available only if the drives are motors: their torque depends on the rate.
 const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
 
-/// The commands of a plant, and the measurements that are wanted of it, in the order of the ports.
+/// Inputs and selected measurements of a plant, in the order of the ports.
 #[derive(Debug, Clone)]
 pub struct Signals {
-    wanted: Vec<Signal>,
+    selected: Vec<Signal>,
     energy: bool,
     ports: Vec<Port>,
 }
 
 impl Signals {
-    /// The signals of these legs, which are those of `setup` in the robot's order. There are inputs, torques and cables
-    /// where there are drives (commands of servos, voltages and bridges of motors, whose rates there are, too), and loads and clearances where there is ground. `wanted` says which measurements anybody
-    /// needs.
-    pub fn new(legs: &[&str], setup: &Setup, wanted: &dyn Fn(&str) -> bool) -> Self {
+    /// Creates the signals of these legs, which must be those of `setup` in the order of the robot,
+    /// with the measurements selected by `selected`. Availability:
+    ///
+    /// - drives: inputs (the command of a servo, or voltage and bridge of a motor), torques, knee
+    ///   positions and cable tensions;
+    /// - motors: rates of hip and knee;
+    /// - ground: loads, forces and clearances of the feet.
+    pub fn new(legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
         let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);
         let mut ports = Vec::new();
         for leg in legs.iter().filter(|_| drives) {
             for joint in ["hip", "knee"] {
-                for (what, unit) in inputs(&setup.drives) {
-                    let name = format!("leg/{leg}/{joint}/{what}");
+                for (input, unit) in inputs(&setup.drives) {
+                    let name = format!("leg/{leg}/{joint}/{input}");
                     ports.push(Port::input(name, *unit, 1));
                 }
             }
         }
         let mut signals = Vec::new();
         for (name, unit, size, signal) in BODY {
-            if wanted(name) {
+            if selected(name) {
                 ports.push(Port::output(name, unit, size));
                 signals.push(Signal::Body(signal));
             }
@@ -156,7 +160,7 @@ impl Signals {
         for (i, leg) in legs.iter().enumerate() {
             for (name, unit, size, signal) in LEG {
                 let name = format!("leg/{leg}/{name}");
-                if exists(&signal) && wanted(&name) {
+                if exists(&signal) && selected(&name) {
                     ports.push(Port::output(name, unit, size));
                     signals.push(Signal::Leg(i, signal));
                 }
@@ -166,21 +170,22 @@ impl Signals {
             .iter()
             .any(|signal| matches!(signal, Signal::Body(body) if body.is_energy()));
         Self {
-            wanted: signals,
+            selected: signals,
             energy,
             ports,
         }
     }
 
-    /// Inputs of hip and knee, leg by leg; then the measurements.
+    /// Returns the ports: inputs of hip and knee, leg by leg; then the measurements.
     pub fn ports(&self) -> &[Port] {
         &self.ports
     }
 
-    /// Checks that all inputs are numbers; `stored` is the plant's energy at `now`, for the report \[J\].
+    /// Checks that all inputs are finite; `stored` returns the energy of the plant at `now` \[J\],
+    /// for the fault.
     ///
     /// # Errors
-    /// A fault that names the input.
+    /// [`PlantFault`] that names the input.
     pub fn check_inputs(
         &self,
         inputs: &[f64],
@@ -197,11 +202,12 @@ impl Signals {
             time: now,
             part: part.unwrap_or_default(),
             energy: stored(),
-            why: "the input is not a number".to_owned(),
+            why: "the input is not finite".to_owned(),
         })
     }
 
-    /// Writes all measurements that are wanted; ground forces are means over the window, which is at `now_s` \[s\].
+    /// Writes the selected measurements; ground forces are means over the window up to `now_s`
+    /// \[s\].
     pub fn write(
         &self,
         readings: &(impl Readings + ?Sized),
@@ -215,7 +221,7 @@ impl Signals {
             EnergyBalance::default()
         };
         let mut rest = outputs;
-        for signal in &self.wanted {
+        for signal in &self.selected {
             rest = match *signal {
                 Signal::Body(body) => body.write(readings, &balance, rest),
                 Signal::Leg(leg, signal) => signal.write(readings, leg, window, now_s, rest),
@@ -224,7 +230,7 @@ impl Signals {
     }
 }
 
-/// What each drive is given.
+/// Returns the inputs of a drive.
 fn inputs(drives: &Drives) -> &'static [(&'static str, Unit)] {
     match drives {
         Drives::None => &[],
@@ -297,7 +303,8 @@ impl LegSignal {
     }
 }
 
-/// Angles of the rotation about z, then y, then x (yaw, pitch, roll), in the order roll, pitch, yaw.
+/// Returns the angles of the rotation about z, then y, then x (yaw, pitch, roll), in the order
+/// roll, pitch, yaw.
 fn roll_pitch_yaw(rotation: &Matrix3<f64>) -> [f64; 3] {
     [
         atan2(rotation[(2, 1)], rotation[(2, 2)]),

@@ -1,6 +1,6 @@
-//! Friction's share of the energy that an impulse of the ground dissipates.
+//! Partition of the energy dissipated by a tangential ground impulse into friction and impact.
 
-/// A component of an impulse, with the velocity along it before and after \[N·s, m/s\].
+/// Component of an impulse, with the velocity along it before and after \[N·s, m/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slide {
     /// The impulse.
@@ -12,18 +12,21 @@ pub struct Slide {
 }
 
 impl Slide {
-    /// Energy that the impulse takes: its work at the mean velocity, with its sign turned \[J\].
+    /// Returns the energy dissipated by the impulse: its negative work at the mean velocity \[J\].
     pub fn taken(&self) -> f64 {
         -0.5 * self.impulse * (self.before + self.after)
     }
 }
 
-/// Friction's share of the energy that an impulse along the ground dissipates, and the rest \[J\].
+/// Returns the energy of a tangential ground impulse dissipated by friction, and the remainder
+/// \[J\].
 ///
-/// An impulse takes what it does at the mean velocity; so much is exact. Where a foot slides on, friction takes all of that.
-/// Where its slide ends or turns round meanwhile, the mean velocity may be against the one that friction answers to: other
-/// impulses throw the foot forward, and friction, which holds it, would be said to give energy. There it takes what Coulomb's
-/// law says at the velocity that is left, nothing where the foot holds, and the rest is a matter of the impact.
+/// The total is exact: the work of the impulse at the mean velocity. A foot that keeps sliding in
+/// its direction dissipates it all by friction. Where sliding ends or reverses during the impulse,
+/// the mean velocity may oppose the velocity that friction acts against: other impulses accelerate
+/// the foot, and the friction that stops it would seem to generate energy. Friction then dissipates
+/// by Coulomb's law at the final velocity, zero for a foot that sticks, and the remainder belongs
+/// to the impact.
 pub fn taken_by_friction(along: [Slide; 2]) -> (f64, f64) {
     let [first, second] = along.map(|slide| slide.taken());
     let all = first + second;
@@ -31,7 +34,7 @@ pub fn taken_by_friction(along: [Slide; 2]) -> (f64, f64) {
         return (all, 0.0);
     }
     let [first, second] = along.map(|slide| -slide.impulse * slide.after);
-    // What the solver leaves of a foot that holds has no sign.
+    // The residual velocity of a sticking foot has either sign.
     let taken = (first + second).max(0.0);
     (taken, all - taken)
 }
@@ -49,7 +52,7 @@ mod tests {
     };
 
     #[test]
-    fn a_foot_that_slides_on_gives_all_to_friction() {
+    fn sliding_foot_dissipates_all_by_friction() {
         let slide = Slide {
             impulse: -0.2,
             before: 1.0,
@@ -60,8 +63,8 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_is_thrown_forward_and_held_takes_nothing() {
-        // It slid backwards at 1 m/s; without friction it would go forwards.
+    fn accelerated_and_stopped_foot_dissipates_nothing_by_friction() {
+        // The foot slid backwards at 1 m/s; without friction it would move forwards.
         let slide = Slide {
             impulse: -0.2,
             before: -1.0,
@@ -72,7 +75,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn friction_takes_and_nothing_is_lost(
+        fn friction_dissipates_and_parts_sum_to_total(
             impulse in prop::array::uniform2(-1.0..1.0_f64),
             before in prop::array::uniform2(-1.0..1.0_f64),
             after in prop::array::uniform2(-1.0..1.0_f64),

@@ -1,4 +1,4 @@
-//! Where the legs are when time begins, and how high above the ground that puts the trunk.
+//! Initial state of the legs, and the resulting height of the trunk above the ground.
 
 use core::f64::consts::PI;
 
@@ -10,45 +10,47 @@ use twinrig_robot::{LegMount, Robot};
 use crate::error::LeggedError;
 use crate::setup::{Base, Setup};
 
-/// A start height, as a share of the greatest leg length, where none is given.
+/// Default leg length at the start, relative to the greatest leg length.
 const UPRIGHT_SHARE: f64 = 0.9;
 
-/// What rounding may put a start beyond a stop \[m\].
-const BEYOND: f64 = 1e-9;
+/// Tolerance for rounding errors of a start at a stop \[m\].
+const STOP_TOLERANCE: f64 = 1e-9;
 
-/// How the legs start.
+/// Initial state of the legs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Start {
-    /// At rest where these commands, by leg, take them: pantograph closed, cable just taut. A controller's first commands,
-    /// say. A leg not named stands upright at 0.9 of its greatest length.
+    /// At rest at the poses of these commands, by leg, with the pantograph closed and the cable
+    /// taut; for example the first commands of a controller. A leg without a command stands upright
+    /// at 0.9 of its greatest length.
     Commands(Vec<(String, LegCommand)>),
-    /// All at the same joint angles and rates; drives, where there are any, with the cables just taut and the pulleys at
-    /// rest.
+    /// The same joint angles and rates for all legs; drives, if any, with taut cables and pulleys
+    /// at rest.
     Pose(StartPose),
 }
 
-/// Angles and rates of hip, knee and ankle (q1, q2, q3 of the thesis: zero in the reference pose, `q2 ≤ 0` flexes the knee,
-/// `q2 + q3 ≥ 0` opens the pantograph), each against the segment before it.
+/// Angles and rates of hip, knee and ankle, each relative to the segment above (q1, q2, q3 of the
+/// thesis: zero in the reference pose, `q2 ≤ 0` flexes the knee, `q2 + q3 ≥ 0` opens the
+/// pantograph).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StartPose {
     /// Angles \[rad\].
     pub q: [f64; 3],
-    /// Their rates \[rad/s\].
+    /// Angular velocities \[rad/s\].
     pub rates: [f64; 3],
 }
 
-/// One leg at the start, between all its stops. The trunk is at rest.
+/// Initial state of one leg, within all its stops. The trunk is at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LegStart {
-    /// The drives: hip angle q1, and the pulley at which the cable is just taut \[rad\].
+    /// Drive positions: hip angle q1, and the pulley angle at which the cable is taut \[rad\].
     pub command: LegCommand,
     /// Absolute angles of the three segments, zero pointing straight down \[rad\].
     pub angles: [f64; 3],
-    /// Their rates \[rad/s\].
+    /// Angular velocities \[rad/s\].
     pub rates: [f64; 3],
-    /// Foot in the leg plane, seen from the hip \[m\].
+    /// Foot position in the leg plane, relative to the hip \[m\].
     pub foot: Planar,
-    /// Its velocity \[m/s\].
+    /// Foot velocity \[m/s\].
     pub foot_velocity: Planar,
 }
 
@@ -77,25 +79,31 @@ impl From<StartPose> for Start {
 }
 
 impl Start {
-    /// The start of the leg of that name.
+    /// Returns the initial state of the named leg.
     ///
     /// # Errors
-    /// [`LeggedError::Leg`] out of its reach, [`LeggedError::StartBeyondStop`], [`LeggedError::StartBentBack`].
+    /// [`LeggedError::Leg`] if it is out of reach, [`LeggedError::StartBeyondStop`],
+    /// [`LeggedError::StartBentBack`].
     pub fn of_leg(&self, name: &str, pantograph: &Pantograph) -> Result<LegStart, LeggedError> {
         let (start, pose) = match self {
             Self::Commands(commands) => {
-                let mut given = commands.iter();
-                let given = given.find(|(leg, _)| leg == name);
-                commanded(given.map(|(_, command)| *command), pantograph)
+                let mut commands = commands.iter();
+                let command = commands.find(|(leg, _)| leg == name);
+                start_of_command(command.map(|(_, command)| *command), pantograph)
                     .map_err(LeggedError::of_leg(name))?
             }
             Self::Pose(start) => {
                 start.check_bends(name, pantograph)?;
-                start.taken(pantograph).map_err(LeggedError::of_leg(name))?
+                start
+                    .leg_start(pantograph)
+                    .map_err(LeggedError::of_leg(name))?
             }
         };
         let beyond = |stop: &Stop| -pantograph.gap(&pose, *stop, pose.cable);
-        if let Some(stop) = Stop::ALL.into_iter().find(|stop| beyond(stop) > BEYOND) {
+        if let Some(stop) = Stop::ALL
+            .into_iter()
+            .find(|stop| beyond(stop) > STOP_TOLERANCE)
+        {
             let (leg, by) = (name.to_owned(), beyond(&stop));
             return Err(LeggedError::StartBeyondStop { leg, stop, by });
         }
@@ -103,13 +111,13 @@ impl Start {
     }
 }
 
-/// A leg at rest where its drives put it, upright if they are not told.
-fn commanded(
-    given: Option<LegCommand>,
+/// Returns the state of a leg at rest at its commanded pose, upright without a command.
+fn start_of_command(
+    command: Option<LegCommand>,
     pantograph: &Pantograph,
 ) -> Result<(LegStart, Pose), LegError> {
     let upright = Planar::new(0.0, -UPRIGHT_SHARE * pantograph.length_max());
-    let command = given.map_or_else(|| pantograph.inverse_closed(upright), Ok)?;
+    let command = command.map_or_else(|| pantograph.inverse_closed(upright), Ok)?;
     let foot = pantograph.foot_of(command)?;
     let first = command.hip + pantograph.hip_reference();
     let pose = pantograph.pose(libm::sin(first), libm::cos(first), foot)?;
@@ -125,30 +133,31 @@ fn commanded(
 }
 
 impl StartPose {
-    /// Refuses joints bent the other way: there, too, diagonal and rod have lengths between their stops. The way they bend
-    /// is the one on which the diagonal grows with q2 and the rod with q3, up to where they are stretched out.
+    /// Rejects joints bent to the wrong side, where diagonal and rod lengths are within their
+    /// stops, too. On the correct side the diagonal grows with q2 and the rod with q3, up to the
+    /// stretched pose.
     fn check_bends(&self, leg: &str, pantograph: &Pantograph) -> Result<(), LeggedError> {
         let [_, q2, q3] = self.q;
         let joints = Joints { q2, q3 };
         let knee = q2 + pantograph.joints([0.0; 3]).q3;
         let diagonal = pantograph.diagonal_of(joints).gradient[0];
         let rod = pantograph.parallel_of(joints).gradient[1];
-        let back = |joint, angle| LeggedError::StartBentBack {
+        let error = |joint, angle| LeggedError::StartBentBack {
             leg: leg.to_owned(),
             joint,
             angle,
         };
-        // Written so that what is no number does not pass.
+        // The negated form rejects NaN.
         if !((-PI..0.0).contains(&knee) && diagonal > 0.0) {
-            return Err(back("knee", q2));
+            return Err(error("knee", q2));
         }
         if !((-PI..PI).contains(&(q2 + q3)) && rod > 0.0) {
-            return Err(back("ankle", q3));
+            return Err(error("ankle", q3));
         }
         Ok(())
     }
 
-    fn taken(&self, pantograph: &Pantograph) -> Result<(LegStart, Pose), LegError> {
+    fn leg_start(&self, pantograph: &Pantograph) -> Result<(LegStart, Pose), LegError> {
         let [q1, q2, q3] = self.q;
         if !q1.is_finite() || self.rates.iter().any(|rate| !rate.is_finite()) {
             let what = "start";
@@ -158,7 +167,7 @@ impl StartPose {
         let pose = pantograph.pose_of_angles(angles)?;
         let [hip, knee, ankle] = self.rates;
         let rates = [hip, hip + knee, hip + knee + ankle];
-        let carried = |span: Planar, rate: f64| Planar::new(-span.y, span.x) * rate;
+        let rotation_velocity = |span: Planar, rate: f64| Planar::new(-span.y, span.x) * rate;
         let start = LegStart {
             command: LegCommand {
                 hip: q1,
@@ -167,20 +176,21 @@ impl StartPose {
             angles,
             rates,
             foot: pose.foot,
-            foot_velocity: carried(pose.knee, rates[0])
-                + carried(pose.ankle - pose.knee, rates[1])
-                + carried(pose.foot - pose.ankle, rates[2]),
+            foot_velocity: rotation_velocity(pose.knee, rates[0])
+                + rotation_velocity(pose.ankle - pose.knee, rates[1])
+                + rotation_velocity(pose.foot - pose.ankle, rates[2]),
         };
         Ok((start, pose))
     }
 }
 
 impl Setup {
-    /// How high the trunk is at the start \[m\]: so that the lowest foot is at height zero, or on the ground where that is
-    /// higher; ground that is lower is fallen to. `lowest` says where a leg reaches farthest down, seen from the trunk's
-    /// centre of mass in its axes.
+    /// Returns the initial height of the trunk \[m\]: the lowest foot is at height zero, or on the
+    /// ground where that is higher; the robot falls to lower ground. `lowest` returns the lowest
+    /// point of a leg relative to the centre of mass of the trunk, in its axes.
     ///
-    /// A trunk that is held is where all of the robot's legs would have it, so that none that is left out moves it.
+    /// The height of a fixed trunk is determined by all legs of the robot, so that it does not
+    /// depend on omitted legs.
     ///
     /// # Errors
     /// As [`Setup::chosen`] and [`Start::of_leg`].
@@ -189,12 +199,12 @@ impl Setup {
         robot: &Robot,
         lowest: impl Fn(&LegMount, &LegStart) -> Vector3<f64>,
     ) -> Result<f64, LeggedError> {
-        let mut standing = self.chosen(robot)?;
+        let mut mounts = self.chosen(robot)?;
         if self.base == Base::Fixed {
-            standing = robot.legs.iter().collect();
+            mounts = robot.legs.iter().collect();
         }
         let mut height = 0.0_f64;
-        for mount in standing {
+        for mount in mounts {
             let pantograph =
                 Pantograph::new(&mount.leg).map_err(LeggedError::of_leg(&mount.name))?;
             let start = self.start.of_leg(&mount.name, &pantograph)?;
@@ -204,7 +214,8 @@ impl Setup {
     }
 }
 
-/// How high the trunk has to be for a point to be at height zero, or on the ground where that is higher.
+/// Returns the height of the trunk at which a point is at height zero, or on the ground where that
+/// is higher.
 fn clearance(ground: Option<&Ground>, point: &Vector3<f64>) -> f64 {
     let ground = ground.map_or(0.0, |ground| {
         let below = ground.below(&Vector3::new(point.x, point.y, 0.0));

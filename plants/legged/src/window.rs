@@ -1,11 +1,11 @@
-//! The time over which ground forces are means.
+//! Averaging window of ground forces.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::LEGS;
 
-/// Ground impulses at the start of the present window, and when that was.
+/// Start time of the present window, and the ground impulses at that time.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Window {
     begun_s: f64,
@@ -13,7 +13,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// Begins anew at `now_s` \[s\] with the impulses of the ground on each leg since the start \[N·s\].
+    /// Starts a window at `now_s` \[s\] with the ground impulses on each leg since the start of the
+    /// run \[N·s\].
     pub fn begin<'i>(&mut self, now_s: f64, impulses: impl IntoIterator<Item = &'i [f64; 3]>) {
         self.begun_s = now_s;
         for (before, now) in self.impulses.iter_mut().zip(impulses) {
@@ -21,7 +22,8 @@ impl Window {
         }
     }
 
-    /// Mean force on a leg since the window began \[N\], from the impulse since the start \[N·s\]; zero as it begins.
+    /// Returns the mean force on a leg since the start of the window \[N\], from the impulse since
+    /// the start of the run \[N·s\]; zero for an empty window.
     pub fn mean_force(&self, leg: usize, impulse: &[f64; 3], now_s: f64) -> Vector3<f64> {
         let elapsed_s = now_s - self.begun_s;
         if elapsed_s > 0.0 {

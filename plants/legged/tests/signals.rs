@@ -1,4 +1,4 @@
-//! Signals: which there are, that they are asked for only when wanted, and that each lands in its place.
+//! Signals: availability, selective reading, and order of outputs.
 
 use std::cell::RefCell;
 
@@ -33,7 +33,7 @@ fn names(signals: &Signals, direction: Direction) -> Vec<&str> {
 }
 
 #[test]
-fn without_drives_there_are_no_commands_torques_and_cables() {
+fn commands_torques_and_cables_require_drives() {
     let (with, without) = (
         Signals::new(&LEGS, &setup(true, true), &|_| true),
         Signals::new(&LEGS, &setup(false, true), &|_| true),
@@ -77,10 +77,10 @@ fn with_motors() -> Setup {
 }
 
 #[test]
-fn motors_are_given_voltages_and_bridges_and_measured_like_servos_with_their_rates_besides() {
-    let driven = with_motors();
+fn motors_have_voltage_and_bridge_inputs_and_additional_rates() {
+    let setup_with_motors = with_motors();
     let by_servos = Signals::new(&LEGS, &setup(true, true), &|_| true);
-    let by_motors = Signals::new(&LEGS, &driven, &|_| true);
+    let by_motors = Signals::new(&LEGS, &setup_with_motors, &|_| true);
     let inputs = names(&by_motors, Direction::Input);
     assert_eq!(
         inputs[..4],
@@ -91,20 +91,25 @@ fn motors_are_given_voltages_and_bridges_and_measured_like_servos_with_their_rat
             "leg/LF/knee/bridge"
         ]
     );
-    assert_eq!(inputs.len(), LEGS.len() * driven.drives.inputs());
-    let mut measured = names(&by_motors, Direction::Output);
-    measured.retain(|name| !name.ends_with("/rate"));
-    assert_eq!(measured, names(&by_servos, Direction::Output));
+    assert_eq!(inputs.len(), LEGS.len() * setup_with_motors.drives.inputs());
+    let mut common = names(&by_motors, Direction::Output);
+    common.retain(|name| !name.ends_with("/rate"));
+    assert_eq!(common, names(&by_servos, Direction::Output));
     let layout = Layout::of(by_motors.ports(), Direction::Output);
     let mut outputs = vec![f64::NAN; layout.len()];
-    by_motors.write(&Asked::default(), &Window::default(), 0.0, &mut outputs);
+    by_motors.write(
+        &LoggedReadings::default(),
+        &Window::default(),
+        0.0,
+        &mut outputs,
+    );
     let read = |name: &str| &outputs[layout.find(name).unwrap()];
     assert_eq!(read("leg/RH/hip/rate"), [26.0]);
     assert_eq!(read("leg/LF/knee/rate"), [45.0]);
 }
 
 #[test]
-fn without_ground_there_are_no_loads_and_clearances() {
+fn loads_and_clearances_require_ground() {
     let signals = Signals::new(&LEGS, &setup(true, false), &|_| true);
     for name in names(&signals, Direction::Output) {
         let of_ground = ["foot/load", "foot/force", "foot/clearance"];
@@ -113,45 +118,45 @@ fn without_ground_there_are_no_loads_and_clearances() {
 }
 
 #[test]
-fn a_command_that_is_no_number_is_named() {
+fn non_finite_command_is_reported_by_name() {
     let signals = Signals::new(&LEGS, &setup(true, true), &|name| name == "body/rpy");
     let now = SimTime::ZERO + SimDuration::from_millis(3);
-    let unasked = || panic!("nobody needs the energy");
-    assert!(signals.check_inputs(&[0.0; 4], now, unasked).is_ok());
+    let unused = || panic!("the energy was evaluated without a fault");
+    assert!(signals.check_inputs(&[0.0; 4], now, unused).is_ok());
     let fault = signals.check_inputs(&[0.0, 1.0, f64::NAN, 0.0], now, || 2.5);
     let fault = fault.unwrap_err();
     assert_eq!(fault.part, "leg/RH/hip/command");
     assert_eq!((fault.time, fault.energy), (now, 2.5));
 }
 
-/// Answers with numbers of its own, and notes what it is asked.
+/// Readings with distinct values that log their calls.
 #[derive(Default)]
-struct Asked(RefCell<Vec<&'static str>>);
+struct LoggedReadings(RefCell<Vec<&'static str>>);
 
-impl Asked {
-    fn note<T>(&self, what: &'static str, answer: T) -> T {
+impl LoggedReadings {
+    fn log<T>(&self, what: &'static str, value: T) -> T {
         self.0.borrow_mut().push(what);
-        answer
+        value
     }
 }
 
-impl Readings for Asked {
+impl Readings for LoggedReadings {
     fn position(&self) -> Vector3<f64> {
-        self.note("position", Vector3::new(1.0, 2.0, 3.0))
+        self.log("position", Vector3::new(1.0, 2.0, 3.0))
     }
     fn attitude(&self) -> [f64; 4] {
-        self.note("attitude", [1.0, 0.0, 0.0, 0.0])
+        self.log("attitude", [1.0, 0.0, 0.0, 0.0])
     }
     fn rotation(&self) -> Matrix3<f64> {
         // Yaw by 90°.
-        let turned = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-        self.note("rotation", turned)
+        let rotation = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        self.log("rotation", rotation)
     }
     fn velocity(&self) -> Vector3<f64> {
-        self.note("velocity", Vector3::new(4.0, 5.0, 6.0))
+        self.log("velocity", Vector3::new(4.0, 5.0, 6.0))
     }
     fn angular_velocity(&self) -> Vector3<f64> {
-        self.note("angular velocity", Vector3::new(7.0, 8.0, 9.0))
+        self.log("angular velocity", Vector3::new(7.0, 8.0, 9.0))
     }
     fn energy(&self) -> EnergyBalance {
         let balance = EnergyBalance {
@@ -159,68 +164,68 @@ impl Readings for Asked {
             residual: 17.0,
             ..EnergyBalance::default()
         };
-        self.note("energy", balance)
+        self.log("energy", balance)
     }
     fn hip(&self, leg: usize) -> f64 {
-        self.note("hip", 20.0 + leg as f64)
+        self.log("hip", 20.0 + leg as f64)
     }
     fn hip_rate(&self, leg: usize) -> f64 {
-        self.note("hip rate", 25.0 + leg as f64)
+        self.log("hip rate", 25.0 + leg as f64)
     }
     fn hip_torque(&self, leg: usize) -> f64 {
-        self.note("hip torque", 30.0 + leg as f64)
+        self.log("hip torque", 30.0 + leg as f64)
     }
     fn pulley(&self, leg: usize) -> f64 {
-        self.note("pulley", 40.0 + leg as f64)
+        self.log("pulley", 40.0 + leg as f64)
     }
     fn pulley_rate(&self, leg: usize) -> f64 {
-        self.note("pulley rate", 45.0 + leg as f64)
+        self.log("pulley rate", 45.0 + leg as f64)
     }
     fn knee_torque(&self, leg: usize) -> f64 {
-        self.note("knee torque", 50.0 + leg as f64)
+        self.log("knee torque", 50.0 + leg as f64)
     }
     fn cable_tension(&self, leg: usize) -> f64 {
-        self.note("cable tension", 60.0 + leg as f64)
+        self.log("cable tension", 60.0 + leg as f64)
     }
     fn angles(&self, leg: usize) -> [f64; 3] {
-        self.note("angles", [70.0 + leg as f64, 71.0, 72.0])
+        self.log("angles", [70.0 + leg as f64, 71.0, 72.0])
     }
     fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        self.note("foot position", Vector3::new(80.0 + leg as f64, 0.0, 0.0))
+        self.log("foot position", Vector3::new(80.0 + leg as f64, 0.0, 0.0))
     }
     fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        self.note("foot velocity", Vector3::new(90.0 + leg as f64, 0.0, 0.0))
+        self.log("foot velocity", Vector3::new(90.0 + leg as f64, 0.0, 0.0))
     }
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
-        self.note("ground impulse", [3.0, 0.0, 4.0 + leg as f64])
+        self.log("ground impulse", [3.0, 0.0, 4.0 + leg as f64])
     }
     fn ground_normal(&self, _: usize) -> Vector3<f64> {
-        self.note("ground normal", Vector3::new(0.6, 0.0, 0.8))
+        self.log("ground normal", Vector3::new(0.6, 0.0, 0.8))
     }
     fn clearance(&self, leg: usize) -> f64 {
-        self.note("clearance", 100.0 + leg as f64)
+        self.log("clearance", 100.0 + leg as f64)
     }
 }
 
 #[test]
-fn only_what_is_wanted_is_asked_for() {
-    let wanted = ["body/position", "energy/kinetic", "energy/residual"];
-    let signals = Signals::new(&LEGS, &setup(true, true), &|name| wanted.contains(&name));
-    let asked = Asked::default();
+fn only_selected_signals_are_read() {
+    let selected = ["body/position", "energy/kinetic", "energy/residual"];
+    let signals = Signals::new(&LEGS, &setup(true, true), &|name| selected.contains(&name));
+    let readings = LoggedReadings::default();
     let mut outputs = [f64::NAN; 5];
-    signals.write(&asked, &Window::default(), 1.0, &mut outputs);
+    signals.write(&readings, &Window::default(), 1.0, &mut outputs);
     assert_eq!(outputs, [1.0, 2.0, 3.0, 10.0, 17.0]);
-    assert_eq!(asked.0.into_inner(), ["energy", "position"]);
+    assert_eq!(readings.0.into_inner(), ["energy", "position"]);
 }
 
 #[test]
-fn every_measurement_lands_in_its_place() {
+fn every_measurement_is_written_to_its_port() {
     let signals = Signals::new(&LEGS, &setup(true, true), &|_| true);
     let layout = Layout::of(signals.ports(), Direction::Output);
     let mut outputs = vec![f64::NAN; layout.len()];
     let mut window = Window::default();
     window.begin(1.0, &[[1.0, 0.0, 0.0], [3.0, 0.0, 1.0]]);
-    signals.write(&Asked::default(), &window, 1.5, &mut outputs);
+    signals.write(&LoggedReadings::default(), &window, 1.5, &mut outputs);
     assert!(outputs.iter().all(|value| value.is_finite()), "{outputs:?}");
     let read = |name: &str| &outputs[layout.find(name).unwrap()];
     assert_eq!(read("body/velocity"), [4.0, 5.0, 6.0]);
@@ -230,7 +235,7 @@ fn every_measurement_lands_in_its_place() {
     assert_eq!(read("leg/LF/cable/tension"), [60.0]);
     assert_eq!(read("leg/RH/angles"), [71.0, 71.0, 72.0]);
     assert_eq!(read("leg/RH/foot/clearance"), [101.0]);
-    // Means over half a second, of what has come since the window began.
+    // Means over half a second of the impulses since the start of the window.
     assert_eq!(read("leg/LF/foot/force"), [4.0, 0.0, 8.0]);
     assert_eq!(read("leg/RH/foot/force"), [0.0, 0.0, 8.0]);
     let load = read("leg/LF/foot/load")[0];
@@ -238,7 +243,7 @@ fn every_measurement_lands_in_its_place() {
 }
 
 #[test]
-fn a_window_that_begins_has_no_force_yet() {
+fn empty_window_has_zero_force() {
     let mut window = Window::default();
     window.begin(2.0, &[[5.0; 3]]);
     let force = window.mean_force(0, &[9.0; 3], 2.0);
@@ -246,16 +251,16 @@ fn a_window_that_begins_has_no_force_yet() {
 }
 
 #[test]
-fn books_show_what_does_not_add_up_and_count_what_moves_once() {
+fn ledger_reports_residual_and_counts_each_transfer_once() {
     let mut ledger = Ledger::opened([1.0, 2.0, 3.0]);
     ledger.actuator += 0.5;
     ledger.dissipated += 0.25;
-    // A joule goes from kinetic to spring energy, a quarter of the drives' work stays.
+    // 1 J moves from kinetic to spring energy; a quarter of a joule of the drives' work is stored.
     ledger.close_step([0.0, 3.25, 3.0]);
     let balance = ledger.balance();
     assert_eq!(balance.residual, 0.0);
     assert_eq!(balance.stored(), 6.25);
-    // (1 + 1.25 in store, 0.5 + 0.25 in flows) / 2
+    // (1 + 1.25 stored, 0.5 + 0.25 in flows) / 2
     assert_eq!(balance.exchanged, 1.5);
     ledger.close_step([0.0, 3.25, 3.125]);
     assert_eq!(ledger.balance().residual, 0.125);

@@ -1,4 +1,4 @@
-//! Starts: joint angles and drives say the same, and what no leg can take is refused.
+//! Starts: equivalence of joint angles and commands, and rejection of invalid starts.
 
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
@@ -21,11 +21,11 @@ fn pose(q: [f64; 3]) -> Start {
     Start::Pose(StartPose { q, rates: [0.0; 3] })
 }
 
-fn near(a: Planar, b: Planar, within: f64) -> bool {
-    (a - b).norm() < within
+fn near(a: Planar, b: Planar, tolerance: f64) -> bool {
+    (a - b).norm() < tolerance
 }
 
-/// Joint angles of a leg between its stops: the pantograph opens by a share of what it can.
+/// Generates joint angles within the stops: the pantograph opens by a share of its range.
 fn angles() -> impl Strategy<Value = [f64; 3]> {
     (-1.0..1.0_f64, -1.4..-0.02_f64, 0.02..0.98_f64).prop_map(|(hip, knee, share)| {
         let opening = share * leg().opening_stop(knee).unwrap().value;
@@ -35,26 +35,27 @@ fn angles() -> impl Strategy<Value = [f64; 3]> {
 
 proptest! {
     #[test]
-    fn a_pose_starts_with_the_joint_angles_it_gives(q in angles()) {
+    fn pose_start_has_its_joint_angles(q in angles()) {
         let leg = leg();
         let start = pose(q).of_leg("LF", &leg).unwrap();
         let joints = leg.joints(start.angles);
         prop_assert!((joints.q2 - q[1]).abs() < 1e-12 && (joints.q3 - q[2]).abs() < 1e-12);
         prop_assert!((start.angles[0] - leg.hip_reference() - q[0]).abs() < 1e-12);
-        // Hip angle and foot lead to the same pose, as long as the ankle is not folded up beyond the second segment.
+        // Hip angle and foot determine the same pose, as long as the ankle is not folded beyond the
+        // second segment.
         prop_assume!(start.angles[2] - start.angles[1] < 3.1);
         let (sine, cosine) = libm::sincos(start.angles[0]);
         let found = leg.pose(sine, cosine, start.foot).unwrap();
-        for (found, given) in found.angles().into_iter().zip(start.angles) {
-            prop_assert!(libm::sin(found - given).abs() < 1e-6, "{found} {given}");
+        for (found, expected) in found.angles().into_iter().zip(start.angles) {
+            prop_assert!(libm::sin(found - expected).abs() < 1e-6, "{found} {expected}");
         }
-        // The cable is just taut.
+        // The cable is taut.
         let cable = leg.cable_length(start.command.knee);
         prop_assert!(leg.gap(&found, Stop::Cable, cable).abs() < 1e-12);
     }
 
     #[test]
-    fn the_foot_moves_as_the_joints_turn(q in angles(), rates in prop::array::uniform3(-20.0..20.0_f64)) {
+    fn foot_velocity_matches_finite_difference(q in angles(), rates in prop::array::uniform3(-20.0..20.0_f64)) {
         const H: f64 = 1e-6;
         let leg = leg();
         let at = |time: f64| {
@@ -71,12 +72,12 @@ proptest! {
     }
 
     #[test]
-    fn a_leg_between_its_stops_is_never_refused(q in angles()) {
+    fn leg_within_stops_is_accepted(q in angles()) {
         prop_assert!(pose(q).of_leg("LF", &leg()).is_ok());
     }
 
     #[test]
-    fn drives_and_joint_angles_that_say_the_same_start_the_same(x in -0.04..0.04_f64, z in -0.13..-0.08_f64) {
+    fn equivalent_commands_and_joint_angles_start_equally(x in -0.04..0.04_f64, z in -0.13..-0.08_f64) {
         let leg = leg();
         let command = leg.inverse_closed(Planar::new(x, z)).unwrap();
         let commanded: Start = [("LF".to_owned(), command)].into_iter().collect();
@@ -90,7 +91,7 @@ proptest! {
 }
 
 #[test]
-fn a_leg_that_is_not_told_stands_upright() {
+fn leg_without_command_stands_upright() {
     let leg = leg();
     let start = Start::default().of_leg("LF", &leg).unwrap();
     let upright = Planar::new(0.0, -0.9 * leg.length_max());
@@ -99,31 +100,31 @@ fn a_leg_that_is_not_told_stands_upright() {
 }
 
 #[test]
-fn a_start_beyond_a_stop_says_which_and_by_how_much() {
+fn start_beyond_stop_reports_stop_and_distance() {
     let leg = leg();
-    let refused = |q| match pose(q).of_leg("LF", &leg) {
+    let rejected = |q| match pose(q).of_leg("LF", &leg) {
         Err(LeggedError::StartBeyondStop { leg, stop, by }) => {
             assert!(leg == "LF" && by > 1e-9);
             (stop, by)
         }
         other => panic!("{other:?}"),
     };
-    // q2 + q3 < 0 presses the pantograph together.
-    assert_eq!(refused([0.0, -0.5, 0.4]).0, Stop::Closed);
+    // q2 + q3 < 0 compresses the pantograph.
+    assert_eq!(rejected([0.0, -0.5, 0.4]).0, Stop::Closed);
     let opening = leg.opening_stop(-0.5).unwrap().value;
-    let (stop, by) = refused([0.0, -0.5, 0.5 + opening + 0.01]);
+    let (stop, by) = rejected([0.0, -0.5, 0.5 + opening + 0.01]);
     assert_eq!(stop, Stop::Open);
-    let (_, twice) = refused([0.0, -0.5, 0.5 + opening + 0.02]);
+    let (_, twice) = rejected([0.0, -0.5, 0.5 + opening + 0.02]);
     assert!((twice / by - 2.0).abs() < 0.1, "{by} {twice}");
-    assert_eq!(refused([0.0, 0.02, -0.02]).0, Stop::Extended);
-    // The knee bends by 95° (ASSUMED in the robot file).
-    assert_eq!(refused([0.0, -1.7, 1.7]).0, Stop::Bottomed);
+    assert_eq!(rejected([0.0, 0.02, -0.02]).0, Stop::Extended);
+    // The knee flexes by at most 95° (ASSUMED in the robot file).
+    assert_eq!(rejected([0.0, -1.7, 1.7]).0, Stop::Bottomed);
 }
 
 #[test]
-fn joints_bent_the_other_way_are_refused_though_their_lengths_would_do() {
+fn joints_bent_to_wrong_side_are_rejected_despite_valid_lengths() {
     let leg = leg();
-    // Mirrored about the straight leg, springs and rods are as long as before.
+    // Mirrored about the straight leg, springs and rods have the same lengths.
     let straight = leg.joints([0.0; 3]);
     let bent = [0.0, 2.0 * straight.q2 + 0.5, 2.0 * straight.q3 - 0.5];
     let error = pose(bent).of_leg("LF", &leg).unwrap_err();
@@ -131,7 +132,7 @@ fn joints_bent_the_other_way_are_refused_though_their_lengths_would_do() {
         matches!(&error, LeggedError::StartBentBack { joint: "knee", angle, .. } if *angle == bent[1]),
         "{error}"
     );
-    // The rod as long as closed, with the third segment on the other side of the diagonal.
+    // The rod has its closed length, with the third segment on the other side of the diagonal.
     let error = pose([0.0, -0.5, 3.5]).of_leg("LF", &leg).unwrap_err();
     assert!(
         matches!(error, LeggedError::StartBentBack { joint: "ankle", .. }),
@@ -140,7 +141,7 @@ fn joints_bent_the_other_way_are_refused_though_their_lengths_would_do() {
 }
 
 #[test]
-fn what_is_no_number_is_no_start() {
+fn non_finite_start_is_rejected() {
     let leg = leg();
     for i in 0..6 {
         let mut numbers = [0.1, -0.2, 0.25, 0.0, 0.0, 0.0];
@@ -172,7 +173,7 @@ fn setup(base: Base, legs: &[&str], ground: Option<Terrain>) -> Setup {
 }
 
 #[test]
-fn the_lowest_foot_starts_on_the_ground_and_lower_ground_is_fallen_to() {
+fn lowest_foot_starts_at_zero_or_on_higher_ground() {
     let mut robot = robot();
     robot.legs[0].hip[2] = -0.01;
     let height = |setup: &Setup| {
@@ -190,7 +191,7 @@ fn the_lowest_foot_starts_on_the_ground_and_lower_ground_is_fallen_to() {
         (on(Base::Free, &all, None), reach + 0.01),
         (on(Base::Free, &all[1..], None), reach),
         (on(Base::Free, &all[1..], Some(Terrain::Flat)), reach),
-        // A trunk that is held is where the whole robot would have it.
+        // The height of a fixed trunk is determined by all legs of the robot.
         (on(Base::Fixed, &all[1..], None), reach + 0.01),
         (on(Base::Free, &[], None), 0.0),
     ];

@@ -1,4 +1,4 @@
-//! What a step costs, in each kind of coordinates.
+//! Cost of a step in each kind of coordinates.
 
 use divan::{Bencher, black_box};
 use twinrig_kernel::{SimDuration, SimTime};
@@ -11,7 +11,7 @@ fn main() {
     divan::main();
 }
 
-/// Steps of a robot, one after the other.
+/// Measures consecutive steps of a robot.
 fn step(bencher: Bencher<'_, '_>, setup: Setup, coordinates: Coordinates) {
     let text = include_str!("../../../robots/cheetah-cub.toml");
     let robot = RobotFile::parse("cheetah-cub.toml", text).unwrap();
@@ -41,12 +41,12 @@ fn hanging() -> Setup {
 }
 
 #[divan::bench(args = Coordinates::ALL)]
-fn legs_that_hang(bencher: Bencher<'_, '_>, coordinates: Coordinates) {
+fn hanging_legs(bencher: Bencher<'_, '_>, coordinates: Coordinates) {
     step(bencher, hanging(), coordinates);
 }
 
 #[divan::bench(args = Coordinates::ALL)]
-fn a_robot_that_stands(bencher: Bencher<'_, '_>, coordinates: Coordinates) {
+fn standing_robot(bencher: Bencher<'_, '_>, coordinates: Coordinates) {
     let ground = twinrig_contact::Ground::new(twinrig_contact::Terrain::Flat, 0.6, 0.0);
     let setup = Setup {
         base: Base::Free,

@@ -1,64 +1,68 @@
-//! Error and cost of the robot in MuJoCo over integrators and over the stiffness of constraints: what the crate's defaults
-//! are chosen by.
+//! Error and cost of the robot in MuJoCo over integrators and over the stiffness of constraints:
+//! the basis of the crate's defaults.
 //!
 //! ```text
 //! cargo run --release -p twinrig-mujoco --example constraints
 //! ```
 //!
-//! Errors are of the foot against the trajectories of the full plant's reference, root of the mean square over each scene
-//! \[m\]: a leg between its stops, one that comes to rest on them, one that hits them hard, a light one that hits them harder.
+//! Errors are root mean squares of the foot over each reference trajectory of the full plant \[m\]:
+//! a leg between its stops, one that comes to rest on them, one that hits them hard, a light one
+//! that hits them harder.
 
+#[allow(dead_code, reason = "shared with the tests, which use all of it")]
+#[path = "../tests/plant/fixture.rs"]
+mod fixture;
 #[allow(dead_code, reason = "shared with the tests, which use all of it")]
 #[path = "../tests/plant/golden.rs"]
 mod golden;
-#[allow(dead_code, reason = "shared with the tests, which use all of it")]
-#[path = "../tests/plant/scene.rs"]
-mod scene;
 
 use std::time::Instant;
 
 use twinrig_mujoco::{Closing, Coordinates, Integrator, Numerics, Options};
 
-use crate::scene::{Scene, hanging, pose, robot};
+use crate::fixture::{Fixture, hanging, pose, robot};
 
-const SCENES: [&str; 4] = ["between", "passive", "hard-hit", "hard-light"];
+const REFERENCES: [&str; 4] = ["between", "passive", "hard-hit", "hard-light"];
 
-/// A line of the table.
+/// Prints a line of the table.
 fn measure(about: &str, coordinates: Coordinates, numerics: Numerics, step_us: u64) {
     let with = |setup| Options {
         numerics,
         ..Options::new(setup, coordinates)
     };
     let mut line = format!("{:8} {about:34} {step_us:5} us", coordinates.name());
-    for name in SCENES {
-        line += &golden::try_far(name, with, step_us).map_or_else(
-            || "  runs away".to_owned(),
-            |far| format!("  {:9.1e}", far.rms),
+    for name in REFERENCES {
+        line += &golden::try_deviation(name, with, step_us).map_or_else(
+            || "  diverges".to_owned(),
+            |deviation| format!("  {:9.1e}", deviation.rms),
         );
     }
     let mut setup = hanging(pose([10.0, -9.5, 9.5], [0.0; 3]));
     setup.step = twinrig_kernel::SimDuration::from_micros(step_us);
-    let mut scene = Scene::new(&robot(), &with(setup));
+    let mut fixture = Fixture::new(&robot(), &with(setup));
     #[expect(
         clippy::disallowed_methods,
-        reason = "what a step costs is measured, and enters no run"
+        reason = "the example measures time per step, which enters no run"
     )]
     let start = Instant::now();
     let steps = 2000;
     for _ in 0..steps {
-        scene.go(step_us);
+        fixture.advance_us(step_us);
     }
     let cost = start.elapsed().as_secs_f64() * 1e6 / f64::from(steps);
-    println!("{line}  {cost:7.1} us a step of four legs");
+    println!("{line}  {cost:7.1} us per step of four legs");
 }
 
 fn main() {
-    println!("scenes: {SCENES:?}, RMS of the foot in m");
+    println!("references: {REFERENCES:?}, RMS of the foot in m");
     for coordinates in Coordinates::ALL {
-        let own = Numerics::of(coordinates);
+        let defaults = Numerics::of(coordinates);
         for step_us in [2000, 1000, 500] {
             for integrator in Integrator::ALL {
-                let numerics = Numerics { integrator, ..own };
+                let numerics = Numerics {
+                    integrator,
+                    ..defaults
+                };
                 measure(integrator.name(), coordinates, numerics, step_us);
             }
         }
@@ -69,7 +73,7 @@ fn main() {
                     damping,
                     pin_damping: damping,
                     impedance: [share; 2],
-                    ..own
+                    ..defaults
                 };
                 let about = format!("solref {steps} h, {damping}, solimp {share}");
                 measure(&about, coordinates, numerics, 2000);
@@ -77,7 +81,10 @@ fn main() {
         }
         for pin_damping in [1.0, 0.7, 0.5] {
             for step_us in [2000, 1000] {
-                let numerics = Numerics { pin_damping, ..own };
+                let numerics = Numerics {
+                    pin_damping,
+                    ..defaults
+                };
                 measure(
                     &format!("pins {pin_damping}"),
                     coordinates,
@@ -89,12 +96,12 @@ fn main() {
         for share in [0.9999, 0.999, 0.99] {
             let numerics = Numerics {
                 impedance: [share; 2],
-                ..own
+                ..defaults
             };
             measure(&format!("solimp {share}"), coordinates, numerics, 1000);
         }
         for step_us in [2000, 100] {
-            let soft = own.with_soft_constraints();
+            let soft = defaults.with_soft_constraints();
             measure("solref 0.02 s, solimp 0.9 0.95", coordinates, soft, step_us);
         }
     }

@@ -1,4 +1,4 @@
-//! Where MuJoCo keeps what.
+//! Addresses of the robot's coordinates and elements in MuJoCo's arrays.
 
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_legged::{Base, Fitted};
@@ -7,30 +7,31 @@ use crate::engine::EngineError;
 use crate::model::Model;
 use crate::options::Coordinates;
 
-/// Of a joint: its first number among the positions, and among the velocities.
+/// Address of a joint: its first index among the positions, and among the velocities.
 pub(crate) type Address = [usize; 2];
 
-/// The addresses of a robot.
+/// Addresses of a robot.
 #[derive(Debug, Clone)]
 pub(crate) struct Addresses {
-    /// The first of the trunk's joints, where it has some.
+    /// First joint of the trunk, if it has joints.
     pub(crate) trunk: Address,
     pub(crate) legs: Vec<LegAddresses>,
 }
 
-/// Those of a leg.
+/// Addresses of a leg.
 #[derive(Debug, Clone)]
 pub(crate) struct LegAddresses {
-    /// Of each segment: x, z and turn in maximal coordinates; the hinge, three times, in minimal ones.
+    /// Of each segment: x, z and turn in maximal coordinates; the hinge, three times, in minimal
+    /// ones.
     pub(crate) segments: [[Address; 3]; 3],
     pub(crate) pulley: Option<Address>,
-    /// What servos of hip and knee drive.
+    /// Flywheels of the servos of hip and knee.
     pub(crate) flywheels: Option<[Address; 2]>,
-    /// Their clutches.
+    /// Tendons of their clutches.
     pub(crate) clutches: Option<[usize; 2]>,
-    /// Motors of hip and knee.
+    /// Actuators of the motors of hip and knee.
     pub(crate) motors: Option<[usize; 2]>,
-    /// The ball at the foot.
+    /// Geom of the foot.
     pub(crate) foot: Option<usize>,
 }
 
@@ -91,7 +92,7 @@ impl Addresses {
 
 fn find(compiled: &MjModel, kind: MjtObjBase, name: &str) -> Result<usize, EngineError> {
     let id = compiled.name_to_id(kind, name);
-    id.ok_or_else(|| EngineError::Model(format!("there is no {name} in it")))
+    id.ok_or_else(|| EngineError::Model(format!("it has no element {name}")))
 }
 
 fn joint(compiled: &MjModel, name: &str) -> Result<Address, EngineError> {

@@ -1,4 +1,4 @@
-//! The engine against MuJoCo's own step, and what it refuses.
+//! The engine against MuJoCo's own step, and its errors.
 
 use mujoco_rs::prelude::{MjData, MjModel};
 
@@ -32,7 +32,7 @@ fn started(integrator: &str) -> Engine {
 }
 
 #[test]
-fn a_step_is_that_of_mujoco_bit_for_bit() {
+fn step_equals_that_of_mujoco_bit_for_bit() {
     for integrator in INTEGRATORS {
         let mut engine = started(integrator);
         let model = MjModel::from_xml_string(&pendulum(integrator)).unwrap();
@@ -52,25 +52,25 @@ fn a_step_is_that_of_mujoco_bit_for_bit() {
 }
 
 #[test]
-fn a_step_in_stages_is_that_of_mujoco_bit_for_bit() {
-    let (mut whole, mut parts) = (started("RK4"), started("RK4"));
+fn step_in_stages_equals_the_whole_step_bit_for_bit() {
+    let (mut single, mut staged) = (started("RK4"), started("RK4"));
     for step in 0..500 {
         let control = 0.1 * libm::sin(0.01 * f64::from(step));
-        for engine in [&mut whole, &mut parts] {
+        for engine in [&mut single, &mut staged] {
             engine.data_mut().ctrl_mut()[0] = control;
         }
-        whole.step(0.002).unwrap();
-        parts.forward().unwrap();
+        single.step(0.002).unwrap();
+        staged.forward().unwrap();
         for stage in 1..STAGES {
-            parts.stage(stage, 0.002).unwrap();
+            staged.stage(stage, 0.002).unwrap();
         }
-        parts.finish_stages(0.002).unwrap();
-        assert_eq!(whole.save(), parts.save(), "{step}");
+        staged.finish_stages(0.002).unwrap();
+        assert_eq!(single.save(), staged.save(), "{step}");
     }
 }
 
 #[test]
-fn a_saved_state_goes_on_bit_for_bit_in_another_engine_and_on_another_thread() {
+fn restored_state_continues_bit_for_bit_in_another_engine_and_thread() {
     for integrator in INTEGRATORS {
         let mut engine = started(integrator);
         let run = |engine: &mut Engine| {
@@ -94,16 +94,16 @@ fn a_saved_state_goes_on_bit_for_bit_in_another_engine_and_on_another_thread() {
 }
 
 #[test]
-fn what_is_retuned_is_what_a_model_made_so_has() {
+fn retuned_model_equals_one_compiled_with_the_parameters() {
     let mut engine = started("implicitfast");
     let text = pendulum("implicitfast");
     let text = text.replace("frictionloss=\"0.01\"", "frictionloss=\"0.02\"");
-    let mut made = Engine::compile(&text.replace("1e-5", "2e-5")).unwrap();
-    made.data_mut().qvel_mut().copy_from_slice(&[1.0, -2.0]);
-    // What MuJoCo derives from the inertia of the model's rest is left as it was compiled.
-    let weights = made.model().tendon_invweight0()[0];
-    let joints = made.model().dof_invweight0().to_vec();
-    // Two models take turns: an odd number of changes, and an even one.
+    let mut compiled = Engine::compile(&text.replace("1e-5", "2e-5")).unwrap();
+    compiled.data_mut().qvel_mut().copy_from_slice(&[1.0, -2.0]);
+    // Constants that MuJoCo derives from the inertia of the initial pose remain as compiled.
+    let weights = compiled.model().tendon_invweight0()[0];
+    let joints = compiled.model().dof_invweight0().to_vec();
+    // Two copies of the model alternate: an odd number of changes, and an even one.
     for friction in [0.03, 0.01, 0.02] {
         engine.retune(|model| {
             model.tendon_frictionloss_mut()[0] = friction;
@@ -114,20 +114,20 @@ fn what_is_retuned_is_what_a_model_made_so_has() {
     }
     for _ in 0..50 {
         engine.step(0.002).unwrap();
-        made.step(0.002).unwrap();
-        assert_eq!(engine.data().qpos(), made.data().qpos());
+        compiled.step(0.002).unwrap();
+        assert_eq!(engine.data().qpos(), compiled.data().qpos());
     }
 }
 
 #[test]
-fn a_step_that_runs_away_is_a_fault_and_moves_nothing() {
+fn diverging_step_is_a_fault_without_motion() {
     let mut engine = started("Euler");
     engine.data_mut().qvel_mut()[1] = 1e12;
-    let before = engine.save();
+    let previous = engine.save();
     let fault = engine.step(0.002).unwrap_err();
     assert!(matches!(fault, EngineFault::Wild { .. }), "{fault}");
     assert_eq!(engine.data().qpos(), [0.0; 2]);
-    assert_eq!(engine.save()[..5], before[..5]);
+    assert_eq!(engine.save()[..5], previous[..5]);
     engine.data_mut().qvel_mut()[1] = 1.0;
     engine.data_mut().ctrl_mut()[0] = f64::NAN;
     let fault = engine.step(0.002).unwrap_err();
@@ -138,31 +138,31 @@ fn a_step_that_runs_away_is_a_fault_and_moves_nothing() {
 }
 
 #[test]
-fn what_runs_away_without_a_name_is_named_by_its_body() {
+fn unnamed_diverging_joint_is_named_by_its_body() {
     let text = r#"<mujoco><worldbody>
 <body name="trunk"><freejoint/><geom size="0.1"/>
   <body name="shank"><joint axis="0 1 0"/><geom size="0.1"/><body><joint name="toe" type="ball"/><geom size="0.1"/></body></body>
 </body></worldbody><actuator><motor joint="toe"/></actuator></mujoco>"#;
     let names = [
         "z of the free joint of trunk",
-        "the turn about y of the free joint of trunk",
+        "the rotation about y of the free joint of trunk",
         "the hinge of shank",
         "toe",
     ];
-    for (dof, wanted) in [2, 4, 6, 8].into_iter().zip(names) {
+    for (dof, expected) in [2, 4, 6, 8].into_iter().zip(names) {
         let mut engine = Engine::compile(text).unwrap();
         engine.data_mut().qvel_mut()[dof] = f64::NAN;
         assert!(engine.step(0.002).is_err());
         let model = engine.model();
-        assert_eq!(divergence::dof(model, dof), wanted);
+        assert_eq!(divergence::dof_name(model, dof), expected);
     }
     let mut engine = Engine::compile(text).unwrap();
-    for (place, wanted) in [
+    for (place, expected) in [
         (3, "the free joint of trunk"),
         (7, "the hinge of shank"),
         (11, "toe"),
     ] {
-        assert_eq!(divergence::place(engine.model(), place), wanted);
+        assert_eq!(divergence::position_name(engine.model(), place), expected);
     }
     engine.data_mut().ctrl_mut()[0] = 1e12;
     let fault = engine.step(0.002).unwrap_err().to_string();
@@ -173,7 +173,7 @@ fn what_runs_away_without_a_name_is_named_by_its_body() {
 }
 
 #[test]
-fn a_refusal_is_told_whole_with_its_line() {
+fn refusal_has_the_complete_message_with_its_line() {
     let massless = format!(
         "<mujoco>\n<worldbody>\n<body name=\"{}\">\n<freejoint/></body></worldbody></mujoco>",
         "very".repeat(30)
@@ -190,7 +190,7 @@ fn a_refusal_is_told_whole_with_its_line() {
 }
 
 #[test]
-fn a_model_that_is_none_is_refused_with_what_mujoco_says() {
+fn invalid_model_is_refused_with_the_message_of_mujoco() {
     let refused = |text: &str| match Engine::compile(text) {
         Err(EngineError::Model(why)) => why,
         other => panic!("{:?}", other.map(|_| "an engine")),
@@ -202,7 +202,7 @@ fn a_model_that_is_none_is_refused_with_what_mujoco_says() {
 }
 
 #[test]
-fn a_state_of_another_model_is_refused() {
+fn state_of_another_model_is_refused() {
     let mut engine = started("RK4");
     let error = engine.restore(&[0.0; 3]).unwrap_err();
     assert!(

@@ -1,4 +1,4 @@
-//! The motion: a step at a time, with its books.
+//! Time stepping of the robot, with its energy balance.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -8,28 +8,29 @@ use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
 use crate::addresses::Addresses;
-use crate::drives::{self, Inputs, Limits, Tuned, Turned};
+use crate::drives::{self, DriveStates, Inputs, Limits, MotorParameters};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
-use crate::frame::{LegFrame, TrunkFrame, place, spatial};
-use crate::leg_forces::{LegForces, feel, held};
-use crate::mjcf::written;
+use crate::frame::{LegFrame, TrunkFrame, set_coordinates, spatial};
+use crate::leg_forces::{LegForces, constraints, forces_on_legs};
+use crate::mjcf::write_model;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
-use crate::rates::{self, Held, LegRates, Powers, mean};
+use crate::rates::{self, Constraints, LegRates, Powers, mean};
 use crate::sliding::CONTACTS;
 
-/// A trunk that another plant has so much farther out of this one's way than this cannot be taken over \[m, 1\].
-const OFF: f64 = 1e-6;
+/// Tolerance of a trunk's position outside the degrees of freedom of the base, on resuming from
+/// another plant \[m, 1\].
+const BASE_TOLERANCE: f64 = 1e-6;
 
-/// What friction may give in soft contacts, beyond which the step is too long: this share of what was exchanged, and what lifts
-/// the trunk by so much \[m\].
-const SOFT: f64 = 0.05;
-const SUNK: f64 = 1e-3;
+/// Limits of the energy gain by friction in soft contacts, above which the step is too long: as a
+/// share of the energy exchanged, and as the height by which it lifts the trunk \[m\].
+const GAIN_SHARE: f64 = 0.05;
+const GAIN_LIFT: f64 = 1e-3;
 
-/// Times that clutches are let go further in a step, at most.
-const TIRED_MAX: u32 = 4;
+/// Maximum number of reductions of the clutches' limits in a step.
+const SATURATION_ROUNDS_MAX: u32 = 4;
 
-/// Why a step could not be made.
+/// Reason why a step failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum FlowFault {
     #[error(transparent)]
@@ -37,12 +38,12 @@ pub(crate) enum FlowFault {
     #[error(
         "the foot has left the height field, which ends at {at:.3} m along {axis}; give the scenario a larger field"
     )]
-    Beyond { leg: usize, axis: char, at: f64 },
+    OutsideField { leg: usize, axis: char, at: f64 },
     #[error("{0}: take a shorter step")]
     Dissipation(#[from] NegativeDissipation),
 }
 
-/// Everything that moves.
+/// The robot in motion: engine, kinematics, forces and energy balance.
 pub(crate) struct Flow {
     pub(crate) model: Model,
     pub(crate) engine: Engine,
@@ -54,19 +55,19 @@ pub(crate) struct Flow {
     /// Impulses of the ground since the start, world axes \[N·s\].
     pub(crate) impulses: [[f64; 3]; LEGS],
     pub(crate) ledger: Ledger,
-    standing: [bool; LEGS],
+    in_contact: [bool; LEGS],
     events: u64,
     fallbacks: u64,
-    tuned: Tuned,
+    motor_parameters: MotorParameters,
     /// Velocities before a step.
     qvel: Vec<f64>,
-    /// Velocities that accelerations lead to.
-    pub(crate) qvel_then: Vec<f64>,
-    /// Of contacts: their first rows among the constraints, and margins for them.
+    /// Velocities at the end of the step, predicted from the accelerations.
+    pub(crate) qvel_next: Vec<f64>,
+    /// First constraint row of each contact, and its changed margin.
     pub(crate) rows: [Option<(usize, f64)>; CONTACTS],
 }
 
-/// Everything that the way ahead depends on.
+/// Saved state.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct SavedFlow {
     state: Vec<f64>,
@@ -74,7 +75,7 @@ pub(crate) struct SavedFlow {
     forces: [LegForces; LEGS],
     impulses: [[f64; 3]; LEGS],
     ledger: Ledger,
-    standing: [bool; LEGS],
+    in_contact: [bool; LEGS],
     events: u64,
     fallbacks: u64,
 }
@@ -82,7 +83,7 @@ pub(crate) struct SavedFlow {
 impl Flow {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MujocoError> {
         let model = Model::new(robot, options)?;
-        let text = written(robot, &model);
+        let text = write_model(robot, &model);
         let engine = Engine::compile(&text)?;
         Ok(Self::of(model, engine)?)
     }
@@ -97,23 +98,23 @@ impl Flow {
             forces: [LegForces::default(); LEGS],
             impulses: [[0.0; 3]; LEGS],
             ledger: Ledger::default(),
-            standing: [false; LEGS],
+            in_contact: [false; LEGS],
             events: 0,
             fallbacks: 0,
-            tuned: Tuned::new(&engine, &at.legs),
+            motor_parameters: MotorParameters::new(&engine, &at.legs),
             qvel: vec![0.0; engine.data().qvel().len()],
-            qvel_then: vec![0.0; engine.data().qvel().len()],
+            qvel_next: vec![0.0; engine.data().qvel().len()],
             rows: [None; CONTACTS],
             model,
             engine,
             at,
         };
         let start = flow.model.start.clone();
-        flow.put(&start);
+        flow.set_posture(&start);
         Ok(flow)
     }
 
-    /// Goes on from another's posture.
+    /// Resumes from another plant's posture.
     pub(crate) fn resume_from(&mut self, posture: &Posture) -> Result<(), String> {
         let [w, x, y, z] = posture.attitude;
         let legs = posture.legs.iter().flat_map(|(_, leg)| {
@@ -123,13 +124,15 @@ impl Flow {
         let trunk = [posture.position, posture.velocity, posture.angular_velocity];
         let trunk = trunk.iter().flat_map(|v| v.iter().copied());
         if !legs.chain(trunk).all(f64::is_finite) {
-            return Err("a number of the other plant's state is none".to_owned());
+            return Err("the state of the other plant contains NaN or infinity".to_owned());
         }
         let norm = w * w + x * x + y * y + z * z;
         if norm.is_nan() || (norm - 1.0).abs() >= 1e-6 {
-            return Err("the attitude of the other plant's trunk is no unit quaternion".to_owned());
+            return Err(
+                "the attitude of the other plant's trunk is not a unit quaternion".to_owned(),
+            );
         }
-        let off = match self.model.base {
+        let deviation = match self.model.base {
             Base::Free => 0.0,
             Base::Planar => x.abs().max(z.abs()).max((posture.position.y).abs()),
             Base::Fixed => {
@@ -137,32 +140,31 @@ impl Flow {
                 moved.max(x.abs()).max(y.abs()).max(z.abs())
             }
         };
-        if off > OFF {
-            let why =
-                "the other plant's trunk is where this one's cannot go: give both the same base";
+        if deviation > BASE_TOLERANCE {
+            let why = "the trunk of the other plant is outside this one's degrees of freedom: use the same base";
             return Err(why.to_owned());
         }
-        self.put(posture);
+        self.set_posture(posture);
         Ok(())
     }
 
-    /// Goes on from a posture, with books opened anew.
-    pub(crate) fn put(&mut self, posture: &Posture) {
+    /// Sets the posture and opens a new energy balance.
+    pub(crate) fn set_posture(&mut self, posture: &Posture) {
         let data = self.engine.data_mut();
         data.reset();
         let (mut qpos, mut qvel) = (data.qpos().to_vec(), data.qvel().to_vec());
-        place(&self.model, &self.at, posture, &mut qpos, &mut qvel);
+        set_coordinates(&self.model, &self.at, posture, &mut qpos, &mut qvel);
         data.qpos_mut().copy_from_slice(&qpos);
         data.qvel_mut().copy_from_slice(&qvel);
-        self.look();
+        self.update_kinematics();
         self.forces = [LegForces::default(); LEGS];
         self.impulses = [[0.0; 3]; LEGS];
-        self.standing = [false; LEGS];
+        self.in_contact = [false; LEGS];
         self.ledger = Ledger::opened(self.stored());
         self.inputs = [[0.0; 4]; LEGS];
         if let Some(Fitted::Servos(_)) = self.model.drives {
-            let turned = self.turned();
-            for (inputs, [[hip, _], [pulley, _]]) in self.inputs.iter_mut().zip(turned) {
+            let drive_states = self.drive_states();
+            for (inputs, [[hip, _], [pulley, _]]) in self.inputs.iter_mut().zip(drive_states) {
                 inputs[..2].copy_from_slice(&[hip, pulley]);
             }
         }
@@ -181,8 +183,8 @@ impl Flow {
         }
     }
 
-    /// Reads where everything is.
-    fn look(&mut self) {
+    /// Updates the kinematics from the engine's state.
+    fn update_kinematics(&mut self) {
         let (qpos, qvel) = (self.engine.data().qpos(), self.engine.data().qvel());
         self.trunk = TrunkFrame::new(&self.model, &self.at, qpos, qvel);
         let legs = self.model.legs.iter().zip(&self.at.legs);
@@ -191,37 +193,37 @@ impl Flow {
         }
     }
 
-    /// Moves on.
+    /// Advances by a step.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowFault> {
         self.check_area()?;
         self.qvel.copy_from_slice(self.engine.data().qvel());
         self.engine.set_timestep(seconds);
         let limits = self.drive(seconds)?;
-        let done = self.step(seconds);
+        let completed = self.step(seconds);
         if limits {
-            self.unlimit();
+            self.reset_limits();
         }
-        done?;
-        self.close(seconds);
-        let soft = SOFT * self.ledger.balance().exchanged;
+        completed?;
+        self.close_step(seconds);
+        let gain = GAIN_SHARE * self.ledger.balance().exchanged;
         let weight = GRAVITY * self.model.trunk_mass;
-        self.ledger.check_within(soft + SUNK * weight)?;
+        self.ledger.check_within(gain + GAIN_LIFT * weight)?;
         Ok(())
     }
 
-    /// Sets drives, and finds the forces under them; says whether a clutch has another limit now.
+    /// Sets the drives and computes the forces. Returns whether a clutch has a reduced limit.
     fn drive(&mut self, seconds: f64) -> Result<bool, FlowFault> {
-        let turned = self.turned();
+        let drive_states = self.drive_states();
         match self.model.drives {
             None => self.forward(seconds)?,
             Some(Fitted::Motors(motors)) => {
-                drives::power(
+                drives::set_motors(
                     &mut self.engine,
                     &self.model,
                     &self.at.legs,
-                    (&motors, &self.inputs, &turned),
+                    (&motors, &self.inputs, &drive_states),
                     seconds,
-                    &mut self.tuned,
+                    &mut self.motor_parameters,
                 );
                 self.forward(seconds)?;
             }
@@ -229,66 +231,66 @@ impl Flow {
                 for (leg, at) in self.at.legs.iter().enumerate() {
                     if let Some(flywheels) = &at.flywheels {
                         let commands = &self.inputs[leg];
-                        let turned = &turned[leg];
-                        drives::spin(
+                        let drive_states = &drive_states[leg];
+                        drives::set_flywheels(
                             &mut self.engine,
                             flywheels,
                             &servos,
                             commands,
-                            turned,
+                            drive_states,
                             seconds,
                         );
                     }
                 }
                 self.forward(seconds)?;
-                return self.saturate(&servos, &turned, seconds);
+                return self.saturate(&servos, &drive_states, seconds);
             }
         }
         Ok(false)
     }
 
-    /// Lets clutches slip that transmit more than their servos have.
+    /// Lets clutches slip whose torque exceeds that of their servos.
     fn saturate(
         &mut self,
         servos: &twinrig_legged::Servos,
-        turned: &[Turned; LEGS],
+        drive_states: &[DriveStates; LEGS],
         seconds: f64,
     ) -> Result<bool, FlowFault> {
-        let mut limits: Limits = drives::unsaturated(servos);
-        for round in 0..TIRED_MAX {
-            let mut news = false;
+        let mut limits: Limits = drives::unsaturated_limits(servos);
+        for round in 0..SATURATION_ROUNDS_MAX {
+            let mut changed = false;
             for (leg, at) in self.at.legs.iter().enumerate() {
                 let Some(flywheels) = &at.flywheels else {
                     continue;
                 };
-                let torques = drives::transmitted(&self.engine, flywheels);
-                news |= drives::saturate(servos, &torques, &turned[leg], &mut limits[leg]);
+                let torques = drives::clutch_torques(&self.engine, flywheels);
+                changed |= drives::saturate(servos, &torques, &drive_states[leg], &mut limits[leg]);
             }
-            if !news {
+            if !changed {
                 return Ok(round > 0);
             }
             self.fallbacks += 1;
-            drives::limit(&mut self.engine, &self.at.legs, &limits);
+            drives::set_limits(&mut self.engine, &self.at.legs, &limits);
             let found = self.forward(seconds);
             if found.is_err() {
-                self.unlimit();
+                self.reset_limits();
             }
             found?;
         }
         Ok(true)
     }
 
-    fn unlimit(&mut self) {
+    fn reset_limits(&mut self) {
         if let Some(Fitted::Servos(servos)) = &self.model.drives {
-            drives::limit(
+            drives::set_limits(
                 &mut self.engine,
                 &self.at.legs,
-                &drives::unsaturated(servos),
+                &drives::unsaturated_limits(servos),
             );
         }
     }
 
-    /// Moves on with the forces that were found, and enters their work.
+    /// Integrates with the computed forces, and adds their work to the energy balance.
     fn step(&mut self, seconds: f64) -> Result<(), FlowFault> {
         self.forces = [LegForces::default(); LEGS];
         if self.model.numerics.integrator == Integrator::Rk4 {
@@ -296,127 +298,133 @@ impl Flow {
         }
         let before = self.rates();
         self.engine.integrate(seconds)?;
-        self.look();
+        self.update_kinematics();
         let after = self.rates();
         let rates = mean(&before, &after);
-        let rubbing = rates::rubbing(&self.model, &before, &after);
+        let friction_rates = rates::friction_rates(&self.model, &before, &after);
         let now = self.engine.data().qvel();
-        let between = self
+        let mean_velocity = self
             .qvel
             .iter()
             .zip(now)
             .map(|(old, new)| 0.5 * (old + new));
-        let held = held(&self.engine, &self.at, between);
-        let forces = feel(&self.engine, &self.model, &self.at, &self.inputs, &rates);
-        self.enter(1.0, seconds, &forces, [&rates, &rubbing], &held);
+        let constraints = constraints(&self.engine, &self.at, mean_velocity);
+        let forces = forces_on_legs(&self.engine, &self.model, &self.at, &self.inputs, &rates);
+        self.add_forces(
+            1.0,
+            seconds,
+            &forces,
+            [&rates, &friction_rates],
+            &constraints,
+        );
         Ok(())
     }
 
-    /// The same by the method of fourth order, whose stages each have forces of their own.
+    /// Integrates by the fourth-order method, with the forces of each stage.
     fn stages(&mut self, seconds: f64) -> Result<(), FlowFault> {
         let ledger = self.ledger;
         for stage in 0..STAGES {
             if stage > 0 {
                 let found = self.engine.stage(stage, seconds).map_err(FlowFault::from);
-                if let Err(fault) = found.and_then(|()| self.slide(seconds)) {
-                    self.engine.step_back();
+                if let Err(fault) = found.and_then(|()| self.correct_sliding(seconds)) {
+                    self.engine.restore_previous();
                     self.ledger = ledger;
-                    self.look();
+                    self.update_kinematics();
                     return Err(fault);
                 }
-                self.look();
+                self.update_kinematics();
             }
             let rates = self.rates();
-            let own = self.engine.data().qvel().iter().copied();
-            let held = held(&self.engine, &self.at, own);
-            let forces = feel(&self.engine, &self.model, &self.at, &self.inputs, &rates);
+            let velocity = self.engine.data().qvel().iter().copied();
+            let constraints = constraints(&self.engine, &self.at, velocity);
+            let forces = forces_on_legs(&self.engine, &self.model, &self.at, &self.inputs, &rates);
             let share = self.engine.weight(stage);
-            self.enter(share, seconds, &forces, [&rates, &rates], &held);
+            self.add_forces(share, seconds, &forces, [&rates, &rates], &constraints);
         }
-        let done = self.engine.finish_stages(seconds);
-        if done.is_err() {
+        let completed = self.engine.finish_stages(seconds);
+        if completed.is_err() {
             self.ledger = ledger;
         }
-        self.look();
-        Ok(done?)
+        self.update_kinematics();
+        Ok(completed?)
     }
 
-    /// Enters forces that act for a share of a step.
-    fn enter(
+    /// Adds forces that act for a share of a step.
+    fn add_forces(
         &mut self,
         share: f64,
         seconds: f64,
         forces: &[LegForces; LEGS],
         rates: [&[LegRates; LEGS]; 2],
-        held: &Held,
+        constraints: &Constraints,
     ) {
         for (mean, forces) in self.forces.iter_mut().zip(forces) {
             mean.add(share, forces);
         }
-        let powers = Powers::new(&self.model, forces, rates, held);
-        powers.enter(share * seconds, &mut self.ledger);
+        let powers = Powers::new(&self.model, forces, rates, constraints);
+        powers.add_work(share * seconds, &mut self.ledger);
     }
 
     fn rates(&self) -> [LegRates; LEGS] {
         rates::of_all(&self.model, &self.trunk, &self.legs)
     }
 
-    /// Closes the books of a step.
-    fn close(&mut self, seconds: f64) {
+    /// Closes the energy balance of a step.
+    fn close_step(&mut self, seconds: f64) {
         for leg in 0..self.model.legs.len() {
             let forces = &self.forces[leg];
             for axis in 0..3 {
                 self.impulses[leg][axis] += (forces.normal[axis] + forces.along[axis]) * seconds;
             }
-            let stands = forces.normal != [0.0; 3];
-            self.events += u64::from(stands != self.standing[leg]);
-            self.standing[leg] = stands;
+            let touches = forces.normal != [0.0; 3];
+            self.events += u64::from(touches != self.in_contact[leg]);
+            self.in_contact[leg] = touches;
         }
         let stored = self.stored();
         self.ledger.close_step(stored);
     }
 
-    /// Angle and rate of all that drives turn.
-    fn turned(&self) -> [Turned; LEGS] {
-        turned_of(&self.model, &self.legs)
+    /// Returns angles and rates of the drives.
+    fn drive_states(&self) -> [DriveStates; LEGS] {
+        drive_states_of(&self.model, &self.legs)
     }
 
-    /// Kinetic, spring and gravity energy \[J\].
+    /// Returns kinetic, spring and gravity energy \[J\].
     fn stored(&self) -> Stored {
         let inertias = self
             .model
             .drives
             .as_ref()
             .map_or([0.0; 2], Fitted::inertias);
-        let [mut kinetic, mut gravity] = self.trunk.moving(&self.model);
+        let [mut kinetic, mut gravity] = self.trunk.energies(&self.model);
         let mut spring = 0.0;
         for (leg, frame) in self.model.legs.iter().zip(self.legs.iter().flatten()) {
-            let [moving, height] = frame.moving(leg, &self.trunk, inertias);
-            kinetic += moving;
-            gravity += height;
+            let [leg_kinetic, leg_gravity] = frame.energies(leg, &self.trunk, inertias);
+            kinetic += leg_kinetic;
+            gravity += leg_gravity;
             spring += frame.spring_energy(leg);
         }
         [kinetic, spring, gravity]
     }
 
-    /// The foot of a leg and its velocity, world axes.
+    /// Returns position and velocity of a foot, world axes.
     pub(crate) fn foot(&self, leg: usize) -> [Vector3<f64>; 2] {
-        let (Some(frame), own) = (&self.legs[leg], &self.model.legs[leg]) else {
+        let (Some(frame), model) = (&self.legs[leg], &self.model.legs[leg]) else {
             return [Vector3::zeros(); 2];
         };
-        let [foot, speed] = frame.foot(own);
-        let place = spatial(foot, own.hip[1]);
+        let [foot, speed] = frame.foot(model);
+        let place = spatial(foot, model.hip[1]);
         [
             self.trunk.position + self.trunk.rotation * place,
-            self.trunk.carried(&place, &spatial(speed, 0.0)),
+            self.trunk.point_velocity(&place, &spatial(speed, 0.0)),
         ]
     }
 
-    /// The ground below a foot; where there is none, level and out of reach.
+    /// Returns the ground below a foot; without ground, a level one at infinite distance.
     pub(crate) fn below(&self, leg: usize) -> Surface {
         let [foot, _] = self.foot(leg);
         match &self.model.ground {
-            Some(relief) => relief.ground.below(&foot),
+            Some(ground_model) => ground_model.ground.below(&foot),
             None => Surface {
                 gap: f64::INFINITY,
                 normal: Vector3::z(),
@@ -424,7 +432,7 @@ impl Flow {
         }
     }
 
-    /// Beyond a field of heights there is nothing to stand on.
+    /// Refuses feet outside the height field, where there is no ground.
     fn check_area(&self) -> Result<(), FlowFault> {
         let Some(Area::Heights { from, to, .. }) = self.model.ground.as_ref().map(|g| &g.area)
         else {
@@ -435,14 +443,15 @@ impl Flow {
             for (i, axis) in ['x', 'y'].into_iter().enumerate() {
                 if foot[i] <= from[i] || foot[i] >= to[i] {
                     let at = if foot[i] <= from[i] { from[i] } else { to[i] };
-                    return Err(FlowFault::Beyond { leg, axis, at });
+                    return Err(FlowFault::OutsideField { leg, axis, at });
                 }
             }
         }
         Ok(())
     }
 
-    /// The worst of what is open that should be closed \[m\].
+    /// Returns the maximum constraint violation \[m\]: pins, stops, cable length, ground
+    /// penetration.
     pub(crate) fn constraint_violation(&self) -> f64 {
         let mut worst = 0.0_f64;
         for (i, leg) in self.model.legs.iter().enumerate() {
@@ -473,7 +482,7 @@ impl Flow {
             forces: self.forces,
             impulses: self.impulses,
             ledger: self.ledger,
-            standing: self.standing,
+            in_contact: self.in_contact,
             events: self.events,
             fallbacks: self.fallbacks,
         }
@@ -485,21 +494,21 @@ impl Flow {
         self.forces = saved.forces;
         self.impulses = saved.impulses;
         self.ledger = saved.ledger;
-        self.standing = saved.standing;
+        self.in_contact = saved.in_contact;
         self.events = saved.events;
         self.fallbacks = saved.fallbacks;
-        self.look();
+        self.update_kinematics();
         Ok(())
     }
 }
 
-fn turned_of(model: &Model, legs: &[Option<LegFrame>; LEGS]) -> [Turned; LEGS] {
-    let mut turned = [[[0.0; 2]; 2]; LEGS];
+fn drive_states_of(model: &Model, legs: &[Option<LegFrame>; LEGS]) -> [DriveStates; LEGS] {
+    let mut drive_states = [[[0.0; 2]; 2]; LEGS];
     let frames = model.legs.iter().zip(legs.iter().flatten());
-    for (turned, (leg, frame)) in turned.iter_mut().zip(frames) {
+    for (drive_states, (leg, frame)) in drive_states.iter_mut().zip(frames) {
         let hip = &frame.bars[0];
         let angle = hip.angle - leg.pantograph.hip_reference();
-        *turned = [[angle, hip.rate], [frame.pulley, frame.pulley_rate]];
+        *drive_states = [[angle, hip.rate], [frame.pulley, frame.pulley_rate]];
     }
-    turned
+    drive_states
 }

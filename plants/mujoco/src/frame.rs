@@ -1,4 +1,4 @@
-//! Where everything is and how it moves, out of MuJoCo's coordinates.
+//! Kinematics of trunk and legs from MuJoCo's coordinates.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 use twinrig_legged::{Base, LegPosture, Posture};
@@ -8,10 +8,10 @@ use crate::addresses::{Addresses, LegAddresses};
 use crate::model::{LegModel, Model};
 use crate::options::Coordinates;
 
-/// In the plane of a leg: forward and up, seen from the trunk's centre of mass, in its axes.
+/// Point in the plane of a leg: forward and up from the trunk's centre of mass, in trunk axes.
 type Planar = Vector2<f64>;
 
-/// A segment: the joint above it, its angle, and how both move in the trunk.
+/// Segment: position of the joint above it, its angle, and the rates of both in the trunk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bar {
     pub(crate) top: Planar,
@@ -21,7 +21,7 @@ pub(crate) struct Bar {
     along: Planar,
 }
 
-/// A leg.
+/// Kinematics of a leg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegFrame {
     pub(crate) bars: [Bar; 3],
@@ -29,7 +29,7 @@ pub(crate) struct LegFrame {
     pub(crate) pulley_rate: f64,
 }
 
-/// The trunk: world axes, the angular velocity in its own.
+/// Kinematics of the trunk: world axes, but the angular velocity in trunk axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrunkFrame {
     pub(crate) position: Vector3<f64>,
@@ -39,7 +39,7 @@ pub(crate) struct TrunkFrame {
     pub(crate) angular_velocity: Vector3<f64>,
 }
 
-fn turned(v: Planar) -> Planar {
+fn perpendicular(v: Planar) -> Planar {
     Planar::new(-v.y, v.x)
 }
 
@@ -55,14 +55,14 @@ impl Bar {
         }
     }
 
-    /// The point that is so far down the segment.
-    pub(crate) fn at(&self, far: f64) -> Planar {
-        self.top + self.along * far
+    /// Returns the point at a distance down the segment.
+    pub(crate) fn at(&self, distance: f64) -> Planar {
+        self.top + self.along * distance
     }
 
-    /// Its velocity.
-    pub(crate) fn speed_at(&self, far: f64) -> Planar {
-        self.speed + turned(self.along) * (self.rate * far)
+    /// Returns the velocity of that point.
+    pub(crate) fn speed_at(&self, distance: f64) -> Planar {
+        self.speed + perpendicular(self.along) * (self.rate * distance)
     }
 }
 
@@ -75,8 +75,8 @@ impl LegFrame {
         qvel: &[f64],
     ) -> Self {
         let bars = match coordinates {
-            Coordinates::Minimal => chained(leg, at, qpos, qvel),
-            Coordinates::Maximal => [0, 1, 2].map(|which| loose(leg, at, which, qpos, qvel)),
+            Coordinates::Minimal => hinged_bars(leg, at, qpos, qvel),
+            Coordinates::Maximal => [0, 1, 2].map(|which| free_bar(leg, at, which, qpos, qvel)),
         };
         let (mut pulley, mut pulley_rate) = (0.0, 0.0);
         if let Some([place, dof]) = at.pulley {
@@ -90,13 +90,13 @@ impl LegFrame {
         }
     }
 
-    /// The foot and its velocity.
+    /// Returns position and velocity of the foot.
     pub(crate) fn foot(&self, leg: &LegModel) -> [Planar; 2] {
         let length = leg.segments[2].length;
         [self.bars[2].at(length), self.bars[2].speed_at(length)]
     }
 
-    /// Length of diagonal and parallel rod.
+    /// Returns the lengths of diagonal and parallel rod.
     pub(crate) fn rods(&self, leg: &LegModel) -> [f64; 2] {
         let [first, _, third] = &self.bars;
         let inner = first.at(leg.segments[0].length - leg.l_delta);
@@ -108,7 +108,7 @@ impl LegFrame {
         self.bars[1].at(leg.segments[1].length)
     }
 
-    /// What is open that should be closed: pins, stops that are passed, a cable that is too long; the worst \[m\].
+    /// Returns the maximum constraint violation \[m\]: pins, stops, cable length.
     pub(crate) fn constraint_violation(&self, leg: &LegModel, driven: bool) -> f64 {
         let [first, second, third] = &self.bars;
         let hip = Planar::new(leg.hip[0], leg.hip[2]);
@@ -131,7 +131,7 @@ impl LegFrame {
         all.fold(0.0, f64::max)
     }
 
-    /// Energy in the springs \[J\].
+    /// Returns the energy in the springs \[J\].
     pub(crate) fn spring_energy(&self, leg: &LegModel) -> f64 {
         let rods = self.rods(leg);
         let springs = rods.iter().zip([leg.diagonal, leg.parallel]);
@@ -140,8 +140,9 @@ impl LegFrame {
             .sum()
     }
 
-    /// Kinetic energy of the segments, and of what turns with hip and pulley; energy of height \[J\].
-    pub(crate) fn moving(
+    /// Returns the kinetic energy of the segments and of the drives' inertias at hip and pulley,
+    /// and the potential energy of gravity \[J\].
+    pub(crate) fn energies(
         &self,
         leg: &LegModel,
         trunk: &TrunkFrame,
@@ -153,8 +154,8 @@ impl LegFrame {
         let mut gravity = 0.0;
         for (bar, segment) in self.bars.iter().zip(&leg.segments) {
             let place = spatial(bar.at(segment.centre), leg.hip[1]);
-            let own = spatial(bar.speed_at(segment.centre), 0.0);
-            let velocity = trunk.carried(&place, &own);
+            let relative = spatial(bar.speed_at(segment.centre), 0.0);
+            let velocity = trunk.point_velocity(&place, &relative);
             let turning = trunk.angular_velocity - Vector3::y() * bar.rate;
             let lengthwise = turning.dot(&spatial(bar.along, 0.0));
             let across = turning.norm_squared() - lengthwise * lengthwise;
@@ -174,20 +175,20 @@ impl LegFrame {
     }
 }
 
-/// A point of a leg's plane in the trunk.
+/// Returns a point of a leg's plane in trunk axes.
 pub(crate) fn spatial(point: Planar, across: f64) -> Vector3<f64> {
     Vector3::new(point.x, across, point.y)
 }
 
-/// The bars of hinges.
-fn chained(leg: &LegModel, at: &LegAddresses, qpos: &[f64], qvel: &[f64]) -> [Bar; 3] {
-    let reference = leg.pantograph.hip_reference();
-    let bends = [reference, -leg.q2_ref, leg.q2_ref];
+/// Returns the segments of a chain of hinges.
+fn hinged_bars(leg: &LegModel, at: &LegAddresses, qpos: &[f64], qvel: &[f64]) -> [Bar; 3] {
+    let hip_reference = leg.pantograph.hip_reference();
+    let references = [hip_reference, -leg.q2_ref, leg.q2_ref];
     let mut top = Planar::new(leg.hip[0], leg.hip[2]);
     let (mut angle, mut rate, mut speed) = (0.0, 0.0, Planar::zeros());
     [0, 1, 2].map(|which| {
         let [[place, dof], ..] = at.segments[which];
-        angle += qpos[place] + bends[which];
+        angle += qpos[place] + references[which];
         rate += qvel[dof];
         let bar = Bar::new(top, angle, speed, rate);
         let length = leg.segments[which].length;
@@ -196,8 +197,8 @@ fn chained(leg: &LegModel, at: &LegAddresses, qpos: &[f64], qvel: &[f64]) -> [Ba
     })
 }
 
-/// A bar that is a body of its own.
-fn loose(leg: &LegModel, at: &LegAddresses, which: usize, qpos: &[f64], qvel: &[f64]) -> Bar {
+/// Returns a segment that is a separate body.
+fn free_bar(leg: &LegModel, at: &LegAddresses, which: usize, qpos: &[f64], qvel: &[f64]) -> Bar {
     let addresses = at.segments[which];
     let [x, z, angle] = addresses.map(|[place, _]| qpos[place]);
     let [vx, vz, rate] = addresses.map(|[_, dof]| qvel[dof]);
@@ -240,13 +241,17 @@ impl TrunkFrame {
         }
     }
 
-    /// Velocity in the world of a point of the trunk's axes that moves in them at `own`.
-    pub(crate) fn carried(&self, place: &Vector3<f64>, own: &Vector3<f64>) -> Vector3<f64> {
-        self.velocity + self.rotation * (self.angular_velocity.cross(place) + own)
+    /// Returns the world velocity of a point that moves in trunk axes at `relative`.
+    pub(crate) fn point_velocity(
+        &self,
+        place: &Vector3<f64>,
+        relative: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        self.velocity + self.rotation * (self.angular_velocity.cross(place) + relative)
     }
 
-    /// Kinetic energy and energy of height \[J\].
-    pub(crate) fn moving(&self, model: &Model) -> [f64; 2] {
+    /// Returns the kinetic energy and the potential energy of gravity \[J\].
+    pub(crate) fn energies(&self, model: &Model) -> [f64; 2] {
         if !model.is_free() {
             return [0.0; 2];
         }
@@ -259,8 +264,8 @@ impl TrunkFrame {
     }
 }
 
-/// Puts a posture into MuJoCo's coordinates.
-pub(crate) fn place(
+/// Converts a posture to MuJoCo's coordinates.
+pub(crate) fn set_coordinates(
     model: &Model,
     at: &Addresses,
     posture: &Posture,
@@ -277,10 +282,10 @@ pub(crate) fn place(
             dofs[3..6].copy_from_slice(posture.angular_velocity.as_slice());
         }
         Base::Planar => {
-            let moved = posture.position - model.start.position;
+            let offset = posture.position - model.start.position;
             let [w, _, y, _] = posture.attitude;
             let pitch = 2.0 * libm::atan2(y, w);
-            qpos[at.trunk[0]..][..3].copy_from_slice(&[moved.x, moved.z, pitch]);
+            qpos[at.trunk[0]..][..3].copy_from_slice(&[offset.x, offset.z, pitch]);
             let (along, up) = (posture.velocity.x, posture.velocity.z);
             qvel[at.trunk[1]..][..3].copy_from_slice(&[along, up, posture.angular_velocity.y]);
         }
@@ -288,11 +293,11 @@ pub(crate) fn place(
     }
     let legs = model.legs.iter().zip(&at.legs).zip(&posture.legs);
     for ((leg, at), (_, posture)) in legs {
-        place_leg(leg, at, model.coordinates, posture, qpos, qvel);
+        set_leg_coordinates(leg, at, model.coordinates, posture, qpos, qvel);
     }
 }
 
-fn place_leg(
+fn set_leg_coordinates(
     leg: &LegModel,
     at: &LegAddresses,
     coordinates: Coordinates,
@@ -300,20 +305,20 @@ fn place_leg(
     qpos: &mut [f64],
     qvel: &mut [f64],
 ) {
-    let reference = leg.pantograph.hip_reference();
-    let bends = [reference, -leg.q2_ref, leg.q2_ref];
-    let (mut before, mut rate_before) = (0.0, 0.0);
+    let hip_reference = leg.pantograph.hip_reference();
+    let references = [hip_reference, -leg.q2_ref, leg.q2_ref];
+    let (mut angle_above, mut rate_above) = (0.0, 0.0);
     let mut joint = Planar::new(leg.hip[0], leg.hip[2]);
     let mut speed = Planar::zeros();
-    for (which, bend) in bends.into_iter().enumerate() {
+    for (which, reference_angle) in references.into_iter().enumerate() {
         let (angle, rate) = (posture.angles[which], posture.rates[which]);
         let segment = leg.segments[which];
         let bar = Bar::new(joint, angle, speed, rate);
         match coordinates {
             Coordinates::Minimal => {
                 let [[place, dof], ..] = at.segments[which];
-                qpos[place] = angle - before - bend;
-                qvel[dof] = rate - rate_before;
+                qpos[place] = angle - angle_above - reference_angle;
+                qvel[dof] = rate - rate_above;
             }
             Coordinates::Maximal => {
                 let (centre, drift) = (bar.at(segment.centre), bar.speed_at(segment.centre));
@@ -323,7 +328,7 @@ fn place_leg(
                 }
             }
         }
-        (before, rate_before) = (angle, rate);
+        (angle_above, rate_above) = (angle, rate);
         (joint, speed) = (bar.at(segment.length), bar.speed_at(segment.length));
     }
     if let Some([place, dof]) = at.pulley {

@@ -1,4 +1,4 @@
-//! A leg whose stops are left out, against the reference without stops.
+//! A leg without stops, against the reference without stops.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use twinrig_robot::{Robot, RobotFile};
 
 use crate::engine::Engine;
 use crate::flow::Flow;
-use crate::mjcf::written;
+use crate::mjcf::write_model;
 use crate::model::Model;
 use crate::options::{Coordinates, Integrator, Options};
 
@@ -22,18 +22,23 @@ fn flat(value: &Value) -> Vec<f64> {
 }
 
 fn robot() -> Robot {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let file = RobotFile::find("cheetah-cub", beside).unwrap();
+    let near = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let file = RobotFile::find("cheetah-cub", near).unwrap();
     file.robot().unwrap()
 }
 
-/// Error of the foot, root of the mean square \[m\].
-fn far(golden: &Value, coordinates: Coordinates, integrator: Integrator, step_us: u64) -> f64 {
+/// Returns the root mean square error of the foot \[m\].
+fn rms_error(
+    golden: &Value,
+    coordinates: Coordinates,
+    integrator: Integrator,
+    step_us: u64,
+) -> f64 {
     let mut robot = robot();
-    let given = |key: &str| golden["leg"][key].as_f64().unwrap();
+    let parameter = |key: &str| golden["leg"][key].as_f64().unwrap();
     let leg = &mut robot.legs[0].leg;
-    (leg.diagonal.stiffness, leg.parallel.stiffness) = (given("k_d"), given("k_p"));
-    (leg.diagonal.preload, leg.parallel.preload) = (given("preload_d"), given("preload_p"));
+    (leg.diagonal.stiffness, leg.parallel.stiffness) = (parameter("k_d"), parameter("k_p"));
+    (leg.diagonal.preload, leg.parallel.preload) = (parameter("preload_d"), parameter("preload_p"));
     let friction = flat(&golden["leg"]["friction"]);
     let joints = &mut leg.joint_friction;
     (joints.hip, joints.knee, joints.ankle) = (friction[0], friction[1], friction[2]);
@@ -53,12 +58,12 @@ fn far(golden: &Value, coordinates: Coordinates, integrator: Integrator, step_us
     let mut options = Options::new(setup, coordinates);
     options.numerics.integrator = integrator;
     let mut model = Model::new(&robot, &options).unwrap();
-    model.unbounded = true;
-    let engine = Engine::compile(&written(&robot, &model)).unwrap();
+    model.without_stops = true;
+    let engine = Engine::compile(&write_model(&robot, &model)).unwrap();
     let mut flow = Flow::of(model, engine).unwrap();
     let hip = robot.legs[0].hip;
-    let every = golden["step_s"].as_f64().unwrap();
-    let steps = libm::round(every * 1e6 / step_us as f64);
+    let interval = golden["step_s"].as_f64().unwrap();
+    let steps = libm::round(interval * 1e6 / step_us as f64);
     let rows = golden["foot"].as_array().unwrap();
     let mut sum = 0.0;
     for (k, row) in rows.iter().enumerate() {
@@ -69,19 +74,19 @@ fn far(golden: &Value, coordinates: Coordinates, integrator: Integrator, step_us
         }
         let [foot, _] = flow.foot(0);
         for (axis, expected) in [0, 2].into_iter().zip(flat(row)) {
-            let off = foot[axis] - flow.trunk.position[axis] - hip[axis] - expected;
-            sum += off * off;
+            let error = foot[axis] - flow.trunk.position[axis] - hip[axis] - expected;
+            sum += error * error;
         }
     }
     libm::sqrt(sum / rows.len() as f64)
 }
 
 #[test]
-fn without_stops_a_leg_moves_as_the_reference_does() {
+fn leg_without_stops_agrees_with_the_reference() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lcp/tests/reference/golden");
     let text = fs::read_to_string(folder.join("passive-free.json")).unwrap();
     let golden: Value = serde_json::from_str(&text).unwrap();
-    // Measured, and half as much again.
+    // Measured values times 1.5.
     for (coordinates, integrator, step_us, bound) in [
         (Coordinates::Minimal, Integrator::Rk4, 2000, 2e-7),
         (Coordinates::Minimal, Integrator::Rk4, 100, 2e-12),
@@ -90,7 +95,7 @@ fn without_stops_a_leg_moves_as_the_reference_does() {
         (Coordinates::Maximal, Integrator::Euler, 2000, 5e-4),
         (Coordinates::Maximal, Integrator::Euler, 100, 3e-5),
     ] {
-        let found = far(&golden, coordinates, integrator, step_us);
+        let found = rms_error(&golden, coordinates, integrator, step_us);
         println!("{coordinates:?} {integrator:?} {step_us}: {found:e}");
         assert!(
             found < bound,

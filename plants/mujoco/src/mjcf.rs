@@ -1,4 +1,4 @@
-//! The robot as MJCF: MuJoCo's own language, to compile here or to take elsewhere.
+//! The robot as MJCF, MuJoCo's modelling language, to compile here or to export.
 
 mod drives;
 mod ground;
@@ -14,19 +14,20 @@ use twinrig_robot::{GRAVITY, Robot};
 use crate::model::{LegModel, Model};
 use crate::options::{Closing, Coordinates, MujocoError, Numerics, Options};
 
-/// The robot as an MJCF model: readable, of one file, and what the plant [`Mujoco`](crate::Mujoco) compiles. SI units and radians; the
-/// bodies and joints of the leg `LF` have names that begin with `LF_`.
+/// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
+/// compiles it. SI units and radians; names of the bodies and joints of the leg `LF` begin with
+/// `LF_`.
 ///
 /// # Errors
-/// [`MujocoError`] where robot and options do not fit together.
+/// [`MujocoError`] if robot and options do not fit together.
 pub fn mjcf(robot: &Robot, options: &Options) -> Result<String, MujocoError> {
-    Ok(written(robot, &Model::new(robot, options)?))
+    Ok(write_model(robot, &Model::new(robot, options)?))
 }
 
-/// Impedance of clutches, the greatest that MuJoCo takes \[1\].
-const CLUTCH: f64 = 0.9999;
+/// Impedance of clutches, MuJoCo's maximum \[1\].
+const CLUTCH_IMPEDANCE: f64 = 0.9999;
 
-/// What the sections of a model hold.
+/// Sections of a model.
 #[derive(Default)]
 struct Sections {
     assets: String,
@@ -45,7 +46,7 @@ macro_rules! line {
 }
 pub(crate) use line;
 
-pub(crate) fn written(robot: &Robot, model: &Model) -> String {
+pub(crate) fn write_model(robot: &Robot, model: &Model) -> String {
     let mut to = Sections::default();
     if let Some(ground) = &model.ground {
         ground::write(ground, &mut to);
@@ -79,7 +80,7 @@ pub(crate) fn written(robot: &Robot, model: &Model) -> String {
     text
 }
 
-/// Integrator and solver, and how stiff constraints are.
+/// Returns the integrator, the solver and the softness of constraints.
 fn options(numerics: &Numerics, step_s: f64) -> String {
     let Numerics {
         integrator,
@@ -120,10 +121,10 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     let [contact_first, contact_last] = numerics.contact_impedance;
     line!(text, "  <default>");
     line!(text, "    <joint {}/>", both("limit"));
-    // Clutches do not creep: where its dead band has a servo stand still, nothing would take that back.
+    // Clutches do not creep: in the dead band of a servo the creep would not be corrected.
     line!(
         text,
-        "    <tendon {} solreffriction=\"{reference}\" solimpfriction=\"{CLUTCH} {CLUTCH} {}\"/>",
+        "    <tendon {} solreffriction=\"{reference}\" solimpfriction=\"{CLUTCH_IMPEDANCE} {CLUTCH_IMPEDANCE} {}\"/>",
         both("limit"),
         numerics.width
     );
@@ -141,7 +142,7 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     text
 }
 
-/// The trunk and the legs that hang from it.
+/// Writes the trunk with its legs.
 fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
     let Posture { position, .. } = &model.start;
     line!(
@@ -199,7 +200,7 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
     line!(to.world, "    </body>");
 }
 
-/// The springs of a leg, with the stops of their rods or without.
+/// Writes the springs of a leg, with or without the stops of their rods.
 fn springs(leg: &LegModel, diagonal_range: &str, parallel_range: &str, to: &mut Sections) {
     let tag = &leg.tag;
     for (name, ends, spring, range) in [
@@ -216,7 +217,7 @@ fn springs(leg: &LegModel, diagonal_range: &str, parallel_range: &str, to: &mut 
     }
 }
 
-/// Refuses what MuJoCo would refuse less plainly.
+/// Refuses parameters that MuJoCo would refuse with a less specific message.
 pub(crate) fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
     if model.base != Base::Fixed {
         positive("mass of the trunk", robot.trunk.mass)?;
@@ -226,8 +227,8 @@ pub(crate) fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
         let [a, b, c] = robot.trunk.inertia;
         if a + b < c || b + c < a || c + a < b {
             return Err(MujocoError::Together(
-                "a moment of inertia of the trunk is more than the other two together: no body has that, and MuJoCo refuses it; \
-                 mend `inertia` in [trunk]",
+                "a moment of inertia of the trunk exceeds the sum of the other two, which no body does and MuJoCo refuses; \
+                 correct `inertia` in [trunk]",
             ));
         }
     }
@@ -235,20 +236,20 @@ pub(crate) fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
         for (segment, which) in leg.segments.iter().zip(["first", "middle", "last"]) {
             let of = |what| format!("{what} of the {which} segment of leg {}", leg.name);
             positive(&of("mass"), segment.mass)?;
-            // MuJoCo takes what is smaller for none.
+            // MuJoCo treats a smaller value as zero.
             positive(&of("moment of inertia"), segment.moment - 1e-14)?;
         }
     }
     Ok(())
 }
 
-/// Numbers of an attribute.
+/// Returns the values of an attribute.
 fn triple(numbers: &[f64]) -> String {
-    let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
-    words.join(" ")
+    let texts: Vec<String> = numbers.iter().map(f64::to_string).collect();
+    texts.join(" ")
 }
 
-/// A name as the value of an attribute.
+/// Returns a name, escaped as the value of an attribute.
 pub(crate) fn escaped(name: &str) -> String {
     let mut text = String::new();
     for letter in name.chars() {

@@ -1,4 +1,4 @@
-//! The constant part of the plant: what of a robot is simulated, in numbers.
+//! Constant data of the plant: the robot's parameters and the ground.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_leg::Pantograph;
@@ -8,32 +8,32 @@ use twinrig_robot::{LegMount, Robot};
 use crate::mjcf::{check, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options};
 
-/// Radius of the ball that touches the ground for a point \[m\].
+/// Radius of the ball that represents the contact point of a foot \[m\].
 pub(crate) const FOOT_RADIUS: f64 = 1e-4;
 
-/// Inertia of the wheels that turn as servos want \[kg·m²\].
+/// Inertia of the flywheels of servos \[kg·m²\].
 pub(crate) const FLYWHEEL: f64 = 1e4;
 
 /// Torque of a clutch without a limit \[N·m\].
 pub(crate) const UNLIMITED: f64 = 1e9;
 
-/// The pulleys stand beside the robot, and above one another for each leg \[m\].
+/// Position of the pulleys beside the robot; legs are stacked in z \[m\].
 const PULLEYS: [f64; 3] = [0.0, 1.0, 0.1];
 
-/// Samples of a height field for MuJoCo, at most.
+/// Maximum number of samples of a height field.
 const SAMPLES_MAX: usize = 400_000;
 
 /// One leg.
 #[derive(Debug, Clone)]
 pub(crate) struct LegModel {
     pub(crate) name: String,
-    /// Its name as MJCF has it.
+    /// Its name, escaped for MJCF.
     pub(crate) tag: String,
     pub(crate) pantograph: Pantograph,
-    /// Hip in the trunk, from its centre of mass \[m\].
+    /// Position of the hip in the trunk, from its centre of mass \[m\].
     pub(crate) hip: [f64; 3],
     pub(crate) segments: [Segment; 3],
-    /// Of hip, knee and ankle \[N·m·s/rad\].
+    /// Viscous friction of hip, knee and ankle \[N·m·s/rad\].
     pub(crate) friction: [f64; 3],
     pub(crate) friction_on_ground: Option<f64>,
     pub(crate) l_delta: f64,
@@ -44,22 +44,22 @@ pub(crate) struct LegModel {
     pub(crate) diagonal_max: f64,
     pub(crate) parallel_min: f64,
     pub(crate) parallel_max: f64,
-    /// q2 where the diagonal bottoms out \[rad\].
+    /// q2 at the lower stop of the diagonal \[rad\].
     pub(crate) knee_min: f64,
     pub(crate) q2_ref: f64,
     pub(crate) cable_max: f64,
     pub(crate) pulley_radius: f64,
-    pub(crate) pulley_place: [f64; 3],
+    pub(crate) pulley_position: [f64; 3],
 }
 
-/// Ground, and what of it is modelled.
+/// Ground, and its representation in MuJoCo.
 #[derive(Debug, Clone)]
-pub(crate) struct Relief {
+pub(crate) struct GroundModel {
     pub(crate) ground: Ground,
     pub(crate) area: Area,
 }
 
-/// What a terrain is made of for MuJoCo.
+/// Representation of a terrain.
 #[derive(Debug, Clone)]
 pub(crate) enum Area {
     Flat {
@@ -69,7 +69,7 @@ pub(crate) enum Area {
         at: f64,
         drop: f64,
     },
-    /// Samples of it between two corners \[m\].
+    /// Samples between two corners \[m\].
     Heights {
         from: [f64; 2],
         to: [f64; 2],
@@ -77,34 +77,34 @@ pub(crate) enum Area {
     },
 }
 
-/// The constant part of the plant.
+/// Constant data of the plant.
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     pub(crate) base: Base,
     pub(crate) coordinates: Coordinates,
     pub(crate) numerics: Numerics,
-    /// Greatest step \[s\].
+    /// Maximum step \[s\].
     pub(crate) step_s: f64,
     /// Mass \[kg\] and moments of inertia \[kg·m²\] of the trunk.
     pub(crate) trunk_mass: f64,
     pub(crate) trunk_inertia: [f64; 3],
     pub(crate) legs: Vec<LegModel>,
     pub(crate) drives: Option<Fitted>,
-    pub(crate) ground: Option<Relief>,
+    pub(crate) ground: Option<GroundModel>,
     pub(crate) start: Posture,
-    /// Whether stops are left out, for comparison with what has none.
-    pub(crate) unbounded: bool,
+    /// Whether stops are omitted, for comparison with a reference without stops.
+    pub(crate) without_stops: bool,
 }
 
 impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MujocoError> {
         options.numerics.check()?;
         let setup = &options.setup;
-        let ground = setup.ground.as_ref().map(relief).transpose()?;
-        let chosen = setup.chosen(robot)?;
+        let ground = setup.ground.as_ref().map(ground_model).transpose()?;
+        let mounts = setup.chosen(robot)?;
         let friction = setup.ground.as_ref().map(|ground| ground.friction);
-        let legs = chosen.iter().enumerate();
-        let legs = legs.map(|(place, mount)| LegModel::new(mount, place, friction));
+        let legs = mounts.iter().enumerate();
+        let legs = legs.map(|(index, mount)| LegModel::new(mount, index, friction));
         let model = Self {
             base: setup.base,
             coordinates: options.coordinates,
@@ -116,24 +116,24 @@ impl Model {
             drives: setup.fitted(robot)?,
             ground,
             start: setup.posture(robot)?,
-            unbounded: false,
+            without_stops: false,
         };
         check(robot, &model)?;
         Ok(model)
     }
 
-    /// Whether the trunk moves at all.
+    /// Returns whether the trunk can move.
     pub(crate) fn is_free(&self) -> bool {
         self.base != Base::Fixed
     }
 }
 
 impl LegModel {
-    fn new(mount: &LegMount, place: usize, ground: Option<f64>) -> Result<Self, LeggedError> {
+    fn new(mount: &LegMount, index: usize, ground: Option<f64>) -> Result<Self, LeggedError> {
         let leg = &mount.leg;
         let pantograph = Pantograph::new(leg).map_err(LeggedError::of_leg(&mount.name))?;
         let (l2, l_delta) = (leg.l2, leg.l_delta);
-        let bottomed = (leg.diagonal_min * leg.diagonal_min - l2 * l2 - l_delta * l_delta)
+        let cosine = (leg.diagonal_min * leg.diagonal_min - l2 * l2 - l_delta * l_delta)
             / (2.0 * l2 * l_delta);
         let joints = leg.joint_friction;
         let [x, y, z] = PULLEYS;
@@ -154,17 +154,17 @@ impl LegModel {
             diagonal_max: pantograph.diagonal_max(),
             parallel_min: l2,
             parallel_max: l2 + leg.parallel_travel,
-            knee_min: leg.q2_ref - libm::acos(bottomed),
+            knee_min: leg.q2_ref - libm::acos(cosine),
             q2_ref: leg.q2_ref,
             cable_max: pantograph.cable_length(0.0),
             pulley_radius: leg.pulley_radius,
-            pulley_place: [x, y, z * (place + 1) as f64],
+            pulley_position: [x, y, z * (index + 1) as f64],
             pantograph,
         })
     }
 }
 
-fn relief(ground: &Ground) -> Result<Relief, MujocoError> {
+fn ground_model(ground: &Ground) -> Result<GroundModel, MujocoError> {
     if ground.restitution > 0.0 {
         return Err(MujocoError::Together(
             "MuJoCo's contacts have no coefficient of restitution: how far a foot bounces there depends on stiffness, damping and \
@@ -179,14 +179,14 @@ fn relief(ground: &Ground) -> Result<Relief, MujocoError> {
         },
         Terrain::Heights(field) => sampled(field),
     };
-    Ok(Relief {
+    Ok(GroundModel {
         ground: ground.clone(),
         area,
     })
 }
 
-/// As many samples for each square of the grid as there is room for. One square beyond its border the ground is level across
-/// it, and the area ends.
+/// Samples each square of the grid as finely as the maximum permits. One square beyond its border
+/// the ground is level across it, and the area ends.
 fn sampled(field: &HeightField) -> Area {
     let (origin, spacing, points) = field.grid();
     let squares = points.map(|count| count + 1);

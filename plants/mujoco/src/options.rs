@@ -1,23 +1,24 @@
-//! What to simulate, and how MuJoCo is to go about it.
+//! Options: what to simulate, and MuJoCo's settings.
 
 use twinrig_legged::{LeggedError, Setup};
 
 use crate::engine::EngineError;
 
-/// What the unknowns are.
+/// Coordinates of the legs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coordinates {
-    /// Every segment is a body of its own, which pins hold to its neighbours: the thesis' third model, and the default.
+    /// Every segment is a separate body, connected to its neighbours by pins: the thesis' third
+    /// model, and the default.
     Maximal,
-    /// Joint angles: nothing has to be held together.
+    /// Joint angles, without constraints in the joints.
     Minimal,
 }
 
 impl Coordinates {
-    /// All of them, the default first.
+    /// All variants, the default first.
     pub const ALL: [Self; 2] = [Self::Maximal, Self::Minimal];
 
-    /// Its name in scenarios.
+    /// Returns the name in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Maximal => "maximal",
@@ -26,23 +27,24 @@ impl Coordinates {
     }
 }
 
-/// How time is integrated; MuJoCo's manual tells the equations.
+/// Time integrator; the equations are in MuJoCo's manual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integrator {
-    /// Symplectic, of first order; friction of joints is implicit.
+    /// Symplectic Euler, of first order; joint friction is implicit.
     Euler,
-    /// Symplectic, of first order; all that damps is implicit.
+    /// Symplectic Euler, of first order; all damping is implicit.
     Implicit,
-    /// The same without the derivatives of inertial forces.
+    /// `Implicit` without the derivatives of inertial forces.
     ImplicitFast,
-    /// Springs, too, are implicit, and constraints know of it: stable at any stiffness, and damps what swings fast.
+    /// Springs are implicit, too, and accounted for in the constraints: stable at any stiffness,
+    /// with damping of fast oscillations.
     Discrete,
-    /// Of fourth order where nothing touches.
+    /// Runge–Kutta, of fourth order without contacts.
     Rk4,
 }
 
 impl Integrator {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 5] = [
         Self::ImplicitFast,
         Self::Rk4,
@@ -51,7 +53,7 @@ impl Integrator {
         Self::Discrete,
     ];
 
-    /// Its name in scenarios.
+    /// Returns the name in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Euler => "euler",
@@ -62,7 +64,7 @@ impl Integrator {
         }
     }
 
-    /// Its name in MJCF.
+    /// Returns the name in MJCF.
     pub(crate) const fn keyword(self) -> &'static str {
         match self {
             Self::Euler => "Euler",
@@ -72,10 +74,10 @@ impl Integrator {
     }
 }
 
-/// What finds the forces of constraints.
+/// Solver of the constraint forces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solver {
-    /// Newton's method: few iterations, to the last digit.
+    /// Newton's method: few iterations, to full accuracy.
     Newton,
     /// Conjugate gradients.
     Cg,
@@ -84,10 +86,10 @@ pub enum Solver {
 }
 
 impl Solver {
-    /// All of them, the default first.
+    /// All variants, the default first.
     pub const ALL: [Self; 3] = [Self::Newton, Self::Cg, Self::Pgs];
 
-    /// Its name in scenarios.
+    /// Returns the name in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Newton => "newton",
@@ -96,7 +98,7 @@ impl Solver {
         }
     }
 
-    /// Its name in MJCF.
+    /// Returns the name in MJCF.
     pub(crate) const fn keyword(self) -> &'static str {
         match self {
             Self::Newton => "Newton",
@@ -106,20 +108,20 @@ impl Solver {
     }
 }
 
-/// The shape of the limit of friction.
+/// Shape of the friction cone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cone {
-    /// Coulomb's.
+    /// Coulomb's cone.
     Elliptic,
-    /// A pyramid inside of it.
+    /// A pyramid inscribed in it.
     Pyramidal,
 }
 
 impl Cone {
-    /// Both, the default first.
+    /// Both variants, the default first.
     pub const ALL: [Self; 2] = [Self::Elliptic, Self::Pyramidal];
 
-    /// Its name in scenarios and in MJCF.
+    /// Returns the name in scenarios and in MJCF.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Elliptic => "elliptic",
@@ -128,56 +130,57 @@ impl Cone {
     }
 }
 
-/// How soon a constraint takes its error back: the time constant of MuJoCo's `solref`.
+/// Time constant with which constraint errors are corrected, as of MuJoCo's `solref`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Closing {
-    /// So many of the plant's greatest steps. Two are as stiff as MuJoCo lets a constraint be.
+    /// A number of the plant's maximum steps. Two are the stiffest setting that MuJoCo permits.
     Steps(f64),
-    /// So many seconds, whatever the step.
+    /// A time in seconds, independent of the step.
     Seconds(f64),
 }
 
-/// MuJoCo's own settings.
+/// MuJoCo's settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Numerics {
-    /// How time is integrated.
+    /// Time integrator.
     pub integrator: Integrator,
-    /// What finds the forces of constraints.
+    /// Solver of the constraint forces.
     pub solver: Solver,
-    /// Iterations it may take in a step.
+    /// Maximum number of the solver's iterations in a step.
     pub iterations: u32,
-    /// Improvement at which it stops, as MuJoCo scales it \[1\].
+    /// Improvement at which the solver stops, in MuJoCo's scaling \[1\].
     pub tolerance: f64,
-    /// The shape of the limit of friction.
+    /// Shape of the friction cone.
     pub cone: Cone,
-    /// How soon an error of a constraint is taken back.
+    /// Time constant of the constraints.
     pub closing: Closing,
-    /// Damping ratio of that \[1\].
+    /// Damping ratio of the constraints \[1\].
     pub damping: f64,
-    /// The same of the pins between segments, in maximal coordinates \[1\].
+    /// Damping ratio of the pins between segments, in maximal coordinates \[1\].
     pub pin_damping: f64,
-    /// The same of feet on the ground. A foot comes into the ground by what it moves in a step; the more this is above one, the
-    /// slower it is pushed out again, and the less it bounces \[1\].
+    /// Damping ratio of feet on the ground. A landing foot penetrates the ground by its motion in a
+    /// step; the more this exceeds one, the slower it is pushed out, and the less it bounces \[1\].
     pub contact_damping: f64,
-    /// Impedance of feet on the ground, as of `impedance` \[1\].
+    /// Impedance of feet on the ground, as `impedance` \[1\].
     pub contact_impedance: [f64; 2],
-    /// Times that forces are found again in a step for feet that slide, at most: MuJoCo lifts these off the ground, and Coulomb's
-    /// law does not. None leaves them as MuJoCo has them. Only for elliptic cones.
+    /// Maximum number of repeated force computations in a step for sliding feet, which MuJoCo lifts
+    /// off the ground, unlike Coulomb's law. Zero keeps MuJoCo's forces. Only for elliptic cones.
     pub sliding_rounds: u32,
-    /// Impedance of a constraint, MuJoCo's d: the share of the wanted acceleration that it insists on, below 1 \[1\]. First
-    /// where it is not violated, then where it is violated by `width`.
+    /// Impedance of a constraint, MuJoCo's d: the enforced share of the reference acceleration,
+    /// below 1 \[1\]. First without violation, then at a violation of `width`.
     pub impedance: [f64; 2],
     /// Violation at which the second impedance is reached \[m, rad\].
     pub width: f64,
-    /// How much stiffer friction is than what presses the foot down \[1\].
+    /// Stiffness of friction relative to that of the normal force \[1\].
     pub impratio: f64,
-    /// Whether MuJoCo raises time constants below two steps to two steps, as is its default. Without it, a constraint that is
-    /// stiffer than the step can resolve runs away.
+    /// Whether MuJoCo raises time constants below two steps to two steps, which is its default.
+    /// Without it, a constraint that is stiffer than the step can resolve diverges.
     pub refsafe: bool,
 }
 
 impl Numerics {
-    /// What measured best in these coordinates: see the table in the crate's documentation.
+    /// Returns the settings with the smallest measured errors in these coordinates: see the table
+    /// in the crate's documentation.
     pub const fn of(coordinates: Coordinates) -> Self {
         Self {
             integrator: match coordinates {
@@ -201,7 +204,7 @@ impl Numerics {
         }
     }
 
-    /// The same with the constraints as soft as MuJoCo has them where nothing is said.
+    /// Returns these settings with MuJoCo's default softness of the constraints.
     #[must_use]
     pub const fn with_soft_constraints(self) -> Self {
         Self {
@@ -218,19 +221,19 @@ impl Numerics {
     }
 }
 
-/// What to simulate of a robot, and how.
+/// Options of the plant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// What every plant of the robot is told.
+    /// Setup shared by all plants of the robot.
     pub setup: Setup,
-    /// What the unknowns are.
+    /// Coordinates of the legs.
     pub coordinates: Coordinates,
-    /// MuJoCo's own settings.
+    /// MuJoCo's settings.
     pub numerics: Numerics,
 }
 
 impl Options {
-    /// The default settings in these coordinates.
+    /// Returns options with the default settings in these coordinates.
     pub fn new(setup: Setup, coordinates: Coordinates) -> Self {
         Self {
             setup,
@@ -240,32 +243,32 @@ impl Options {
     }
 }
 
-/// Why a plant cannot be built.
+/// Reason why a plant cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MujocoError {
     /// Robot and setup do not fit together.
     #[error(transparent)]
     Legged(#[from] LeggedError),
-    /// MuJoCo refuses the model, or is not there in the right version.
+    /// MuJoCo refuses the model, or is not available in the required version.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// A setting that is none.
+    /// A setting has an invalid value.
     #[error("{setting} cannot be {value}: {why}")]
     Setting {
         /// Its name in scenarios.
         setting: &'static str,
         /// Its value.
         value: f64,
-        /// What it has to be.
+        /// The requirement.
         why: &'static str,
     },
-    /// Settings that do not go together.
+    /// Settings are incompatible.
     #[error("{0}")]
     Together(&'static str),
 }
 
 impl Numerics {
-    /// Refuses what is no setting, and what does not go together.
+    /// Refuses invalid and incompatible settings.
     pub(crate) fn check(&self) -> Result<(), MujocoError> {
         let (closing, time) = match self.closing {
             Closing::Steps(steps) => ("solref_steps", steps),
@@ -300,7 +303,7 @@ impl Numerics {
                 return Err(MujocoError::Setting {
                     setting,
                     value,
-                    why: "it has to be from 0.0001 to 0.9999; MuJoCo would silently take the nearer of both",
+                    why: "it has to be from 0.0001 to 0.9999; MuJoCo silently clamps it",
                 });
             }
         }
@@ -308,13 +311,13 @@ impl Numerics {
             return Err(MujocoError::Setting {
                 setting: "iterations",
                 value: 0.0,
-                why: "the solver needs one at least",
+                why: "the solver needs at least one",
             });
         }
         if self.refsafe && matches!(self.closing, Closing::Steps(steps) if steps < 2.0) {
             return Err(MujocoError::Together(
-                "`solref_steps` below 2 is what MuJoCo raises to 2: take 2, or set `refsafe = \"off\"`, with which constraints \
-                 that stiff may run away",
+                "MuJoCo raises a `solref_steps` below 2 to 2: take 2, or set `refsafe = \"off\"`, with which such \
+                 stiff constraints may diverge",
             ));
         }
         Ok(())

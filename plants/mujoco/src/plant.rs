@@ -1,4 +1,4 @@
-//! The plant as the rig sees it.
+//! The plant of the rig: signals, steps, faults and snapshots.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
@@ -19,7 +19,7 @@ pub struct Mujoco {
     window: Window,
 }
 
-/// Everything the way ahead depends on.
+/// Saved state.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
@@ -28,16 +28,16 @@ struct Saved {
 }
 
 impl Mujoco {
-    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
-    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
-    /// needs.
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest
+    /// foot at height zero, or on the ground where that is higher; onto lower ground the robot
+    /// falls. `selected` returns whether an output signal is required.
     ///
     /// # Errors
-    /// [`MujocoError`] where robot and options do not fit together, or MuJoCo refuses the model.
+    /// [`MujocoError`] if robot and options do not fit together, or MuJoCo refuses the model.
     pub fn new(
         robot: &Robot,
         options: &Options,
-        wanted: &dyn Fn(&str) -> bool,
+        selected: &dyn Fn(&str) -> bool,
     ) -> Result<Self, MujocoError> {
         let flow = Flow::new(robot, options)?;
         let names: Vec<&str> = flow
@@ -46,7 +46,7 @@ impl Mujoco {
             .iter()
             .map(|leg| leg.name.as_str())
             .collect();
-        let signals = Signals::new(&names, &options.setup, wanted);
+        let signals = Signals::new(&names, &options.setup, selected);
         Ok(Self {
             now: SimTime::ZERO,
             step: options.setup.step,
@@ -59,7 +59,9 @@ impl Mujoco {
     fn fault(&self, fault: &FlowFault) -> PlantFault {
         let part = match fault {
             FlowFault::Engine(_) | FlowFault::Dissipation(_) => "integrator".to_owned(),
-            FlowFault::Beyond { leg, .. } => format!("leg/{}", self.flow.model.legs[*leg].name),
+            FlowFault::OutsideField { leg, .. } => {
+                format!("leg/{}", self.flow.model.legs[*leg].name)
+            }
         };
         PlantFault {
             time: self.now,
@@ -69,8 +71,8 @@ impl Mujoco {
         }
     }
 
-    /// Inputs of a leg.
-    fn inputs(&self) -> usize {
+    /// Returns the number of inputs per leg.
+    fn inputs_per_leg(&self) -> usize {
         let ports = self.signals.ports().iter();
         let inputs = ports
             .filter(|port| port.direction == Direction::Input)
@@ -89,20 +91,20 @@ impl Plant for Mujoco {
     }
 
     fn first_inputs(&self, inputs: &mut [f64]) {
-        let each = self.inputs();
-        let given = self.flow.inputs.iter().flat_map(|leg| &leg[..each]);
-        for (input, given) in inputs.iter_mut().zip(given) {
-            *input = *given;
+        let each = self.inputs_per_leg();
+        let stored = self.flow.inputs.iter().flat_map(|leg| &leg[..each]);
+        for (input, stored) in inputs.iter_mut().zip(stored) {
+            *input = *stored;
         }
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.signals
             .check_inputs(inputs, self.now, || self.energy().stored())?;
-        let each = self.inputs();
+        let each = self.inputs_per_leg();
         if each > 0 {
-            for (given, inputs) in self.flow.inputs.iter_mut().zip(inputs.chunks_exact(each)) {
-                given[..each].copy_from_slice(inputs);
+            for (stored, inputs) in self.flow.inputs.iter_mut().zip(inputs.chunks_exact(each)) {
+                stored[..each].copy_from_slice(inputs);
             }
         }
         let mut steps = LongLoop::default();
@@ -126,8 +128,8 @@ impl Plant for Mujoco {
     }
 
     fn begin_window(&mut self) {
-        let leg_forces = &self.flow.impulses[..self.flow.model.legs.len()];
-        self.window.begin(self.now.as_secs_f64(), leg_forces);
+        let impulses = &self.flow.impulses[..self.flow.model.legs.len()];
+        self.window.begin(self.now.as_secs_f64(), impulses);
     }
 
     fn energy(&self) -> EnergyBalance {
@@ -167,7 +169,7 @@ impl Plant for Mujoco {
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
         let mut posture = self.flow.posture();
-        let lines = posture.resume_from(from);
+        let missing = posture.resume_from(from);
         if let Err(why) = self.flow.resume_from(&posture) {
             return Err(PlantFault {
                 time: self.now,
@@ -179,6 +181,6 @@ impl Plant for Mujoco {
         self.now = from.time;
         self.window = Window::default();
         self.begin_window();
-        Ok(lines)
+        Ok(missing)
     }
 }

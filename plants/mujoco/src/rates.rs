@@ -1,4 +1,4 @@
-//! How fast everything moves that forces work on, and what power they have.
+//! Rates at which forces do work, and their powers.
 
 use nalgebra::Vector3;
 use twinrig_legged::{LEGS, Ledger};
@@ -8,7 +8,7 @@ use crate::leg_forces::LegForces;
 use crate::model::{LegModel, Model};
 use crate::options::{Coordinates, Integrator};
 
-/// Of a leg: hip, knee, ankle and pulley \[rad/s\], its foot in the world \[m/s\].
+/// Rates of a leg: hip, knee, ankle and pulley \[rad/s\], foot in the world \[m/s\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LegRates {
     joints: [f64; 3],
@@ -19,7 +19,7 @@ pub(crate) struct LegRates {
 impl LegRates {
     fn new(leg: &LegModel, trunk: &TrunkFrame, frame: &LegFrame) -> Self {
         let [place, speed] = frame.foot(leg);
-        let foot = trunk.carried(&spatial(place, leg.hip[1]), &spatial(speed, 0.0));
+        let foot = trunk.point_velocity(&spatial(place, leg.hip[1]), &spatial(speed, 0.0));
         let [first, second, third] = frame.bars.map(|bar| bar.rate);
         Self {
             joints: [first, second - first, third - second],
@@ -28,12 +28,12 @@ impl LegRates {
         }
     }
 
-    /// What hip and knee drive turn.
-    pub(crate) fn driven(&self) -> [f64; 2] {
+    /// Returns the rates of hip and knee drive.
+    pub(crate) fn drive_rates(&self) -> [f64; 2] {
         [self.joints[0], self.pulley]
     }
 
-    fn between(&self, other: &Self) -> Self {
+    fn mean_with(&self, other: &Self) -> Self {
         let mean = |a: f64, b: f64| 0.5 * (a + b);
         let three =
             |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| mean(a[i], b[i])) };
@@ -45,24 +45,24 @@ impl LegRates {
     }
 }
 
-/// The rates at which friction of the joints acts in a step: MuJoCo takes that of joints, and with implicit methods all, at
-/// the step's end.
-pub(crate) fn rubbing(
+/// Returns the rates at which joint friction acts in a step: MuJoCo evaluates that of joints, and
+/// with implicit methods all friction, at the end of the step.
+pub(crate) fn friction_rates(
     model: &Model,
     before: &[LegRates; LEGS],
     after: &[LegRates; LEGS],
 ) -> [LegRates; LEGS] {
-    let mut rubbing = *after;
+    let mut friction_rates = *after;
     if (model.coordinates, model.numerics.integrator) == (Coordinates::Maximal, Integrator::Euler) {
-        // There, friction of knee and ankle is that of tendons.
-        for (rates, before) in rubbing.iter_mut().zip(before) {
+        // In this case friction of knee and ankle is that of tendons, which is explicit.
+        for (rates, before) in friction_rates.iter_mut().zip(before) {
             rates.joints[1..].copy_from_slice(&before.joints[1..]);
         }
     }
-    rubbing
+    friction_rates
 }
 
-/// The rates of all legs.
+/// Returns the rates of all legs.
 pub(crate) fn of_all(
     model: &Model,
     trunk: &TrunkFrame,
@@ -76,24 +76,25 @@ pub(crate) fn of_all(
     all
 }
 
-/// What they are on the way from one to the other.
+/// Returns the means of two sets of rates.
 pub(crate) fn mean(one: &[LegRates; LEGS], other: &[LegRates; LEGS]) -> [LegRates; LEGS] {
-    std::array::from_fn(|leg| one[leg].between(&other[leg]))
+    std::array::from_fn(|leg| one[leg].mean_with(&other[leg]))
 }
 
-/// What MuJoCo holds by constraints.
+/// Constraints of the robot.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Held {
-    /// Power of all of them \[W\].
+pub(crate) struct Constraints {
+    /// Power of all constraints \[W\].
     pub(crate) power: f64,
-    /// Whether clutches are among them.
+    /// Whether these include clutches.
     pub(crate) clutches: bool,
-    /// Whether stops or cables are. Else what ground and clutches have no part in is the pins': they should do no work, and what
-    /// they do is an error of the engine, for the residual to show.
+    /// Whether these include stops or cables. Otherwise the power without that of ground and
+    /// clutches is the pins'. Pins should do no work; their power is an error of the engine and
+    /// remains in the residual.
     pub(crate) limits: bool,
 }
 
-/// Where power goes \[W\].
+/// Powers by their account in the energy balance \[W\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Powers {
     actuator: f64,
@@ -102,40 +103,42 @@ pub(crate) struct Powers {
 }
 
 impl Powers {
-    /// Of forces at these rates, and of the friction that joints have at the rates `rubbing`.
+    /// Returns the powers of forces at these rates, and of joint friction at the rates
+    /// `friction_rates`.
     pub(crate) fn new(
         model: &Model,
         forces: &[LegForces; LEGS],
-        [rates, rubbing]: [&[LegRates; LEGS]; 2],
-        held: &Held,
+        [rates, friction_rates]: [&[LegRates; LEGS]; 2],
+        constraints: &Constraints,
     ) -> Self {
         let mut powers = Self::default();
-        let mut stops = held.power;
+        let mut limit_power = constraints.power;
         for (i, leg) in model.legs.iter().enumerate() {
             let (forces, rates) = (&forces[i], &rates[i]);
-            let [hip, knee] = rates.driven();
-            let driven = forces.torques[0] * hip + forces.torques[1] * knee;
-            powers.actuator += driven;
-            if held.clutches {
-                stops -= driven;
+            let [hip, knee] = rates.drive_rates();
+            let drive_power = forces.torques[0] * hip + forces.torques[1] * knee;
+            powers.actuator += drive_power;
+            if constraints.clutches {
+                limit_power -= drive_power;
             }
             for (joint, friction) in leg.friction.iter().enumerate() {
-                powers.dissipated += friction * rubbing[i].joints[joint] * rates.joints[joint];
+                powers.dissipated +=
+                    friction * friction_rates[i].joints[joint] * rates.joints[joint];
             }
             let along = |force: [f64; 3]| Vector3::from(force).dot(&Vector3::from(rates.foot));
-            let (pressed, rubbed) = (along(forces.normal), along(forces.along));
-            powers.impact -= pressed;
-            powers.dissipated -= rubbed;
-            stops -= pressed + rubbed;
+            let (normal_power, friction_power) = (along(forces.normal), along(forces.along));
+            powers.impact -= normal_power;
+            powers.dissipated -= friction_power;
+            limit_power -= normal_power + friction_power;
         }
-        if held.limits {
-            powers.impact -= stops;
+        if constraints.limits {
+            powers.impact -= limit_power;
         }
         powers
     }
 
-    /// Enters what flows in so many seconds.
-    pub(crate) fn enter(&self, seconds: f64, ledger: &mut Ledger) {
+    /// Adds the work over an interval to the energy balance.
+    pub(crate) fn add_work(&self, seconds: f64, ledger: &mut Ledger) {
         ledger.actuator += self.actuator * seconds;
         ledger.dissipated += self.dissipated * seconds;
         ledger.impact += self.impact * seconds;

@@ -1,4 +1,4 @@
-//! What is measured of the plant.
+//! Readings of the plant for the output signals.
 
 use nalgebra::{Matrix3, Vector3};
 use twinrig_legged::Readings;

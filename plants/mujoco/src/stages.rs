@@ -1,35 +1,36 @@
-//! The method of fourth order, a stage at a time.
+//! The fourth-order Runge–Kutta method, stage by stage.
 
 use mujoco_rs::prelude::{MjData, MjModel};
 
 type Data = MjData<Box<MjModel>>;
 
-/// What a step of stages has to remember. A model of muscles, whose activations are states, too, is none for it.
+/// Working memory of a step of stages. Models with activations (muscles), which are states, too,
+/// are not supported.
 #[derive(Debug, Clone)]
 pub(crate) struct Stages {
     qpos: Vec<f64>,
     qvel: Vec<f64>,
-    /// Weighted sums of velocities and accelerations.
+    /// Weighted sums of velocities and accelerations over the stages.
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
-    /// The last stage's velocity, times something; where that leads.
+    /// Velocity of the last stage times its node, and the resulting positions.
     scaled: Vec<f64>,
-    places: Vec<f64>,
+    positions: Vec<f64>,
 }
 
 impl Stages {
-    pub(crate) fn new(places: usize, rates: usize) -> Self {
+    pub(crate) fn new(positions: usize, rates: usize) -> Self {
         Self {
-            qpos: vec![0.0; places],
+            qpos: vec![0.0; positions],
             qvel: vec![0.0; rates],
             velocity: vec![0.0; rates],
             acceleration: vec![0.0; rates],
             scaled: vec![0.0; rates],
-            places: vec![0.0; places],
+            positions: vec![0.0; positions],
         }
     }
 
-    /// Remembers where the step begins.
+    /// Stores the state at the beginning of the step.
     pub(crate) fn begin(&mut self, data: &Data) {
         self.qpos.copy_from_slice(data.qpos());
         self.qvel.copy_from_slice(data.qvel());
@@ -38,7 +39,7 @@ impl Stages {
     }
 
     /// Adds the present stage to the sums.
-    pub(crate) fn note(&mut self, data: &Data, weight: f64) {
+    pub(crate) fn accumulate(&mut self, data: &Data, weight: f64) {
         for (sum, rate) in self.velocity.iter_mut().zip(data.qvel()) {
             *sum += weight * rate;
         }
@@ -47,8 +48,9 @@ impl Stages {
         }
     }
 
-    /// Goes from the step's begin to `node` of it, at the present stage's velocity and acceleration.
-    pub(crate) fn go(&mut self, data: &mut Data, node: f64, seconds: f64) {
+    /// Advances from the beginning of the step to `node` of it, with velocity and acceleration of
+    /// the present stage.
+    pub(crate) fn advance_to(&mut self, data: &mut Data, node: f64, seconds: f64) {
         for (scaled, rate) in self.scaled.iter_mut().zip(data.qvel()) {
             *scaled = node * rate;
         }
@@ -56,27 +58,27 @@ impl Stages {
             let rate = self.qvel[dof] + node * data.qacc()[dof] * seconds;
             data.qvel_mut()[dof] = rate;
         }
-        self.places.copy_from_slice(&self.qpos);
+        self.positions.copy_from_slice(&self.qpos);
         let model = data.model();
-        model.integrate_pos(&mut self.places, &self.scaled, seconds);
-        data.qpos_mut().copy_from_slice(&self.places);
+        model.integrate_pos(&mut self.positions, &self.scaled, seconds);
+        data.qpos_mut().copy_from_slice(&self.positions);
     }
 
-    /// Goes to the step's end.
-    pub(crate) fn end(&mut self, data: &mut Data, seconds: f64) {
+    /// Advances to the end of the step.
+    pub(crate) fn finish(&mut self, data: &mut Data, seconds: f64) {
         for dof in 0..self.qvel.len() {
             let rate = self.qvel[dof] + self.acceleration[dof] * seconds;
             data.qvel_mut()[dof] = rate;
         }
-        // MuJoCo begins its search for the next forces at these accelerations.
+        // Warm start of MuJoCo's next solution.
         for dof in 0..self.qvel.len() {
             let last = data.qacc()[dof];
             data.qacc_warmstart_mut()[dof] = last;
         }
-        self.places.copy_from_slice(&self.qpos);
+        self.positions.copy_from_slice(&self.qpos);
         let model = data.model();
-        model.integrate_pos(&mut self.places, &self.velocity, seconds);
-        data.qpos_mut().copy_from_slice(&self.places);
+        model.integrate_pos(&mut self.positions, &self.velocity, seconds);
+        data.qpos_mut().copy_from_slice(&self.positions);
         let time = data.time();
         data.set_time(time + seconds);
     }

@@ -1,4 +1,4 @@
-//! Models of one's own against closed forms, against MuJoCo's own step, and against themselves.
+//! User-defined models against closed forms, against MuJoCo's own step, and against each other.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ fn pup() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/models/pup.xml")
 }
 
-/// The model `text`, as it is in a file of a folder of its own.
+/// Compiles the model `text` from a file in a separate folder.
 fn model(name: &str, text: &str) -> ModelFile {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(&folder).unwrap();
@@ -45,7 +45,7 @@ fn input(signal: &str, actuator: &str) -> Input {
     }
 }
 
-fn wired(file: ModelFile, inputs: Vec<Input>, outputs: Vec<Output>) -> BoundModel {
+fn bind(file: ModelFile, inputs: Vec<Input>, outputs: Vec<Output>) -> BoundModel {
     let signals = ModelSignals {
         keyframe: None,
         inputs,
@@ -54,8 +54,8 @@ fn wired(file: ModelFile, inputs: Vec<Input>, outputs: Vec<Output>) -> BoundMode
     BoundModel::new(file, &signals).unwrap()
 }
 
-fn built(wired: &BoundModel) -> Mjcf {
-    wired.plant(None, &|_| true).unwrap()
+fn build(bound: &BoundModel) -> Mjcf {
+    bound.plant(None, &|_| true).unwrap()
 }
 
 fn at(nanos: u64) -> SimTime {
@@ -72,7 +72,7 @@ fn outputs(plant: &mut Mjcf) -> Vec<f64> {
     outputs
 }
 
-/// The numbers of one output.
+/// Returns the values of an output.
 fn read(plant: &mut Mjcf, signal: &str) -> Vec<f64> {
     let all = outputs(plant);
     let mut start = 0;
@@ -88,7 +88,7 @@ fn read(plant: &mut Mjcf, signal: &str) -> Vec<f64> {
     panic!("no {signal}");
 }
 
-/// A ball that falls on a plane from so high.
+/// Returns the model of a ball above a plane, at this height.
 fn ball(height: f64) -> String {
     format!(
         r#"<mujoco><option timestep="0.001"/><worldbody>
@@ -115,11 +115,12 @@ fn ball_outputs() -> Vec<Output> {
 }
 
 #[test]
-fn what_falls_falls_as_the_integrator_says_and_its_books_balance_to_the_last_digits() {
-    let wired = wired(model("falls", &ball(10.0)), Vec::new(), ball_outputs());
-    let mut plant = built(&wired);
+fn free_fall_agrees_with_the_integrator_and_its_residual_is_exact() {
+    let bound = bind(model("falls", &ball(10.0)), Vec::new(), ball_outputs());
+    let mut plant = build(&bound);
     plant.advance(at(500_000_000), &[]).unwrap();
-    // Semi-implicit: after n steps of h the velocity is -g n h, the way -g h² n (n + 1) / 2.
+    // Semi-implicit Euler: after n steps of h the velocity is -g n h, the displacement -g h² n (n +
+    // 1) / 2.
     let (n, h, g) = (500.0, 1e-3, 9.81);
     let z = read(&mut plant, "body/position")[2];
     assert!(
@@ -131,7 +132,7 @@ fn what_falls_falls_as_the_integrator_says_and_its_books_balance_to_the_last_dig
     let balance = plant.energy();
     assert!((balance.kinetic - 0.25 * v * v).abs() < 1e-12);
     assert!((balance.gravity - 0.5 * g * z).abs() < 1e-12);
-    // The way that is fallen too far, g h² n / 2, is work of gravity that no book has.
+    // The excess displacement g h² n / 2 is work of gravity that remains in the residual.
     let missing = 0.5 * g * g * h * h * n / 2.0;
     assert!(
         (balance.residual + missing).abs() < 1e-10,
@@ -141,14 +142,14 @@ fn what_falls_falls_as_the_integrator_says_and_its_books_balance_to_the_last_dig
 }
 
 #[test]
-fn what_rests_weighs_what_it_weighs_by_geom_by_body_and_by_sensor() {
-    let wired = wired(model("rests", &ball(0.1)), Vec::new(), ball_outputs());
-    assert!((wired.weight() - 0.5 * 9.81).abs() < 1e-12);
-    let mut plant = built(&wired);
+fn resting_load_equals_the_weight_by_geom_body_and_sensor() {
+    let bound = bind(model("rests", &ball(0.1)), Vec::new(), ball_outputs());
+    assert!((bound.weight() - 0.5 * 9.81).abs() < 1e-12);
+    let mut plant = build(&bound);
     assert_eq!(
         read(&mut plant, "leg/B/foot/load"),
         [0.0],
-        "a mean over no time"
+        "mean over an empty window"
     );
     plant.advance(at(2_000_000_000), &[]).unwrap();
     plant.begin_window();
@@ -169,13 +170,13 @@ fn what_rests_weighs_what_it_weighs_by_geom_by_body_and_by_sensor() {
 }
 
 #[test]
-fn a_mean_force_is_what_momentum_changes_by() {
-    let wired = wired(model("lands", &ball(0.15)), Vec::new(), ball_outputs());
-    let mut plant = built(&wired);
-    let (mut before, mut heaviest) = (0.0, 0.0_f64);
+fn mean_force_equals_the_change_of_momentum() {
+    let bound = bind(model("lands", &ball(0.15)), Vec::new(), ball_outputs());
+    let mut plant = build(&bound);
+    let (mut before, mut max_force) = (0.0, 0.0_f64);
     for k in 1..=200 {
         plant.begin_window();
-        // Windows of two steps and a half: of steps that are shorter than the model's own.
+        // Windows of two and a half steps, so that steps are shorter than the model's own.
         plant.advance(at(2_500_000 * k), &[]).unwrap();
         let v = read(&mut plant, "body/velocity")[2];
         let force = read(&mut plant, "leg/B/foot/force")[2];
@@ -184,9 +185,9 @@ fn a_mean_force_is_what_momentum_changes_by() {
             (force - change).abs() < 1e-9 * change.abs().max(1.0),
             "{k}: {force} {change}"
         );
-        (before, heaviest) = (v, heaviest.max(force));
+        (before, max_force) = (v, max_force.max(force));
     }
-    assert!(heaviest > 20.0, "it did land: {heaviest} N");
+    assert!(max_force > 20.0, "no landing: {max_force} N");
 }
 
 #[test]
@@ -199,16 +200,16 @@ fn work_of_a_motor_is_torque_times_angle() {
         output("axle/rate", ElementKind::Joint, "axle"),
         output("axle/torque", ElementKind::Actuator, "motor"),
     ];
-    let wired = wired(
+    let bound = bind(
         model("motor", text),
         vec![input("motor/torque", "motor")],
         outs,
     );
-    let mut plant = built(&wired);
+    let mut plant = build(&bound);
     let port = plant.ports()[0].clone();
     assert_eq!((port.unit, port.size), (Unit::NewtonMeter, 1));
     plant.advance(at(1_000_000_000), &[0.02]).unwrap();
-    // Of a disc: m r² / 2.
+    // Moment of inertia of a disc: m r² / 2.
     let inertia = 0.5 * 0.01;
     let rate = read(&mut plant, "axle/rate")[0];
     assert!((rate - 0.02 / inertia).abs() < 1e-9, "{rate}");
@@ -218,8 +219,8 @@ fn work_of_a_motor_is_torque_times_angle() {
     assert!(balance.residual.abs() < 1e-14, "{}", balance.residual);
 }
 
-/// The pup with all its joints, feet and drives.
-fn pup_wishes(keyframe: Option<&str>) -> ModelSignals {
+/// Returns the signals of the pup with all joints, feet and drives.
+fn pup_signals(keyframe: Option<&str>) -> ModelSignals {
     let mut signals = ModelSignals {
         keyframe: keyframe.map(str::to_owned),
         ..ModelSignals::default()
@@ -233,15 +234,15 @@ fn pup_wishes(keyframe: Option<&str>) -> ModelSignals {
     for leg in ["lf", "rf", "rh", "lh"] {
         let name = leg.to_uppercase();
         for joint in ["hip", "knee"] {
-            let called = format!("{leg}_{joint}");
+            let element = format!("{leg}_{joint}");
             let signal = |what: &str| format!("leg/{name}/{joint}/{what}");
             signals
                 .outputs
-                .push(output(&signal("position"), ElementKind::Joint, &called));
+                .push(output(&signal("position"), ElementKind::Joint, &element));
             signals
                 .outputs
-                .push(output(&signal("torque"), ElementKind::Actuator, &called));
-            signals.inputs.push(input(&signal("command"), &called));
+                .push(output(&signal("torque"), ElementKind::Actuator, &element));
+            signals.inputs.push(input(&signal("command"), &element));
         }
         let foot = |what: &str| format!("leg/{name}/foot/{what}");
         signals.outputs.push(output(
@@ -258,12 +259,12 @@ fn pup_wishes(keyframe: Option<&str>) -> ModelSignals {
     signals
 }
 
-fn wired_pup() -> BoundModel {
+fn bound_pup() -> BoundModel {
     let file = ModelFile::read(&pup()).unwrap();
-    BoundModel::new(file, &pup_wishes(Some("crouched"))).unwrap()
+    BoundModel::new(file, &pup_signals(Some("crouched"))).unwrap()
 }
 
-/// What its drives are told at the `k`th command.
+/// Returns the `k`th commands of the drives.
 fn commands(k: u64) -> [f64; 8] {
     std::array::from_fn(|i| {
         let phase = 0.3 * k as f64 + i as f64;
@@ -273,7 +274,7 @@ fn commands(k: u64) -> [f64; 8] {
 
 #[test]
 fn legs_and_weight_are_those_of_the_model() {
-    let wired = wired_pup();
+    let bound = bound_pup();
     let leg = |name: &str, fore, left| Leg {
         name: name.to_owned(),
         fore,
@@ -285,19 +286,19 @@ fn legs_and_weight_are_those_of_the_model() {
         leg("RH", false, false),
         leg("LH", false, true),
     ];
-    assert_eq!(wired.legs(), legs);
+    assert_eq!(bound.legs(), legs);
     // Trunk, thighs, shanks, feet.
     let mass = 2.0 + 4.0 * (0.1 + 0.05 + 0.01);
     assert!(
-        (wired.weight() - 9.81 * mass).abs() < 1e-9,
+        (bound.weight() - 9.81 * mass).abs() < 1e-9,
         "{}",
-        wired.weight()
+        bound.weight()
     );
 }
 
 #[test]
-fn its_steps_are_those_of_mujoco_bit_for_bit() {
-    let mut plant = built(&wired_pup());
+fn steps_equal_those_of_mujoco_bit_for_bit() {
+    let mut plant = build(&bound_pup());
     let model = MjModel::from_xml(pup()).unwrap();
     let mut plain = MjData::new(&model);
     plain.reset_keyframe(0).unwrap();
@@ -308,7 +309,7 @@ fn its_steps_are_those_of_mujoco_bit_for_bit() {
         plant.advance(at(k * 1_000_000), &commands).unwrap();
         let height = read(&mut plant, "body/position")[2];
         let knee = read(&mut plant, "leg/RH/knee/position");
-        // The trunk's frame is at its centre of mass; a free joint is seven numbers.
+        // The trunk's frame is at its centre of mass; a free joint has seven coordinates.
         assert_eq!(
             (height, knee[0]),
             (plain.qpos()[2], plain.qpos()[12]),
@@ -318,20 +319,20 @@ fn its_steps_are_those_of_mujoco_bit_for_bit() {
 }
 
 #[test]
-fn with_no_keyframe_servos_hold_the_reference_pose() {
+fn servos_hold_the_reference_pose_without_a_keyframe() {
     let file = ModelFile::read(&pup()).unwrap();
-    let plant = built(&BoundModel::new(file, &pup_wishes(None)).unwrap());
+    let plant = build(&BoundModel::new(file, &pup_signals(None)).unwrap());
     let mut first = [9.0; 8];
     plant.first_inputs(&mut first);
     assert_eq!(first, [0.0; 8]);
-    let mut held = [9.0; 8];
-    built(&wired_pup()).first_inputs(&mut held);
-    assert_eq!(held, [0.4, 0.8, 0.4, 0.8, 0.4, 0.8, 0.4, 0.8]);
+    let mut commands = [9.0; 8];
+    build(&bound_pup()).first_inputs(&mut commands);
+    assert_eq!(commands, [0.4, 0.8, 0.4, 0.8, 0.4, 0.8, 0.4, 0.8]);
 }
 
 #[test]
-fn a_control_that_is_no_number_is_a_fault_that_names_its_actuator() {
-    let mut plant = built(&wired_pup());
+fn non_finite_control_is_a_fault_that_names_its_actuator() {
+    let mut plant = build(&bound_pup());
     let mut inputs = commands(0);
     inputs[3] = f64::NAN;
     let fault = plant.advance(at(5_000_000), &inputs).unwrap_err();
@@ -340,17 +341,17 @@ fn a_control_that_is_no_number_is_a_fault_that_names_its_actuator() {
 }
 
 #[test]
-fn a_compiled_model_goes_the_same_way_and_other_bytes_are_none() {
-    let binary = wired_pup().file().binary();
+fn compiled_model_runs_identically_and_other_bytes_are_refused() {
+    let binary = bound_pup().file().binary();
     let again = ModelFile::of_binary(&binary).unwrap();
-    let again = BoundModel::new(again, &pup_wishes(Some("crouched"))).unwrap();
+    let again = BoundModel::new(again, &pup_signals(Some("crouched"))).unwrap();
     let run = |mut plant: Mjcf| {
         for k in 1..=100 {
             plant.advance(at(k * 2_000_000), &commands(k)).unwrap();
         }
         plant.save()
     };
-    assert_eq!(run(built(&wired_pup())), run(built(&again)));
+    assert_eq!(run(build(&bound_pup())), run(build(&again)));
     let refused = |bytes: &[u8]| matches!(ModelFile::of_binary(bytes), Err(ModelFileError::Binary));
     assert!(refused(b"") && refused(&binary[..100]) && refused(&binary[..binary.len() - 1]));
     let mut damaged = binary;
@@ -360,7 +361,7 @@ fn a_compiled_model_goes_the_same_way_and_other_bytes_are_none() {
 }
 
 #[test]
-fn what_a_model_includes_is_seen_from_its_file_and_needed_no_more_when_it_is_compiled() {
+fn includes_are_relative_to_the_model_and_part_of_its_binary() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("includes");
     fs::create_dir_all(folder.join("parts")).unwrap();
     let corners = ["0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.1"].map(|at| format!("v {at}\n"));
@@ -373,31 +374,31 @@ fn what_a_model_includes_is_seen_from_its_file_and_needed_no_more_when_it_is_com
     fs::write(folder.join("model.xml"), text).unwrap();
     let file = ModelFile::read(&folder.join("model.xml")).unwrap();
     let outs = || vec![output("body/position", ElementKind::Body, "corner")];
-    let weight = wired(file, Vec::new(), outs()).weight();
+    let weight = bind(file, Vec::new(), outs()).weight();
     // A corner of a cube of 10 cm: a sixth of a litre of water.
     assert!((weight - 9.81 / 6.0).abs() < 1e-6, "{weight}");
     let binary = ModelFile::read(&folder.join("model.xml")).unwrap().binary();
     fs::remove_dir_all(&folder).unwrap();
-    let kept = wired(ModelFile::of_binary(&binary).unwrap(), Vec::new(), outs());
+    let kept = bind(ModelFile::of_binary(&binary).unwrap(), Vec::new(), outs());
     assert_eq!(kept.weight(), weight);
 }
 
-/// Where a wish is wrong, and how.
+/// Returns place and reason of the only mismatch.
 fn refused(change: impl FnOnce(&mut ModelSignals)) -> (usize, bool, Place, SignalError) {
-    let mut signals = pup_wishes(None);
+    let mut signals = pup_signals(None);
     change(&mut signals);
     match BoundModel::new(ModelFile::read(&pup()).unwrap(), &signals) {
-        Err(ModelFileError::Signals(misfits)) => match &misfits[..] {
+        Err(ModelFileError::Signals(mismatches)) => match &mismatches[..] {
             [one] => (one.index, one.input, one.place, one.why.clone()),
             more => panic!("{more:?}"),
         },
         Err(other) => panic!("{other}"),
-        Ok(_) => panic!("it is accepted"),
+        Ok(_) => panic!("the signals were accepted"),
     }
 }
 
 #[test]
-fn a_signal_that_cannot_be_is_refused_at_its_place() {
+fn mismatched_signal_is_refused_at_its_place() {
     let (index, input, place, why) =
         refused(|signals| signals.inputs[2].actuator = "rf_hipp".to_owned());
     assert_eq!((index, input, place), (2, true, Place::ElementKind));
@@ -442,7 +443,7 @@ fn a_signal_that_cannot_be_is_refused_at_its_place() {
 
     let missing = BoundModel::new(
         ModelFile::read(&pup()).unwrap(),
-        &pup_wishes(Some("sitting")),
+        &pup_signals(Some("sitting")),
     );
     let Err(ModelFileError::Keyframe { known, .. }) = missing else {
         panic!("there is no such keyframe");
@@ -451,7 +452,7 @@ fn a_signal_that_cannot_be_is_refused_at_its_place() {
 }
 
 #[test]
-fn a_file_that_is_no_model_is_refused_with_its_line() {
+fn invalid_model_file_is_refused_with_its_line() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("refused");
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join("model.xml");
@@ -472,49 +473,49 @@ fn a_file_that_is_no_model_is_refused_with_its_line() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Whatever the instants, also between the model's steps: a plant that is looked at goes where one goes that is not, and
-    /// one that is saved and restored in another goes on bit for bit.
+    /// At any instants, also between the model's steps, observations do not change the state, and a
+    /// plant restored from a snapshot continues bit for bit.
     #[test]
-    fn looking_saving_and_restoring_change_nothing(
+    fn observing_saving_and_restoring_change_nothing(
         pieces in prop::collection::vec(1_u64..4_000_000, 2..40),
         cut in 0_usize..40,
     ) {
-        let wired = wired_pup();
-        let (mut seen, mut unseen) = (built(&wired), built(&wired));
+        let bound = bound_pup();
+        let (mut observed, mut unobserved) = (build(&bound), build(&bound));
         let mut now = 0;
         for (k, piece) in pieces.iter().enumerate() {
             now += piece;
             let commands = commands(k as u64 / 2);
-            seen.advance(at(now), &commands).unwrap();
-            unseen.advance(at(now), &commands).unwrap();
-            let looks = outputs(&mut seen);
-            seen.energy();
+            observed.advance(at(now), &commands).unwrap();
+            unobserved.advance(at(now), &commands).unwrap();
+            let outputs_observed = outputs(&mut observed);
+            observed.energy();
             if k == cut {
-                let mut other = built(&wired);
+                let mut other = build(&bound);
                 other.advance(at(1_000_000), &commands).unwrap();
-                other.restore(&unseen.save()).unwrap();
-                prop_assert_eq!(&outputs(&mut other), &looks);
-                unseen = other;
+                other.restore(&unobserved.save()).unwrap();
+                prop_assert_eq!(&outputs(&mut other), &outputs_observed);
+                unobserved = other;
             }
         }
-        prop_assert_eq!(seen.save(), unseen.save());
-        prop_assert_eq!(outputs(&mut seen), outputs(&mut unseen));
+        prop_assert_eq!(observed.save(), unobserved.save());
+        prop_assert_eq!(outputs(&mut observed), outputs(&mut unobserved));
     }
 }
 
 #[test]
-fn a_snapshot_of_another_model_or_other_outputs_is_refused() {
-    let mut pup = built(&wired_pup());
-    let ball = wired(model("snapshot", &ball(1.0)), Vec::new(), ball_outputs());
-    assert!(pup.restore(&built(&ball).save()).is_err());
-    let bare = wired_pup().plant(None, &|_| false).unwrap();
+fn snapshot_of_another_model_or_other_outputs_is_refused() {
+    let mut pup = build(&bound_pup());
+    let ball = bind(model("snapshot", &ball(1.0)), Vec::new(), ball_outputs());
+    assert!(pup.restore(&build(&ball).save()).is_err());
+    let bare = bound_pup().plant(None, &|_| false).unwrap();
     assert!(pup.restore(&bare.save()).is_err());
 }
 
 #[test]
-fn the_clock_is_where_it_was_told_to_go_and_steps_are_no_longer_than_asked_for() {
-    let wired = wired(model("clock", &ball(10.0)), Vec::new(), ball_outputs());
-    let mut plant = wired.plant(Some(STEP), &|_| true).unwrap();
+fn plant_reaches_the_requested_time_with_steps_within_the_limit() {
+    let bound = bind(model("clock", &ball(10.0)), Vec::new(), ball_outputs());
+    let mut plant = bound.plant(Some(STEP), &|_| true).unwrap();
     plant.advance(at(3_400_000), &[]).unwrap();
     assert_eq!(plant.work().steps, 4, "of 0.85 ms each");
     assert!((read(&mut plant, "clock")[0] - 3.4e-3).abs() < 1e-15);

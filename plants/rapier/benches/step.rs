@@ -1,13 +1,13 @@
-//! Cost of a step of two milliseconds with each kind of joints: a robot that stands, and legs that hang. Each iteration goes
-//! on from the same saved instant.
+//! Cost of a step of two milliseconds for each kind of joints: a standing robot, and hanging legs.
+//! Each iteration continues from the same snapshot.
 
-#[allow(dead_code, reason = "the tests use the rest")]
-#[path = "../tests/plant/scene.rs"]
-mod scene;
+#[allow(dead_code, reason = "the rest is used by the tests")]
+#[path = "../tests/plant/fixture.rs"]
+mod fixture;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use scene::{Scene, hanging, robot, standing};
+use fixture::{Fixture, hanging, robot, standing};
 use twinrig_legged::{Setup, StartPose};
 use twinrig_rapier::Joints;
 use twinrig_runtime::Plant;
@@ -16,24 +16,25 @@ fn main() {
     divan::main();
 }
 
-/// Steps of an iteration: enough to hide the clock, few enough to stay in the same phase of the motion.
+/// Steps of an iteration: enough to hide the resolution of the clock, few enough to stay in one
+/// phase of the motion.
 const STEPS: u64 = 20;
 
-/// The mean over steps from 0.3 s on.
+/// Measures the mean over steps from 0.3 s on.
 fn steps(bencher: Bencher, setup: &Setup, joints: Joints) {
     let robot = robot();
-    let mut scene = Scene::of(&robot, setup.clone(), joints);
-    scene.run_to_us(300_000);
-    let saved = scene.plant.save();
+    let mut fixture = Fixture::of(&robot, setup.clone(), joints);
+    fixture.run_to_us(300_000);
+    let saved = fixture.plant.save();
     bencher
         .counter(ItemsCount::new(STEPS))
         .with_inputs(|| {
-            let mut scene = Scene::of(&robot, setup.clone(), joints);
-            scene.plant.restore(&saved).unwrap();
-            scene.now_us = 300_000;
-            scene
+            let mut fixture = Fixture::of(&robot, setup.clone(), joints);
+            fixture.plant.restore(&saved).unwrap();
+            fixture.now_us = 300_000;
+            fixture
         })
-        .bench_local_refs(|scene| scene.run_to_us(300_000 + 2000 * STEPS));
+        .bench_local_refs(|fixture| fixture.run_to_us(300_000 + 2000 * STEPS));
 }
 
 #[divan::bench(args = Joints::ALL)]

@@ -1,26 +1,27 @@
-//! Error and cost of the engine's settings over the passive legs, against trajectories of another program: what the default
-//! settings were chosen by.
+//! Error and cost of the engine's settings for the passive legs, against trajectories of another
+//! program: the basis of the default settings.
 //!
 //! `cargo run --release -p twinrig-rapier --example settings`
 
-#[allow(dead_code, reason = "the tests use the rest")]
-#[path = "../tests/plant/scene.rs"]
-mod scene;
+#[allow(dead_code, reason = "the rest is used by the tests")]
+#[path = "../tests/plant/fixture.rs"]
+mod fixture;
 
 use std::time::Instant;
 
-use scene::{Golden, Scene, hanging};
+use fixture::{Fixture, Golden, hanging};
 use twinrig_rapier::{Joints, Options, Softness, Solver};
 
 fn main() {
     for joints in Joints::ALL {
         println!(
-            "\n{joints:?}: root mean square error of the foot in mm, and µs a step of one leg"
+            "
+{joints:?}: root mean square error of the foot in mm, and µs per step of one leg"
         );
         println!("{:42} passive  between hard-hit undamped", "");
         let best = Solver::best(joints);
         row("best", joints, best);
-        row("the engine's own", joints, Solver::of_the_engine());
+        row("engine defaults", joints, Solver::of_the_engine());
         for pgs_iterations in [1, 5, 10, 20, 50, 100, 200, 500] {
             let solver = Solver {
                 pgs_iterations,
@@ -85,15 +86,15 @@ fn row(what: &str, joints: Joints, solver: Solver) {
     println!(" {:8.1}", 1e6 * cost);
 }
 
-/// Error \[m\] and seconds a step of 2 ms.
+/// Returns the error \[m\] and the time per step of 2 ms \[s\].
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "times are small and whole"
+    reason = "times are small integers"
 )]
 #[expect(
     clippy::disallowed_methods,
-    reason = "what a step costs is what is asked"
+    reason = "the example measures time per step"
 )]
 fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
     let golden = Golden::read(name);
@@ -102,26 +103,26 @@ fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
         solver,
         ..Options::new(hanging(&["LF"], golden.start(), 2000), joints)
     };
-    let mut scene = Scene::new(&robot, &options);
+    let mut fixture = Fixture::new(&robot, &options);
     let (feet, hip) = (golden.rows("foot"), robot.legs[0].hip);
     let apart_s = golden.number("step_s");
-    let (mut square, mut saturated) = (0.0, 0.0);
+    let (mut square, mut elapsed) = (0.0, 0.0);
     for (k, foot) in (0_u64..).zip(&feet) {
         let begun = Instant::now();
-        let sound = scene.reaches_us((1e6 * apart_s * k as f64).round() as u64);
-        if !sound {
-            return (f64::INFINITY, saturated / k as f64);
+        let reached = fixture.reaches_us((1e6 * apart_s * k as f64).round() as u64);
+        if !reached {
+            return (f64::INFINITY, elapsed / k as f64);
         }
-        saturated += begun.elapsed().as_secs_f64();
+        elapsed += begun.elapsed().as_secs_f64();
         let (found, trunk) = (
-            scene.read("leg/LF/foot/position"),
-            scene.read("body/position"),
+            fixture.read("leg/LF/foot/position"),
+            fixture.read("body/position"),
         );
         for (axis, expected) in [0, 2].into_iter().zip(foot) {
-            let apart = found[axis] - trunk[axis] - hip[axis] - expected;
-            square += apart * apart;
+            let difference = found[axis] - trunk[axis] - hip[axis] - expected;
+            square += difference * difference;
         }
     }
     let count = feet.len() as f64;
-    ((square / count).sqrt(), saturated / (count - 1.0))
+    ((square / count).sqrt(), elapsed / (count - 1.0))
 }

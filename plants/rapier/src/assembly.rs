@@ -1,4 +1,4 @@
-//! The robot put together in the engine, at a posture.
+//! Assembly of the robot in the engine, at a posture.
 
 use nalgebra::Unit;
 use rapier3d_f64::dynamics::{
@@ -13,18 +13,18 @@ use rapier3d_f64::math::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use twinrig_legged::{Base, LegPosture, Posture};
 
-use crate::border::{inside, rotation, swung};
+use crate::conversion::{link_attitude, rotation, to_engine};
 use crate::model::{CABLE, Leg, Model, ROPES, TRUNK};
 use crate::options::{Joints, Options};
 use crate::world::Sets;
 
-/// Radius of the ball that a foot is to the engine; the ground is that much lower \[m\].
+/// Radius of the ball that represents a foot; the ground is lowered by it \[m\].
 pub(crate) const FOOT: f64 = 1e-4;
 
-/// Joints turn about this axis of the trunk, so that positive swings forward.
+/// Axis of the joints on the trunk; positive angles swing forward.
 pub(crate) const AXIS: Vector = Vector::new(0.0, -1.0, 0.0);
 
-/// Where everything is in the engine.
+/// Handles of the robot's parts in the engine.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Handles {
     pub(crate) trunk: RigidBodyHandle,
@@ -34,21 +34,21 @@ pub(crate) struct Handles {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct LegHandles {
     pub(crate) segments: [RigidBodyHandle; 3],
-    /// The cable is missing where there are no drives.
+    /// None for the cable if there are no drives.
     pub(crate) ropes: [Option<ImpulseJointHandle>; ROPES],
     pub(crate) hip: Option<ImpulseJointHandle>,
-    /// Foot, and the ground below it.
+    /// Colliders of the foot and of the ground below it.
     pub(crate) contact: Option<[ColliderHandle; 2]>,
 }
 
 impl LegHandles {
-    /// A body of the leg, or the trunk.
+    /// Returns the handle of a segment, or of the trunk.
     pub(crate) fn body(&self, trunk: RigidBodyHandle, body: usize) -> RigidBodyHandle {
         self.segments.get(body).copied().unwrap_or(trunk)
     }
 }
 
-/// A body as it starts.
+/// Initial pose and velocity of a body.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
     pose: Pose,
@@ -57,20 +57,20 @@ struct Motion {
 }
 
 impl Motion {
-    /// Velocity of a point of the world that moves with the body.
+    /// Returns the velocity of a point of the body, given in world coordinates.
     fn at(&self, point: Vector) -> Vector {
         self.velocity + self.turning.cross(point - self.pose.translation)
     }
 }
 
-/// The robot at a posture, whose attitude has a length.
+/// Assembles the robot at a posture, whose attitude has a nonzero norm.
 pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (Sets, Handles) {
     let mut sets = Sets::new();
     let attitude = rotation(posture.attitude).unwrap_or(Rotation::IDENTITY);
     let trunk = Motion {
-        pose: Pose::from_parts(inside(&posture.position), attitude),
-        velocity: inside(&posture.velocity),
-        turning: attitude * inside(&posture.angular_velocity),
+        pose: Pose::from_parts(to_engine(&posture.position), attitude),
+        velocity: to_engine(&posture.velocity),
+        turning: attitude * to_engine(&posture.angular_velocity),
     };
     let handle = insert_trunk(model, options, &trunk, &mut sets);
     let mut legs = Vec::new();
@@ -86,11 +86,11 @@ pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (
         ));
     }
     for (_, body) in sets.bodies.iter_mut() {
-        // The engine would do so in its first step, which is too late for those who ask how a body responds before it.
+        // The engine would do so in its first step only, but `Machine::response` reads them before.
         body.recompute_mass_properties_from_colliders(&sets.colliders);
     }
     if options.joints == Joints::Multibody {
-        bend(model, posture, &trunk, handle, &mut sets);
+        set_tree_posture(model, posture, &trunk, handle, &mut sets);
     }
     let handles = Handles {
         trunk: handle,
@@ -130,7 +130,7 @@ fn insert_trunk(
     handle
 }
 
-/// A body whose centre of mass is its origin.
+/// Returns a body with the centre of mass at its origin.
 fn dynamic(motion: &Motion, mass: f64, inertia: Vector) -> RigidBodyBuilder {
     RigidBodyBuilder::dynamic()
         .pose(motion.pose)
@@ -153,7 +153,7 @@ fn insert_leg(
     let mut joint = trunk.pose.transform_point(leg.hip);
     let mut handles = [trunk_handle; 3];
     for (k, segment) in leg.segments.iter().enumerate() {
-        let attitude = trunk.pose.rotation * swung(at.angles[k]);
+        let attitude = trunk.pose.rotation * link_attitude(at.angles[k]);
         let down = attitude * Vector::new(0.0, 0.0, -1.0);
         let turning = trunk.turning + trunk.pose.rotation * AXIS * at.rates[k];
         let centre = joint + down * segment.centre;
@@ -170,7 +170,8 @@ fn insert_leg(
             .local_anchor1(above.pose.inverse_transform_point(joint))
             .local_anchor2(Vector::new(0.0, 0.0, segment.centre));
         let mut revolute: GenericJoint = revolute.build().into();
-        // The anchor on the body above is that of the parts, whatever the posture rounds it to.
+        // The anchor on the upper body is the exact one of the model, without the posture's
+        // rounding.
         let anchor = if k == 0 {
             leg.hip
         } else {
@@ -244,24 +245,25 @@ fn insert_foot(
     sets: &mut Sets,
 ) -> Option<[ColliderHandle; 2]> {
     let ground = model.ground.as_ref()?;
-    let groups = |own: usize, other: usize| {
+    let groups = |member: usize, other: usize| {
         let bit = |n: usize| Group::from_bits_truncate(1 << n);
-        InteractionGroups::new(bit(own), bit(other), InteractionTestMode::And)
+        InteractionGroups::new(bit(member), bit(other), InteractionTestMode::And)
     };
-    // Each foot meets the ground below it and nothing else.
+    // Each foot collides with its own ground plane only.
     let [foot, floor] = [2 * i, 2 * i + 1];
-    let made = |builder: ColliderBuilder, groups| {
+    let configured = |builder: ColliderBuilder, groups| {
         builder
             .density(0.0)
             .friction(ground.friction)
             .restitution(ground.restitution)
             .collision_groups(groups)
     };
-    let ball = made(ColliderBuilder::ball(FOOT), groups(foot, floor)).translation(leg.foot.at);
+    let ball =
+        configured(ColliderBuilder::ball(FOOT), groups(foot, floor)).translation(leg.foot.at);
     let ball = sets
         .colliders
         .insert_with_parent(ball, segment, &mut sets.bodies);
-    let plane = made(
+    let plane = configured(
         ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)),
         groups(floor, foot),
     )
@@ -269,8 +271,8 @@ fn insert_foot(
     Some([ball, sets.colliders.insert(plane)])
 }
 
-/// Bends the tree to the posture: its coordinates are zero with all links in line below the trunk.
-fn bend(
+/// Sets the tree to the posture: its coordinates are zero with all links in line below the trunk.
+fn set_tree_posture(
     model: &Model,
     posture: &Posture,
     trunk: &Motion,
@@ -304,7 +306,7 @@ fn bend(
     };
     if let Some(tree) = sets.multibody_joints.get_multibody_mut(link.multibody) {
         tree.forward_kinematics(&sets.bodies, true);
-        // The engine damps every turning joint unless told otherwise.
+        // By default the engine damps every revolute joint.
         tree.damping_mut().fill(0.0);
         tree.apply_displacements(&places);
         tree.generalized_velocity_mut().copy_from_slice(&rates);

@@ -1,65 +1,70 @@
 //! Drives over a step of the engine.
 //!
-//! A servo turns as it is told while it has the torque for it: at the hip the engine holds the rate, and the pulley is
-//! simply where it will be; one that turns out to have given more than it has is used up from the next step on. One whose
-//! torque is used up, and a motor that is given a voltage, has a torque that falls with the rate, τ₀ − c q̇ (thesis,
-//! eq. 2.20), and a rotor. A rotor of inertia J that is driven for the time k is
+//! A servo follows its command while its torque suffices: at the hip the engine prescribes the
+//! rate, and the angle of the pulley is computed directly. A servo whose computed torque exceeds
+//! its limit saturates from the next step on. A saturated servo, and a motor with a voltage, have a
+//! torque that falls with the rate, τ₀ − c q̇ (thesis, eq. 2.20), and a rotor. For a rotor of
+//! inertia J that is driven for the time k
 //!
 //! ```text
-//! J (q̇⁺ − q̇) = k (τ₀ − c q̇⁺) − P    ⟺    P = d (q̇* − q̇⁺),   d = J + k c,   q̇* = (J q̇ + k τ₀)/d
+//! J (q̇⁺ − q̇) = k (τ₀ − c q̇⁺) − P    ⟺    P = d (q̇* − q̇⁺),   d = J + k c,   q̇* = (J q̇ + k
+//! τ₀)/d
 //! ```
 //!
-//! with P the impulse that it gives on: a damper that drags the joint to q̇*, which the engine has and solves with all else,
-//! however large the rotor is beside the leg. A cable sees the same as a rope that gives r²/d a unit of impulse. As for all
-//! forces (`step.rs`), k is half this step and half the last: boards that cut a millisecond into 1 µs and 999 µs drive
-//! neither half as if it were the other.
+//! with P the impulse transmitted to the joint: a damper towards q̇*, which the engine solves
+//! together with all other constraints, whatever the ratio of the inertias of rotor and leg. For a
+//! cable this is a rope whose rate yields by r²/d per unit of impulse. As for all forces
+//! (`step.rs`), k is the mean of this step and the last: where boards divide a millisecond into 1
+//! µs and 999 µs, neither part is driven with the length of the other.
 
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::{MotorLine, PositionServo};
 use twinrig_legged::{Fitted, Motors, Servos};
 
-/// A drive, and what it is told.
+/// State and command of a drive.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Drive {
-    /// Where it is and how it turns \[rad\], \[rad/s\].
+    /// Angle and rate \[rad\], \[rad/s\].
     pub(crate) angle: f64,
     pub(crate) rate: f64,
-    /// What it is told: an angle, or a voltage and a bridge.
-    pub(crate) told: [f64; 2],
-    /// Which way a servo pushes whose torque is used up: −1, 0 or 1.
+    /// Command: an angle, or a voltage and the state of the bridge.
+    pub(crate) command: [f64; 2],
+    /// Direction of the torque of a saturated servo, −1 or 1; 0 if not saturated.
     pub(crate) saturated: f64,
     /// Torque, mean over the last step \[N·m\].
     pub(crate) torque: f64,
 }
 
-/// A step in time.
+/// Time intervals of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pace {
-    /// For which positions move on \[s\].
+pub(crate) struct StepTiming {
+    /// Interval of the positions \[s\].
     pub(crate) seconds: f64,
-    /// For which velocities are driven: from the middle of the last step to the middle of this one \[s\].
-    pub(crate) kick: f64,
-    /// In which errors of positions are taken back: the step, or what is left of the length of a longer one before \[s\].
-    pub(crate) whole: f64,
+    /// Interval of forces on velocities: from the middle of the last step to the middle of this one
+    /// \[s\].
+    pub(crate) force_seconds: f64,
+    /// Interval in which position errors are corrected: the step, or the remainder of a longer one
+    /// before \[s\].
+    pub(crate) correction_seconds: f64,
 }
 
-/// What a drive does in a step.
+/// Action of a drive in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Effort {
-    /// It turns at this mean rate, to have this rate in the end; its rotor takes so much of its torque.
-    Follows { mean: f64, last: f64, rotor: f64 },
-    /// It drags towards a rate with an impulse for the difference, \[N·m·s\] for a rad/s.
-    Drags { drag: f64, towards: f64 },
+    /// Prescribed rate: mean over the step and at its end, with the torque that the rotor takes.
+    Rate { mean: f64, last: f64, rotor: f64 },
+    /// Damper of this coefficient \[N·m·s per rad/s\] towards a target rate.
+    Damper { coefficient: f64, target: f64 },
 }
 
-/// A kind of drive.
+/// A drive's kind with its parameters.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind<'a> {
     Servo(&'a PositionServo),
     Motor(&'a twinrig_actuator::DcMotor),
 }
 
-/// Hip and knee.
+/// Returns the kinds of hip and knee drive.
 pub(crate) fn kinds(drives: &Fitted) -> [Kind<'_>; 2] {
     match drives {
         Fitted::Servos(Servos { hip, knee }) => [Kind::Servo(hip), Kind::Servo(knee)],
@@ -77,68 +82,74 @@ impl Kind<'_> {
 }
 
 impl Drive {
-    /// What it does over a step.
-    pub(crate) fn effort(&self, kind: Kind<'_>, pace: Pace) -> Effort {
+    /// Returns the action over a step.
+    pub(crate) fn effort(&self, kind: Kind<'_>, timing: StepTiming) -> Effort {
         match kind {
             Kind::Servo(servo) if self.saturated == 0.0 => {
-                let last = servo.rate_after(pace.seconds, self.told[0], self.angle, self.rate);
-                Effort::Follows {
+                let last = servo.rate_after(timing.seconds, self.command[0], self.angle, self.rate);
+                Effort::Rate {
                     mean: 0.5 * (self.rate + last),
                     last,
-                    rotor: servo.inertia() * (last - self.rate) / pace.kick,
+                    rotor: servo.inertia() * (last - self.rate) / timing.force_seconds,
                 }
             }
             Kind::Servo(servo) => {
                 let line = saturated_line(servo, self.saturated, self.rate);
-                self.drags(servo.inertia(), line, pace)
+                self.damper(servo.inertia(), line, timing)
             }
             Kind::Motor(motor) => {
-                let line = motor.line(self.told[0], self.told[1]);
-                self.drags(motor.inertia(), line, pace)
+                let line = motor.line(self.command[0], self.command[1]);
+                self.damper(motor.inertia(), line, timing)
             }
         }
     }
 
-    fn drags(&self, inertia: f64, line: MotorLine, pace: Pace) -> Effort {
-        let drag = inertia + pace.kick * line.damping;
-        Effort::Drags {
-            drag,
-            towards: (inertia * self.rate + pace.kick * line.torque) / drag,
+    fn damper(&self, inertia: f64, line: MotorLine, timing: StepTiming) -> Effort {
+        let coefficient = inertia + timing.force_seconds * line.damping;
+        Effort::Damper {
+            coefficient,
+            target: (inertia * self.rate + timing.force_seconds * line.torque) / coefficient,
         }
     }
 
-    /// Takes the end of the step: where it is now, how fast it turned if it was free to, and what it gave on.
+    /// Applies the end of the step: the new angle, and the torque delivered to the joint. The rate
+    /// follows from the action.
     pub(crate) fn finish(
         &mut self,
         kind: Kind<'_>,
         effort: Effort,
         angle: f64,
-        given: f64,
-        pace: Pace,
+        delivered: f64,
+        timing: StepTiming,
     ) {
         let before = *self;
-        let mean = (angle - self.angle) / pace.seconds;
+        let mean = (angle - self.angle) / timing.seconds;
         self.angle = angle;
         match effort {
-            Effort::Follows { last, rotor, .. } => {
+            Effort::Rate { last, rotor, .. } => {
                 self.rate = last;
-                self.torque = given + rotor;
+                self.torque = delivered + rotor;
                 if let Kind::Servo(servo) = kind {
-                    let way = self.torque.signum();
-                    let most = saturated_line(servo, way, before.rate).torque_at(before.rate);
-                    if self.torque.abs() > most.abs() {
-                        self.saturated = way;
+                    let sign = self.torque.signum();
+                    let limit = saturated_line(servo, sign, before.rate).torque_at(before.rate);
+                    if self.torque.abs() > limit.abs() {
+                        self.saturated = sign;
                     }
                 }
             }
-            Effort::Drags { .. } => {
+            Effort::Damper { .. } => {
                 self.rate = mean;
-                self.torque = given + kind.inertia() * (self.rate - before.rate) / pace.kick;
+                self.torque =
+                    delivered + kind.inertia() * (self.rate - before.rate) / timing.force_seconds;
                 if let Kind::Servo(servo) = kind {
-                    let wanted =
-                        servo.rate_after(pace.seconds, self.told[0], before.angle, before.rate);
-                    // It would give more than is wanted.
-                    if (self.rate - wanted) * self.saturated > 0.0 {
+                    let requested = servo.rate_after(
+                        timing.seconds,
+                        self.command[0],
+                        before.angle,
+                        before.rate,
+                    );
+                    // The saturated torque would exceed the requested one.
+                    if (self.rate - requested) * self.saturated > 0.0 {
                         self.saturated = 0.0;
                     }
                 }
@@ -147,12 +158,12 @@ impl Drive {
     }
 }
 
-/// The torque–speed line of a servo that is used up, with its clamp.
-pub(crate) fn saturated_line(servo: &PositionServo, way: f64, rate: f64) -> MotorLine {
-    let along = way * rate;
+/// Returns the torque–speed line of a saturated servo, with its clamp.
+pub(crate) fn saturated_line(servo: &PositionServo, sign: f64, rate: f64) -> MotorLine {
+    let along = sign * rate;
     if along < 0.0 || servo.torque().is_infinite() {
         return MotorLine {
-            torque: way * servo.torque(),
+            torque: sign * servo.torque(),
             damping: 0.0,
         };
     }
@@ -160,7 +171,7 @@ pub(crate) fn saturated_line(servo: &PositionServo, way: f64, rate: f64) -> Moto
         return MotorLine::default();
     }
     MotorLine {
-        torque: way * servo.torque(),
+        torque: sign * servo.torque(),
         damping: servo.torque() / servo.speed(),
     }
 }

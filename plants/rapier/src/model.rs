@@ -1,4 +1,4 @@
-//! What the robot is made of, as bodies and points on them.
+//! Bodies of the robot and points on them.
 
 use rapier3d_f64::math::Vector;
 use twinrig_contact::Ground;
@@ -8,10 +8,10 @@ use twinrig_robot::{LegMount, Robot};
 
 use crate::options::{Options, RapierError};
 
-/// The trunk, where a body of a leg is asked for.
+/// Index of the trunk in place of a segment's.
 pub(crate) const TRUNK: usize = 3;
 
-/// A point of a body, from its centre of mass in its own axes.
+/// A point of a body, relative to its centre of mass, in body axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Point {
     /// A segment of the leg, or [`TRUNK`].
@@ -25,48 +25,49 @@ pub(crate) struct Spring {
     pub(crate) ends: [Point; 2],
     /// \[N/m\]
     pub(crate) stiffness: f64,
-    /// Unloaded \[m\].
+    /// Unloaded length \[m\].
     pub(crate) rest: f64,
 }
 
-/// A rope: two points are no farther apart than it is long. That between the points of which the engine finds the pull in
-/// the fewest sweeps is not the shortest: a rope of little leverage has to find how little its light ends may move.
+/// Rope: an upper bound of the distance between two points. The engine does not need the fewest
+/// sweeps for the shortest rope: at little leverage it has to resolve small motions of light ends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rope {
     pub(crate) ends: [Point; 2],
-    /// \[m\]; of a cable, with the pulley at zero.
+    /// Length \[m\]; of a cable, with the pulley at zero.
     pub(crate) length: f64,
 }
 
-/// The ropes of a leg, by their place.
+/// Number of ropes of a leg, and index of the one that represents the cable.
 pub(crate) const ROPES: usize = 5;
 pub(crate) const CABLE: usize = 4;
 
-/// How far apart, seen from the knee, the ends of a rope are that stops it: so far that the knee can turn by as much without
-/// stretching it the other way, and little enough for it to pull across \[rad\].
-const WIDEST: f64 = 1.8;
+/// Angle between the ends of a rope across the knee, seen from the knee, at its stop \[rad\]: wide
+/// enough for the knee to turn by as much without tightening the rope on the other side, and narrow
+/// enough for leverage.
+const STOP_ANGLE: f64 = 1.8;
 
 /// A leg.
 #[derive(Debug, Clone)]
 pub(crate) struct Leg {
     pub(crate) name: String,
     pub(crate) pantograph: Pantograph,
-    /// Hip on the trunk.
+    /// Position of the hip on the trunk.
     pub(crate) hip: Vector,
     pub(crate) segments: [Segment; 3],
-    /// Of hip, knee and ankle \[N·m·s/rad\].
+    /// Viscous friction of hip, knee and ankle \[N·m·s/rad\].
     pub(crate) friction: [f64; 3],
     /// Diagonal and parallel.
     pub(crate) springs: [Spring; 2],
-    /// Stops: closed, open, extended, bottomed; then what stands for the cable.
+    /// Stops: closed, open, extended, bottomed; then the rope that represents the cable.
     pub(crate) ropes: [Rope; ROPES],
     pub(crate) foot: Point,
-    /// First and second segment \[m\], and the knee's angle in the reference pose \[rad\].
+    /// Lengths of the first and second segment \[m\], and knee angle in the reference pose \[rad\].
     lengths: [f64; 2],
-    bend: f64,
-    /// Of the pulley \[m\].
+    knee_reference: f64,
+    /// Radius of the pulley \[m\].
     pub(crate) radius: f64,
-    /// Offset of the pantograph, its greatest parallel rod and its least diagonal \[m\].
+    /// Offset of the pantograph, its longest parallel rod and its shortest diagonal \[m\].
     pub(crate) l_delta: f64,
     pub(crate) parallel_max: f64,
     pub(crate) diagonal_min: f64,
@@ -120,7 +121,7 @@ impl Leg {
             positive(&format!("moment of inertia of the {what}"), segment.moment)?;
         }
         let hip = Vector::from_array(mount.hip);
-        // Along its link from the joint above.
+        // Point of a segment at a distance from the joint above it.
         let on = |body: usize, along: f64| Point {
             body,
             at: Vector::new(0.0, 0.0, segments[body].centre - along),
@@ -133,8 +134,9 @@ impl Leg {
             ends: [from, to],
             length,
         };
-        // Between points that a circle around the knee carries: from first to second segment they are the knee's angle
-        // and a constant apart, so that the chord is longest where the knee stops.
+        // Point of a segment on a circle around the knee: from the first to the second segment the
+        // angle between such points is the knee's plus a constant, so that the chord is longest at
+        // the knee's stop.
         let around = |body: usize, joint: f64, angle: f64| {
             let (sin, cos) = libm::sincos(angle);
             let arm = Vector::new(sin, 0.0, -cos) * leg.l2;
@@ -143,18 +145,18 @@ impl Leg {
                 at: on(body, joint).at + arm,
             }
         };
-        let chord = |apart: f64| {
+        let chord = |angle: f64| {
             rope(
-                around(0, leg.l1, 0.5 * apart),
-                around(1, 0.0, -0.5 * apart),
-                2.0 * leg.l2 * libm::sin(0.5 * WIDEST),
+                around(0, leg.l1, 0.5 * angle),
+                around(1, 0.0, -0.5 * angle),
+                2.0 * leg.l2 * libm::sin(0.5 * STOP_ANGLE),
             )
         };
-        let most_bent =
+        let cos_flexed =
             (leg.diagonal_min * leg.diagonal_min - leg.l2 * leg.l2 - ld * ld) / (2.0 * leg.l2 * ld);
-        // Which are parallel where the pantograph is closed, and nearer to each other where it is open.
-        let beyond = 0.5 * leg.l2;
-        let closed = rope(on(0, leg.l1 + beyond), on(2, beyond), leg.l2);
+        // Points that are l₂ apart where the pantograph is closed, and nearer where it is open.
+        let extension = 0.5 * leg.l2;
+        let closed = rope(on(0, leg.l1 + extension), on(2, extension), leg.l2);
         Ok(Self {
             name: mount.name.clone(),
             hip,
@@ -179,13 +181,13 @@ impl Leg {
             ropes: [
                 closed,
                 rope(inner, outer, leg.l2 + leg.parallel_travel),
-                chord(-WIDEST - leg.q2_ref),
-                chord(WIDEST - libm::acos(most_bent)),
-                chord(-WIDEST - leg.q2_ref),
+                chord(-STOP_ANGLE - leg.q2_ref),
+                chord(STOP_ANGLE - libm::acos(cos_flexed)),
+                chord(-STOP_ANGLE - leg.q2_ref),
             ],
             foot: on(2, segments[2].length),
             lengths: [leg.l1, leg.l2],
-            bend: leg.q2_ref,
+            knee_reference: leg.q2_ref,
             radius: leg.pulley_radius,
             l_delta: ld,
             parallel_max: leg.l2 + leg.parallel_travel,
@@ -196,33 +198,38 @@ impl Leg {
 }
 
 impl Leg {
-    /// How wide, seen from the knee, a rope that stops the knee's stretching is with the knee so bent \[rad\].
-    fn width(&self, bent: f64) -> f64 {
-        WIDEST + self.bend - bent
+    /// Returns the angle between the ends of the rope of the stretch stop, seen from the knee
+    /// \[rad\].
+    fn stop_angle(&self, knee: f64) -> f64 {
+        STOP_ANGLE + self.knee_reference - knee
     }
 
-    /// The length of the rope that stands for the cable, where the cable has this length \[m\]. The cable runs from hip to
-    /// ankle, and its length is a matter of the knee's angle alone; so is that of a rope around the knee.
+    /// Returns the length of the rope that represents a cable of this length \[m\]. The cable runs
+    /// from hip to ankle, and its length depends on the knee angle alone, as does that of a rope
+    /// around the knee.
     pub(crate) fn chord_of_cable(&self, cable: f64) -> f64 {
-        /// A cable that is wound farther than any knee can bend holds the knee as bent as it can be \[rad\].
-        const NARROWEST: f64 = 0.01;
+        /// Least angle \[rad\]: a cable that is wound beyond the range of the knee holds it at full
+        /// flexion.
+        const MIN_ANGLE: f64 = 0.01;
         let [l1, l2] = self.lengths;
         let cosine = (cable.max(0.0) * cable.max(0.0) - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
-        let bent = libm::acos(cosine.clamp(-1.0, 1.0));
-        let width = self.width(bent).clamp(NARROWEST, core::f64::consts::PI);
-        2.0 * l2 * libm::sin(0.5 * width)
+        let knee = libm::acos(cosine.clamp(-1.0, 1.0));
+        let stop_angle = self
+            .stop_angle(knee)
+            .clamp(MIN_ANGLE, core::f64::consts::PI);
+        2.0 * l2 * libm::sin(0.5 * stop_angle)
     }
 
-    /// How much faster the cable's length grows than that of the rope that stands for it: what a pull of the rope is over
-    /// the cable's tension.
-    pub(crate) fn leverage(&self, angles: [f64; 3]) -> f64 {
+    /// Returns the ratio of the cable's rate to that of the rope that represents it, which equals
+    /// the ratio of the rope's pull to the cable tension.
+    pub(crate) fn cable_ratio(&self, angles: [f64; 3]) -> f64 {
         let [l1, l2] = self.lengths;
-        let bent = angles[0] - angles[1];
-        let cable = libm::sqrt(l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * libm::cos(bent));
-        l1 * libm::sin(bent) / (cable * libm::cos(0.5 * self.width(bent)))
+        let knee = angles[0] - angles[1];
+        let cable = libm::sqrt(l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * libm::cos(knee));
+        l1 * libm::sin(knee) / (cable * libm::cos(0.5 * self.stop_angle(knee)))
     }
 
-    /// The length of the taut cable at these angles \[m\].
+    /// Returns the length of the taut cable at these angles \[m\].
     pub(crate) fn cable(&self, angles: [f64; 3]) -> f64 {
         self.pantograph
             .cable_of_knee(self.pantograph.joints(angles).q2)

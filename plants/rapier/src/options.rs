@@ -1,24 +1,24 @@
-//! What to simulate, and how the engine shall solve it.
+//! Options: what to simulate, and how the engine solves it.
 
 use rapier3d_f64::dynamics::SpringCoefficients;
 use twinrig_legged::{LeggedError, Setup};
 
 const TURN: f64 = 2.0 * core::f64::consts::PI;
 
-/// What holds the segments together.
+/// Kind of joints between the segments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Joints {
-    /// Impulses on bodies that know nothing of each other: maximal coordinates, gaps in the joints.
+    /// Impulses between bodies in maximal coordinates: gaps in the joints.
     Impulse,
-    /// A tree in the coordinates of its joints: no gaps.
+    /// A tree in joint coordinates: no gaps.
     Multibody,
 }
 
 impl Joints {
-    /// Both, the default first.
+    /// Both kinds, the default first.
     pub const ALL: [Self; 2] = [Self::Impulse, Self::Multibody];
 
-    /// Its name in scenarios.
+    /// Returns the name in scenarios.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Impulse => "impulse",
@@ -27,12 +27,12 @@ impl Joints {
     }
 }
 
-/// How stiffly the engine takes back what a constraint is off by, as if a spring did.
+/// Softness of a constraint: position errors are corrected as by a damped spring.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Softness {
-    /// Of that spring \[Hz\].
+    /// Natural frequency \[Hz\].
     pub natural_frequency: f64,
-    /// Of that spring \[1\].
+    /// Damping ratio \[1\].
     pub damping_ratio: f64,
 }
 
@@ -41,61 +41,66 @@ impl Softness {
         SpringCoefficients::new(self.natural_frequency, self.damping_ratio)
     }
 
-    /// The same in a step of `seconds`, taking errors back no faster than at one over `whole` seconds.
+    /// Returns the coefficients for a step of `seconds`, with position errors corrected at a rate
+    /// of at most one over `interval` seconds.
     ///
-    /// The engine's rate is 1/(h + 2ζ/ω). Where that is too fast, ω and ζ both grow so far that nothing yields and only the
-    /// rate is left of them.
-    pub(crate) fn for_a_step(self, seconds: f64, whole: f64) -> SpringCoefficients<f64> {
-        /// Beside it, what the engine makes of ζ⁻² as compliance is less than 1e-6 even of a step of a nanosecond.
+    /// The engine's rate is 1/(h + 2ζ/ω). Where that is too fast, ω and ζ are both increased so far
+    /// that compliance vanishes and only the rate remains.
+    pub(crate) fn for_step(self, seconds: f64, interval: f64) -> SpringCoefficients<f64> {
+        /// So large that the engine's compliance, in ζ⁻², is below 1e-6 even for a step of a
+        /// nanosecond.
         const DAMPED: f64 = 1e8;
         let delay = self.delay();
-        if whole <= seconds || seconds + delay >= whole {
+        if interval <= seconds || seconds + delay >= interval {
             return self.coefficients();
         }
-        let hertz = 2.0 * DAMPED / (TURN * (whole - seconds));
+        let hertz = 2.0 * DAMPED / (TURN * (interval - seconds));
         SpringCoefficients::new(hertz, DAMPED)
     }
 
-    /// The same in a step of `seconds`, as hard as in one of `whole` seconds: what cannot be told from rigid there must not
-    /// become a spring in a nanosecond.
-    pub(crate) fn as_hard_as_in(self, seconds: f64, whole: f64) -> SpringCoefficients<f64> {
-        if self.delay() >= whole {
+    /// Returns the coefficients for a step of `seconds`, as stiff as in one of `interval` seconds:
+    /// a constraint that is practically rigid there must not become a spring in a nanosecond.
+    pub(crate) fn as_stiff_as_in(self, seconds: f64, interval: f64) -> SpringCoefficients<f64> {
+        if self.delay() >= interval {
             return self.coefficients();
         }
         SpringCoefficients::new(
-            self.natural_frequency * (whole / seconds).max(1.0),
+            self.natural_frequency * (interval / seconds).max(1.0),
             self.damping_ratio,
         )
     }
 
-    /// In which an error is taken back, beyond a step: 2ζ/ω \[s\].
+    /// Returns the correction time beyond a step, 2ζ/ω \[s\].
     fn delay(self) -> f64 {
         2.0 * self.damping_ratio / (TURN * self.natural_frequency)
     }
 }
 
-/// How the engine solves a step; the names are its own.
+/// Settings of the engine's solver, with the engine's names.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Solver {
-    /// Steps of the engine in one of ours, for each of which the forces are computed anew.
+    /// Steps of the engine in one of the plant, for each of which the forces are computed anew.
     pub substeps: u32,
-    /// Substeps of the engine's own (`num_solver_iterations`), over which it holds the forces.
+    /// The engine's own substeps (`num_solver_iterations`), over which it holds the forces
+    /// constant.
     pub solver_iterations: u32,
     /// Sweeps over the constraints in each of them (`num_internal_pgs_iterations`).
     pub pgs_iterations: u32,
-    /// As many at least in steps in which a foot lands, and in the next: what a landing does goes through the whole leg and
-    /// its stops at once.
+    /// Least number of sweeps in a step in which a foot lands, and in the next: the impulse of a
+    /// landing propagates through the whole leg and its stops.
     pub landing_iterations: u32,
-    /// Sweeps after each that take back the speed with which errors were corrected (`num_internal_stabilization_iterations`).
+    /// Sweeps after each substep that remove the velocity of position corrections
+    /// (`num_internal_stabilization_iterations`).
     pub stabilization_iterations: u32,
-    /// Of joints, stops and cables.
+    /// Softness of joints, stops and cables.
     pub joint_softness: Softness,
-    /// Of feet on the ground.
+    /// Softness of feet on the ground.
     pub contact_softness: Softness,
 }
 
 impl Solver {
-    /// The settings that measured best for these joints (`examples/settings.rs`).
+    /// Returns the settings with the smallest measured errors for these joints
+    /// (`examples/settings.rs`).
     pub const fn best(joints: Joints) -> Self {
         let sweeps = match joints {
             Joints::Impulse => 300,
@@ -115,7 +120,7 @@ impl Solver {
                 natural_frequency: 1e6,
                 damping_ratio: 1.0,
             },
-            // Trots fall on harder ground that run in other plants: see the crate.
+            // On harder ground trots fall that run in other plants: see the crate.
             contact_softness: Softness {
                 natural_frequency: 400.0,
                 damping_ratio: 1.0,
@@ -123,7 +128,7 @@ impl Solver {
         }
     }
 
-    /// Those that the engine comes with.
+    /// Returns the engine's default settings.
     pub const fn of_the_engine() -> Self {
         Self {
             substeps: 1,
@@ -171,25 +176,26 @@ impl Solver {
     }
 }
 
-/// What to simulate of a robot, and how.
+/// Options of the plant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// What every plant of the robot is told.
+    /// Setup shared by all plants of the robot.
     pub setup: Setup,
-    /// What holds the segments together.
+    /// Kind of joints between the segments.
     pub joints: Joints,
-    /// How the engine solves a step.
+    /// Settings of the solver.
     pub solver: Solver,
-    /// Moment of inertia of a segment about itself, as a share of that across: a thin rod has none, which the engine cannot
-    /// have.
+    /// Axial moment of inertia of a segment as a share of the transverse one: a thin rod has none,
+    /// but the engine requires one.
     pub axial_share: f64,
 }
 
 impl Options {
-    /// Small beside the rest of the robot's inertia, and large enough for the sweeps to converge.
+    /// Default share: small relative to the robot's inertia, and large enough for the sweeps to
+    /// converge.
     pub const AXIAL_SHARE: f64 = 0.05;
 
-    /// The best settings for these joints.
+    /// Returns options with the best settings for these joints.
     pub fn new(setup: Setup, joints: Joints) -> Self {
         Self {
             setup,
@@ -209,7 +215,7 @@ impl Options {
     }
 }
 
-/// Why a plant cannot be built.
+/// Reason why a plant cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RapierError {
     /// Robot and setup do not fit together.
@@ -218,10 +224,10 @@ pub enum RapierError {
     /// A number of steps or sweeps is zero.
     #[error("{0} is 0; it has to be 1 or more")]
     Count(&'static str),
-    /// A softness that is none.
+    /// A natural frequency or damping ratio is not positive.
     #[error("the {1} of the {0} softness is {2}; it has to be positive")]
     Softness(&'static str, &'static str, f64),
-    /// A share of inertia that the engine cannot have.
-    #[error("segments have {0} of their inertia about themselves; it has to be positive")]
+    /// The axial share of inertia is not positive.
+    #[error("the axial share of the segments' inertia is {0}; it has to be positive")]
     AxialShare(f64),
 }

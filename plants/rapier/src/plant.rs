@@ -1,4 +1,4 @@
-//! The plant as the rig sees it.
+//! The plant of the rig: signals, steps, faults and snapshots.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
@@ -8,8 +8,8 @@ use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::assembly::Handles;
-use crate::border::rotation;
-use crate::divergence::Broken;
+use crate::conversion::rotation;
+use crate::divergence::Divergence;
 use crate::options::{Options, RapierError};
 use crate::robot::{Machine, State};
 use crate::world::Sets;
@@ -23,7 +23,7 @@ pub struct Rapier {
     window: Window,
 }
 
-/// Everything the way ahead depends on.
+/// Saved state.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
@@ -34,22 +34,22 @@ struct Saved {
 }
 
 impl Rapier {
-    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest foot at height zero, or on
-    /// the ground where that is higher; ground that is lower is fallen to. `wanted` says which of the output signals anybody
-    /// needs.
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest
+    /// foot at height zero, or on the ground where that is higher; onto lower ground the robot
+    /// falls. `selected` returns whether an output signal is required.
     ///
     /// # Errors
-    /// [`RapierError`] where robot and options do not fit together.
+    /// [`RapierError`] if robot and options do not fit together.
     pub fn new(
         robot: &Robot,
         options: &Options,
-        wanted: &dyn Fn(&str) -> bool,
+        selected: &dyn Fn(&str) -> bool,
     ) -> Result<Self, RapierError> {
         let machine = Machine::new(robot, options)?;
         let legs = machine.model.legs.iter();
         let legs: Vec<&str> = legs.map(|leg| leg.name.as_str()).collect();
         Ok(Self {
-            signals: Signals::new(&legs, machine.setup(), wanted),
+            signals: Signals::new(&legs, machine.setup(), selected),
             now: SimTime::ZERO,
             step: options.setup.step,
             window: Window::default(),
@@ -66,35 +66,35 @@ impl Rapier {
         }
     }
 
-    fn inputs(&self) -> usize {
+    fn input_count(&self) -> usize {
         let ports = self.signals.ports().iter();
         ports
             .filter(|port| port.direction == Direction::Input)
             .count()
     }
 
-    fn command(&mut self, inputs: &[f64]) {
+    fn apply_commands(&mut self, inputs: &[f64]) {
         let machine = &mut self.machine;
         let legs = machine.state.legs.iter_mut().zip(&machine.model.legs);
         match &machine.model.drives {
             None => {}
             Some(Fitted::Servos(_)) => {
-                for ((known, leg), told) in legs.zip(inputs.chunks_exact(2)) {
-                    known.drives[0].told[0] = told[0] + leg.pantograph.hip_reference();
-                    known.drives[1].told[0] = told[1];
+                for ((leg_state, leg), command) in legs.zip(inputs.chunks_exact(2)) {
+                    leg_state.drives[0].command[0] = command[0] + leg.pantograph.hip_reference();
+                    leg_state.drives[1].command[0] = command[1];
                 }
             }
             Some(Fitted::Motors(_)) => {
-                for ((known, _), told) in legs.zip(inputs.chunks_exact(4)) {
-                    known.drives[0].told = [told[0], told[1]];
-                    known.drives[1].told = [told[2], told[3]];
+                for ((leg_state, _), command) in legs.zip(inputs.chunks_exact(4)) {
+                    leg_state.drives[0].command = [command[0], command[1]];
+                    leg_state.drives[1].command = [command[2], command[3]];
                 }
             }
         }
     }
 
-    /// Moves on by one step of ours.
-    fn run(&mut self, seconds: f64) -> Result<(), Broken> {
+    /// Advances by one step of the plant, divided into substeps.
+    fn run(&mut self, seconds: f64) -> Result<(), Divergence> {
         let substeps = self.machine.options.solver.substeps;
         let each = seconds / f64::from(substeps);
         (0..substeps).try_for_each(|_| self.machine.step(each))
@@ -114,9 +114,9 @@ impl Plant for Rapier {
         inputs.fill(0.0);
         if let Some(Fitted::Servos(_)) = self.machine.model.drives {
             let legs = self.machine.state.legs.iter().zip(&self.machine.model.legs);
-            for ((known, leg), told) in legs.zip(inputs.chunks_exact_mut(2)) {
-                told[0] = known.drives[0].told[0] - leg.pantograph.hip_reference();
-                told[1] = known.drives[1].told[0];
+            for ((leg_state, leg), command) in legs.zip(inputs.chunks_exact_mut(2)) {
+                command[0] = leg_state.drives[0].command[0] - leg.pantograph.hip_reference();
+                command[1] = leg_state.drives[1].command[0];
             }
         }
     }
@@ -124,7 +124,7 @@ impl Plant for Rapier {
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.signals
             .check_inputs(inputs, self.now, || self.energy().stored())?;
-        self.command(&inputs[..self.inputs().min(inputs.len())]);
+        self.apply_commands(&inputs[..self.input_count().min(inputs.len())]);
         let mut steps = LongLoop::default();
         while self.now < to {
             if steps.is_interrupted() {
@@ -132,12 +132,12 @@ impl Plant for Rapier {
             }
             let next = to.min(self.now + self.step);
             let energy = self.energy().stored();
-            if let Err(broken) = self.run((next - self.now).as_secs_f64()) {
+            if let Err(divergence) = self.run((next - self.now).as_secs_f64()) {
                 return Err(PlantFault {
                     time: self.now,
-                    part: broken.part,
+                    part: divergence.part,
                     energy,
-                    why: broken.why,
+                    why: divergence.why,
                 });
             }
             self.now = next;
@@ -203,13 +203,13 @@ impl Plant for Rapier {
         let mut posture = self.machine.posture();
         let missing = posture.resume_from(from);
         if rotation(posture.attitude).is_none() {
-            return Err(self.fault("body/orientation", "the quaternion has no length"));
+            return Err(self.fault("body/orientation", "the quaternion has zero norm"));
         }
         if from
             .iter()
             .any(|(_, values)| values.iter().any(|x| !x.is_finite()))
         {
-            return Err(self.fault("state", "it has what is no number"));
+            return Err(self.fault("state", "it contains NaN or infinity"));
         }
         let (model, options) = (self.machine.model.clone(), self.machine.options.clone());
         self.machine = Machine::at(model, options, &posture);

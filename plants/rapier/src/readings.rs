@@ -1,16 +1,16 @@
-//! What can be measured of the robot.
+//! Readings of the robot for the output signals.
 
 use nalgebra::{Matrix3, Vector3};
 use rapier3d_f64::math::Vector;
 use twinrig_legged::Readings;
 use twinrig_runtime::EnergyBalance;
 
-use crate::border::{outside, wxyz};
+use crate::conversion::{to_nalgebra, wxyz};
 use crate::robot::Machine;
 
 impl Readings for Machine {
     fn position(&self) -> Vector3<f64> {
-        outside(self.trunk().pose.translation)
+        to_nalgebra(self.trunk().pose.translation)
     }
 
     fn attitude(&self) -> [f64; 4] {
@@ -19,17 +19,17 @@ impl Readings for Machine {
 
     fn rotation(&self) -> Matrix3<f64> {
         let rotation = self.trunk().pose.rotation;
-        let column = |axis| outside(rotation * axis);
+        let column = |axis| to_nalgebra(rotation * axis);
         Matrix3::from_columns(&[column(Vector::X), column(Vector::Y), column(Vector::Z)])
     }
 
     fn velocity(&self) -> Vector3<f64> {
-        outside(self.trunk().velocity)
+        to_nalgebra(self.trunk().velocity)
     }
 
     fn angular_velocity(&self) -> Vector3<f64> {
         let trunk = self.trunk();
-        outside(trunk.pose.rotation.inverse() * trunk.turning)
+        to_nalgebra(trunk.pose.rotation.inverse() * trunk.turning)
     }
 
     fn energy(&self) -> EnergyBalance {
@@ -69,11 +69,11 @@ impl Readings for Machine {
     }
 
     fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        outside(self.view(leg).place(&self.model.legs[leg].foot))
+        to_nalgebra(self.view(leg).place(&self.model.legs[leg].foot))
     }
 
     fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        outside(self.view(leg).speed(&self.model.legs[leg].foot))
+        to_nalgebra(self.view(leg).speed(&self.model.legs[leg].foot))
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {

@@ -1,4 +1,4 @@
-//! The robot between two steps: what is known of it beside the engine's own bodies.
+//! The robot between two steps: its state beyond the engine's bodies.
 
 use rapier3d_f64::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
@@ -7,21 +7,21 @@ use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
 use crate::assembly::{AXIS, Handles, assemble};
-use crate::border::{outside, wxyz};
+use crate::conversion::{to_nalgebra, wxyz};
 use crate::drives::Drive;
 use crate::model::{Model, Point, ROPES, TRUNK};
 use crate::options::{Options, RapierError};
 use crate::world::World;
 
-/// A body as the engine has it.
+/// State of a body of the engine.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct BodyState {
     pub(crate) pose: Pose,
     pub(crate) velocity: Vector,
     pub(crate) turning: Vector,
 }
 
-impl Seen {
+impl BodyState {
     pub(crate) fn place(&self, point: &Point) -> Vector {
         self.pose.transform_point(point.at)
     }
@@ -31,10 +31,10 @@ impl Seen {
     }
 }
 
-/// A leg and its trunk as the engine has them.
+/// States of a leg's segments and of the trunk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
-    pub(crate) bodies: [Seen; 4],
+    pub(crate) bodies: [BodyState; 4],
 }
 
 impl View {
@@ -46,30 +46,30 @@ impl View {
         self.bodies[point.body].speed(point)
     }
 
-    /// The joints' axis in the world.
+    /// Returns the axis of the joints in world coordinates.
     pub(crate) fn axis(&self) -> Vector {
         self.bodies[TRUNK].pose.rotation * AXIS
     }
 
-    /// How fast each segment turns against the trunk \[rad/s\].
+    /// Returns the rates of the segments relative to the trunk \[rad/s\].
     pub(crate) fn rates(&self) -> [f64; 3] {
         let axis = self.axis();
         let trunk = self.bodies[TRUNK].turning;
         std::array::from_fn(|k| (self.bodies[k].turning - trunk).dot(axis))
     }
 
-    /// Absolute angles of the segments, the turn of each nearest to what it was.
+    /// Returns the absolute angles of the segments, unwrapped to be nearest to `last`.
     pub(crate) fn angles(&self, last: &[f64; 3]) -> [f64; 3] {
         const TURN: f64 = 2.0 * core::f64::consts::PI;
-        let upright = self.bodies[TRUNK].pose.rotation.inverse();
+        let trunk_inverse = self.bodies[TRUNK].pose.rotation.inverse();
         std::array::from_fn(|k| {
-            let relative = upright * self.bodies[k].pose.rotation;
+            let relative = trunk_inverse * self.bodies[k].pose.rotation;
             let angle = -2.0 * libm::atan2(relative.y, relative.w);
             angle + TURN * libm::round((last[k] - angle) / TURN)
         })
     }
 
-    /// From one end of a line to the other: its length, its direction, and how fast it grows.
+    /// Returns length, direction and rate of the line from the first point to the second.
     pub(crate) fn line(&self, ends: &[Point; 2]) -> (f64, Vector, f64) {
         let span = self.place(&ends[1]) - self.place(&ends[0]);
         let length = span.length();
@@ -79,24 +79,24 @@ impl View {
     }
 }
 
-/// What is known of a leg beside its bodies.
+/// State of a leg beyond its bodies.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct LegState {
     /// Absolute angles of the segments \[rad\].
     pub(crate) angles: [f64; 3],
     /// Hip and pulley; the hip's angle is that of the first segment.
     pub(crate) drives: [Drive; 2],
-    /// Of the cable, mean over the last step \[N\].
+    /// Cable tension, mean over the last step \[N\].
     pub(crate) tension: f64,
     /// Impulses of the ropes in the last step \[N·s\].
     pub(crate) pulls: [f64; ROPES],
-    /// Whether the foot was pushed in the last step.
-    pub(crate) stands: bool,
+    /// Whether the ground pushed on the foot in the last step.
+    pub(crate) in_contact: bool,
     /// Impulse of the ground since the start \[N·s\].
     pub(crate) ground: [f64; 3],
 }
 
-/// What is known beside the engine's sets.
+/// State of the robot beyond the engine's sets.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct State {
     pub(crate) legs: Vec<LegState>,
@@ -104,10 +104,10 @@ pub(crate) struct State {
     pub(crate) counts: WorkCounts,
     /// Whether a foot landed in the last step.
     pub(crate) landing: bool,
-    /// The last step; zero before the first \[s\].
+    /// Length of the last step; zero before the first \[s\].
     pub(crate) last_s: f64,
-    /// In which its errors of positions were to be taken back \[s\].
-    pub(crate) whole_s: f64,
+    /// Correction interval of the last step \[s\].
+    pub(crate) correction_s: f64,
 }
 
 /// A robot in the engine.
@@ -128,7 +128,7 @@ impl Machine {
         Ok(machine)
     }
 
-    /// The robot at a posture, its drives told nothing.
+    /// Builds the robot at a posture, with all commands zero.
     pub(crate) fn at(model: Model, options: Options, posture: &Posture) -> Self {
         let (sets, handles) = assemble(&model, &options, posture);
         let world = World::new(sets, &options.solver);
@@ -164,56 +164,58 @@ impl Machine {
         machine
     }
 
-    /// Tells servos to stay where they are.
+    /// Sets the commands of servos to their present angles.
     pub(crate) fn hold_commands(&mut self) {
         if let Some(Fitted::Servos(_)) = self.model.drives {
             for drive in self.state.legs.iter_mut().flat_map(|leg| &mut leg.drives) {
-                drive.told[0] = drive.angle;
+                drive.command[0] = drive.angle;
             }
         }
     }
 
-    fn seen(&self, handle: rapier3d_f64::dynamics::RigidBodyHandle) -> Seen {
+    fn body_state(&self, handle: rapier3d_f64::dynamics::RigidBodyHandle) -> BodyState {
         let body = &self.world.sets.bodies[handle];
-        Seen {
+        BodyState {
             pose: *body.position(),
             velocity: body.linvel(),
             turning: body.angvel(),
         }
     }
 
-    pub(crate) fn trunk(&self) -> Seen {
-        self.seen(self.handles.trunk)
+    pub(crate) fn trunk(&self) -> BodyState {
+        self.body_state(self.handles.trunk)
     }
 
     pub(crate) fn view(&self, leg: usize) -> View {
         let [a, b, c] = self.handles.legs[leg].segments;
         View {
-            bodies: [a, b, c, self.handles.trunk].map(|handle| self.seen(handle)),
+            bodies: [a, b, c, self.handles.trunk].map(|handle| self.body_state(handle)),
         }
     }
 
-    /// Kinetic, spring and gravity energy \[J\].
+    /// Returns kinetic, spring and gravity energy \[J\].
     pub(crate) fn stored(&self) -> Stored {
         let [mut kinetic, mut spring, mut gravity] = [0.0; 3];
-        let mut body = |seen: &Seen, mass: f64, inertia: Vector| {
-            let own = seen.pose.rotation.inverse() * seen.turning;
-            kinetic += 0.5 * (mass * seen.velocity.length_squared() + own.dot(inertia * own));
-            gravity += mass * GRAVITY * seen.pose.translation.z;
+        let mut body = |body_state: &BodyState, mass: f64, inertia: Vector| {
+            let body_rate = body_state.pose.rotation.inverse() * body_state.turning;
+            kinetic += 0.5
+                * (mass * body_state.velocity.length_squared()
+                    + body_rate.dot(inertia * body_rate));
+            gravity += mass * GRAVITY * body_state.pose.translation.z;
         };
         if self.model.base != twinrig_legged::Base::Fixed {
             body(&self.trunk(), self.model.mass, self.model.inertia);
         }
         for (i, leg) in self.model.legs.iter().enumerate() {
             let view = self.view(i);
-            for (seen, segment) in view.bodies.iter().zip(&leg.segments) {
+            for (body_state, segment) in view.bodies.iter().zip(&leg.segments) {
                 let along = self.options.axial_share * segment.moment;
                 let inertia = Vector::new(segment.moment, segment.moment, along);
-                body(seen, segment.mass, inertia);
+                body(body_state, segment.mass, inertia);
             }
-            for wire in &leg.springs {
-                let stretch = view.line(&wire.ends).0 - wire.rest;
-                spring += 0.5 * wire.stiffness * stretch * stretch;
+            for segment_spring in &leg.springs {
+                let stretch = view.line(&segment_spring.ends).0 - segment_spring.rest;
+                spring += 0.5 * segment_spring.stiffness * stretch * stretch;
             }
         }
         if let Some(drives) = &self.model.drives {
@@ -227,24 +229,24 @@ impl Machine {
         [kinetic, spring, gravity]
     }
 
-    /// Where it is, in coordinates that every plant knows.
+    /// Returns the posture in the coordinates shared by all plants.
     pub(crate) fn posture(&self) -> Posture {
         let trunk = self.trunk();
         let legs = self.model.legs.iter().enumerate().map(|(i, leg)| {
-            let known = &self.state.legs[i];
+            let leg_state = &self.state.legs[i];
             let posture = LegPosture {
-                angles: known.angles,
+                angles: leg_state.angles,
                 rates: self.view(i).rates(),
-                pulley: known.drives[1].angle,
-                pulley_rate: known.drives[1].rate,
+                pulley: leg_state.drives[1].angle,
+                pulley_rate: leg_state.drives[1].rate,
             };
             (leg.name.clone(), posture)
         });
         Posture {
-            position: outside(trunk.pose.translation),
+            position: to_nalgebra(trunk.pose.translation),
             attitude: wxyz(trunk.pose.rotation),
-            velocity: outside(trunk.velocity),
-            angular_velocity: outside(trunk.pose.rotation.inverse() * trunk.turning),
+            velocity: to_nalgebra(trunk.velocity),
+            angular_velocity: to_nalgebra(trunk.pose.rotation.inverse() * trunk.turning),
             legs: legs.collect(),
         }
     }

@@ -1,67 +1,68 @@
-//! A step of the engine: what it is told before, and what it tells afterwards.
+//! A step of the engine: its inputs before, and its results afterwards.
 //!
-//! The engine takes velocities first and positions by them (v⁺ = v + h a, x⁺ = x + h v⁺). Seen as velocities half a step
-//! apart from the positions, that is the leapfrog, of second order while nothing opens or closes; so the first step, which
-//! has only half a step to get up speed, gets half the forces, and one after a longer or shorter step the mean.
+//! The engine is semi-implicit (v⁺ = v + h a, x⁺ = x + h v⁺). With velocities taken half a step
+//! apart from the positions this is the leapfrog, of second order while no contact opens or closes.
+//! The first step therefore applies half the forces, for half a step of acceleration, and a step
+//! after a longer or shorter one applies them over the mean of both.
 
 use rapier3d_f64::dynamics::{JointAxesMask, MotorModel, RigidBodyHandle};
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use twinrig_contact::Terrain;
 
 use crate::assembly::FOOT;
-use crate::border::{inside, outside};
-use crate::divergence::Broken;
-use crate::drives::{Effort, Pace, kinds};
+use crate::conversion::{to_engine, to_nalgebra};
+use crate::divergence::Divergence;
+use crate::drives::{Effort, StepTiming, kinds};
 use crate::model::{CABLE, ROPES};
 use crate::options::Joints;
 use crate::robot::{Machine, View};
-use crate::rope::{LINEAR, Tied};
+use crate::rope::{LINEAR, RopeStep};
 
-/// Index of an angular x axis in the engine's lists.
+/// Index of the angular x axis in the engine's lists.
 const ANGULAR: usize = 3;
 
-/// A stop that pushed in the last step is held on to while its gap is smaller \[m\].
-const HELD: f64 = 1e-4;
+/// Largest gap at which a stop that pushed in the last step remains active \[m\].
+const ACTIVE_GAP: f64 = 1e-4;
 
-/// A velocity that the engine holds has a damper so large that nothing but its greatest torque counts \[N·m·s/rad\].
+/// Damping of a prescribed rate, so large that it is followed at any load \[N·m·s/rad\].
 const RIGID: f64 = 1e12;
 
-/// What a step began with.
-struct Before {
+/// Values at the beginning of a step.
+struct StepStart {
     view: View,
     /// Rates of the ropes \[m/s\].
     rates: [f64; ROPES],
     efforts: Option<[Effort; 2]>,
-    /// Where the pulley would be in the end if no cable pulled, and how much a unit of impulse holds it back \[rad\],
-    /// \[rad/(N·s)\].
+    /// Angle of the pulley at the end of the step without cable tension, and its reduction per unit
+    /// of impulse \[rad\], \[rad/(N·s)\].
     pulley: [f64; 2],
-    /// Rate of the cable over that of the rope that stands for it.
-    leverage: f64,
+    /// Rate of the cable over that of the rope that represents it.
+    cable_ratio: f64,
     /// Velocity of the foot \[m/s\].
     foot: Vector,
 }
 
 impl Machine {
-    /// Moves on by a step of the engine, and looks whether what came out of it can be.
-    pub(crate) fn step(&mut self, seconds: f64) -> Result<(), Broken> {
-        let pace = self.pace(seconds);
-        let share = pace.kick / seconds;
-        self.soften(pace);
+    /// Advances by a step of the engine, and checks the result for divergence.
+    pub(crate) fn step(&mut self, seconds: f64) -> Result<(), Divergence> {
+        let timing = self.timing(seconds);
+        let share = timing.force_seconds / seconds;
+        self.set_softness(timing);
         let sweeps = self.sweeps(seconds);
         self.world.parameters.num_internal_pgs_iterations = sweeps as usize;
         let mut before = Vec::with_capacity(self.model.legs.len());
         for leg in 0..self.model.legs.len() {
-            before.push(self.look(leg, pace));
+            before.push(self.evaluate(leg, timing));
         }
         for (leg, before) in before.iter().enumerate() {
-            self.prepare(leg, before, pace);
+            self.prepare(leg, before, timing);
         }
         if !self.world.step(seconds, share) {
-            return Err(Broken::numbers());
+            return Err(Divergence::not_finite());
         }
-        (self.state.last_s, self.state.whole_s) = (seconds, pace.whole);
+        (self.state.last_s, self.state.correction_s) = (seconds, timing.correction_seconds);
         for (leg, before) in before.iter().enumerate() {
-            self.finish(leg, before, pace);
+            self.finish(leg, before, timing);
         }
         let stored = self.stored();
         self.state.ledger.close_step(stored);
@@ -72,21 +73,22 @@ impl Machine {
         let sweeps = sweeps + solver.stabilization_iterations;
         counts.solver_iterations += u64::from(solver.solver_iterations * sweeps);
         for (leg, before) in before.iter().enumerate() {
-            self.guard_leg(leg, &before.view, seconds)?;
+            self.check_leg(leg, &before.view, seconds)?;
         }
-        self.guard_energy()
+        self.check_energy()
     }
 
-    fn pace(&self, seconds: f64) -> Pace {
-        Pace {
+    fn timing(&self, seconds: f64) -> StepTiming {
+        StepTiming {
             seconds,
-            kick: 0.5 * (self.state.last_s + seconds),
-            // What an error of the last long step is to be taken back in, however many short ones that time is cut into.
-            whole: seconds.max(self.state.whole_s - seconds),
+            force_seconds: 0.5 * (self.state.last_s + seconds),
+            // Errors of the last long step are corrected over its length, however many short steps
+            // divide that time.
+            correction_seconds: seconds.max(self.state.correction_s - seconds),
         }
     }
 
-    /// Sweeps for this step: more of them where a foot lands, or did in the last step.
+    /// Returns the sweeps for this step: more if a foot lands, or did in the last step.
     fn sweeps(&mut self, seconds: f64) -> u32 {
         let solver = self.options.solver;
         let lands = (0..self.model.legs.len()).any(|leg| self.lands(leg, seconds));
@@ -98,46 +100,49 @@ impl Machine {
         }
     }
 
-    /// Whether a foot that is in the air would be in the ground at the end of the step.
+    /// Returns whether a foot without contact would penetrate the ground by the end of the step.
     fn lands(&self, leg: usize, seconds: f64) -> bool {
-        let (Some(ground), false) = (&self.model.ground, self.state.legs[leg].stands) else {
+        let (Some(ground), false) = (&self.model.ground, self.state.legs[leg].in_contact) else {
             return false;
         };
         let (view, foot) = (self.view(leg), &self.model.legs[leg].foot);
-        let below = ground.below(&outside(view.place(foot)));
-        below.gap + seconds * outside(view.speed(foot)).dot(&below.normal) < 0.0
+        let below = ground.below(&to_nalgebra(view.place(foot)));
+        below.gap + seconds * to_nalgebra(view.speed(foot)).dot(&below.normal) < 0.0
     }
 
-    /// What a step begins with.
-    fn look(&self, leg: usize, pace: Pace) -> Before {
+    /// Evaluates a leg at the beginning of the step.
+    fn evaluate(&self, leg: usize, timing: StepTiming) -> StepStart {
         let view = self.view(leg);
         let efforts = self.model.drives.as_ref().map(|drives| {
             let kinds = kinds(drives);
             let drives = &self.state.legs[leg].drives;
-            [0, 1].map(|k| drives[k].effort(kinds[k], pace))
+            [0, 1].map(|k| drives[k].effort(kinds[k], timing))
         });
         let pulley = efforts.map_or([0.0; 2], |[_, knee]| {
             let at = self.state.legs[leg].drives[1].angle;
             match knee {
-                Effort::Follows { mean, .. } => [at + pace.seconds * mean, 0.0],
-                Effort::Drags { drag, towards } => [
-                    at + pace.seconds * towards,
-                    pace.seconds * self.model.legs[leg].radius / drag,
+                Effort::Rate { mean, .. } => [at + timing.seconds * mean, 0.0],
+                Effort::Damper {
+                    coefficient,
+                    target,
+                } => [
+                    at + timing.seconds * target,
+                    timing.seconds * self.model.legs[leg].radius / coefficient,
                 ],
             }
         });
-        Before {
+        StepStart {
             rates: std::array::from_fn(|k| view.line(&self.model.legs[leg].ropes[k].ends).2),
             efforts,
             pulley,
-            leverage: self.model.legs[leg].leverage(self.state.legs[leg].angles),
+            cable_ratio: self.model.legs[leg].cable_ratio(self.state.legs[leg].angles),
             foot: view.speed(&self.model.legs[leg].foot),
             view,
         }
     }
 
-    /// How long a rope is with the pulley at this angle.
-    fn reach(&self, leg: usize, k: usize, pulley: f64) -> f64 {
+    /// Returns the length of a rope with the pulley at this angle.
+    fn rope_length(&self, leg: usize, k: usize, pulley: f64) -> f64 {
         let parts = &self.model.legs[leg];
         if k == CABLE {
             parts.chord_of_cable(parts.pantograph.cable_length(pulley))
@@ -146,23 +151,27 @@ impl Machine {
         }
     }
 
-    fn prepare(&mut self, leg: usize, before: &Before, pace: Pace) {
-        self.push(leg, &before.view, pace.kick / pace.seconds);
+    fn prepare(&mut self, leg: usize, before: &StepStart, timing: StepTiming) {
+        self.apply_forces(leg, &before.view, timing.force_seconds / timing.seconds);
         if let Some([hip, _]) = before.efforts {
-            self.drive_hip(leg, hip, pace);
+            self.drive_hip(leg, hip, timing);
         }
-        self.pay_out(leg, before, pace);
-        self.lay_ground(leg, &before.view);
+        self.set_ropes(leg, before, timing);
+        self.place_ground(leg, &before.view);
     }
 
-    /// Has the engine take back what joints and feet are off by as slowly as in one of the long steps: what it does to take an error
-    /// back it does to velocities, which stay, and in a step of a microsecond it would be a thousand times too much.
-    fn soften(&mut self, pace: Pace) {
+    /// Has the engine correct joint gaps and penetrations as slowly as in a long step: corrections
+    /// change velocities, which remain, and in a step of a microsecond the change would be a
+    /// thousand times too large.
+    fn set_softness(&mut self, timing: StepTiming) {
         let solver = self.options.solver;
-        self.world.parameters.contact_softness =
-            solver.contact_softness.for_a_step(pace.seconds, pace.whole);
+        self.world.parameters.contact_softness = solver
+            .contact_softness
+            .for_step(timing.seconds, timing.correction_seconds);
         self.world.parameters.static_contact_softness = self.world.parameters.contact_softness;
-        let softness = solver.joint_softness.for_a_step(pace.seconds, pace.whole);
+        let softness = solver
+            .joint_softness
+            .for_step(timing.seconds, timing.correction_seconds);
         for (_, joint) in self.world.sets.impulse_joints.iter_mut() {
             if !joint.data.locked_axes.is_empty() {
                 joint.data.softness = softness;
@@ -170,8 +179,8 @@ impl Machine {
         }
     }
 
-    /// Forces of the springs and of friction in the joints.
-    fn push(&mut self, leg: usize, view: &View, share: f64) {
+    /// Applies the forces of springs and of joint friction.
+    fn apply_forces(&mut self, leg: usize, view: &View, share: f64) {
         let (mut forces, mut torques) = ([Vector::ZERO; 4], [Vector::ZERO; 4]);
         let parts = &self.model.legs[leg];
         for spring in &parts.springs {
@@ -192,14 +201,20 @@ impl Machine {
         }
         for k in 0..4 {
             let handle = self.handles.legs[leg].body(self.handles.trunk, k);
-            self.push_body(handle, forces[k], torques[k], k != 3 || leg == 0);
+            self.add_force_to(handle, forces[k], torques[k], k != 3 || leg == 0);
         }
     }
 
-    /// Adds to the forces on a body, or begins anew.
-    fn push_body(&mut self, handle: RigidBodyHandle, force: Vector, torque: Vector, anew: bool) {
+    /// Adds a force and a torque to those on a body, after clearing these if `reset`.
+    fn add_force_to(
+        &mut self,
+        handle: RigidBodyHandle,
+        force: Vector,
+        torque: Vector,
+        reset: bool,
+    ) {
         if let Some(body) = self.world.sets.bodies.get_mut(handle) {
-            if anew {
+            if reset {
                 body.reset_forces(false);
                 body.reset_torques(false);
             }
@@ -208,11 +223,14 @@ impl Machine {
         }
     }
 
-    /// Tells the engine what the hip's drive does.
-    fn drive_hip(&mut self, leg: usize, effort: Effort, pace: Pace) {
-        let (damping, towards) = match effort {
-            Effort::Follows { mean, .. } => (RIGID, mean),
-            Effort::Drags { drag, towards } => (drag / pace.seconds, towards),
+    /// Configures the motor of the hip joint.
+    fn drive_hip(&mut self, leg: usize, effort: Effort, timing: StepTiming) {
+        let (damping, target) = match effort {
+            Effort::Rate { mean, .. } => (RIGID, mean),
+            Effort::Damper {
+                coefficient,
+                target,
+            } => (coefficient / timing.seconds, target),
         };
         let joints = &mut self.world.sets.impulse_joints;
         let joint = self.handles.legs[leg].hip;
@@ -221,12 +239,12 @@ impl Machine {
             let motor = &mut joint.data.motors[ANGULAR];
             motor.model = MotorModel::ForceBased;
             (motor.stiffness, motor.damping) = (0.0, damping);
-            motor.target_vel = towards;
+            motor.target_vel = target;
         }
     }
 
-    /// Sets how long the ropes are in the end of the step.
-    fn pay_out(&mut self, leg: usize, before: &Before, pace: Pace) {
+    /// Sets the lengths of the ropes at the end of the step.
+    fn set_ropes(&mut self, leg: usize, before: &StepStart, timing: StepTiming) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
@@ -234,40 +252,46 @@ impl Machine {
             let parts = &self.model.legs[leg];
             let rope = parts.ropes[k];
             let line = before.view.line(&rope.ends);
-            // What it is too long by is taken back as slowly as in a long step: the speed of that stays. So is what a rope
-            // that pulls is too short by, which is rounding: over a nanosecond it would make room for any speed.
-            let over = line.0 - self.reach(leg, k, self.state.legs[leg].drives[1].angle);
-            let held = self.state.legs[leg].pulls[k] > 0.0 && over > -HELD;
-            let over = if held { over } else { over.max(0.0) };
-            let late = over * (1.0 - pace.seconds / pace.whole);
-            let most = self.reach(leg, k, before.pulley[0]) + late;
-            let give = if k == CABLE {
-                parts.radius * before.pulley[1] / (before.leverage * before.leverage)
+            // Excess length is corrected as slowly as in a long step, since the velocity of the
+            // correction remains. So is the slack of a rope that pulls, which is rounding: over a
+            // nanosecond it would permit any velocity.
+            let violation = line.0 - self.rope_length(leg, k, self.state.legs[leg].drives[1].angle);
+            let active = self.state.legs[leg].pulls[k] > 0.0 && violation > -ACTIVE_GAP;
+            let violation = if active {
+                violation
+            } else {
+                violation.max(0.0)
+            };
+            let deferred = violation * (1.0 - timing.seconds / timing.correction_seconds);
+            let max_length = self.rope_length(leg, k, before.pulley[0]) + deferred;
+            let compliance = if k == CABLE {
+                parts.radius * before.pulley[1] / (before.cable_ratio * before.cable_ratio)
             } else {
                 0.0
             };
-            let tied = Tied {
-                most,
-                give,
+            let rope_step = RopeStep {
+                max_length,
+                compliance,
                 line,
-                held: self.state.legs[leg].pulls[k] > 0.0 && most - line.0 < HELD,
-                seconds: pace.seconds,
-                whole: pace.whole,
-                upright: before.view.bodies[rope.ends[0].body].pose.rotation,
+                active: self.state.legs[leg].pulls[k] > 0.0 && max_length - line.0 < ACTIVE_GAP,
+                seconds: timing.seconds,
+                correction_seconds: timing.correction_seconds,
+                attitude: before.view.bodies[rope.ends[0].body].pose.rotation,
             };
             let response = self.response(leg, k, &before.view);
             let joint = self.world.sets.impulse_joints.get_mut(handle, false);
             match (joint, self.options.joints) {
                 (None, _) => {}
                 (Some(joint), Joints::Impulse) => {
-                    tied.rope(&mut joint.data, response, &self.options);
+                    rope_step.as_rope(&mut joint.data, response, &self.options);
                 }
-                (Some(joint), Joints::Multibody) => tied.line(&mut joint.data),
+                (Some(joint), Joints::Multibody) => rope_step.as_limit(&mut joint.data),
             }
         }
     }
 
-    /// How fast the ends of a rope part for a unit of impulse along it, if nothing but their two bodies moved \[1/kg\].
+    /// Returns the relative velocity of the ends of a rope per unit of impulse along it, for its
+    /// two bodies without joints \[1/kg\].
     fn response(&self, leg: usize, k: usize, view: &View) -> f64 {
         let rope = &self.model.legs[leg].ropes[k];
         let (_, along, _) = view.line(&rope.ends);
@@ -286,8 +310,8 @@ impl Machine {
         sum
     }
 
-    /// Puts the ground's tangent plane below the foot.
-    fn lay_ground(&mut self, leg: usize, view: &View) {
+    /// Places the ground plane of the foot tangent to the terrain below it.
+    fn place_ground(&mut self, leg: usize, view: &View) {
         let (Some(ground), Some([_, floor])) = (&self.model.ground, self.handles.legs[leg].contact)
         else {
             return;
@@ -296,8 +320,8 @@ impl Machine {
             return;
         }
         let foot = view.place(&self.model.legs[leg].foot);
-        let below = ground.below(&outside(foot));
-        let normal = inside(&below.normal);
+        let below = ground.below(&to_nalgebra(foot));
+        let normal = to_engine(&below.normal);
         let pose = Pose::from_parts(
             foot - normal * (below.gap + FOOT),
             Rotation::from_rotation_arc(Vector::Z, normal),
@@ -309,31 +333,32 @@ impl Machine {
         }
     }
 
-    /// Reads what the step did to a leg.
-    fn finish(&mut self, leg: usize, before: &Before, pace: Pace) {
+    /// Reads the results of the step for a leg.
+    fn finish(&mut self, leg: usize, before: &StepStart, timing: StepTiming) {
         let view = self.view(leg);
         let angles = view.angles(&self.state.legs[leg].angles);
-        self.rub(leg, before, &angles, pace.kick / pace.seconds);
+        self.add_friction_work(leg, before, &angles, timing.force_seconds / timing.seconds);
         self.finish_ropes(leg, before, &view);
         if let Some(efforts) = before.efforts {
-            self.finish_drives(leg, before, efforts, angles[0], pace);
+            self.finish_drives(leg, before, efforts, angles[0], timing);
         }
         self.state.legs[leg].angles = angles;
         self.finish_ground(leg, before, &view);
     }
 
-    /// Writes up what friction in the joints took.
-    fn rub(&mut self, leg: usize, before: &Before, angles: &[f64; 3], share: f64) {
-        let turned: [f64; 3] = std::array::from_fn(|k| angles[k] - self.state.legs[leg].angles[k]);
+    /// Adds the work of joint friction to the energy balance.
+    fn add_friction_work(&mut self, leg: usize, before: &StepStart, angles: &[f64; 3], share: f64) {
+        let rotations: [f64; 3] =
+            std::array::from_fn(|k| angles[k] - self.state.legs[leg].angles[k]);
         let rates = before.view.rates();
         let relative = |of: &[f64; 3]| [of[0], of[1] - of[0], of[2] - of[1]];
-        let (turned, rates) = (relative(&turned), relative(&rates));
+        let (rotations, rates) = (relative(&rotations), relative(&rates));
         for (k, friction) in self.model.legs[leg].friction.iter().enumerate() {
-            self.state.ledger.dissipated += share * friction * rates[k] * turned[k];
+            self.state.ledger.dissipated += share * friction * rates[k] * rotations[k];
         }
     }
 
-    fn finish_ropes(&mut self, leg: usize, before: &Before, view: &View) {
+    fn finish_ropes(&mut self, leg: usize, before: &StepStart, view: &View) {
         for k in 0..ROPES {
             let Some(handle) = self.handles.legs[leg].ropes[k] else {
                 continue;
@@ -359,52 +384,54 @@ impl Machine {
     fn finish_drives(
         &mut self,
         leg: usize,
-        before: &Before,
+        before: &StepStart,
         efforts: [Effort; 2],
         hip: f64,
-        pace: Pace,
+        timing: StepTiming,
     ) {
         let Some(drives) = &self.model.drives else {
             return;
         };
         let kinds = kinds(drives);
         let radius = self.model.legs[leg].radius;
-        let given = self.hip_impulse(leg) / pace.kick;
+        let delivered = self.hip_impulse(leg) / timing.force_seconds;
         let known = &mut self.state.legs[leg];
-        let pull = known.pulls[CABLE] / before.leverage;
-        known.tension = pull / pace.kick;
+        let pull = known.pulls[CABLE] / before.cable_ratio;
+        known.tension = pull / timing.force_seconds;
         let pulley = before.pulley[0] - before.pulley[1] * pull;
-        // The cable's share of what its ends and the pulley did in the meantime.
         let drives = &mut known.drives;
-        let was = drives.map(|drive| (drive.angle, drive.rate));
-        drives[0].finish(kinds[0], efforts[0], hip, given, pace);
+        let previous = drives.map(|drive| (drive.angle, drive.rate));
+        drives[0].finish(kinds[0], efforts[0], hip, delivered, timing);
         drives[1].finish(
             kinds[1],
             efforts[1],
             pulley,
-            radius * pull / pace.kick,
-            pace,
+            radius * pull / timing.force_seconds,
+            timing,
         );
-        let wound = 0.5 * (was[1].1 + drives[1].rate);
-        self.state.ledger.impact += pull * radius * wound;
-        for (drive, (_, rate)) in drives.iter().zip(was) {
-            self.state.ledger.actuator += drive.torque * pace.kick * 0.5 * (rate + drive.rate);
+        // Work of the cable on the pulley.
+        let rate = 0.5 * (previous[1].1 + drives[1].rate);
+        self.state.ledger.impact += pull * radius * rate;
+        for (drive, (_, rate)) in drives.iter().zip(previous) {
+            self.state.ledger.actuator +=
+                drive.torque * timing.force_seconds * 0.5 * (rate + drive.rate);
         }
     }
 
-    /// Impulse of the hip's drive on the leg in the last step, about the joint's axis \[N·m·s\].
+    /// Returns the impulse of the hip drive on the leg in the last step, about the joint's axis
+    /// \[N·m·s\].
     fn hip_impulse(&self, leg: usize) -> f64 {
         let joint = self.handles.legs[leg].hip;
         let joint = joint.and_then(|handle| self.world.sets.impulse_joints.get(handle));
         joint.map_or(0.0, |joint| -joint.data.motors[ANGULAR].impulse)
     }
 
-    fn finish_ground(&mut self, leg: usize, before: &Before, view: &View) {
+    fn finish_ground(&mut self, leg: usize, before: &StepStart, view: &View) {
         let Some([foot, floor]) = self.handles.legs[leg].contact else {
             return;
         };
         let Some((normal, along)) = self.impulse_on(foot, floor) else {
-            self.state.legs[leg].stands = false;
+            self.state.legs[leg].in_contact = false;
             return;
         };
         let mean = 0.5 * (before.foot + view.speed(&self.model.legs[leg].foot));
@@ -414,10 +441,10 @@ impl Machine {
         for (sum, part) in known.ground.iter_mut().zip((normal + along).to_array()) {
             *sum += part;
         }
-        let stands = normal.length_squared() > 0.0;
-        if stands && !known.stands {
+        let in_contact = normal.length_squared() > 0.0;
+        if in_contact && !known.in_contact {
             self.state.counts.events += 1;
         }
-        self.state.legs[leg].stands = stands;
+        self.state.legs[leg].in_contact = in_contact;
     }
 }

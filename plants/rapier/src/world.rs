@@ -1,4 +1,4 @@
-//! The engine: its sets of bodies, joints and contacts, and a step of it.
+//! The engine: its sets of bodies, joints and contacts, and its step.
 
 use rapier3d_f64::dynamics::{
     CCDSolver, FrictionModel, ImpulseJointSet, IntegrationParameters, IslandManager,
@@ -12,7 +12,7 @@ use twinrig_robot::GRAVITY;
 
 use crate::options::Solver;
 
-/// What the way ahead depends on.
+/// Bodies, joints and contacts: the part of the engine's state that determines further motion.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Sets {
     pub(crate) bodies: RigidBodySet,
@@ -24,7 +24,7 @@ pub(crate) struct Sets {
     pub(crate) narrow_phase: NarrowPhase,
 }
 
-/// The engine at work.
+/// The engine with its working memory.
 pub(crate) struct World {
     pub(crate) sets: Sets,
     soft_bodies: SoftBodySet,
@@ -56,9 +56,10 @@ impl World {
             num_internal_stabilization_iterations: solver.stabilization_iterations as usize,
             contact_softness: contacts,
             static_contact_softness: contacts,
-            // A cable that is wound in is a correction to the engine, and no speed of it is too high.
+            // The engine treats the winding of a cable as a correction, whose velocity must not be
+            // limited.
             normalized_max_corrective_velocity: f64::MAX,
-            // A foot is a point: what touches is looked for anew at each step, and is one point.
+            // A foot is a point: its contact is detected anew in each step and has one point.
             contact_recycling: false,
             contact_clustering: false,
             max_ccd_substeps: 0,
@@ -74,7 +75,8 @@ impl World {
         }
     }
 
-    /// Moves on by `seconds` with gravity times `share`; says whether everything is still a number.
+    /// Advances by `seconds` with gravity times `share`. Returns whether all bodies are still
+    /// finite.
     pub(crate) fn step(&mut self, seconds: f64, share: f64) -> bool {
         self.parameters.dt = seconds;
         let sets = &mut self.sets;
@@ -96,7 +98,7 @@ impl World {
         self.pipeline.quarantine().is_empty()
     }
 
-    /// Goes back to saved sets, with working memory that knows of no others.
+    /// Replaces the sets by saved ones and clears the working memory.
     pub(crate) fn replace(&mut self, sets: Sets) {
         self.sets = sets;
         self.soft_bodies = SoftBodySet::new();

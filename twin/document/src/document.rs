@@ -1,4 +1,4 @@
-//! A document: one TOML file, and what was set on top of it.
+//! A document: one TOML file and the values set on top of it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,10 +12,10 @@ use crate::node::{Node, Value};
 use crate::source::{Place, Source};
 use crate::table::{Problems, Reported, Table};
 
-/// Code of the warning that a key is set twice.
+/// Code of the warning for a key that is set twice.
 pub(crate) const SET_TWICE: &str = "set-twice";
 
-/// A document in memory. See the crate's page for an example.
+/// A document in memory. The crate page has an example.
 #[derive(Clone, Debug)]
 pub struct Document {
     source: Arc<Source>,
@@ -24,7 +24,7 @@ pub struct Document {
 }
 
 impl Document {
-    /// Reads the file at `path`; messages show the path as it is given here.
+    /// Reads the file at `path`; messages show the path as passed.
     ///
     /// # Errors
     /// The file cannot be read or is too long ([`read_file`]), is not UTF-8, or is not TOML.
@@ -38,7 +38,7 @@ impl Document {
         }
     }
 
-    /// Reads a document out of the bytes of `file`.
+    /// Reads a document from the bytes of `file`.
     ///
     /// # Errors
     /// They are not UTF-8 or not TOML.
@@ -55,10 +55,10 @@ impl Document {
         }
     }
 
-    /// Reads a document out of `text`, which messages call `file`.
+    /// Reads a document from `text`, which messages call `file`.
     ///
     /// # Errors
-    /// It is not TOML; every mistake that can be told apart is reported.
+    /// It is not TOML; all syntax errors that the parser separates are reported.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         let source = Arc::new(Source::new(file, text.to_owned()));
         let (table, errors) = DeTable::parse_recoverable(text);
@@ -74,23 +74,23 @@ impl Document {
         Err(DocumentError::of(problems.collect()))
     }
 
-    /// The name that messages show.
+    /// Name shown in messages.
     pub fn file(&self) -> &str {
         &self.source.name
     }
 
-    /// The text as it was read, without what was set on top of it.
+    /// Text as read, without the values set on top of it.
     pub fn text(&self) -> &str {
         &self.source.text
     }
 
-    /// Puts `value` at the dotted `key`, in place of what was there or new: `set("--set",
-    /// "plant.step", "0.5 ms")`. A value that is not TOML is taken as a text, so that a shell needs
-    /// no second pair of quotes. Messages about the value show `origin` for a file. What an earlier
-    /// call put there is a warning: the last one counts.
+    /// Sets `value` at the dotted `key`, replacing an existing value:
+    /// `set("--set", "plant.step", "0.5 ms")`. A value that is not TOML is taken as a string, so
+    /// that a shell needs no second pair of quotes. Messages about the value show `origin` as the
+    /// file. Replacing a value set by an earlier call is a warning: the last one is used.
     ///
     /// # Errors
-    /// The key is not a dotted key, or leads through something that is not a table.
+    /// The key is not a dotted key, or a part of its path is not a table.
     pub fn set(&mut self, origin: &str, key: &str, value: &str) -> Result<(), DocumentError> {
         let text = format!("{key} = {value}");
         let text = if is_entry(&text) {
@@ -108,7 +108,7 @@ impl Document {
         let mut keys = Vec::new();
         let mut node = Node::of_table(&table, &source);
         while let Value::Table(entries) = &mut node.value {
-            // An inline table on the right is the value itself, not a part of the key.
+            // An inline table on the right is the value, not a part of the key.
             let deeper = entries.len() == 1 && entries[0].key_place.column() <= key.len();
             if !deeper {
                 break;
@@ -121,8 +121,8 @@ impl Document {
         self.insert(&keys, &key_place, node)
     }
 
-    /// Notes the values at and below the path `keys` that do not stand in the file itself: they are
-    /// about to be replaced.
+    /// Adds a warning for each value at and below the path `keys` that was set on top of the file:
+    /// it is about to be replaced.
     fn warn_of_earlier_settings(&mut self, keys: &[String], by: &Arc<Source>) {
         let mut leaves = Vec::new();
         if let Some(node) = self.root.find(keys) {
@@ -140,11 +140,11 @@ impl Document {
         self.warnings.extend(leaves.into_iter().map(warning));
     }
 
-    /// Puts every entry of `overrides` (a table of another document) in place of what has the same key here. A key may
-    /// be a dotted path, quoted or not; a table replaces only the keys that it holds.
+    /// Replaces the values whose keys occur in `overrides` (a table of another document). A key may
+    /// be a dotted path, quoted or not; a table replaces only the keys it contains.
     ///
     /// # Errors
-    /// A key leads through something that is not a table.
+    /// A part of a key's path is not a table.
     pub fn override_with(&mut self, overrides: &Overrides) -> Result<(), DocumentError> {
         for (keys, place, node) in &overrides.leaves {
             self.insert(keys, place, node.clone())?;
@@ -152,11 +152,11 @@ impl Document {
         Ok(())
     }
 
-    /// Reads the document with `read`, which is given its outermost table, and gives what `read` gives if nothing was
-    /// wrong: no accessor complained and no key was left unasked for.
+    /// Reads the document with `read`, to which the root table is passed, and returns its result if
+    /// no problem was reported and every key was requested.
     ///
     /// # Errors
-    /// Everything that was wrong.
+    /// All problems.
     pub fn check<T>(
         &self,
         read: impl FnOnce(&Table<'_>) -> Result<T, Reported>,
@@ -164,10 +164,11 @@ impl Document {
         self.check_and_warn(read).map(|(value, _)| value)
     }
 
-    /// The same with the warnings of `read` and of [`Document::set`], by place.
+    /// As [`Document::check`], with the warnings of `read` and of [`Document::set`], sorted by
+    /// position.
     ///
     /// # Errors
-    /// Everything that was wrong.
+    /// All problems.
     pub fn check_and_warn<T>(
         &self,
         read: impl FnOnce(&Table<'_>) -> Result<T, Reported>,
@@ -191,31 +192,31 @@ impl Document {
 
     fn insert(&mut self, keys: &[String], place: &Place, node: Node) -> Result<(), DocumentError> {
         self.root.insert(keys, place, node).map_err(|key| {
-            let message = format!("`{key}` cannot be set: what it is a part of is not a table");
+            let message = format!("`{key}` cannot be set: its parent is not a table");
             Problem::at(place, message, "").into()
         })
     }
 }
 
-/// Values that are to replace those of another document; made by [`crate::Item::overrides`].
+/// Values that replace those of another document; returned by [`crate::Item::overrides`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     pub(crate) leaves: Vec<(Vec<String>, Place, Node)>,
 }
 
 impl Overrides {
-    /// Whether nothing is replaced.
+    /// Whether no value is replaced.
     pub fn is_empty(&self) -> bool {
         self.leaves.is_empty()
     }
 
-    /// The dotted keys of what is replaced.
+    /// Dotted keys of the replaced values.
     pub fn keys(&self) -> impl Iterator<Item = String> + use<'_> {
         self.leaves.iter().map(|(keys, ..)| keys.join("."))
     }
 
-    /// Keys that stand here twice, in different spellings: `leg.aslp.l1` and `"leg.aslp".l1`. Each
-    /// but the last is shown.
+    /// Keys that occur twice in different spellings, as in `leg.aslp.l1` and `"leg.aslp".l1`: a
+    /// problem at each occurrence but the last.
     pub(crate) fn set_twice(&self) -> Vec<Problem> {
         let mut last: BTreeMap<&[String], &Place> = BTreeMap::new();
         let mut problems = Vec::new();
@@ -251,13 +252,12 @@ fn collect(node: &Node, path: &mut Vec<String>, leaves: &mut Vec<(Vec<String>, P
     }
 }
 
-/// Whether `text` is TOML and one entry, no more.
+/// Whether `text` is TOML with exactly one entry.
 fn is_entry(text: &str) -> bool {
     DeTable::parse(text).is_ok_and(|table| table.get_ref().len() == 1) && !text.contains('\n')
 }
 
-/// `value` as a TOML text.
-/// `value` as a TOML string; control characters, which no key or name has, become blanks.
+/// Returns `value` as a quoted TOML string; control characters become blanks.
 pub fn quoted(value: &str) -> String {
     let mut out = String::from("\"");
     for c in value.chars() {

@@ -1,19 +1,20 @@
-//! What is wrong with a document, shown so that a person can mend it.
+//! Problems of a document, with position and remedy.
 
 use std::fmt;
 
 use crate::source::Place;
 
-/// One thing that is wrong: where, what, and what to do about it.
+/// A problem: position, description and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// The file, as it was named by whoever asked for it.
+    /// Name of the file as passed by the caller.
     pub file: String,
-    /// Where in the file; absent where the file as a whole is meant (it cannot be read).
+    /// Position in the file; absent if the problem concerns the file as a whole (it cannot be
+    /// read).
     pub place: Option<Place>,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What would be right; may be empty.
+    /// Remedy; may be empty.
     pub help: String,
 }
 
@@ -45,7 +46,7 @@ impl Problem {
 
 impl fmt::Display for Problem {
     /// ```text
-    /// error: `12 Hz` is a frequency; `l1` wants a length
+    /// error: `12 Hz` is a frequency; expected a length
     ///  --> robots/mine.toml:7:6
     ///   |
     /// 7 | l1 = "12 Hz"
@@ -59,13 +60,13 @@ impl fmt::Display for Problem {
 }
 
 impl Problem {
-    /// What problems of one document are sorted by: line and column.
+    /// Sort key of the problems of one document: line and column.
     fn order(&self) -> Option<(usize, usize)> {
         let place = self.place.as_ref()?;
         Some((place.line(), place.column()))
     }
 
-    /// Message, place and help, without the severity in front.
+    /// Writes message, position and help, without the severity in front.
     fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)?;
         let Some(place) = &self.place else {
@@ -77,7 +78,7 @@ impl Problem {
         };
         let line = place.line().to_string();
         let margin = " ".repeat(line.len());
-        // A tab stays a tab, so that the caret stands below what it means whatever a tab's width.
+        // Tabs are kept, so that the caret is aligned for any tab width.
         let indent: String = place
             .before()
             .chars()
@@ -98,17 +99,17 @@ impl Problem {
     }
 }
 
-/// Something that is accepted and most likely a mistake.
+/// An accepted value that is probably a mistake.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// A stable name of its kind, for programs.
+    /// Stable name of the kind of warning, for programs.
     pub code: &'static str,
-    /// Where, what, and the remedy.
+    /// Position, description and remedy.
     pub problem: Problem,
 }
 
 impl fmt::Display for Warning {
-    /// As [`Problem`], with `warning[CODE]: ` in front.
+    /// As [`Problem`], preceded by `warning[CODE]: `.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "warning[{}]: ", self.code)?;
         self.problem.write(f)
@@ -116,22 +117,22 @@ impl fmt::Display for Warning {
 }
 
 impl Warning {
-    /// Sorts by place, as errors are sorted, and removes repetitions.
+    /// Sorts by position, as errors are sorted, and removes duplicates.
     pub(crate) fn sort(warnings: &mut Vec<Warning>) {
         warnings.sort_by_cached_key(|warning| warning.problem.order());
         warnings.dedup();
     }
 }
 
-/// Why a document was refused: everything that was found wrong with it, in the order of the file.
+/// All problems of a rejected document, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DocumentError {
-    /// Never empty.
+    /// Problems; never empty.
     pub problems: Vec<Problem>,
 }
 
 impl DocumentError {
-    /// The error of several problems, sorted by place.
+    /// Creates the error of several problems, sorted by position.
     pub(crate) fn of(mut problems: Vec<Problem>) -> Self {
         problems.sort_by_cached_key(Problem::order);
         problems.dedup();

@@ -1,19 +1,20 @@
-//! Reading files of which nobody knows how long they are.
+//! Reading of files with a bound on their length.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// So much is read of what is no regular file, a pipe or a device, of which nothing says whether it ends \[bytes\].
+/// Maximum length read from a pipe or device, which may be endless \[bytes\].
 pub const STREAM_MOST: u64 = 16_000_000;
 
-/// A text longer than this was not written by a person \[bytes\].
+/// Maximum length of a text document \[bytes\]; longer ones are not hand-written.
 pub const TEXT_MOST: u64 = 64_000_000;
 
-/// Reads the file at `path`: a regular one if it has no more than `most` bytes, anything else up to [`STREAM_MOST`].
+/// Reads the file at `path`: a regular file of at most `most` bytes, any other up to
+/// [`STREAM_MOST`].
 ///
 /// # Errors
-/// It cannot be read, or is longer, which is found out before memory is spent on it.
+/// The file cannot be read or is longer; the length is checked before memory is allocated.
 ///
 /// ```
 /// use std::path::Path;
@@ -22,7 +23,7 @@ pub const TEXT_MOST: u64 = 64_000_000;
 /// assert!(read_file(Path::new("/no/such/file"), TEXT_MOST).is_err());
 /// # #[cfg(target_os = "linux")] {
 /// let endless = read_file(Path::new("/dev/zero"), TEXT_MOST).unwrap_err();
-/// assert_eq!(endless.to_string(), "it is no regular file, and goes on after 16 MB");
+/// assert_eq!(endless.to_string(), "it is not a regular file and is longer than 16 MB");
 /// # }
 /// ```
 pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
@@ -34,7 +35,7 @@ pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
         let most = STREAM_MOST;
         (
             most,
-            format!("it is no regular file, and goes on after {}", size(most)),
+            format!("it is not a regular file and is longer than {}", size(most)),
         )
     };
     let too_long = || Error::new(ErrorKind::FileTooLarge, why.clone());
@@ -55,7 +56,7 @@ pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// `16 MB`.
+/// Formats a length: `16 MB`.
 fn size(bytes: u64) -> String {
     format!("{} MB", bytes / 1_000_000)
 }
@@ -65,17 +66,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_regular_file_is_read_up_to_its_bound_and_not_beyond() {
+    fn regular_file_is_read_up_to_its_bound_only() {
         let path = std::env::temp_dir().join(format!("twinrig-read-{}", std::process::id()));
         std::fs::write(&path, b"12345").unwrap();
         assert_eq!(read_file(&path, 5).unwrap(), b"12345");
-        let refused = read_file(&path, 4).unwrap_err();
-        assert_eq!(refused.kind(), ErrorKind::FileTooLarge);
-        // One that is sparse costs nothing to refuse.
+        let rejected = read_file(&path, 4).unwrap_err();
+        assert_eq!(rejected.kind(), ErrorKind::FileTooLarge);
+        // A sparse file is rejected without reading it.
         let file = File::options().write(true).open(&path).unwrap();
         file.set_len(TEXT_MOST + 1).unwrap();
-        let refused = read_file(&path, TEXT_MOST).unwrap_err();
-        assert_eq!(refused.to_string(), "it is longer than 64 MB");
+        let rejected = read_file(&path, TEXT_MOST).unwrap_err();
+        assert_eq!(rejected.to_string(), "it is longer than 64 MB");
         std::fs::remove_file(&path).unwrap();
     }
 }

@@ -1,4 +1,4 @@
-//! One value that is being read.
+//! A value that is being read.
 
 use twinrig_kernel::{SimDuration, Unit};
 
@@ -11,7 +11,8 @@ use crate::range::Range;
 use crate::source::Place;
 use crate::table::{Problems, Reported, Table};
 
-/// A value of a document. Each accessor gives the value as a type, or reports why it is not one.
+/// A value of a document. Each accessor returns the value as a type, or reports why it is of
+/// another.
 #[derive(Debug)]
 pub struct Item<'d> {
     node: &'d Node,
@@ -28,34 +29,34 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// Its dotted path in the document: `plant.step`.
+    /// Dotted path in the document: `plant.step`.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// The last part of its path: `step`.
+    /// Last part of the path: `step`.
     pub fn key(&self) -> &str {
         self.path.rsplit('.').next().unwrap_or(&self.path)
     }
 
-    /// Where it stands.
+    /// Position of the value.
     pub fn place(&self) -> Place {
         self.node.place.clone()
     }
 
-    /// Notes that this value is wrong.
+    /// Reports a problem with this value.
     pub fn report(&self, message: impl Into<String>, help: impl Into<String>) -> Reported {
         self.problems
             .report(Problem::at(&self.node.place, message, help))
     }
 
-    /// Notes a warning about this value.
+    /// Adds a warning about this value.
     pub fn warn(&self, code: &'static str, message: impl Into<String>, help: impl Into<String>) {
         self.problems
             .warn(code, Problem::at(&self.node.place, message, help));
     }
 
-    /// Notes that what stands at `place`, in this document, is wrong.
+    /// Reports a problem at `place` in this document.
     pub fn report_at(
         &self,
         place: &Place,
@@ -65,28 +66,30 @@ impl<'d> Item<'d> {
         self.problems.report(Problem::at(place, message, help))
     }
 
-    /// Notes that the word `word` is not one of `candidates`, which are `what` (`models in this build`).
+    /// Reports that `word` is not among `candidates`, which `label` describes
+    /// (`models in this build`).
     pub fn report_word<'c>(
         &self,
         message: impl Into<String>,
         word: &str,
-        what: &str,
+        label: &str,
         candidates: impl IntoIterator<Item = &'c str>,
     ) -> Reported {
-        self.report(message, near::suggestion(word, what, candidates))
+        self.report(message, near::suggestion(word, label, candidates))
     }
 
-    /// Whether it is a text.
+    /// Whether the value is a string.
     pub fn is_text(&self) -> bool {
         matches!(self.node.value, Value::Text(_))
     }
 
-    /// Whether it is a table.
+    /// Whether the value is a table.
     pub fn is_table(&self) -> bool {
         matches!(self.node.value, Value::Table(_))
     }
 
-    /// The keys of a table, in the order of the text; none if it is something else. Asks for none of them.
+    /// Keys of a table, in the order of the text; `None` for another type. The keys do not count as
+    /// requested.
     pub fn keys(&self) -> Option<impl Iterator<Item = &'d str> + use<'d>> {
         match &self.node.value {
             Value::Table(entries) => Some(entries.iter().map(|entry| entry.key.as_str())),
@@ -94,8 +97,8 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// The value of `key`, if it is a table that has it. Unlike [`Table::get`] this does not ask for the key: it is for
-    /// looking before reading.
+    /// Returns the value of `key`, if this is a table with that key. Unlike [`Table::get`] this
+    /// does not count as a request for the key.
     pub fn peek(&self, key: &str) -> Option<Item<'d>> {
         let Value::Table(entries) = &self.node.value else {
             return None;
@@ -105,7 +108,7 @@ impl<'d> Item<'d> {
         Some(Item::new(&entry.node, path, self.problems))
     }
 
-    /// The unit that a quantity is spelled in; [`Unit::One`] for a bare number and for what is no quantity.
+    /// Unit in which a quantity is written; [`Unit::One`] for a bare number and for other types.
     pub fn spelled_unit(&self) -> Unit {
         match &self.node.value {
             Value::Text(text) => quantity::spelled_unit(text),
@@ -113,10 +116,10 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// The unit that a quantity is spelled in, where any unit goes.
+    /// Unit in which a quantity is written, where any unit is accepted.
     ///
     /// # Errors
-    /// There is a unit, and it is not known.
+    /// The unit is unknown.
     pub fn any_unit(&self) -> Result<Unit, Reported> {
         match &self.node.value {
             Value::Text(text) => {
@@ -126,82 +129,85 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// Whether it is a list.
+    /// Whether the value is a list.
     pub fn is_list(&self) -> bool {
         matches!(self.node.value, Value::List(_))
     }
 
-    /// A text.
+    /// Returns the value as a string.
     ///
     /// # Errors
-    /// It is something else.
+    /// The value has another type.
     pub fn text(&self) -> Result<&'d str, Reported> {
         match &self.node.value {
             Value::Text(text) => Ok(text),
-            _ => Err(self.not("a text in quotes")),
+            _ => Err(self.wrong_type("a text in quotes")),
         }
     }
 
-    /// One of several words, each with what it stands for.
+    /// Returns the value that belongs to one of several words.
     ///
     /// # Errors
-    /// It is another word or not a text.
+    /// The value is another word or not a string.
     pub fn choice<T: Clone>(&self, choices: &[(&str, T)]) -> Result<T, Reported> {
         let text = self.text()?;
         if let Some((_, value)) = choices.iter().find(|(word, _)| *word == text) {
             return Ok(value.clone());
         }
-        let message = format!("`{text}` is no `{}`", self.key());
+        let message = format!("`{text}` is not a valid `{}`", self.key());
         let words = choices.iter().map(|(word, _)| *word);
         Err(self.report_word(message, text, "it may be", words))
     }
 
-    /// True or false.
+    /// Returns the value as a boolean.
     ///
     /// # Errors
-    /// It is something else.
+    /// The value has another type.
     pub fn boolean(&self) -> Result<bool, Reported> {
         match &self.node.value {
             Value::Boolean(value) => Ok(*value),
-            _ => Err(self.not("true or false")),
+            _ => Err(self.wrong_type("true or false")),
         }
     }
 
-    /// A whole number, not negative.
+    /// Returns the value as a non-negative integer.
     ///
     /// # Errors
-    /// It is something else, negative, or larger than 2⁶⁴ − 1.
+    /// The value has another type, is negative, or exceeds 2⁶⁴ − 1.
     pub fn natural(&self) -> Result<u64, Reported> {
         match &self.node.value {
             Value::Integer(digits) => digits.parse().map_err(|_| {
                 let message = format!("`{}` is {digits}", self.key());
                 self.report(
                     message,
-                    "wanted is a whole number from 0 to 18446744073709551615",
+                    "expected a whole number from 0 to 18446744073709551615",
                 )
             }),
-            _ => Err(self.not("a whole number")),
+            _ => Err(self.wrong_type("a whole number")),
         }
     }
 
-    /// A quantity, in the unit of the International System, within `range`. A bare number is accepted only where
+    /// Returns a quantity in the SI unit `unit`, within `range`. A bare number is accepted only if
     /// `unit` is [`Unit::One`].
     ///
     /// # Errors
-    /// It is no quantity, of another dimension, not finite, or outside the range.
+    /// The value is not a quantity, has another dimension, is not finite, or is outside the range.
     pub fn quantity(&self, unit: Unit, range: &Range) -> Result<f64, Reported> {
         let value = match &self.node.value {
             Value::Text(text) => quantity::parse_quantity(text, unit),
             Value::Integer(digits) | Value::Float(digits) if unit == Unit::One => number(digits),
             Value::Integer(digits) | Value::Float(digits) => Err(QuantityError {
                 message: format!(
-                    "`{}` is {digits} without a unit; wanted is {}",
+                    "`{}` is {digits} without a unit; expected {}",
                     self.key(),
                     quantity::quantity_name(unit)
                 ),
                 help: quantity::example(unit),
             }),
-            _ => return Err(self.not_help(quantity::quantity_name(unit), quantity::example(unit))),
+            _ => {
+                return Err(self
+                    .wrong_type_with_help(quantity::quantity_name(unit), quantity::example(unit)));
+            }
         };
         let value = value.map_err(|error| self.report(error.message, error.help))?;
         if range.contains(value) {
@@ -213,7 +219,7 @@ impl<'d> Item<'d> {
         Err(self.report(message, help))
     }
 
-    /// A number without a dimension, within `range`.
+    /// Returns a dimensionless number within `range`.
     ///
     /// # Errors
     /// As [`Item::quantity`].
@@ -221,23 +227,23 @@ impl<'d> Item<'d> {
         self.quantity(Unit::One, range)
     }
 
-    /// A duration, exact to the nanosecond; zero is one.
+    /// Returns a duration, exact to the nanosecond; zero is accepted.
     ///
     /// # Errors
-    /// It is no duration, negative, or not a whole number of nanoseconds.
+    /// The value is not a duration, is negative, or is not a whole number of nanoseconds.
     pub fn duration(&self) -> Result<SimDuration, Reported> {
-        // The accessor of quantities says best what is wrong with something that is not a text.
+        // For other types than strings the accessor of quantities has the best message.
         let Value::Text(text) = &self.node.value else {
             self.quantity(Unit::Second, &Range::NOT_NEGATIVE)?;
-            return Err(self.not("a duration"));
+            return Err(self.wrong_type("a duration"));
         };
         quantity::parse_duration(text).map_err(|error| self.report(error.message, error.help))
     }
 
-    /// A duration longer than zero.
+    /// Returns a duration greater than zero.
     ///
     /// # Errors
-    /// As [`Item::duration`], and zero.
+    /// As [`Item::duration`]; also zero.
     pub fn positive_duration(&self) -> Result<SimDuration, Reported> {
         let duration = self.duration()?;
         if duration.as_nanos() == 0 {
@@ -247,36 +253,36 @@ impl<'d> Item<'d> {
         Ok(duration)
     }
 
-    /// A table.
+    /// Returns the value as a table.
     ///
     /// # Errors
-    /// It is something else.
+    /// The value has another type.
     pub fn table(&self) -> Result<Table<'d>, Reported> {
         match &self.node.value {
             Value::Table(_) => Ok(Table::new(self.node, &self.path, self.problems)),
-            _ => Err(self.not_help(
+            _ => Err(self.wrong_type_with_help(
                 "a table",
                 format!("write it as in {} = {{ … }}", self.key()),
             )),
         }
     }
 
-    /// The items of a list.
+    /// Returns the items of a list.
     ///
     /// # Errors
-    /// It is something else.
+    /// The value has another type.
     pub fn list(&self) -> Result<Vec<Item<'d>>, Reported> {
         let Value::List(nodes) = &self.node.value else {
-            return Err(self.not("a list"));
+            return Err(self.wrong_type("a list"));
         };
         let item = |node| Item::new(node, self.path.clone(), self.problems);
         Ok(nodes.iter().map(item).collect())
     }
 
-    /// The list that `read` makes, item by item; every item is read, even after a problem.
+    /// Reads a list item by item with `read`; every item is read, even after a problem.
     ///
     /// # Errors
-    /// It is no list, or `read` reported something.
+    /// The value is not a list, or `read` reported a problem.
     pub fn each<T>(
         &self,
         read: impl FnMut(&Item<'d>) -> Result<T, Reported>,
@@ -285,18 +291,18 @@ impl<'d> Item<'d> {
         read.into_iter().collect()
     }
 
-    /// A list of texts.
+    /// Returns a list of strings.
     ///
     /// # Errors
-    /// It is something else.
+    /// The value has another type.
     pub fn texts(&self) -> Result<Vec<&'d str>, Reported> {
         self.each(Item::text)
     }
 
-    /// A table whose entries are to replace those of another document. Its keys are checked there.
+    /// Returns a table whose entries replace those of another document, where its keys are checked.
     ///
     /// # Errors
-    /// It is not a table.
+    /// The value is not a table.
     pub fn overrides(&self) -> Result<Overrides, Reported> {
         match &self.node.value {
             Value::Table(_) => {
@@ -306,19 +312,19 @@ impl<'d> Item<'d> {
                 }
                 Ok(overrides)
             }
-            _ => Err(self.not("a table")),
+            _ => Err(self.wrong_type("a table")),
         }
     }
 
-    fn not(&self, wanted: &str) -> Reported {
-        self.not_help(wanted, String::new())
+    fn wrong_type(&self, expected: &str) -> Reported {
+        self.wrong_type_with_help(expected, String::new())
     }
 
-    fn not_help(&self, wanted: &str, help: String) -> Reported {
+    fn wrong_type_with_help(&self, expected: &str, help: String) -> Reported {
         let message = format!(
-            "`{}` is {}; wanted is {wanted}",
+            "`{}` is {}; expected {expected}",
             self.key(),
-            self.node.value.what()
+            self.node.value.type_name()
         );
         self.report(message, help)
     }

@@ -1,6 +1,7 @@
-//! TOML documents whose every value knows its place. A reader asks a [`Table`] for its keys by type; whatever is wrong (a
-//! missing key, a wrong unit, a number out of range, a key that nobody asked for) becomes one [`DocumentError`] that shows
-//! file, line, column and the nearest valid word, and never a panic, whatever the bytes.
+//! TOML documents with the source position of every value. A reader requests the keys of a
+//! [`Table`] by type; every problem (a missing key, a wrong unit, a number out of range, an unknown
+//! key) becomes part of one [`DocumentError`], which shows file, line, column and the nearest valid
+//! word. No input causes a panic.
 //!
 //! ```
 //! use twinrig_document::{Document, Range};
@@ -8,7 +9,8 @@
 //!
 //! let read = |text: &str| {
 //!     Document::parse("leg.toml", text)?.check(|table| {
-//!         let length = table.required("length", |item| item.quantity(Unit::Meter, &Range::POSITIVE));
+//!         let positive = Range::POSITIVE;
+//!         let length = table.required("length", |item| item.quantity(Unit::Meter, &positive));
 //!         let period = table.required("period", |item| item.positive_duration());
 //!         Ok((length?, period?))
 //!     })
@@ -29,14 +31,15 @@
 //! );
 //! ```
 //!
-//! What is accepted and most likely a mistake is a [`Warning`] of [`Document::check_and_warn`],
-//! with its place, too.
+//! Accepted values that are probably mistakes become a [`Warning`] of [`Document::check_and_warn`],
+//! also with its position.
 //!
-//! Quantities are texts with a unit (`"12.6 cm"`), checked by dimension; a bare number is accepted only where there is no
-//! dimension. A power of ten shifts the decimal point of the text and rounds once; durations become whole nanoseconds
-//! without passing through a floating-point number.
+//! Quantities are strings with a unit (`"12.6 cm"`), checked by dimension; a bare number is
+//! accepted for dimensionless quantities only. A power of ten shifts the decimal point of the text
+//! and the result is rounded once; durations become whole nanoseconds without an intermediate
+//! floating-point number.
 //!
-//! What it does not do: write TOML; know any file's meaning; keep comments; accept dates.
+//! Out of scope: writing TOML, the meaning of any file, comments, dates.
 
 mod document;
 mod error;

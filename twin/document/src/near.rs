@@ -1,9 +1,10 @@
-//! The word that was probably meant.
+//! Suggestions for misspelt words.
 
 use twinrig_kernel::near_misses;
 
-/// The candidate that was probably meant by `word`, if there is one: the nearest in spelling, or else one of which `word`
-/// is the beginning or the ending, or the other way round. Ties go to the earliest candidate.
+/// Returns the candidate that `word` most probably stands for: the nearest in spelling, otherwise
+/// one that begins or ends with `word` or with which `word` begins or ends. Ties are resolved in
+/// favour of the earliest candidate.
 ///
 /// ```
 /// use twinrig_document::nearest;
@@ -27,12 +28,13 @@ pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) ->
     })
 }
 
-/// `did you mean `x`?`, or the list of what there is, or nothing where there is nothing.
+/// Returns `` did you mean `x`? ``, otherwise the list of candidates after `label`; empty if there
+/// are none.
 ///
-/// A long list is cut, with the number of words left off.
+/// A long list is truncated, with the number of omitted words.
 pub fn suggestion<'c>(
     word: &str,
-    what: &str,
+    label: &str,
     candidates: impl IntoIterator<Item = &'c str>,
 ) -> String {
     const SHOWN_MAX: usize = 24;
@@ -51,9 +53,9 @@ pub fn suggestion<'c>(
         .join(", ");
     if candidates.len() > SHOWN_MAX {
         let left = candidates.len() - SHOWN_MAX;
-        return format!("{what}: {list}, and {left} more");
+        return format!("{label}: {list}, and {left} more");
     }
-    format!("{what}: {list}")
+    format!("{label}: {list}")
 }
 
 #[cfg(test)]
@@ -61,17 +63,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_swap_counts_once() {
+    fn transposition_is_one_edit() {
         assert_eq!(nearest("hgit", ["gait", "hgti"]), Some("hgti"));
     }
 
     #[test]
-    fn a_tie_goes_to_the_earliest() {
+    fn tie_is_resolved_in_favour_of_the_earliest() {
         assert_eq!(nearest("LX", ["LF", "LH"]), Some("LF"));
     }
 
     #[test]
-    fn nothing_near_lists_what_there_is() {
+    fn candidates_are_listed_if_none_is_near() {
         assert_eq!(
             suggestion("zzz", "models", ["massless", "lcp"]),
             "models: massless, lcp"

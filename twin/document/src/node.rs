@@ -1,4 +1,4 @@
-//! A document as a tree whose every node knows its place.
+//! A document as a tree of values with positions.
 
 use std::sync::Arc;
 
@@ -7,29 +7,29 @@ use toml::de::{DeTable, DeValue};
 
 use crate::source::{Place, Source};
 
-/// A value and where it stands.
+/// A value with its position.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Node {
     pub value: Value,
     pub place: Place,
 }
 
-/// A value of a document. Numbers keep their digits: what is exact in the text stays exact.
+/// A value of a document. Numbers keep their digits, so that exact decimal values remain exact.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     Text(String),
-    /// Digits in base ten.
+    /// Decimal digits.
     Integer(String),
-    /// A decimal number; may be `inf` or `nan`, which TOML allows and nothing here accepts.
+    /// Decimal number; may be `inf` or `nan`, which are valid TOML and rejected by every accessor.
     Float(String),
     Boolean(bool),
-    /// A date or a time of day, which nothing here accepts.
+    /// Date or time of day; rejected by every accessor.
     Date,
     List(Vec<Node>),
     Table(Vec<Entry>),
 }
 
-/// A key of a table, where the key stands, and its value.
+/// A key of a table, its position and its value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub key: String,
@@ -38,8 +38,8 @@ pub(crate) struct Entry {
 }
 
 impl Value {
-    /// What it is, with its article.
-    pub fn what(&self) -> &'static str {
+    /// Name of the type with its article.
+    pub fn type_name(&self) -> &'static str {
         match self {
             Value::Text(_) => "a text",
             Value::Integer(_) => "a whole number",
@@ -53,7 +53,7 @@ impl Value {
 }
 
 impl Node {
-    /// The tree of a TOML table as `toml` read it, in the order of the text.
+    /// Converts a parsed TOML table, in the order of the text.
     pub fn of_table(table: &Spanned<DeTable<'_>>, source: &Arc<Source>) -> Node {
         let place = Place::new(Arc::clone(source), table.span());
         let mut entries: Vec<_> = table.get_ref().iter().collect();
@@ -72,7 +72,7 @@ impl Node {
         }
     }
 
-    /// The tree of a TOML value.
+    /// Converts a parsed TOML value.
     pub fn of_value(value: &Spanned<DeValue<'_>>, source: &Arc<Source>) -> Node {
         let place = Place::new(Arc::clone(source), value.span());
         let value = match value.get_ref() {
@@ -97,7 +97,7 @@ impl Node {
         Node { value, place }
     }
 
-    /// The node at the path `keys` below this one.
+    /// Returns the node at the path `keys` below this one.
     pub fn find(&self, keys: &[String]) -> Option<&Node> {
         let [key, rest @ ..] = keys else {
             return Some(self);
@@ -112,8 +112,8 @@ impl Node {
             .find(rest)
     }
 
-    /// The values at and below this node with their dotted paths, of which `path` is that of this
-    /// one: all but tables that have entries.
+    /// Collects the values at and below this node (all but non-empty tables) with their dotted
+    /// paths; `path` is the path of this node.
     pub fn leaves<'n>(&'n self, path: &str, leaves: &mut Vec<(String, &'n Node)>) {
         match &self.value {
             Value::Table(entries) if !entries.is_empty() => {
@@ -125,8 +125,8 @@ impl Node {
         }
     }
 
-    /// Puts `node` at the path `keys` below this one, making tables on the way. The error is the key whose value is
-    /// no table.
+    /// Inserts `node` at the path `keys` below this one, creating tables as needed. The error is
+    /// the first key whose parent is not a table.
     pub fn insert(&mut self, keys: &[String], place: &Place, node: Node) -> Result<(), String> {
         let [key, rest @ ..] = keys else {
             *self = node;

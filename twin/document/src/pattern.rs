@@ -1,7 +1,9 @@
-//! Regular expressions of quantities, for schemas: what matches none of them is refused by [`crate::Item::quantity`], too.
+//! Regular expressions of quantities, for schemas. Text that does not match is also rejected by
+//! [`crate::Item::quantity`].
 //!
-//! They are in the common subset of ECMA 262, Python and Rust: no look-around, no back-references. A pattern checks the
-//! notation, the unit and the sign; magnitudes and whole nanoseconds are left to the reader.
+//! The expressions are in the common subset of ECMA 262, Python and Rust: no look-around, no
+//! back-references. A pattern checks notation, unit and sign; magnitudes and whole nanoseconds are
+//! checked by the reader.
 
 use std::ops::Bound;
 
@@ -15,8 +17,8 @@ const NONZERO: &str = r"(?:0*[1-9][0-9]*(?:\.[0-9]+)?|0+\.0*[1-9][0-9]*)";
 const ZERO: &str = r"0+(?:\.0+)?";
 const EXPONENT: &str = r"(?:[eE][+-]?[0-9]+)?";
 
-/// What every text matches that [`crate::parse_quantity`] reads in `unit`, and of the others hardly any. The sign is that of
-/// `range`; its ends are not looked at beyond that.
+/// Returns a pattern that every text accepted by [`crate::parse_quantity`] in `unit` matches, and
+/// hardly any other. Of `range`, only the sign is checked.
 ///
 /// ```
 /// use twinrig_document::{Range, quantity_pattern};
@@ -29,7 +31,8 @@ pub fn quantity_pattern(unit: Unit, range: &Range) -> String {
     anchored(&signed(range), &of_units(&[unit]))
 }
 
-/// What every text matches that [`crate::parse_duration`] reads; without zero if `positive`.
+/// Returns a pattern that every text accepted by [`crate::parse_duration`] matches; zero is
+/// excluded if `positive`.
 pub fn duration_pattern(positive: bool) -> String {
     let number = if positive { NONZERO } else { NUMBER };
     anchored(
@@ -38,13 +41,13 @@ pub fn duration_pattern(positive: bool) -> String {
     )
 }
 
-/// What every quantity matches whose unit is known, whatever it is.
+/// Returns a pattern that every quantity of a known unit matches.
 pub fn any_quantity_pattern(range: &Range) -> String {
     let units: Vec<Unit> = units::KINDS.iter().map(|kind| kind.unit).collect();
     anchored(&signed(range), &of_units(&units))
 }
 
-/// What every percentage matches that is not negative.
+/// Returns a pattern that every non-negative percentage matches.
 pub fn percentage_pattern() -> String {
     anchored(&signed(&Range::NOT_NEGATIVE), "%")
 }
@@ -53,7 +56,7 @@ fn anchored(number: &str, unit: &str) -> String {
     format!(r"^\s*{number}\s*{unit}\s*$")
 }
 
-/// A number with the signs that a range leaves it.
+/// Pattern of a number with the signs admitted by `range`.
 fn signed(range: &Range) -> String {
     match range.min {
         Bound::Excluded(min) if min >= 0.0 => format!(r"\+?{NONZERO}{EXPONENT}"),
@@ -63,7 +66,7 @@ fn signed(range: &Range) -> String {
     }
 }
 
-/// Every spelling of `units`; nothing is one of a plain number.
+/// Pattern of all spellings of `units`; the unit is optional for dimensionless numbers.
 fn of_units(units: &[Unit]) -> String {
     let kinds = units.iter().filter_map(|unit| units::kind(*unit));
     let spellings = kinds.flat_map(|kind| kind.spellings);
@@ -75,7 +78,8 @@ fn of_units(units: &[Unit]) -> String {
     format!("(?:{}){optional}", spellings.join("|"))
 }
 
-/// All notations of one spelling, as `units::scale` knows them: `kg·m²`, `kg*m^2`, `kg m2`.
+/// Pattern of all notations of one spelling, as accepted by `units::scale`: `kg·m²`, `kg*m^2`,
+/// `kg m2`.
 fn spelled(spelling: &str) -> String {
     const DOT: &str = "[*·⋅. ]";
     let mut pattern = String::new();
@@ -111,7 +115,7 @@ mod tests {
         "[+-]?(0{0,2}|[1-9])[0-9]{1,2}(\\.(0|[0-9]{1,3}))?([eE][+-]?[0-9])?"
     }
 
-    /// A spelling of one of the kinds, in one of its notations.
+    /// A unit spelling of one of the kinds, in one of its notations.
     fn notation() -> impl Strategy<Value = (usize, String)> {
         let kind = (0..KINDS.len(), any::<prop::sample::Index>());
         let notation = (
@@ -136,7 +140,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_read_matches((kind, spelling) in notation(), number in number(), space in " ?") {
+        fn accepted_quantities_match((kind, spelling) in notation(), number in number(), space in " ?") {
             let unit = KINDS[kind].unit;
             let text = format!("{number}{space}{spelling}");
             let value = parse_quantity(&text, unit).unwrap();
@@ -148,7 +152,7 @@ mod tests {
         }
 
         #[test]
-        fn the_unit_of_another_dimension_does_not_match(
+        fn unit_of_another_dimension_does_not_match(
             (kind, spelling) in notation(), other in 0..KINDS.len(), number in number(),
         ) {
             let text = format!("{number} {spelling}");
@@ -159,7 +163,7 @@ mod tests {
         }
 
         #[test]
-        fn every_duration_that_is_read_matches(number in number(), unit in "s|ms|us|µs|ns|min|h|") {
+        fn accepted_durations_match(number in number(), unit in "s|ms|us|µs|ns|min|h|") {
             let text = format!("{number} {unit}");
             if let Ok(duration) = parse_duration(&text) {
                 prop_assert!(matches(&duration_pattern(false), &text));
@@ -168,7 +172,7 @@ mod tests {
         }
 
         #[test]
-        fn hardly_anything_else_matches(text in "[-+0-9.eE mskHz%]{0,8}", kind in 0..KINDS.len()) {
+        fn rejected_texts_do_not_match(text in "[-+0-9.eE mskHz%]{0,8}", kind in 0..KINDS.len()) {
             let unit = KINDS[kind].unit;
             let matched = matches(&quantity_pattern(unit, &Range::ANY), &text);
             prop_assert_eq!(matched, parse_quantity(&text, unit).is_ok(), "{}", text);

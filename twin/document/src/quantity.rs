@@ -1,4 +1,4 @@
-//! Numbers with units, from text and back, without a rounding that the text did not ask for.
+//! Conversion of quantities from and to text, without avoidable rounding.
 
 use std::fmt;
 
@@ -6,12 +6,12 @@ use twinrig_kernel::{SimDuration, Unit};
 
 use crate::units::{self, Scale};
 
-/// Why a text is not the quantity that was wanted.
+/// Reason why a text is not the expected quantity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QuantityError {
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What would be right; may be empty.
+    /// Remedy; may be empty.
     pub help: String,
 }
 
@@ -27,7 +27,7 @@ impl fmt::Display for QuantityError {
 
 impl std::error::Error for QuantityError {}
 
-/// The number of `text` in the unit of the International System that `unit` is.
+/// Returns the number of `text` in the SI unit `unit`.
 ///
 /// ```
 /// use twinrig_document::parse_quantity;
@@ -38,7 +38,7 @@ impl std::error::Error for QuantityError {}
 /// ```
 ///
 /// # Errors
-/// No number, a unit of another dimension, no unit where one is needed, or a number too large to hold.
+/// No number, a unit of another dimension, a missing unit, or a number too large for `f64`.
 pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
     let (digits, spelling) = split(text);
     let kind = units::kind(unit).ok_or_else(|| QuantityError {
@@ -48,7 +48,7 @@ pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
     if digits.is_empty() {
         return Err(QuantityError {
             message: format!(
-                "`{text}` does not begin with a number; wanted is {}",
+                "`{text}` does not begin with a number; expected {}",
                 kind.name
             ),
             help: example(unit),
@@ -69,11 +69,11 @@ pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
         })
 }
 
-/// The longest duration that can be written: a hundred years. Simulated time itself ends after 584, and panics there;
-/// an instant of a run, a period and two delays on top of it stay short of that.
+/// Maximum duration in a document: a hundred years. [`twinrig_kernel::SimTime`] overflows after 584
+/// years; an instant of a run plus a period and two delays remains below that.
 const LONGEST_NANOS: u64 = 100 * 31_557_600 * 1_000_000_000;
 
-/// The duration of `text`, exact to the nanosecond and never by way of a floating-point number.
+/// Returns the duration of `text`, exact to the nanosecond, without floating-point arithmetic.
 ///
 /// ```
 /// use twinrig_document::parse_duration;
@@ -83,8 +83,8 @@ const LONGEST_NANOS: u64 = 100 * 31_557_600 * 1_000_000_000;
 /// ```
 ///
 /// # Errors
-/// As [`parse_quantity`]; also a negative duration, one that is not a whole number of nanoseconds, and one longer than
-/// a hundred years.
+/// As [`parse_quantity`]; also a negative duration, one that is not a whole number of nanoseconds,
+/// and one longer than a hundred years.
 pub fn parse_duration(text: &str) -> Result<SimDuration, QuantityError> {
     parse_quantity(text, Unit::Second)?;
     let (digits, spelling) = split(text);
@@ -112,7 +112,7 @@ pub fn parse_duration(text: &str) -> Result<SimDuration, QuantityError> {
         })
 }
 
-/// `value` in the unit itself, so that [`parse_quantity`] gives back the same bits.
+/// Formats `value` in the SI unit, so that [`parse_quantity`] returns the same bits.
 ///
 /// ```
 /// use twinrig_document::print_quantity;
@@ -127,12 +127,12 @@ pub fn print_quantity(value: f64, unit: Unit) -> String {
     }
 }
 
-/// What a quantity in `unit` is called: `a length`.
+/// Name of a quantity in `unit`, with its article: `a length`.
 pub fn quantity_name(unit: Unit) -> &'static str {
     units::kind(unit).map_or("a quantity", |kind| kind.name)
 }
 
-/// The spellings that fit `unit`: `m, cm, mm, um, km`.
+/// Spellings that fit `unit`: `m, cm, mm, um, km`.
 pub fn fitting_units(unit: Unit) -> String {
     let spellings = units::kind(unit).map_or(&[][..], |kind| kind.spellings);
     spellings
@@ -143,13 +143,13 @@ pub fn fitting_units(unit: Unit) -> String {
         .join(", ")
 }
 
-/// The unit that `text` is spelled in; [`Unit::One`] where none is.
+/// Unit in which `text` is written; [`Unit::One`] if there is none.
 pub(crate) fn spelled_unit(text: &str) -> Unit {
     let (_, spelling) = split(text);
     units::kind_of_spelling(spelling).map_or(Unit::One, |kind| kind.unit)
 }
 
-/// The unit that `text` is spelled in, which may be any that is known.
+/// Unit in which `text` is written, which may be any known unit.
 pub(crate) fn any_unit(text: &str) -> Result<Unit, QuantityError> {
     let (digits, spelling) = split(text);
     if digits.is_empty() || spelling.is_empty() {
@@ -172,12 +172,15 @@ pub(crate) fn any_unit(text: &str) -> Result<Unit, QuantityError> {
         format!("did you mean `{known}`? ")
     });
     Err(QuantityError {
-        message: format!("`{spelling}` is no unit that is known"),
-        help: format!("{meant}known are {} and their multiples", known.join(", ")),
+        message: format!("`{spelling}` is not a known unit"),
+        help: format!(
+            "{meant}known units are {} and their multiples",
+            known.join(", ")
+        ),
     })
 }
 
-/// What to write: for a length ``a length with its unit, as in "1 m"; units that fit: m, cm, …``.
+/// Remedy with an example; for a length: `write it as in "3 m"; units that fit: m, cm, …`.
 pub(crate) fn example(unit: Unit) -> String {
     let first = units::kind(unit).map_or("", |kind| kind.spellings[0].0);
     if first.is_empty() {
@@ -198,22 +201,23 @@ fn si_spelling(kind: &units::Kind) -> Option<&'static str> {
 }
 
 fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
-    let wanted = quantity_name(unit);
+    let expected = quantity_name(unit);
     let help = match fitting_units(unit) {
-        units if units.is_empty() => "write the number alone".into(),
+        units if units.is_empty() => "write the number without a unit".into(),
         units => format!("units that fit: {units}"),
     };
     let message = if spelling.is_empty() {
-        format!("`{text}` has no unit; wanted is {wanted}")
+        format!("`{text}` has no unit; expected {expected}")
     } else if let Some(kind) = units::kind_of_spelling(spelling) {
-        format!("`{text}` is {}; wanted is {wanted}", kind.name)
+        format!("`{text}` is {}; expected {expected}", kind.name)
     } else {
-        format!("`{spelling}` is no unit that is known; wanted is {wanted}")
+        format!("`{spelling}` is not a known unit; expected {expected}")
     };
     QuantityError { message, help }
 }
 
-/// The leading decimal number of `text` (empty if there is none) and what follows it, both trimmed.
+/// Splits `text` into its leading decimal number (empty if there is none) and the rest, both
+/// trimmed.
 fn split(text: &str) -> (&str, &str) {
     let text = text.trim();
     let bytes = text.as_bytes();
@@ -245,11 +249,12 @@ fn split(text: &str) -> (&str, &str) {
     (&text[..end], text[end..].trim())
 }
 
-/// Digits before the exponent, and the exponent, of a number as [`split`] gives it.
+/// Splits a number returned by [`split`] into mantissa and exponent.
 fn scientific(digits: &str) -> Option<(&str, i32)> {
     match digits.split_once(['e', 'E']) {
         None => Some((digits, 0)),
-        // Beyond four figures the exponent is a slip of the pen, and would make `whole` count zeros for long.
+        // An exponent of more than four digits is an error, and would make `whole` format very long
+        // numbers.
         Some((mantissa, exponent)) => {
             let exponent: i32 = exponent.parse().ok()?;
             (exponent.abs() < 10_000).then_some((mantissa, exponent))
@@ -257,13 +262,13 @@ fn scientific(digits: &str) -> Option<(&str, i32)> {
     }
 }
 
-/// The number times a power of ten, rounded once.
+/// Returns the number times 10^`shift`, rounded once.
 fn shifted(digits: &str, shift: i32) -> Option<f64> {
     let (mantissa, exponent) = scientific(digits)?;
     format!("{mantissa}e{}", exponent + shift).parse().ok()
 }
 
-/// The number times a power of ten, if that is a whole number (not negative) that 128 bits hold.
+/// Returns the number times 10^`shift`, if that is a non-negative integer of at most 128 bits.
 fn whole(digits: &str, shift: i32) -> Option<u128> {
     let (mantissa, exponent) = scientific(digits.trim_start_matches('+'))?;
     let (integer, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
@@ -289,14 +294,14 @@ mod tests {
     use crate::units::KINDS;
 
     #[test]
-    fn a_power_of_ten_is_not_a_rounding() {
-        // 12.6 × 0.01 in floating point is 0.126 and 0.7 × 0.001 is not 0.0007.
+    fn power_of_ten_adds_no_rounding() {
+        // 12.6 × 0.01 is 0.126 in floating point, but 0.7 × 0.001 is not 0.0007.
         assert_eq!(parse_quantity("0.7 mm", Unit::Meter), Ok(0.0007));
         assert_eq!(parse_quantity("1.1e3 g", Unit::Kilogram), Ok(1.1));
     }
 
     #[test]
-    fn a_unit_may_be_spelled_several_ways() {
+    fn spellings_of_a_unit_are_equivalent() {
         for text in ["0.1 N·m/rad", "0.1 N*m/rad", "0.1 N m/rad", "0.1N m / rad"] {
             assert_eq!(parse_quantity(text, Unit::NewtonMeterPerRadian), Ok(0.1));
         }
@@ -308,14 +313,14 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_unit_names_the_units_that_fit() {
+    fn wrong_unit_lists_fitting_units() {
         let error = parse_quantity("3 Hz", Unit::Meter).unwrap_err();
-        assert_eq!(error.message, "`3 Hz` is a frequency; wanted is a length");
+        assert_eq!(error.message, "`3 Hz` is a frequency; expected a length");
         assert_eq!(error.help, "units that fit: m, cm, mm, um, km");
     }
 
     #[test]
-    fn a_length_without_a_unit_is_refused() {
+    fn length_without_unit_is_rejected() {
         assert!(parse_quantity("3", Unit::Meter).is_err());
         assert_eq!(parse_quantity("3", Unit::One), Ok(3.0));
         assert_eq!(parse_quantity("3 %", Unit::One), Ok(0.03));
@@ -347,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn every_unit_is_spelled_as_its_symbol() {
+    fn symbol_of_every_unit_is_a_spelling() {
         for &unit in Unit::ALL {
             let symbol = if unit == Unit::One { "" } else { unit.symbol() };
             assert_eq!(
@@ -359,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn every_spelling_belongs_to_one_kind() {
+    fn spellings_are_unique() {
         for kind in KINDS {
             for (spelling, _) in kind.spellings {
                 let owners: Vec<_> = KINDS
@@ -374,7 +379,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn printed_quantities_parse_to_the_same_bits(
+        fn printed_quantities_round_trip_bit_for_bit(
             value in any::<f64>().prop_filter("finite", |value| value.is_finite()),
             kind in 0..KINDS.len(),
         ) {
@@ -384,20 +389,20 @@ mod tests {
         }
 
         #[test]
-        fn printed_durations_parse_to_the_same_nanosecond(nanos in 0..=LONGEST_NANOS) {
+        fn printed_durations_round_trip(nanos in 0..=LONGEST_NANOS) {
             for text in [format!("{nanos} ns"), format!("{}.{:09} s", nanos / 1_000_000_000, nanos % 1_000_000_000)] {
                 prop_assert_eq!(parse_duration(&text), Ok(SimDuration::from_nanos(nanos)));
             }
         }
 
         #[test]
-        fn no_text_is_a_panic(text in ".*") {
+        fn no_text_causes_a_panic(text in ".*") {
             let _ = parse_quantity(&text, Unit::Meter);
             let _ = parse_duration(&text);
         }
 
         #[test]
-        fn no_number_with_a_unit_is_a_panic(text in "[-+]?[0-9.eE+-]{0,24} ?(s|ms|us|ns|min|µs)?") {
+        fn no_number_with_a_unit_causes_a_panic(text in "[-+]?[0-9.eE+-]{0,24} ?(s|ms|us|ns|min|µs)?") {
             let _ = parse_duration(&text);
         }
     }

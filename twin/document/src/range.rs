@@ -1,14 +1,14 @@
-//! A range of numbers with open or closed ends.
+//! Intervals of numbers with open or closed ends.
 
 use std::fmt;
 use std::ops::Bound;
 
-/// The numbers that are accepted. Either end may be included, excluded, or absent.
+/// Interval of accepted numbers. Each end is included, excluded or unbounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The lower end.
+    /// Lower bound.
     pub min: Bound<f64>,
-    /// The upper end.
+    /// Upper bound.
     pub max: Bound<f64>,
 }
 
@@ -29,7 +29,7 @@ impl Range {
         max: Bound::Unbounded,
     };
 
-    /// From `min` to `max`, both included; an infinite end is absent.
+    /// The interval from `min` to `max`, both included; an infinite end is unbounded.
     pub fn between(min: f64, max: f64) -> Self {
         let end = |value: f64| {
             if value.is_finite() {
@@ -44,7 +44,7 @@ impl Range {
         }
     }
 
-    /// The smallest range that holds this one and `other`.
+    /// Returns the smallest interval that contains this one and `other`.
     ///
     /// ```
     /// use twinrig_document::Range;
@@ -54,7 +54,7 @@ impl Range {
     /// ```
     #[must_use]
     pub fn hull(&self, other: &Range) -> Range {
-        // With `sign`, the larger number is the one farther out; at the same number, that which is included.
+        // `sign` selects the outer bound; of equal bounds the included one is the outer one.
         let outer = |one: Bound<f64>, other: Bound<f64>, sign: f64| match (one, other) {
             (Bound::Unbounded, _) | (_, Bound::Unbounded) => Bound::Unbounded,
             (Bound::Included(a) | Bound::Excluded(a), Bound::Included(b) | Bound::Excluded(b)) => {
@@ -68,7 +68,7 @@ impl Range {
         }
     }
 
-    /// Whether `value` lies in the range. NaN lies in none.
+    /// Whether `value` is in the interval. NaN is in none.
     pub fn contains(&self, value: f64) -> bool {
         let above = match self.min {
             Bound::Included(min) => value >= min,
@@ -83,7 +83,8 @@ impl Range {
         value.is_finite() && above && below
     }
 
-    /// The range in words, with `symbol` behind each number: `greater than 0 m, at most 0.2 m`.
+    /// Describes the interval in words, with `symbol` after each number:
+    /// `greater than 0 m, at most 0.2 m`.
     pub fn words(&self, symbol: &str) -> String {
         let with = |value: f64| {
             if symbol.is_empty() || symbol == "1" {
@@ -111,7 +112,7 @@ impl Range {
 }
 
 impl fmt::Display for Range {
-    /// In the manner of the thesis' tables: `]0; 1[`, `[0; +∞[`.
+    /// Interval notation of the thesis: `]0; 1[`, `[0; +∞[`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.min {
             Bound::Included(min) => write!(f, "[{min}; ")?,

@@ -1,21 +1,22 @@
-//! Text with a name, and places in it.
+//! Named texts, and positions in them.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A text and the name it is shown under: a file's path, or `--set` for what came from the command line.
+/// A text and its name in messages: the path of a file, or `--set` for a command-line option.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Source {
-    /// The name shown in messages.
+    /// Name shown in messages.
     pub name: String,
-    /// The whole text.
+    /// Complete text.
     pub text: String,
-    /// Where each line begins: thousands of places ask for their lines.
+    /// Byte offset of each line start, precomputed because thousands of positions are converted to
+    /// lines.
     lines: Vec<usize>,
 }
 
 impl Source {
-    /// `text`, shown under `name`.
+    /// Creates a source of `text`, shown as `name`.
     pub fn new(name: &str, text: String) -> Self {
         let newlines = text.match_indices('\n').map(|(at, _)| at + 1);
         Source {
@@ -25,7 +26,7 @@ impl Source {
         }
     }
 
-    /// The number of the line with the byte `at`, from 0.
+    /// Zero-based number of the line that contains byte `at`.
     fn line_of(&self, at: usize) -> usize {
         self.lines
             .partition_point(|&start| start <= at)
@@ -33,7 +34,7 @@ impl Source {
     }
 }
 
-/// Where something stands: a range of bytes of a [`Source`].
+/// Position: a byte range of a [`Source`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     source: Arc<Source>,
@@ -41,8 +42,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of bytes `span` of `source`. A span beyond the text, or one that cuts a character in two, is moved to the
-    /// nearest character boundary: a place is for showing and must never be the cause of a panic.
+    /// Creates the position of bytes `span` of `source`. Bounds beyond the text or within a
+    /// character are moved down to a character boundary: a position must never cause a panic.
     pub fn new(source: Arc<Source>, span: Range<usize>) -> Self {
         let start = boundary(&source.text, span.start);
         let end = boundary(&source.text, span.end).max(start);
@@ -52,12 +53,13 @@ impl Place {
         }
     }
 
-    /// The source it stands in.
+    /// Source of the position.
     pub fn source(&self) -> &Source {
         &self.source
     }
 
-    /// Whether it stands in `source`: that very one, not one of the same text.
+    /// Whether the position belongs to the instance `source`; another source with the same text
+    /// does not count.
     pub(crate) fn is_in(&self, source: &Arc<Source>) -> bool {
         Arc::ptr_eq(&self.source, source)
     }
@@ -72,7 +74,7 @@ impl Place {
         self.before().chars().count() + 1
     }
 
-    /// The text of its line.
+    /// Text of the line.
     pub fn line_text(&self) -> &str {
         let start = self.line_start();
         let rest = &self.source.text[start..];
@@ -82,19 +84,19 @@ impl Place {
             .trim_end_matches('\r')
     }
 
-    /// The text of its line before it.
+    /// Text of the line before the position.
     pub(crate) fn before(&self) -> &str {
         &self.source.text[self.line_start()..self.span.start]
     }
 
-    /// Length in characters of the part that stands on its first line, at least 1.
+    /// Length in characters of the part on its first line, at least 1.
     pub(crate) fn width(&self) -> usize {
         let text = &self.source.text[self.span.clone()];
         let first = text.split('\n').next().unwrap_or(text);
         first.trim_end_matches('\r').chars().count().max(1)
     }
 
-    /// The start of the first line of its source that is not empty.
+    /// Position of the first non-empty line of the source.
     pub(crate) fn first_line(&self) -> Place {
         let text = &self.source.text;
         let start = text.find(|c: char| !c.is_whitespace()).unwrap_or(0);
@@ -124,7 +126,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn lines_and_columns_are_those_that_counting_gives(
+        fn lines_and_columns_match_a_linear_count(
             text in "([a-zµ]{0,4}\r?\n?){0,8}",
             at in 0_usize..64,
         ) {

@@ -1,4 +1,4 @@
-//! Typed reading of tables that know which of their keys were asked for.
+//! Typed reading of tables that record the requested keys.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -9,14 +9,14 @@ use crate::near;
 use crate::node::{Node, Value};
 use crate::source::Place;
 
-/// Proof that a problem has been noted: what a reader returns instead of a value.
+/// Token returned by a reader in place of a value, after a problem was reported.
 ///
-/// It carries nothing, so that a reader can ask for every key first and give up afterwards, and a person sees all that is
-/// wrong at once.
+/// It carries no data, so that a reader can request every key first and return afterwards, and all
+/// problems are shown at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reported(pub(crate) ());
 
-/// Where problems gather while a document is read.
+/// Problems and warnings collected while a document is read.
 #[derive(Debug, Default)]
 pub(crate) struct Problems {
     errors: RefCell<Vec<Problem>>,
@@ -38,13 +38,14 @@ impl Problems {
     }
 }
 
-/// A table that is being read. When it goes out of scope, every key that nobody asked for is a problem: an unknown key.
+/// A table that is being read. When it is dropped, every key that was not requested is reported as
+/// unknown.
 #[derive(Debug)]
 pub struct Table<'d> {
     node: &'d Node,
     path: String,
     problems: &'d Problems,
-    asked: RefCell<Vec<String>>,
+    requested: RefCell<Vec<String>>,
     given_up: Cell<bool>,
 }
 
@@ -54,24 +55,24 @@ impl<'d> Table<'d> {
             node,
             path: path.to_owned(),
             problems,
-            asked: RefCell::default(),
+            requested: RefCell::default(),
             given_up: Cell::new(false),
         }
     }
 
-    /// Its dotted path in the document; empty for the outermost table.
+    /// Dotted path in the document; empty for the root table.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// Where it stands.
+    /// Position of the table.
     pub fn place(&self) -> Place {
         self.node.place.clone()
     }
 
-    /// The value of `key`, if the table has it.
+    /// Returns the value of `key`, if present.
     pub fn get(&self, key: &str) -> Option<Item<'d>> {
-        self.ask(key);
+        self.mark_requested(key);
         let Value::Table(entries) = &self.node.value else {
             return None;
         };
@@ -79,10 +80,10 @@ impl<'d> Table<'d> {
         Some(self.item(key, &entry.node))
     }
 
-    /// What `read` makes of the value of `key`, which must be there.
+    /// Reads the value of `key`, which must be present.
     ///
     /// # Errors
-    /// The key is missing, or `read` reported something.
+    /// The key is missing, or `read` reported a problem.
     pub fn required<T>(
         &self,
         key: &str,
@@ -94,10 +95,10 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// What `read` makes of the value of `key`, if it is there.
+    /// Reads the value of `key`, if present.
     ///
     /// # Errors
-    /// `read` reported something.
+    /// `read` reported a problem.
     pub fn optional<T>(
         &self,
         key: &str,
@@ -106,7 +107,7 @@ impl<'d> Table<'d> {
         self.get(key).map(|item| read(&item)).transpose()
     }
 
-    /// Every key that the table has, in the order of the text. Asks for none of them.
+    /// Keys of the table, in the order of the text. They do not count as requested.
     pub fn keys(&self) -> impl Iterator<Item = &'d str> + use<'d> {
         let entries = match &self.node.value {
             Value::Table(entries) => entries.as_slice(),
@@ -115,7 +116,7 @@ impl<'d> Table<'d> {
         entries.iter().map(|entry| entry.key.as_str())
     }
 
-    /// Where `key` stands, or the table itself if it has no such key. Does not ask for it.
+    /// Position of `key`, or of the table if it has no such key. Does not count as a request.
     pub fn key_place(&self, key: &str) -> Place {
         let Value::Table(entries) = &self.node.value else {
             return self.place();
@@ -124,14 +125,14 @@ impl<'d> Table<'d> {
         entry.map_or_else(|| self.place(), |entry| entry.key_place.clone())
     }
 
-    /// Names keys that are valid here although nobody asks for them, so that near misses of them are found.
+    /// Marks `keys` as valid without reading them, so that near misses of them are found.
     pub fn expect<'k>(&self, keys: impl IntoIterator<Item = &'k str>) {
         for key in keys {
-            self.ask(key);
+            self.mark_requested(key);
         }
     }
 
-    /// Notes that `key`, which this table has, is wrong.
+    /// Reports a problem with `key` of this table.
     pub fn report(
         &self,
         key: &str,
@@ -142,7 +143,7 @@ impl<'d> Table<'d> {
             .report(Problem::at(&self.key_place(key), message, help))
     }
 
-    /// Notes that what stands at `place`, in this document, is wrong.
+    /// Reports a problem at `place` in this document.
     pub fn report_at(
         &self,
         place: &Place,
@@ -152,7 +153,7 @@ impl<'d> Table<'d> {
         self.problems.report(Problem::at(place, message, help))
     }
 
-    /// Notes a warning about what stands at `place`, in this document.
+    /// Adds a warning at `place` in this document.
     pub fn warn_at(
         &self,
         place: &Place,
@@ -163,7 +164,7 @@ impl<'d> Table<'d> {
         self.problems.warn(code, Problem::at(place, message, help));
     }
 
-    /// Notes that `key` is missing.
+    /// Reports that `key` is missing.
     pub fn missing(&self, key: &str) -> Reported {
         let message = if self.path.is_empty() {
             format!("`{key}` is missing")
@@ -177,20 +178,20 @@ impl<'d> Table<'d> {
         ))
     }
 
-    /// The rest of this table will not be read, because of a problem that has been reported: keys that were not asked
-    /// for are not unknown then, merely unread. (A near miss of a key that was asked for still is a problem.)
+    /// Stops reading this table because of a reported problem: further keys are unread rather than
+    /// unknown. (A near miss of a requested key is still reported.)
     pub fn give_up(&self) {
         self.given_up.set(true);
     }
 
-    fn ask(&self, key: &str) {
-        let mut asked = self.asked.borrow_mut();
-        if !asked.iter().any(|known| known == key) {
-            asked.push(key.to_owned());
+    fn mark_requested(&self, key: &str) {
+        let mut requested = self.requested.borrow_mut();
+        if !requested.iter().any(|known| known == key) {
+            requested.push(key.to_owned());
         }
     }
 
-    /// The first line of the table, for what is missing in it as a whole.
+    /// Position of the header line, for problems with the table as a whole.
     fn head(&self) -> Place {
         if self.path.is_empty() {
             let source = self.node.place.clone();
@@ -211,19 +212,21 @@ impl<'d> Table<'d> {
 
 impl Drop for Table<'_> {
     fn drop(&mut self) {
-        let asked = self.asked.take();
+        let requested = self.requested.take();
         let Value::Table(entries) = &self.node.value else {
             return;
         };
-        let unknown = entries.iter().filter(|entry| !asked.contains(&entry.key));
+        let unknown = entries
+            .iter()
+            .filter(|entry| !requested.contains(&entry.key));
         let mut unknown = unknown.peekable();
         if unknown.peek().is_none() {
             return;
         }
-        // A key that is there already is not what was meant.
-        let given: BTreeSet<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
-        let absent = asked.iter().map(String::as_str);
-        let absent: Vec<&str> = absent.filter(|key| !given.contains(key)).collect();
+        // A key that is present is not suggested.
+        let present: BTreeSet<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
+        let absent = requested.iter().map(String::as_str);
+        let absent: Vec<&str> = absent.filter(|key| !present.contains(key)).collect();
         for entry in unknown {
             if self.given_up.get() && near::nearest(&entry.key, absent.iter().copied()).is_none() {
                 continue;
@@ -238,7 +241,7 @@ impl Drop for Table<'_> {
                 None => near::suggestion(
                     &entry.key,
                     "keys that are known here",
-                    asked.iter().map(String::as_str),
+                    requested.iter().map(String::as_str),
                 ),
             };
             self.problems

@@ -1,13 +1,13 @@
-//! How units are spelled.
+//! Spellings of units.
 
 use twinrig_kernel::Unit;
 
-/// By what a number in a spelled unit is multiplied to be in the unit of the International System.
+/// Conversion from a spelled unit to the SI unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Scale {
-    /// A power of ten, applied to the decimal digits themselves: `12.6 cm` is exactly what `0.126` is.
+    /// Power of ten, applied to the decimal digits: `12.6 cm` is exactly `0.126`.
     Ten(i32),
-    /// Anything else: radians in a degree, seconds in a minute.
+    /// Other factor: radians per degree, seconds per minute.
     Factor(f64),
 }
 
@@ -16,14 +16,14 @@ use Scale::{Factor, Ten};
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const TURN_PER_MINUTE: f64 = std::f64::consts::PI / 30.0;
 
-/// One kind of quantity: its unit, what it is called, and how it may be spelled, the commonest spelling first.
+/// A physical quantity: its unit, name and spellings, the commonest first.
 pub(crate) struct Kind {
     pub unit: Unit,
     pub name: &'static str,
     pub spellings: &'static [(&'static str, Scale)],
 }
 
-/// Every kind of quantity that a document may hold.
+/// All quantities that may occur in a document.
 pub(crate) const KINDS: &[Kind] = &[
     Kind {
         unit: Unit::One,
@@ -188,17 +188,17 @@ pub(crate) const KINDS: &[Kind] = &[
     },
 ];
 
-/// The kind of `unit`; none for a unit that no document holds.
+/// Returns the quantity of `unit`; `None` for a unit that cannot occur in a document.
 pub(crate) fn kind(unit: Unit) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.unit == unit)
 }
 
-/// The kind that `spelling` belongs to.
+/// Returns the quantity to which `spelling` belongs.
 pub(crate) fn kind_of_spelling(spelling: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| scale(kind, spelling).is_some())
 }
 
-/// The scale of `spelling` within `kind`.
+/// Returns the scale of `spelling` within `kind`.
 pub(crate) fn scale(kind: &Kind, spelling: &str) -> Option<Scale> {
     let spelling = normal(spelling);
     kind.spellings
@@ -207,7 +207,7 @@ pub(crate) fn scale(kind: &Kind, spelling: &str) -> Option<Scale> {
         .map(|(_, scale)| *scale)
 }
 
-/// One form for the spellings of the same unit: `kg·m²`, `kg*m^2`, `kg m2`; `µs` and `us`; `°` and `deg`.
+/// Normalises a spelling: `kg·m²`, `kg*m^2`, `kg m2`; `µs` and `us`; `°` and `deg`.
 fn normal(spelling: &str) -> String {
     let mut out = String::with_capacity(spelling.len());
     for c in spelling.trim().chars() {

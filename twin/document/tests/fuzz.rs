@@ -1,20 +1,20 @@
-//! Nothing that a file may hold is a panic.
+//! Arbitrary file contents cause no panic.
 
 use proptest::prelude::*;
 use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
-/// Asks a table, and every table below it, for every key by every type.
-fn ask_everything(table: &Table<'_>) -> Result<(), Reported> {
+/// Reads every key of a table and of the tables below it with every accessor.
+fn read_all_keys(table: &Table<'_>) -> Result<(), Reported> {
     for key in table.keys() {
         if let Some(item) = table.get(key) {
-            ask(&item)?;
+            read_as_every_type(&item)?;
         }
     }
     Ok(())
 }
 
-fn ask(item: &Item<'_>) -> Result<(), Reported> {
+fn read_as_every_type(item: &Item<'_>) -> Result<(), Reported> {
     let _ = item.quantity(Unit::Meter, &Range::POSITIVE);
     let _ = item.number(&Range::ANY);
     let _ = item.duration();
@@ -23,17 +23,17 @@ fn ask(item: &Item<'_>) -> Result<(), Reported> {
     let _ = item.choice(&[("trot", 0), ("pace", 1)]);
     let _ = item.overrides();
     if let Ok(items) = item.list() {
-        items.iter().try_for_each(ask)?;
+        items.iter().try_for_each(read_as_every_type)?;
     }
-    item.table().map_or(Ok(()), |table| ask_everything(&table))
+    item.table().map_or(Ok(()), |table| read_all_keys(&table))
 }
 
 fn read(bytes: Vec<u8>) -> Result<(), DocumentError> {
     let document = Document::from_bytes("fuzz.toml", bytes)?;
-    document.check(ask_everything)
+    document.check(read_all_keys)
 }
 
-/// Text that is nearly TOML: keys, values, brackets, in any order.
+/// Text that resembles TOML: keys, values, brackets, in any order.
 fn nearly_toml() -> impl Strategy<Value = String> {
     let piece = prop_oneof![
         "[a-c]{1,2}",
@@ -61,7 +61,7 @@ fn nearly_toml() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn no_bytes_are_a_panic(bytes: Vec<u8>) {
+    fn arbitrary_bytes_cause_no_panic(bytes: Vec<u8>) {
         if let Err(error) = read(bytes) {
             prop_assert!(!error.problems.is_empty());
             prop_assert!(error.to_string().contains("fuzz.toml"));
@@ -69,7 +69,7 @@ proptest! {
     }
 
     #[test]
-    fn nothing_like_toml_is_a_panic(text in nearly_toml()) {
+    fn nearly_toml_causes_no_panic(text in nearly_toml()) {
         if let Err(error) = read(text.into_bytes()) {
             prop_assert!(!error.problems.is_empty());
             prop_assert!(error.to_string().contains("fuzz.toml"));
@@ -77,11 +77,11 @@ proptest! {
     }
 
     #[test]
-    fn nothing_that_is_set_is_a_panic(key in nearly_toml(), value in ".*", text in nearly_toml()) {
+    fn arbitrary_settings_cause_no_panic(key in nearly_toml(), value in ".*", text in nearly_toml()) {
         if let Ok(mut document) = Document::parse("fuzz.toml", &text) {
             let _ = document.set("--set", &key, &value);
             let _ = document.set("--set", "a.b", &value);
-            let _ = document.check(ask_everything);
+            let _ = document.check(read_all_keys);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a person sees when a document is wrong, and what a program gets when it is right.
+//! Diagnostics of malformed documents and values of valid ones.
 
 use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
@@ -21,28 +21,28 @@ fn read(text: &str) -> Result<(f64, u64), DocumentError> {
 }
 
 #[test]
-fn everything_wrong_is_shown_at_once_in_the_order_of_the_file() {
+fn all_problems_are_shown_in_file_order() {
     let error = read("count = -3\nl1 = '12 Hz'\n[spring]\nstifness = 3\n").unwrap_err();
     insta::assert_snapshot!(error);
 }
 
 #[test]
-fn text_that_is_not_toml_is_shown_where_it_breaks() {
+fn syntax_error_is_shown_at_its_position() {
     insta::assert_snapshot!(read("l1 = '1 m\ncount = 3").unwrap_err());
 }
 
 #[test]
-fn a_number_without_its_unit_is_told_which_units_fit() {
+fn number_without_unit_lists_fitting_units() {
     insta::assert_snapshot!(read("count = 3\nl1 = 0.1").unwrap_err());
 }
 
 #[test]
-fn a_caret_stands_below_what_it_means_behind_tabs_and_wide_letters() {
+fn caret_is_aligned_after_tabs_and_multibyte_characters() {
     insta::assert_snapshot!(read("\tl1 = 'µm²'\n\tcount = [ 'é', 2 ]").unwrap_err());
 }
 
 #[test]
-fn what_is_set_replaces_what_the_file_says_and_shows_where_it_came_from() {
+fn set_value_replaces_the_file_and_is_reported_at_its_origin() {
     let mut document = Document::parse("leg.toml", "l1 = '1 m'\ncount = 3").unwrap();
     document.set("--set", "l1", "20 cm").unwrap();
     assert_eq!(document.check(leg), Ok((0.2, 3)));
@@ -53,14 +53,14 @@ fn what_is_set_replaces_what_the_file_says_and_shows_where_it_came_from() {
 }
 
 #[test]
-fn what_is_set_has_a_key() {
+fn set_requires_a_valid_key() {
     let mut document = Document::parse("leg.toml", "l1 = '1 m'\ncount = 3").unwrap();
     insta::assert_snapshot!(document.set("--set", "l1 l2", "3").unwrap_err());
     insta::assert_snapshot!(document.set("--set", "l1.deep", "3").unwrap_err());
 }
 
 #[test]
-fn overrides_replace_single_values_and_are_checked_where_they_land() {
+fn overrides_replace_single_values_and_are_checked_in_the_target() {
     let mut robot = Document::parse(
         "leg.toml",
         "l1 = '1 m'\ncount = 3\n[spring]\nstiffness = '3 N/m'",
@@ -89,7 +89,7 @@ fn overrides_replace_single_values_and_are_checked_where_they_land() {
 }
 
 #[test]
-fn a_file_that_is_not_there_or_not_text_is_named() {
+fn unreadable_file_is_named() {
     let error = Document::read("no/such.toml".as_ref()).unwrap_err();
     assert!(
         error.to_string().starts_with("error: cannot be read"),

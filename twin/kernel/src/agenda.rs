@@ -3,14 +3,14 @@ use serde::{Deserialize, Serialize};
 use crate::event_queue::{EventQueue, Key};
 use crate::{LivelockError, LivelockGuard, Rank, SimTime};
 
-/// The wake-ups of a fixed set of parts, at most one pending for each.
+/// Pending wake-ups of a fixed set of parts, at most one per part.
 ///
-/// A part that is armed again forgets its earlier wake-up. That costs nothing while it moves later, as
-/// time-outs do that are pushed back with every byte: the entry in the queue stays where it is, and is
-/// put back to the right place when it comes to the front.
+/// Arming a part again replaces its pending wake-up. Moving it to a later time, as for a time-out
+/// that is pushed back with every byte, costs no queue operation: the queue entry remains at the
+/// earlier time and is re-inserted at the right one when it reaches the front.
 ///
-/// Wake-ups come in the order (time, rank of the part, order of arming). An instant that never ends is
-/// an error ([`LivelockGuard`]).
+/// Wake-ups are returned in the order (time, rank of the part, order of arming). More wake-ups at
+/// one instant than the limit are an error ([`LivelockGuard`]).
 ///
 /// ```
 /// use twinrig_kernel::{Agenda, Rank, SimTime};
@@ -31,7 +31,7 @@ pub struct Agenda {
     queue: EventQueue<PartId>,
     parts: Vec<Part>,
     guard: LivelockGuard,
-    /// The part woken last: whatever is armed now is armed by it.
+    /// Part that was woken last; it is recorded as the origin of the wake-ups armed meanwhile.
     awake: Option<PartId>,
 }
 
@@ -40,18 +40,18 @@ pub struct Agenda {
 pub struct PartId(usize);
 
 impl PartId {
-    /// How many parts were registered before it.
+    /// Number of parts registered before it.
     pub const fn index(self) -> usize {
         self.0
     }
 }
 
-/// A wake-up that has come due.
+/// A wake-up that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wake {
-    /// When.
+    /// Time of the wake-up.
     pub time: SimTime,
-    /// Who.
+    /// The part that is woken.
     pub part: PartId,
 }
 
@@ -59,15 +59,15 @@ pub struct Wake {
 struct Part {
     name: String,
     rank: Rank,
-    /// When the part is to be woken, if at all.
-    wanted: Option<Key>,
-    /// The entry in the queue that answers for the part: at `wanted` or before. Any other is stale.
+    /// Pending wake-up.
+    pending: Option<Key>,
+    /// Queue entry of the part, at `pending` or before. All other entries of the part are stale.
     queued: Option<Key>,
     armed_by: Option<PartId>,
 }
 
 impl Agenda {
-    /// An agenda without parts that allows `events_max` wake-ups at one instant.
+    /// An agenda without parts that allows at most `events_max` wake-ups at one instant.
     pub fn new(events_max: u32) -> Self {
         Self {
             queue: EventQueue::new(),
@@ -77,23 +77,23 @@ impl Agenda {
         }
     }
 
-    /// Adds a part; its name is for error messages, its rank decides ties in time.
+    /// Registers a part. The name appears in error messages; the rank decides ties in time.
     pub fn register(&mut self, name: impl Into<String>, rank: Rank) -> PartId {
         self.parts.push(Part {
             name: name.into(),
             rank,
-            wanted: None,
+            pending: None,
             queued: None,
             armed_by: None,
         });
         PartId(self.parts.len() - 1)
     }
 
-    /// Wakes `part` at `at`, and no more at any time it was armed for before.
+    /// Schedules the wake-up of `part` at `at`, replacing a pending one.
     pub fn arm(&mut self, part: PartId, at: SimTime) {
         let key = self.queue.issue_key(at, self.parts[part.0].rank);
         let slot = &mut self.parts[part.0];
-        slot.wanted = Some(key);
+        slot.pending = Some(key);
         slot.armed_by = self.awake;
         if slot.queued.is_none_or(|queued| key < queued) {
             slot.queued = Some(key);
@@ -102,28 +102,28 @@ impl Agenda {
         }
     }
 
-    /// Forgets the pending wake-up of `part`, if there is one.
+    /// Cancels the pending wake-up of `part`, if any.
     pub fn cancel(&mut self, part: PartId) {
-        self.parts[part.0].wanted = None;
+        self.parts[part.0].pending = None;
     }
 
-    /// When `part` is to be woken.
+    /// Time of the pending wake-up of `part`.
     pub fn pending(&self, part: PartId) -> Option<SimTime> {
-        self.parts[part.0].wanted.map(Key::time)
+        self.parts[part.0].pending.map(Key::time)
     }
 
-    /// When the next part is to be woken.
+    /// Time of the next wake-up of any part.
     pub fn next_time(&mut self) -> Option<SimTime> {
-        self.settle();
+        self.discard_stale_front();
         self.queue.peek_time()
     }
 
-    /// Wakes the next part, if its time is `limit` or before.
+    /// Removes and returns the next wake-up if its time is `limit` or before.
     ///
     /// # Errors
-    /// [`LivelockError`] if too many wake-ups fall on one instant.
+    /// [`LivelockError`] if the wake-ups at one instant exceed the limit.
     pub fn pop_until(&mut self, limit: SimTime) -> Result<Option<Wake>, LivelockError> {
-        self.settle();
+        self.discard_stale_front();
         if self.queue.peek_time().is_none_or(|time| time > limit) {
             return Ok(None);
         }
@@ -131,7 +131,7 @@ impl Agenda {
             return Ok(None);
         };
         let slot = &mut self.parts[part.0];
-        (slot.wanted, slot.queued) = (None, None);
+        (slot.pending, slot.queued) = (None, None);
         let by = slot.armed_by.map(PartId::index);
         self.awake = Some(part);
         self.guard
@@ -142,25 +142,25 @@ impl Agenda {
         }))
     }
 
-    /// Brings an entry to the front that is not stale.
-    fn settle(&mut self) {
+    /// Removes or re-inserts stale entries until the front entry is a pending wake-up.
+    fn discard_stale_front(&mut self) {
         while let Some((key, &part)) = self.queue.peek_entry() {
             let slot = &mut self.parts[part.0];
-            let answers = slot.queued == Some(key);
-            if answers && slot.wanted == Some(key) {
+            let is_current = slot.queued == Some(key);
+            if is_current && slot.pending == Some(key) {
                 return;
             }
             self.queue.pop_entry();
-            if answers {
-                slot.queued = slot.wanted;
-                if let Some(wanted) = slot.wanted {
-                    self.queue.insert(wanted, part);
+            if is_current {
+                slot.queued = slot.pending;
+                if let Some(pending) = slot.pending {
+                    self.queue.insert(pending, part);
                 }
             }
         }
     }
 
-    /// Keeps the queue within a constant times the number of parts, whatever they arm and forget.
+    /// Bounds the queue length by a constant times the number of parts for any sequence of calls.
     fn drop_stale(&mut self) {
         if self.queue.len() > 2 * self.parts.len() + 16 {
             self.queue
@@ -175,44 +175,44 @@ mod tests {
 
     use super::*;
 
-    /// The plain model: one optional (time, rank, order) a part, searched for the least.
+    /// Reference model: an optional (time, rank, order) per part, searched for the minimum.
     #[derive(Default)]
     struct Model {
-        wanted: Vec<Option<(u64, u8, usize)>>,
+        pending: Vec<Option<(u64, u8, usize)>>,
         armed: usize,
     }
 
     impl Model {
         fn pop(&mut self) -> Option<(u64, usize)> {
             let (least, part) = self
-                .wanted
+                .pending
                 .iter()
                 .enumerate()
                 .filter_map(|(n, w)| w.map(|w| (w, n)))
                 .min()?;
-            self.wanted[part] = None;
+            self.pending[part] = None;
             Some((least.0, part))
         }
     }
 
     proptest! {
         #[test]
-        fn an_agenda_is_one_optional_wake_up_a_part(
-            acts in prop::collection::vec((0_u8..8, 0_usize..5, 0_u64..30), 0..400)
+        fn agenda_matches_the_reference_model(
+            operations in prop::collection::vec((0_u8..8, 0_usize..5, 0_u64..30), 0..400)
         ) {
             let mut agenda = Agenda::new(10_000);
             let ids: Vec<_> = (0_u8..5).map(|n| agenda.register(n.to_string(), Rank(n / 2))).collect();
-            let mut model = Model { wanted: vec![None; 5], armed: 0 };
-            for (act, part, time) in acts {
-                match act {
+            let mut model = Model { pending: vec![None; 5], armed: 0 };
+            for (operation, part, time) in operations {
+                match operation {
                     0..=4 => {
                         agenda.arm(ids[part], SimTime::from_nanos(time));
-                        model.wanted[part] = Some((time, u8::try_from(part).unwrap() / 2, model.armed));
+                        model.pending[part] = Some((time, u8::try_from(part).unwrap() / 2, model.armed));
                         model.armed += 1;
                     }
                     5 => {
                         agenda.cancel(ids[part]);
-                        model.wanted[part] = None;
+                        model.pending[part] = None;
                     }
                     _ => {
                         let popped = agenda.pop_until(SimTime::MAX).unwrap();
@@ -222,14 +222,14 @@ mod tests {
                 prop_assert!(agenda.queue.len() <= 2 * 5 + 17);
                 prop_assert_eq!(
                     agenda.pending(ids[part]).map(SimTime::as_nanos),
-                    model.wanted[part].map(|(time, ..)| time)
+                    model.pending[part].map(|(time, ..)| time)
                 );
             }
         }
     }
 
     #[test]
-    fn pushing_a_time_out_back_leaves_the_queue_alone() {
+    fn postponing_a_wake_up_adds_no_queue_entry() {
         let mut agenda = Agenda::new(10);
         let bus = agenda.register("bus", Rank(0));
         for time in 1..=1000 {
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn two_parts_that_wake_each_other_for_ever_are_named() {
+    fn livelock_error_names_parts_that_wake_each_other() {
         let mut agenda = Agenda::new(40);
         let bus = agenda.register("bus", Rank(0));
         let board = agenda.register("board", Rank(0));

@@ -3,10 +3,10 @@ use thiserror::Error;
 
 use crate::{LocalDuration, LocalTime, SimDuration, SimTime};
 
-/// The clock of a board: where it starts, how fast it runs, and how it wanders.
+/// Clock of a board: offset at the start, rate error and bounded random wander.
 ///
-/// At physical time `t` it shows `offset + t·(1 + rate) + wander(t)`, rounded down to the nanosecond,
-/// in exact integer arithmetic: it never runs backwards, and [`BoardClock::sim_at`] inverts it.
+/// At physical time `t` its reading is `offset + t·(1 + rate) + wander(t)`, rounded down to the
+/// nanosecond, in exact integer arithmetic: it is monotonic, and [`BoardClock::sim_at`] inverts it.
 ///
 /// ```
 /// use twinrig_kernel::{BoardClock, LocalDuration, LocalTime, SimDuration, SimTime};
@@ -24,9 +24,9 @@ pub struct BoardClock {
     wander: Option<Wander>,
 }
 
-/// A slow, bounded, random phase error: straight lines between knots `period` apart, each knot uniform
-/// within ± `amplitude_ns`. A knot is a hash of the seed and its number, so that the clock has no state
-/// and can be asked for any time in any order.
+/// Slow, bounded, random phase error: linear interpolation between knots `period` apart, each knot
+/// uniform within ± `amplitude_ns`. A knot is a hash of the seed and the knot's number; the clock
+/// therefore has no state and can be evaluated at any time in any order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Wander {
     amplitude_ns: i64,
@@ -34,41 +34,42 @@ struct Wander {
     seed: u64,
 }
 
-/// A clock that could stand still or run backwards.
+/// A clock model that would not be monotonic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum BoardClockError {
     /// The rate is not within ± half of nominal.
     #[error(
-        "a clock that is {rate_ppb} ppb fast is no clock: the rate must be within ±500 000 000 ppb"
+        "clock rate error of {rate_ppb} ppb is out of range: it must be within ±500 000 000 ppb"
     )]
     Rate {
         /// The rate \[ppb\].
         rate_ppb: i64,
     },
-    /// Within one period the clock could wander by more than a quarter of it.
-    #[error("a wander of ±{amplitude} every {period} is too much: at most an eighth of the period")]
+    /// The amplitude of the wander exceeds an eighth of its period.
+    #[error("clock wander of ±{amplitude} every {period} exceeds an eighth of the period")]
     Wander {
-        /// Greatest phase error.
+        /// Maximum phase error.
         amplitude: LocalDuration,
-        /// Distance of the knots.
+        /// Spacing of the knots.
         period: SimDuration,
     },
 }
 
-/// Parts in a whole.
+/// Parts per billion in one.
 const BILLION: i128 = 1_000_000_000;
-/// Greatest deviation of the rate \[ppb\]: half of nominal, a thousand times what a bad crystal does.
+/// Maximum deviation of the rate \[ppb\]: half the nominal rate, a thousand times that of a poor
+/// crystal.
 const RATE_PPB_MAX: i64 = 500_000_000;
 
 impl BoardClock {
-    /// A clock that shows physical time.
+    /// A clock that reads physical time.
     pub const IDEAL: Self = Self {
         offset_ns: 0,
         rate_ppb: 0,
         wander: None,
     };
 
-    /// A clock that shows `offset` at the start and gains `rate_ppb` nanoseconds a second.
+    /// A clock that reads `offset` at the start and gains `rate_ppb` nanoseconds per second.
     ///
     /// # Errors
     /// [`BoardClockError::Rate`] if the rate is not within ± 500 000 000 ppb.
@@ -83,8 +84,8 @@ impl BoardClock {
         })
     }
 
-    /// The same clock with a phase error that wanders within ± `amplitude`, to a new random value every
-    /// `period`. `seed` comes from a [`crate::stream`].
+    /// The same clock with a random wander within ± `amplitude` and knots every `period`. `seed`
+    /// is drawn from a [`crate::stream`].
     ///
     /// # Errors
     /// [`BoardClockError::Wander`] unless `amplitude` is at most an eighth of `period`, neither is
@@ -111,10 +112,10 @@ impl BoardClock {
         })
     }
 
-    /// What the clock shows at `now`.
+    /// Returns the reading of the clock at `now`.
     ///
     /// # Panics
-    /// If the clock is past 292 years.
+    /// If the reading exceeds 292 years.
     pub fn local_at(&self, now: SimTime) -> LocalTime {
         let now = i128::from(now.as_nanos());
         let local = match self.wander {
@@ -129,18 +130,18 @@ impl BoardClock {
         LocalTime::from_nanos(i64::try_from(local).expect("local time past 292 years"))
     }
 
-    /// The first instant at which the clock shows `local` or later: when a timer set to `local` fires.
-    /// [`SimTime::ZERO`] if it shows that from the start.
+    /// Returns the first instant at which the clock reads `local` or later, at which a timer set to
+    /// `local` expires; [`SimTime::ZERO`] if it does so from the start.
     ///
     /// # Panics
-    /// If that is past 584 years.
+    /// If that instant is beyond 584 years.
     pub fn sim_at(&self, local: LocalTime) -> SimTime {
         let local = i128::from(local.as_nanos());
         let sim = match self.wander {
             None => self.steady_inverse(local),
             Some(wander) => {
                 let period = i128::from(wander.period_ns);
-                // No knot before this one can be as late as `local`; the right one is a few further on.
+                // Every earlier knot is before `local`; the search ends a few knots further on.
                 let earliest = self.steady_inverse(local - i128::from(wander.amplitude_ns));
                 let mut knot = (earliest.max(0) / period - 1).max(0);
                 let mut from = self.knot(wander, knot);
@@ -159,13 +160,13 @@ impl BoardClock {
         SimTime::from_nanos(u64::try_from(sim.max(0)).expect("physical time past 584 years"))
     }
 
-    /// `offset + t·(1 + rate)`, rounded down.
+    /// Returns `offset + t·(1 + rate)`, rounded down.
     fn steady(&self, sim: i128) -> i128 {
         i128::from(self.offset_ns)
             + (sim * (BILLION + i128::from(self.rate_ppb))).div_euclid(BILLION)
     }
 
-    /// The first time at which `steady` is `local` or later.
+    /// Returns the first time at which `steady` is `local` or later.
     fn steady_inverse(&self, local: i128) -> i128 {
         div_ceil(
             (local - i128::from(self.offset_ns)) * BILLION,
@@ -173,7 +174,7 @@ impl BoardClock {
         )
     }
 
-    /// What the clock shows at a knot of its wander.
+    /// Returns the reading at a knot of the wander.
     fn knot(&self, wander: Wander, number: i128) -> i128 {
         self.steady(number * i128::from(wander.period_ns)) + wander.phase(number)
     }
@@ -193,7 +194,7 @@ impl Wander {
     }
 }
 
-/// A bijection of 64 bits that leaves none of them alone (the finaliser of `SplitMix64`).
+/// Bijective mixing function of 64 bits (finaliser of `SplitMix64`).
 fn mix(bits: u64) -> u64 {
     let bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -201,7 +202,7 @@ fn mix(bits: u64) -> u64 {
     bits ^ bits >> 31
 }
 
-/// `dividend / divisor` rounded up, for a positive divisor.
+/// Returns `dividend / divisor` rounded up, for a positive divisor.
 fn div_ceil(dividend: i128, divisor: i128) -> i128 {
     -(-dividend).div_euclid(divisor)
 }
@@ -236,13 +237,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_clock_never_runs_backwards(clock in any_clock(), at in any_time(), step in 0_u64..100_000) {
+        fn clock_is_monotonic(clock in any_clock(), at in any_time(), step in 0_u64..100_000) {
             let (early, late) = (SimTime::from_nanos(at), SimTime::from_nanos(at + step));
             prop_assert!(clock.local_at(early) <= clock.local_at(late));
         }
 
         #[test]
-        fn a_timer_fires_at_the_first_instant_that_shows_its_time(clock in any_clock(), at in any_time(), by in -5_i64..5) {
+        fn timer_expires_at_the_first_instant_with_its_reading(clock in any_clock(), at in any_time(), by in -5_i64..5) {
             let local = clock.local_at(SimTime::from_nanos(at)) + LocalDuration::from_nanos(by);
             let fires = clock.sim_at(local);
             prop_assert!(clock.local_at(fires) >= local);
@@ -252,7 +253,7 @@ mod tests {
         }
 
         #[test]
-        fn there_and_back_is_the_first_instant_of_that_reading(clock in any_clock(), at in any_time()) {
+        fn inverse_of_a_reading_is_its_first_instant(clock in any_clock(), at in any_time()) {
             let shown = clock.local_at(SimTime::from_nanos(at));
             let back = clock.sim_at(shown);
             prop_assert!(back.as_nanos() <= at);
@@ -268,13 +269,13 @@ mod tests {
             let wandering = steady.with_wander(LocalDuration::from_nanos(amplitude), period, seed).unwrap();
             let at = SimTime::from_nanos(at);
             let error = (wandering.local_at(at) - steady.local_at(at)).as_nanos();
-            // Two more for the roundings of knots and line.
+            // Tolerance of 2 ns for the roundings of the knots and of the interpolation.
             prop_assert!(error.abs() <= amplitude + 2, "{error}");
         }
     }
 
     #[test]
-    fn clocks_that_could_stop_are_refused() {
+    fn non_monotonic_clocks_are_rejected() {
         assert!(BoardClock::new(LocalDuration::ZERO, -1_000_000_000).is_err());
         let wander = |amplitude, period| {
             BoardClock::IDEAL.with_wander(
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ideal_clock_shows_physical_time() {
+    fn ideal_clock_reads_physical_time() {
         let now = SimTime::from_nanos(123_456_789);
         assert_eq!(
             BoardClock::IDEAL.local_at(now),

@@ -1,9 +1,10 @@
 use crate::{SimDuration, SimTime};
 
-/// The jitter of a cycle: by how much each interval from one begin to the next differs from the period. This is
-/// the definition for reports and expectations alike.
+/// Jitter of a cycle: absolute difference between each begin-to-begin interval and the period.
+/// Reports and expectations use this one definition.
 ///
-/// An interval counts with all of its length, so a cycle that leaves periods out has their length as its jitter.
+/// An interval counts at its full length; the jitter of a cycle that skips periods is therefore the
+/// length of the skipped periods.
 ///
 /// ```
 /// use twinrig_kernel::{CycleJitter, SimDuration, SimTime};
@@ -21,20 +22,21 @@ pub struct CycleJitter {
 }
 
 impl CycleJitter {
-    /// Of a cycle of that period, which has not begun yet.
+    /// The jitter of a cycle with that period, before the first begin.
     pub const fn new(period: SimDuration) -> Self {
         Self { period, last: None }
     }
 
-    /// The cycle begins at `now`, which is not before the last begin: the jitter of the interval since then; None for
-    /// the first begin.
+    /// Records a begin at `now`, which must not precede the last one, and returns the jitter of the
+    /// interval since then; `None` for the first begin.
     pub fn begin(&mut self, now: SimTime) -> Option<SimDuration> {
         let last = self.last.replace(now)?;
         let off = (now - last).as_nanos().abs_diff(self.period.as_nanos());
         Some(SimDuration::from_nanos(off))
     }
 
-    /// The least jitter that the interval under way can have, if it has not ended by `now`; None before the first begin.
+    /// Returns a lower bound of the jitter of the current interval, which has not ended by `now`;
+    /// `None` before the first begin.
     pub fn at_least(&self, now: SimTime) -> Option<SimDuration> {
         let lasted = (now - self.last?).as_nanos();
         let over = lasted.saturating_sub(self.period.as_nanos());

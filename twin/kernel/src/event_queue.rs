@@ -5,15 +5,15 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::SimTime;
 
-/// Which of several events at one instant comes first: the lower rank.
+/// Priority of an event among those at the same instant; the lowest is first.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 #[serde(transparent)]
 pub struct Rank(pub u8);
 
-/// Events to come, in the order (time, rank, sequence): at one instant the lower rank goes first, and
-/// within a rank what was pushed first. Nothing is left to chance or to the heap's own order.
+/// Pending events in the order (time, rank, sequence): at one instant by ascending rank, within a
+/// rank in the order of insertion. The order does not depend on the internal layout of the heap.
 ///
 /// ```
 /// use twinrig_kernel::{EventQueue, Rank, SimTime};
@@ -27,31 +27,32 @@ pub struct Rank(pub u8);
 /// assert_eq!(order, ["wake", "bell", "lunch"]);
 /// ```
 ///
-/// Push and pop cost a few tens of nanoseconds and allocate only when the queue outgrows what it has
-/// ever held.
+/// Push and pop take a few tens of nanoseconds; they allocate only when the queue exceeds its
+/// largest length so far.
 #[derive(Clone, Debug)]
 pub struct EventQueue<E> {
     heap: BinaryHeap<Reverse<Entry<E>>>,
     next_sequence: u64,
 }
 
-/// An event that has come due.
+/// An event taken from the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scheduled<E> {
-    /// When.
+    /// Time of the event.
     pub time: SimTime,
-    /// Its rank at that instant.
+    /// Rank of the event at that instant.
     pub rank: Rank,
-    /// How many events had been pushed before it.
+    /// Number of events pushed before it.
     pub sequence: u64,
-    /// What.
+    /// The event itself.
     pub event: E,
 }
 
-/// Bits of the sequence number; the rank has the 8 above. At 10⁹ events a second they last two years.
+/// Bits of the sequence number; the rank occupies the 8 above. At 10⁹ events per second they last
+/// two years.
 const SEQUENCE_BITS: u32 = 56;
 
-/// Time, rank and sequence packed so that one comparison of integers orders all three.
+/// Time, rank and sequence packed into one integer, so that one comparison orders all three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct Key(u128);
 
@@ -92,7 +93,7 @@ struct Entry<E> {
     event: E,
 }
 
-// Keys are unique, so that comparing them alone is a total order whatever the events are.
+// Keys are unique; comparing them is a total order of the entries.
 impl<E> PartialEq for Entry<E> {
     fn eq(&self, other: &Self) -> bool {
         self.key == other.key
@@ -111,12 +112,12 @@ impl<E> Ord for Entry<E> {
 }
 
 impl<E> EventQueue<E> {
-    /// An empty queue.
+    /// Creates an empty queue.
     pub fn new() -> Self {
         Self::with_capacity(0)
     }
 
-    /// An empty queue that holds `capacity` events before it allocates again.
+    /// Creates an empty queue with room for `capacity` events.
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
             heap: BinaryHeap::with_capacity(capacity),
@@ -130,7 +131,7 @@ impl<E> EventQueue<E> {
         self.insert(key, event);
     }
 
-    /// Takes the next event.
+    /// Removes and returns the next event.
     pub fn pop(&mut self) -> Option<Scheduled<E>> {
         self.pop_entry().map(|(key, event)| Scheduled {
             time: key.time(),
@@ -140,7 +141,7 @@ impl<E> EventQueue<E> {
         })
     }
 
-    /// Takes the next event if it is due at `limit` or before.
+    /// Removes and returns the next event if its time is `limit` or before.
     pub fn pop_until(&mut self, limit: SimTime) -> Option<Scheduled<E>> {
         if self.peek_time()? <= limit {
             self.pop()
@@ -149,22 +150,22 @@ impl<E> EventQueue<E> {
         }
     }
 
-    /// When the next event is due.
+    /// Time of the next event.
     pub fn peek_time(&self) -> Option<SimTime> {
         self.heap.peek().map(|Reverse(entry)| entry.key.time())
     }
 
-    /// Number of events to come.
+    /// Number of pending events.
     pub fn len(&self) -> usize {
         self.heap.len()
     }
 
-    /// Whether nothing is to come.
+    /// Whether no event is pending.
     pub fn is_empty(&self) -> bool {
         self.heap.is_empty()
     }
 
-    /// The place in the order of an event that is inserted now or later.
+    /// Issues a key that fixes the position of an event to be inserted now or later.
     pub(crate) fn issue_key(&mut self, time: SimTime, rank: Rank) -> Key {
         let key = Key::new(time, rank, self.next_sequence);
         self.next_sequence += 1;
@@ -199,7 +200,8 @@ impl<E> Default for EventQueue<E> {
     }
 }
 
-/// Two queues are equal if they will behave alike, whatever the heap looks like inside.
+/// Two queues are equal if they return the same events in the same order; the layout of the heap is
+/// ignored.
 impl<E: PartialEq> PartialEq for EventQueue<E> {
     fn eq(&self, other: &Self) -> bool {
         let (ours, theirs) = (sorted(&self.heap), sorted(&other.heap));
@@ -218,7 +220,7 @@ fn sorted<E>(heap: &BinaryHeap<Reverse<Entry<E>>>) -> Vec<&Entry<E>> {
     entries
 }
 
-// Saved in the order of the events: queues that behave alike have the same bytes.
+// Serialised in the order of the events: equal queues have equal bytes.
 impl<E: Serialize> Serialize for EventQueue<E> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         (self.next_sequence, sorted(&self.heap)).serialize(serializer)
@@ -244,7 +246,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn events_leave_by_time_then_rank_then_order_of_arrival(
+        fn events_are_ordered_by_time_rank_and_insertion(
             pushed in prop::collection::vec((0_u64..20, 0_u8..4), 0..200)
         ) {
             let mut queue = EventQueue::new();
@@ -263,7 +265,7 @@ mod tests {
         }
 
         #[test]
-        fn a_restored_queue_goes_on_alike(
+        fn restored_queue_continues_identically(
             before in prop::collection::vec((0_u64..50, 0_u8..3), 0..60),
             pops in 0_usize..40,
             after in prop::collection::vec((0_u64..50, 0_u8..3), 0..20),
@@ -294,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn the_extremes_of_time_and_rank_fit_the_key() {
+    fn extreme_times_and_ranks_fit_the_key() {
         let key = Key::new(SimTime::MAX, Rank(255), (1 << SEQUENCE_BITS) - 1);
         assert_eq!(
             (key.time(), key.rank(), key.sequence()),

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::sim_time::write_nanos;
 
-/// A reading of the clock of the machine that computes the run: nanoseconds since whatever instant
-/// the caller took as its start. The kernel never reads that clock; reports and the real-time
-/// executor do, and this type keeps their readings out of the results:
+/// Reading of the clock of the host machine: nanoseconds since an instant chosen by the caller.
+/// Only reports and the real-time executor read that clock, never the kernel; the separate type
+/// keeps host time out of the results:
 ///
 /// ```compile_fail,E0308
 /// use twinrig_kernel::{HostTime, SimTime};
@@ -29,7 +29,8 @@ impl HostTime {
         self.0
     }
 
-    /// Host time passed since `earlier`; zero if `earlier` is later (host clocks are not always even).
+    /// Host time elapsed since `earlier`; zero if `earlier` is later (host clocks may step
+    /// backwards).
     pub fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Direction, Port};
 
-/// Signals laid end to end in one flat `[f64]`, in the order of their ports.
+/// Concatenation of signals in one flat `[f64]`, in the order of their ports.
 ///
 /// ```
 /// use twinrig_kernel::{Direction, Layout, Port, Unit};
@@ -35,14 +35,14 @@ pub struct Field {
 }
 
 impl Field {
-    /// Where the signal lies in the flat vector.
+    /// Index range of the signal in the flat vector.
     pub fn range(&self) -> Range<usize> {
         self.offset..self.offset + self.port.size
     }
 }
 
 impl Layout {
-    /// Lays out the ports of one direction, in order.
+    /// Lays out the ports of `direction`, in order.
     pub fn of<'a>(ports: impl IntoIterator<Item = &'a Port>, direction: Direction) -> Self {
         let mut layout = Self::default();
         for port in ports.into_iter().filter(|port| port.direction == direction) {
@@ -55,12 +55,12 @@ impl Layout {
         layout
     }
 
-    /// Length of the flat vector: the sum of the sizes.
+    /// Length of the flat vector: the sum of the signal sizes.
     pub const fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is nothing in it.
+    /// Whether the flat vector is empty.
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -70,17 +70,17 @@ impl Layout {
         self.fields.iter()
     }
 
-    /// The signal of that name.
+    /// Returns the signal named `name`.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|field| field.port.name == name)
     }
 
-    /// Where the signal of that name lies in the flat vector.
+    /// Returns the index range of the signal named `name` in the flat vector.
     pub fn find(&self, name: &str) -> Option<Range<usize>> {
         self.field(name).map(Field::range)
     }
 
-    /// The signal to which component `index` of the flat vector belongs.
+    /// Returns the signal that contains component `index` of the flat vector.
     pub fn field_at(&self, index: usize) -> Option<&Field> {
         self.fields
             .iter()

@@ -1,11 +1,11 @@
-//! What everything else in Twinrig stands on: integer time, the clocks of boards, the order of events,
-//! wake-ups, random numbers and the shape of signals. Deterministic: the same calls give the same
-//! answers, bit for bit, on any machine, in any build.
+//! Foundation of Twinrig: integer time, board clocks, event order, wake-ups, random streams and the
+//! description of signals. Deterministic: the same calls return the same results, bit for bit, on
+//! every machine and in every build profile.
 //!
 //! ```
 //! use twinrig_kernel::{Agenda, Rank, SimDuration, SimTime};
 //!
-//! // Two parts tick at their own pace; at 6 ms, when both are due, the lower rank goes first.
+//! Two parts with periods of 3 ms and 2 ms; at 6 ms, when both are due, the lower rank is first.
 //! let mut agenda = Agenda::new(1_000);
 //! let board = agenda.register("board", Rank(0));
 //! let control = agenda.register("control", Rank(1));
@@ -21,8 +21,8 @@
 //! # Ok::<(), twinrig_kernel::LivelockError>(())
 //! ```
 //!
-//! What it does not do: no input or output, no physics, no protocol, no controller. It reads no clock
-//! of the machine, starts no thread, has no global state, and depends on no other crate of the project.
+//! Out of scope: input and output, physics, protocols, controllers. The crate reads no clock of the
+//! machine, starts no thread, has no global state, and depends on no other crate of the project.
 
 mod agenda;
 mod board_clock;

@@ -5,8 +5,8 @@ use thiserror::Error;
 
 use crate::SimTime;
 
-/// Refuses to let time stand still: more than `limit` events at one instant are an error that names
-/// who woke whom. Parts are the caller's own numbers; their names are asked for only if it comes to that.
+/// Limit on the number of events at one instant. Beyond `limit` events the error lists the parts
+/// that woke each other. Parts are numbered by the caller; names are requested only for the error.
 ///
 /// ```
 /// use twinrig_kernel::{LivelockGuard, SimTime};
@@ -14,7 +14,8 @@ use crate::SimTime;
 /// let mut guard = LivelockGuard::new(100);
 /// let (mut part, mut other) = (0, 1);
 /// let error = loop {
-///     if let Err(error) = guard.event(SimTime::ZERO, Some(other), part, |n| ["bus", "board"][n].into()) {
+///     let name = |n: usize| ["bus", "board"][n].to_string();
+///     if let Err(error) = guard.event(SimTime::ZERO, Some(other), part, name) {
 ///         break error;
 ///     }
 ///     std::mem::swap(&mut part, &mut other);
@@ -29,26 +30,26 @@ pub struct LivelockGuard {
     edges: Vec<(Option<usize>, usize, u32)>,
 }
 
-/// Time stood still.
+/// Simulated time stopped advancing.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("more than {limit} events at {time}: {}", describe(edges))]
 pub struct LivelockError {
-    /// The instant that would not end.
+    /// Instant at which the limit was exceeded.
     pub time: SimTime,
-    /// How many events one instant may have.
+    /// Maximum number of events at one instant.
     pub limit: u32,
-    /// Who woke whom in the second half of them, most often first.
+    /// Wake-up relations among the second half of the events, most frequent first.
     pub edges: Vec<WakeEdge>,
 }
 
-/// One part waking another.
+/// Wake-up relation of two parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WakeEdge {
-    /// Who woke; nobody if the wake-up was armed from outside.
+    /// Part that armed the wake-up; `None` if it was armed from outside any part.
     pub by: Option<String>,
-    /// Who was woken.
+    /// Part that was woken.
     pub woke: String,
-    /// How often.
+    /// Number of wake-ups.
     pub count: u32,
 }
 
@@ -83,10 +84,10 @@ impl LivelockGuard {
         }
     }
 
-    /// Counts an event at `now`: `by` woke `woke`.
+    /// Counts an event at `now`, at which part `by` woke part `woke`.
     ///
     /// # Errors
-    /// [`LivelockError`] if the instant has had its fill; `name` gives the parts their names.
+    /// [`LivelockError`] if the instant exceeds the limit; `name` maps part numbers to names.
     pub fn event(
         &mut self,
         now: SimTime,
@@ -100,9 +101,10 @@ impl LivelockGuard {
             self.edges.clear();
         }
         self.events += 1;
-        // The first half is not worth looking at: by the second, whoever goes round in circles does so alone.
+        // The first half is not recorded: in the second half only the parts of the cycle are
+        // active.
         if self.events > self.limit / 2 {
-            self.note(by, woke);
+            self.count_edge(by, woke);
         }
         if self.events <= self.limit {
             Ok(())
@@ -111,7 +113,7 @@ impl LivelockGuard {
         }
     }
 
-    fn note(&mut self, by: Option<usize>, woke: usize) {
+    fn count_edge(&mut self, by: Option<usize>, woke: usize) {
         match self
             .edges
             .iter_mut()
@@ -145,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_events_are_fine_while_time_moves() {
+    fn events_are_unlimited_while_time_advances() {
         let mut guard = LivelockGuard::new(3);
         for n in 0..1000 {
             guard
@@ -155,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_culprits_are_named_and_the_bystander_comes_last() {
+    fn error_lists_wake_up_relations_by_frequency() {
         let mut guard = LivelockGuard::new(10);
         let name = |n: usize| ["clock", "talker"][n].to_string();
         let mut last = Ok(());

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::sim_time::write_nanos;
 
-/// A reading of a board's own clock \[ns\]. It may be negative: a board's zero is its own affair.
+/// Reading of a board's clock \[ns\]. It may be negative, because the zero of a board is arbitrary.
 ///
-/// Only the board's [`crate::BoardClock`] turns it into physical time:
+/// Only the board's [`crate::BoardClock`] converts it to physical time:
 ///
 /// ```compile_fail,E0308
 /// use twinrig_kernel::{LocalTime, SimTime};
@@ -17,7 +17,7 @@ use crate::sim_time::write_nanos;
 #[serde(transparent)]
 pub struct LocalTime(i64);
 
-/// A difference of two readings of one board's clock \[ns\], which may be negative.
+/// Difference of two readings of one board's clock \[ns\]; it may be negative.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct LocalDuration(i64);
@@ -35,7 +35,7 @@ impl LocalTime {
 }
 
 impl LocalDuration {
-    /// No time at all.
+    /// Zero duration.
     pub const ZERO: Self = Self(0);
 
     /// A duration of `nanos` \[ns\] on the board's clock.

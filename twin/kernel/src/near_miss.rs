@@ -1,9 +1,10 @@
-/// At most this many suggestions: more is no help.
+/// Maximum number of suggestions.
 const SUGGESTIONS_MAX: usize = 3;
 
-/// The candidates that somebody who wrote `word` may have meant, nearest first, ties in the order
-/// given. A candidate is near if a third of the word's letters (at least two) inserted, deleted,
-/// replaced or swapped with a neighbour turn one into the other. An exact match is not a miss.
+/// Returns the candidates close to the misspelt `word`, nearest first, ties in the order of
+/// `candidates`. A candidate is close if its edit distance (insertion, deletion, replacement,
+/// transposition of neighbours) is at most a third of the word's letters, or two. An exact match is
+/// excluded.
 ///
 /// ```
 /// use twinrig_kernel::near_misses;
@@ -31,7 +32,7 @@ pub fn near_misses<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>
     found.into_iter().map(|(_, candidate)| candidate).collect()
 }
 
-/// Edit distance with swaps of neighbours (optimal string alignment).
+/// Edit distance with transpositions (optimal string alignment).
 fn edit_distance(a: &[char], b: &[char]) -> usize {
     let mut before_last = vec![0; b.len() + 1];
     let mut last: Vec<usize> = (0..=b.len()).collect();
@@ -54,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nearest_comes_first_and_strangers_not_at_all() {
+    fn candidates_are_sorted_by_distance_and_distant_ones_omitted() {
         let legs = [
             "leg/LF/hip/command",
             "leg/RF/hip/command",
@@ -68,13 +69,13 @@ mod tests {
         assert!(near_misses("temperature", legs).is_empty());
         assert!(
             near_misses("body/position", legs).is_empty(),
-            "an exact match is no miss"
+            "an exact match is excluded"
         );
         assert!(near_misses("ab", ["xy"]).is_empty(), "nothing in common");
     }
 
     #[test]
-    fn a_swap_counts_once() {
+    fn transposition_is_one_edit() {
         let chars = |s: &str| s.chars().collect::<Vec<_>>();
         assert_eq!(edit_distance(&chars("tort"), &chars("trot")), 1);
         assert_eq!(edit_distance(&chars(""), &chars("trot")), 4);

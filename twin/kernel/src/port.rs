@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::Unit;
 
-/// Which way a signal flows, seen from the part that owns the port.
+/// Direction of a signal, relative to the part that owns the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Direction {
-    /// The part reads it.
+    /// Read by the part.
     Input,
-    /// The part writes it.
+    /// Written by the part.
     Output,
 }
 
@@ -33,21 +33,21 @@ impl fmt::Display for Direction {
     }
 }
 
-/// One end of a signal: a named vector of `size` numbers in one unit.
+/// Port of a signal: a named vector of `size` numbers in one unit.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Port {
-    /// Path of the signal, `leg/LF/hip/position`.
+    /// Path of the signal, e.g. `leg/LF/hip/position`.
     pub name: String,
     /// Unit of every component.
     pub unit: Unit,
     /// Number of components.
     pub size: usize,
-    /// Which way it flows, seen from the owner.
+    /// Direction relative to the owner.
     pub direction: Direction,
 }
 
 impl Port {
-    /// A signal that the owner reads.
+    /// A port that the owner reads.
     #[must_use]
     pub fn input(name: impl Into<String>, unit: Unit, size: usize) -> Self {
         Self {
@@ -58,7 +58,7 @@ impl Port {
         }
     }
 
-    /// A signal that the owner writes.
+    /// A port that the owner writes.
     #[must_use]
     pub fn output(name: impl Into<String>, unit: Unit, size: usize) -> Self {
         Self {
@@ -69,7 +69,7 @@ impl Port {
         }
     }
 
-    /// The port that fits this one: the same signal seen from the other end.
+    /// Returns the matching port: the same signal in the opposite direction.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         Self {

@@ -3,30 +3,30 @@ use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
 use serde::{Deserialize, Serialize};
 
-/// A point in physical time: whole nanoseconds since the start of the run.
+/// Instant of physical time: whole nanoseconds since the start of the run.
 ///
-/// It is not the time that a board believes it is ([`crate::LocalTime`]), nor that of the machine
-/// which computes the run ([`crate::HostTime`]); the three do not mix:
+/// Distinct from the reading of a board's clock ([`crate::LocalTime`]) and of the host's
+/// ([`crate::HostTime`]); the three types cannot be mixed:
 ///
 /// ```compile_fail,E0308
 /// use twinrig_kernel::{LocalDuration, SimTime};
 /// let later = SimTime::ZERO + LocalDuration::from_nanos(1);
 /// ```
 ///
-/// Two points in time are not added either, only a duration to a point:
+/// Nor can two instants be added:
 ///
 /// ```compile_fail,E0308
 /// use twinrig_kernel::SimTime;
-/// let nonsense = SimTime::ZERO + SimTime::ZERO;
+/// let invalid = SimTime::ZERO + SimTime::ZERO;
 /// ```
 ///
-/// 64 bits last for 584 years. The plain operators panic past either end in every build; the
-/// `checked_` methods say so.
+/// 64 bits cover 584 years. The operators panic on overflow and underflow in every build profile;
+/// the `checked_` methods return `None`.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct SimTime(u64);
 
-/// A length of physical time in whole nanoseconds, never negative.
+/// Length of physical time in whole nanoseconds, never negative.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct SimDuration(u64);
@@ -47,29 +47,30 @@ impl SimTime {
         self.0
     }
 
-    /// Seconds since the start, rounded to the nearest `f64`: for reports and phases, not for order.
+    /// Seconds since the start, rounded to the nearest `f64`: for reports and phases, not for
+    /// ordering.
     pub fn as_secs_f64(self) -> f64 {
         self.0 as f64 * 1e-9
     }
 
-    /// The time from the start to here.
+    /// Duration from the start to this instant.
     pub const fn since_start(self) -> SimDuration {
         SimDuration(self.0)
     }
 
-    /// The instant `duration` later, or `None` past the last representable one.
+    /// Returns the instant `duration` later, or `None` past the last representable one.
     pub fn checked_add(self, duration: SimDuration) -> Option<Self> {
         self.0.checked_add(duration.0).map(Self)
     }
 
-    /// The time since `earlier`, or `None` if `earlier` is in fact later.
+    /// Returns the time since `earlier`, or `None` if `earlier` is later.
     pub fn checked_since(self, earlier: Self) -> Option<SimDuration> {
         self.0.checked_sub(earlier.0).map(SimDuration)
     }
 }
 
 impl SimDuration {
-    /// No time at all.
+    /// Zero duration.
     pub const ZERO: Self = Self(0);
     /// The longest representable duration.
     pub const MAX: Self = Self(u64::MAX);
@@ -110,11 +111,11 @@ impl SimDuration {
         )
     }
 
-    /// The whole number of nanoseconds nearest to `secs` \[s\]; `None` if negative, not a number or
-    /// past the longest duration.
+    /// Rounds `secs` \[s\] to the nearest nanosecond; `None` if negative, NaN or past the longest
+    /// duration.
     pub fn try_from_secs_f64(secs: f64) -> Option<Self> {
         let nanos = libm::round(secs * 1e9);
-        // 2⁶⁴ is exact in f64; the first value that no longer fits.
+        // 2⁶⁴, exact in `f64`: the first value that does not fit.
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -135,27 +136,27 @@ impl SimDuration {
         self.0 as f64 * 1e-9
     }
 
-    /// Whether this is no time at all.
+    /// Whether the duration is zero.
     pub const fn is_zero(self) -> bool {
         self.0 == 0
     }
 
-    /// The sum, or `None` past the longest duration.
+    /// Returns the sum, or `None` past the longest duration.
     pub fn checked_add(self, other: Self) -> Option<Self> {
         self.0.checked_add(other.0).map(Self)
     }
 
-    /// The difference, or `None` if it were negative.
+    /// Returns the difference, or `None` if it would be negative.
     pub fn checked_sub(self, other: Self) -> Option<Self> {
         self.0.checked_sub(other.0).map(Self)
     }
 
-    /// The product, or `None` past the longest duration.
+    /// Returns the product, or `None` past the longest duration.
     pub fn checked_mul(self, times: u64) -> Option<Self> {
         self.0.checked_mul(times).map(Self)
     }
 
-    /// Whether a whole number of `step`s makes up this duration. No duration is a multiple of zero.
+    /// Whether this duration is an integer multiple of `step`; false if `step` is zero.
     pub fn is_multiple_of(self, step: Self) -> bool {
         step.0 != 0 && self.0.is_multiple_of(step.0)
     }
@@ -219,7 +220,7 @@ impl Div<u64> for SimDuration {
     }
 }
 
-/// Prints `nanos` exactly, in the largest unit that it fills, with 3, 6 or 9 decimals.
+/// Writes `nanos` exactly, in the largest unit not above it, with 3, 6 or 9 decimals.
 pub(crate) fn write_nanos(f: &mut fmt::Formatter<'_>, nanos: u64) -> fmt::Result {
     let (per_unit, digits, unit) = match nanos {
         0..1_000 => return f.pad(&format!("{nanos} ns")),
@@ -255,7 +256,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shown_exactly_and_briefly() {
+    fn display_is_exact_and_short() {
         for (nanos, text) in [
             (0, "0 ns"),
             (999, "999 ns"),
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn seconds_are_rounded_and_nonsense_is_refused() {
+    fn seconds_are_rounded_and_invalid_values_rejected() {
         assert_eq!(
             SimDuration::try_from_secs_f64(0.002),
             Some(SimDuration::from_millis(2))
@@ -279,14 +280,14 @@ mod tests {
             SimDuration::try_from_secs_f64(0.1 + 0.2),
             Some(SimDuration::from_millis(300))
         );
-        for nonsense in [-1e-9, f64::NAN, f64::INFINITY, 1e11] {
-            assert_eq!(SimDuration::try_from_secs_f64(nonsense), None, "{nonsense}");
+        for invalid in [-1e-9, f64::NAN, f64::INFINITY, 1e11] {
+            assert_eq!(SimDuration::try_from_secs_f64(invalid), None, "{invalid}");
         }
     }
 
     #[test]
     #[should_panic(expected = "wrong order")]
-    fn an_instant_minus_a_later_one_panics_in_every_build() {
+    fn subtracting_a_later_instant_panics() {
         let _ = SimTime::ZERO - SimTime::from_nanos(1);
     }
 }

@@ -2,38 +2,38 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The saved state of a part: bytes (postcard) that bring it back bit for bit, `NaN` payloads and
-/// negative zeros included. The layout is private to the part; a snapshot is for the same build.
+/// Serialised state of a part: bytes (postcard) that restore it bit for bit, `NaN` payloads and
+/// negative zeros included. The layout is private to the part and valid for the same build only.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Snapshot(pub Vec<u8>);
 
-/// A snapshot that does not fit the part it is given to.
+/// A snapshot that does not match the part it is restored into.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum SnapshotError {
-    /// The bytes are not the state of such a part.
+    /// The bytes do not decode as the state of such a part.
     #[error("the snapshot does not hold a {state}: {why}")]
     Decode {
-        /// Type that was to be read.
+        /// Expected type.
         state: &'static str,
-        /// What the decoder said.
+        /// Message of the decoder.
         why: String,
     },
-    /// The bytes are a state, but of something of another make.
+    /// The bytes are the state of a part of another model or configuration.
     #[error("the snapshot was taken of {found}, and is restored into {expected}")]
     Mismatch {
-        /// The part that is to be restored.
+        /// The part to be restored.
         expected: String,
-        /// The part that was saved.
+        /// The part of which the snapshot was taken.
         found: String,
     },
 }
 
 impl Snapshot {
-    /// Saves `state`.
+    /// Serialises `state`.
     ///
     /// # Panics
-    /// If the `Serialize` of the state gives up, which a state made of numbers, strings, vectors and
-    /// derived structures never does.
+    /// If `Serialize` of the state fails, which it does not for numbers, strings, vectors and
+    /// derived structures.
     pub fn of<T: Serialize>(state: &T) -> Self {
         Self(
             postcard::to_allocvec(state)
@@ -41,7 +41,7 @@ impl Snapshot {
         )
     }
 
-    /// Reads back a state of type `T`.
+    /// Deserialises a state of type `T`.
     ///
     /// # Errors
     /// [`SnapshotError::Decode`] if the bytes are not exactly one `T`.
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn floats_come_back_bit_for_bit() {
+    fn floats_are_restored_bit_for_bit() {
         let odd = [
             0.1,
             -0.0,
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_of_another_shape_are_refused() {
+    fn bytes_of_another_type_are_rejected() {
         let snapshot = Snapshot::of(&(1_u64, 2.0_f64));
         assert!(matches!(
             snapshot.read::<u64>(),

@@ -2,15 +2,16 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-/// A named stream of random numbers (`ChaCha8`), saved and restored with the part that draws from it.
+/// Named stream of random numbers (`ChaCha8`), serialised with the part that draws from it.
 ///
-/// The conversions are its own, so that no release of another crate changes a run.
+/// The conversions to floating point and to ranges are implemented here, so that no release of
+/// another crate changes the results of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Stream(ChaCha8Rng);
 
-/// The stream of that name under that seed. Its key is the BLAKE3 hash of both: a new stream never
-/// shifts the numbers of another, and no two names share numbers.
+/// Returns the stream of `name` under `seed`. Its key is the BLAKE3 hash of both: adding a stream
+/// does not change the numbers of another, and no two names share numbers.
 ///
 /// ```
 /// use twinrig_kernel::stream;
@@ -25,38 +26,39 @@ pub fn stream(seed: u64, name: &str) -> Stream {
 }
 
 impl Stream {
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0.next_u64()
     }
 
-    /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    /// Returns a uniform number in [0, 1), a multiple of 2⁻⁵³.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
-    /// Uniform in `min..=max`, without bias.
+    /// Returns a uniform integer in `min..=max`, without bias.
     ///
     /// # Panics
     /// If `min` is greater than `max`.
     pub fn between(&mut self, min: u64, max: u64) -> u64 {
-        assert!(min <= max, "no number lies between {min} and {max}");
+        assert!(min <= max, "empty range: {min}..={max}");
         let Some(count) = (max - min).checked_add(1) else {
             return self.bits();
         };
-        // The numbers below 2⁶⁴ mod count would make the first ones a little more likely.
-        let unfair = count.wrapping_neg() % count;
+        // Products whose low half is below 2⁶⁴ mod count are rejected (Lemire): they would bias
+        // the result.
+        let biased = count.wrapping_neg() % count;
         loop {
             let wide = u128::from(self.bits()) * u128::from(count);
             #[expect(clippy::cast_possible_truncation, reason = "low and high half")]
-            if wide as u64 >= unfair {
+            if wide as u64 >= biased {
                 return min + (wide >> 64) as u64;
             }
         }
     }
 
-    /// Normal with mean 0 and standard deviation 1 (Marsaglia's polar method; the second number of
-    /// each pair is not kept, so that the stream's position is its whole state).
+    /// Returns a standard normal number (Marsaglia's polar method; the second number of each pair
+    /// is discarded, so that the state of the stream is its position).
     pub fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (2.0 * self.unit() - 1.0, 2.0 * self.unit() - 1.0);
@@ -74,7 +76,7 @@ mod tests {
     use crate::Snapshot;
 
     #[test]
-    fn the_numbers_of_a_name_never_change() {
+    fn numbers_of_a_name_are_stable_across_releases() {
         let mut usb = stream(1, "wire/sbcp/usb");
         assert_eq!(
             [usb.bits(), usb.bits()],
@@ -88,8 +90,8 @@ mod tests {
     }
 
     #[test]
-    fn seed_and_name_do_not_run_into_each_other() {
-        // The bytes of the seed come first and are always eight.
+    fn seed_and_name_are_hashed_unambiguously() {
+        // The seed is hashed first, always as eight bytes.
         let seed = u64::from_le_bytes(*b"abcdefgh");
         assert_ne!(
             stream(seed, "x").bits(),
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restored_stream_goes_on_where_it_was() {
+    fn restored_stream_continues_bit_for_bit() {
         let mut stream = stream(7, "any");
         for _ in 0..37 {
             stream.bits();
@@ -110,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_are_those_of_the_distributions() {
+    fn sample_moments_match_the_distributions() {
         let mut stream = stream(3, "moments");
         let count = 100_000;
         let normal: Vec<f64> = (0..count).map(|_| stream.normal()).collect();

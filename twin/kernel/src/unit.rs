@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 macro_rules! units {
     ($($(#[$doc:meta])* $name:ident = $symbol:literal,)*) => {
-        /// The unit of a signal, a process variable or an expectation: coherent SI, no prefixes. Inside the
-        /// program every number is in one of these; only files and reports know millimetres and degrees.
+        /// Unit of a signal, a process variable or an expectation: coherent SI without prefixes.
+        /// All numbers inside the program are in these units; millimetres and degrees occur in
+        /// files and reports only.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[non_exhaustive]
         pub enum Unit {
@@ -13,10 +14,10 @@ macro_rules! units {
         }
 
         impl Unit {
-            /// Every unit there is.
+            /// Every unit.
             pub const ALL: &[Self] = &[$(Self::$name,)*];
 
-            /// The symbol as it stands in brackets behind a name: `"N·m"`.
+            /// Symbol of the unit, as shown in brackets after a name: `"N·m"`.
             pub const fn symbol(self) -> &'static str {
                 match self {
                     $(Self::$name => $symbol,)*
@@ -27,7 +28,7 @@ macro_rules! units {
 }
 
 units! {
-    /// A pure number, a ratio, a count, a flag.
+    /// Dimensionless: number, ratio, count, flag.
     One = "1",
     /// Angle.
     Radian = "rad",
@@ -75,7 +76,7 @@ units! {
     Ampere = "A",
     /// Electrical resistance.
     Ohm = "Ω",
-    /// Torque of a motor for its current.
+    /// Torque constant of a motor.
     NewtonMeterPerAmpere = "N·m/A",
     /// Pressure.
     Pascal = "Pa",
@@ -94,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_units_share_a_symbol() {
+    fn unit_symbols_are_unique() {
         for (n, unit) in Unit::ALL.iter().enumerate() {
             assert!(
                 Unit::ALL[..n]

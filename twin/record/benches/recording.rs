@@ -1,4 +1,4 @@
-//! What a sample of 70 numbers costs: hashed, recorded, both.
+//! Cost of a sample of 70 numbers: fingerprint, recording, both.
 
 use divan::Bencher;
 use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
@@ -11,7 +11,7 @@ fn main() {
     divan::main();
 }
 
-/// A quarter of a trot: what is observed of a plant, 70 numbers.
+/// Observed plant signals of a trotting robot: 70 numbers.
 fn ports() -> Vec<Port> {
     let mut ports = vec![
         Port::output("body/position", Unit::Meter, 3),
@@ -53,7 +53,7 @@ fn skeleton() -> Skeleton {
     }
 }
 
-/// One simulated second, observed every 2 ms.
+/// One simulated second with a sample every 2 ms.
 const SAMPLES: u64 = 500;
 
 fn samples(width: usize) -> Vec<Vec<f64>> {

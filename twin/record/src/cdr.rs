@@ -1,32 +1,32 @@
-//! The encoding of ROS 2 messages: XCDR1, little endian, behind a header of four bytes. Every number is aligned to its own
-//! size, as seen from the end of the header.
+//! Encoding of ROS 2 messages: XCDR1, little endian, after a header of four bytes. Each number is
+//! aligned to its own size, relative to the end of the header.
 
 use twinrig_kernel::SimTime;
 
 use crate::EPOCH;
 
-/// The bytes before the content of a message: plain CDR, little endian, no options.
+/// Encapsulation header: plain CDR, little endian, no options.
 pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// Appends values to a message.
+/// Writer that appends values to a message.
 #[derive(Debug)]
 pub struct CdrWriter<'b> {
     bytes: &'b mut Vec<u8>,
 }
 
 impl<'b> CdrWriter<'b> {
-    /// Begins a message in `bytes`, whatever was there.
+    /// Starts a message in `bytes`, discarding their content.
     pub(crate) fn new(bytes: &'b mut Vec<u8>) -> Self {
         bytes.clear();
         bytes.extend(HEADER);
         Self { bytes }
     }
 
-    /// Where the next value of `size` bytes will stand in the message.
-    pub(crate) fn place(&mut self, size: usize) -> usize {
-        let beyond = (self.bytes.len() - HEADER.len()) % size;
-        if beyond > 0 {
-            self.bytes.resize(self.bytes.len() + size - beyond, 0);
+    /// Pads the message to a multiple of `size` and returns the offset of the next value.
+    pub(crate) fn align(&mut self, size: usize) -> usize {
+        let excess = (self.bytes.len() - HEADER.len()) % size;
+        if excess > 0 {
+            self.bytes.resize(self.bytes.len() + size - excess, 0);
         }
         self.bytes.len()
     }
@@ -40,49 +40,49 @@ impl<'b> CdrWriter<'b> {
     }
 
     pub(crate) fn u32(&mut self, value: u32) {
-        self.place(4);
+        self.align(4);
         self.bytes.extend(value.to_le_bytes());
     }
 
     pub(crate) fn f64(&mut self, value: f64) {
-        self.place(8);
+        self.align(8);
         self.bytes.extend(value.to_bits().to_le_bytes());
     }
 
-    /// The numbers of an array of fixed length, which is a part of the message's definition.
+    /// Appends an array of fixed length.
     pub(crate) fn f64s(&mut self, values: &[f64]) {
         for value in values {
             self.f64(*value);
         }
     }
 
-    /// Length of a sequence, in front of its items.
+    /// Appends the length of a sequence, which precedes its items.
     pub(crate) fn count(&mut self, count: usize) {
         self.u32(u32::try_from(count).unwrap_or(u32::MAX));
     }
 
-    /// A text with its length and the zero that ends it.
+    /// Appends a string with its length and terminating zero.
     pub(crate) fn text(&mut self, text: &str) {
         self.count(text.len() + 1);
         self.bytes.extend(text.as_bytes());
         self.u8(0);
     }
 
-    /// A sequence of bytes.
+    /// Appends a sequence of bytes.
     pub(crate) fn octets(&mut self, octets: &[u8]) {
         self.count(octets.len());
         self.bytes.extend(octets);
     }
 
-    /// A `builtin_interfaces/Time`, as [`stamp`] makes it. Gives its place.
+    /// Appends a `builtin_interfaces/Time` as returned by [`stamp`] and returns its offset.
     pub(crate) fn stamp(&mut self, stamp: [u8; 8]) -> usize {
-        let place = self.place(4);
+        let offset = self.align(4);
         self.bytes.extend(stamp);
-        place
+        offset
     }
 }
 
-/// A message whose every value has its place: what changes from one to the next is put there.
+/// Message of fixed layout whose numbers are overwritten in offset.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Template {
     pub bytes: Vec<u8>,
@@ -90,25 +90,25 @@ pub(crate) struct Template {
 
 impl Template {
     #[inline]
-    pub(crate) fn put(&mut self, place: usize, value: f64) {
-        self.bytes[place..place + 8].copy_from_slice(&value.to_bits().to_le_bytes());
+    pub(crate) fn put(&mut self, offset: usize, value: f64) {
+        self.bytes[offset..offset + 8].copy_from_slice(&value.to_bits().to_le_bytes());
     }
 
     #[inline]
-    pub(crate) fn put_all(&mut self, place: usize, values: &[f64]) {
+    pub(crate) fn put_all(&mut self, offset: usize, values: &[f64]) {
         for (n, value) in values.iter().enumerate() {
-            self.put(place + 8 * n, *value);
+            self.put(offset + 8 * n, *value);
         }
     }
 
     #[inline]
-    pub(crate) fn put_stamp(&mut self, place: usize, stamp: [u8; 8]) {
-        self.bytes[place..place + 8].copy_from_slice(&stamp);
+    pub(crate) fn put_stamp(&mut self, offset: usize, stamp: [u8; 8]) {
+        self.bytes[offset..offset + 8].copy_from_slice(&stamp);
     }
 }
 
-/// Seconds and nanoseconds of `now` on the time line of recordings, as a `builtin_interfaces/Time` has them. Its seconds
-/// have a sign: those of a run of more than 68 years stand still at its end.
+/// Converts `now` to a `builtin_interfaces/Time` (seconds, nanoseconds) on the time line of
+/// recordings. The seconds are signed 32-bit and saturate for runs of more than 68 years.
 pub(crate) fn stamp(now: SimTime) -> [u8; 8] {
     let nanos = now.as_nanos().saturating_add(EPOCH.as_nanos());
     let seconds = i32::try_from(nanos / 1_000_000_000).unwrap_or(i32::MAX);
@@ -117,7 +117,8 @@ pub(crate) fn stamp(now: SimTime) -> [u8; 8] {
     [a, b, c, d, e, f, g, h]
 }
 
-/// Takes values off the front of a message; `None` past its end, and where a value is none of its type.
+/// Reader of successive values of a message; `None` past its end and for a value invalid for its
+/// type.
 #[derive(Debug, Clone)]
 pub struct CdrReader<'m> {
     message: &'m [u8],
@@ -125,7 +126,7 @@ pub struct CdrReader<'m> {
 }
 
 impl<'m> CdrReader<'m> {
-    /// Reads `message`, if it is encoded as it should be.
+    /// Creates a reader of `message`; `None` if its header is another.
     pub(crate) fn new(message: &'m [u8]) -> Option<Self> {
         let message = message.strip_prefix(&HEADER)?;
         Some(Self {
@@ -184,19 +185,19 @@ impl<'m> CdrReader<'m> {
         self.take(count, 1)
     }
 
-    /// A sequence of what `read` reads.
+    /// Reads a sequence whose items are read by `read`.
     pub(crate) fn each<T>(&mut self, read: impl Fn(&mut Self) -> Option<T>) -> Option<Vec<T>> {
         let count = self.u32()?;
-        // A count that is wrong ends at the end of the message: nothing is set aside for it.
+        // A wrong count is limited by the end of the message: no capacity is reserved for it.
         (0..count).map(|_| read(self)).collect()
     }
 
-    /// A `builtin_interfaces/Time`.
+    /// Reads a `builtin_interfaces/Time`.
     pub(crate) fn time(&mut self) -> Option<[u32; 2]> {
         Some([self.u32()?, self.u32()?])
     }
 
-    /// Whether the message ends here.
+    /// Whether the end of the message is reached.
     pub(crate) fn is_at_end(&self) -> bool {
         self.position == self.message.len()
     }
@@ -234,7 +235,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(values in prop::collection::vec(value(), 0..20)) {
+        fn written_values_round_trip(values in prop::collection::vec(value(), 0..20)) {
             let mut bytes = vec![7; 3];
             let mut writer = CdrWriter::new(&mut bytes);
             for value in &values {
@@ -274,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_aligned_behind_the_header() {
+    fn numbers_are_aligned_relative_to_the_header_end() {
         let mut bytes = Vec::new();
         let mut writer = CdrWriter::new(&mut bytes);
         writer.u8(1);
@@ -287,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_line_longer_than_its_seconds_ends_and_does_not_go_back() {
+    fn seconds_saturate_at_the_end_of_their_range() {
         let century = SimTime::from_nanos(100 * 31_557_600 * 1_000_000_000);
         assert_eq!(stamp(century)[..4], i32::MAX.to_le_bytes());
         assert_eq!(stamp(SimTime::from_nanos(5)), [1, 0, 0, 0, 5, 0, 0, 0]);

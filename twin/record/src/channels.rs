@@ -1,4 +1,4 @@
-//! The channels of a recording: topic, type with its definition, metadata.
+//! Channels of a recording: topic, type with definition, metadata.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -13,17 +13,17 @@ use crate::recorder::{RecordedGroup, group_name};
 use crate::schema::{self, GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{EPOCH, RecordError, Topic, cdr, ros};
 
-/// A channel, and how many messages it has had.
+/// A channel and the number of messages written to it.
 pub(crate) struct Channel {
     id: u16,
     sequence: u32,
 }
 
-/// The channel of a group, and which parts of a sample go into its messages.
+/// Channel of a group of signals, and the parts of a sample that its messages contain.
 pub(crate) struct Sampled {
     pub channel: Channel,
     pub ranges: Vec<Range<usize>>,
-    /// The last message, whose length every message has.
+    /// Last message; all messages of the channel have its length.
     pub message: Vec<u8>,
 }
 
@@ -41,14 +41,15 @@ impl Channel {
     }
 }
 
-/// A channel of the profile `ros2`: its messages are CDR, and it says which quality of service is offered.
+/// Adds a channel that conforms to the profile `ros2`: CDR messages and the offered quality of
+/// service.
 fn add_channel<W: Write>(
     writer: &mut Writer<NoSeek<W>>,
     topic: &str,
     (message_type, definition): (&str, &str),
     mut metadata: BTreeMap<String, String>,
 ) -> Result<Channel, RecordError> {
-    // None is prescribed to a player.
+    // Players may choose any quality of service.
     metadata.insert("offered_qos_profiles".to_owned(), "[]".to_owned());
     let name = ros::full_name(message_type);
     let schema = writer.add_schema(&name, "ros2msg", definition.as_bytes())?;
@@ -88,7 +89,8 @@ pub(crate) fn add_group<W: Write>(
     })
 }
 
-/// Lanes that ROS 2 would call by one name are told apart by a number.
+/// Adds the channels of wire traces. A number distinguishes traces whose ROS 2 topic names would
+/// coincide.
 pub(crate) fn add_traces<W: Write>(
     writer: &mut Writer<NoSeek<W>>,
     traces: &[String],

@@ -1,4 +1,4 @@
-//! Where two runs part.
+//! First difference between two runs.
 
 use std::cmp::Ordering;
 
@@ -7,39 +7,41 @@ use twinrig_kernel::SimTime;
 use crate::index::Wire;
 use crate::{Recording, Sample, SampledGroup};
 
-/// The outcome of comparing two recordings by signal.
+/// Result of comparing two recordings signal by signal.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
-    /// The first sample that differs, if any does.
+    /// First differing sample; `None` if all are equal.
     pub first: Option<Divergence>,
-    /// How many signals both have.
+    /// Number of signals in both recordings.
     pub signals: usize,
-    /// How many samples of a group were found equal in both, up to the first difference of that group.
+    /// Number of samples of a group that are equal in both, up to the first difference of that
+    /// group.
     pub equal_samples: u64,
-    /// Signals, as `group: name`, that only the first recording has, or that differ in size; and wires, as `wire: name`.
+    /// Signals, as `group: name`, that only the first recording has, or that differ in size or
+    /// unit; and wires, as `wire: name`.
     pub only_in_a: Vec<String>,
-    /// The same of the second.
+    /// The same for the second recording.
     pub only_in_b: Vec<String>,
 }
 
-/// The first difference between two recordings.
+/// First difference between two recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Divergence {
-    /// When.
+    /// Time of the difference.
     pub time: SimTime,
-    /// In which group of signals.
+    /// Group of the signal.
     pub group: String,
-    /// In which signal.
+    /// Name of the signal.
     pub signal: String,
-    /// In which component of it, counted from 0.
+    /// Component of the signal, from 0.
     pub component: usize,
-    /// The value in the first recording; `None` if it has no sample at that time.
+    /// Value in the first recording; `None` if it has no sample at that time.
     pub a: Option<f64>,
-    /// The value in the second.
+    /// Value in the second recording.
     pub b: Option<f64>,
 }
 
-/// A signal of both recordings: where it lies in a sample of either.
+/// A signal of both recordings, with its offsets in the samples of each.
 struct Pair<'a> {
     name: &'a str,
     size: usize,
@@ -47,18 +49,19 @@ struct Pair<'a> {
     b: usize,
 }
 
-/// Compares `a` and `b` bit by bit, signal by signal, and finds the first sample in order of time
-/// that differs; at one time the order is that of the groups and signals in `a`, and bytes on wires come last: where they
-/// differ, the signal is the wire, and the component the first byte of a piece that is not the same.
+/// Compares `a` and `b` bit for bit, signal by signal, and returns the first differing sample in
+/// order of time. At equal times the order is that of the groups and signals in `a`, then wires;
+/// for a wire, the signal is its name and the component the index of the first differing byte of a
+/// piece.
 ///
-/// A signal that only one of them has is listed, it is not a difference. A sample that only one of
-/// them has is one: that run went on longer, or observed at other times.
+/// A signal in only one of the recordings is listed and is not a difference. A sample in only one
+/// of them is a difference: that run lasted longer, or was sampled at other times.
 pub fn first_divergence(a: &Recording, b: &Recording) -> Comparison {
     divergence_within(a, b, [false; 2])
 }
 
-/// The same for recordings of which some were cut off, as `cut_off` says of `a` and of `b`: that a group of a recording
-/// that was cut off ends before that of the other is no difference.
+/// As [`first_divergence`] for recordings that may be truncated, as `cut_off` states for `a` and
+/// `b`: the end of a group in a truncated recording is not a difference.
 pub fn divergence_within(a: &Recording, b: &Recording, cut_off: [bool; 2]) -> Comparison {
     let mut comparison = Comparison::default();
     for group in a.groups() {
@@ -86,7 +89,7 @@ pub fn divergence_within(a: &Recording, b: &Recording, cut_off: [bool; 2]) -> Co
     comparison
 }
 
-/// The group of a difference between bytes on wires.
+/// Group name of a difference between bytes on wires.
 const WIRE: &str = "wire";
 
 fn names(group: &SampledGroup) -> impl Iterator<Item = String> {
@@ -121,7 +124,7 @@ fn compare_group(
             let one = start + component;
             sample.and_then(|sample| sample.values(one..one + 1).next())
         };
-        into.take(Divergence {
+        into.keep_first(Divergence {
             time,
             group: in_a.name.clone(),
             signal: pair.name.to_owned(),
@@ -133,7 +136,7 @@ fn compare_group(
     }
 }
 
-/// Bytes differ where one of them does, and where one piece is longer.
+/// Compares pieces of bytes; they differ also if their lengths differ.
 fn compare_wire(
     (a, in_a): (&Recording, &Wire),
     (b, in_b): (&Recording, &Wire),
@@ -147,7 +150,7 @@ fn compare_wire(
             continue;
         }
         let byte = |bytes: &[u8]| bytes.get(same).map(|byte| f64::from(*byte));
-        into.take(Divergence {
+        into.keep_first(Divergence {
             time,
             group: WIRE.to_owned(),
             signal: in_a.name.clone(),
@@ -159,8 +162,8 @@ fn compare_wire(
     }
 }
 
-/// What two recordings hold, in order of time; of both, what they hold at the same time. Where one of them was cut off
-/// there is no more.
+/// Merges the items of two recordings in order of time, with items of equal time together; stops at
+/// the end of a truncated recording.
 fn paired<T: Copy>(
     left: impl Iterator<Item = T>,
     right: impl Iterator<Item = T>,
@@ -185,8 +188,8 @@ fn paired<T: Copy>(
 }
 
 impl Comparison {
-    /// Takes the divergence if none is earlier.
-    fn take(&mut self, divergence: Divergence) {
+    /// Keeps the divergence if it is earlier than the present one.
+    fn keep_first(&mut self, divergence: Divergence) {
         let earlier = self.first.as_ref().map(|first| first.time);
         if earlier.is_none_or(|earlier| divergence.time < earlier) {
             self.first = Some(divergence);
@@ -194,7 +197,7 @@ impl Comparison {
     }
 }
 
-/// The signals both groups have in the same size; lists the others.
+/// Returns the signals of both groups with equal size and unit; lists the others.
 fn pair_up<'a>(
     in_a: &'a SampledGroup,
     in_b: &'a SampledGroup,
@@ -203,10 +206,10 @@ fn pair_up<'a>(
     let mut pairs = Vec::new();
     let mut start = 0;
     for signal in &in_a.signals {
-        let twin = in_b
+        let other = in_b
             .find(&signal.name)
-            .filter(|(twin, _)| twin.size == signal.size && twin.unit == signal.unit);
-        match twin {
+            .filter(|(other, _)| other.size == signal.size && other.unit == signal.unit);
+        match other {
             Some((_, range)) => {
                 pairs.push(Pair {
                     name: &signal.name,

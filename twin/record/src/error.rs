@@ -1,87 +1,85 @@
-//! The errors of this crate.
+//! Errors of this crate.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// What can go wrong in writing, reading or comparing a recording.
+/// Error of writing, reading or comparing recordings.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// A file cannot be read.
     #[error("cannot read {}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: std::io::Error,
     },
     /// A file cannot be created.
     #[error("cannot create {}", path.display())]
     Create {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: std::io::Error,
     },
-    /// The MCAP writer gave up, for instance because the disk is full.
+    /// Writing failed, for instance because the disk is full.
     #[error("cannot write the recording")]
     Write(#[from] mcap::McapError),
     /// The signals of a group cannot be described.
     #[error("cannot describe the signals of `{group}`")]
     Describe {
-        /// The group.
+        /// Name of the group.
         group: &'static str,
-        /// Why not.
+        /// Cause.
         source: serde_json::Error,
     },
-    /// The bytes are not those of an MCAP file.
-    #[error("this is not an MCAP file: it does not start with the magic bytes")]
+    /// The data do not begin as an MCAP file.
+    #[error("not an MCAP file: it does not start with the magic bytes")]
     NotMcap,
-    /// A whole record makes no sense.
+    /// A complete record has invalid content.
     #[error("the recording is damaged at byte {offset}: {why}")]
     Damaged {
-        /// Where the record starts, in bytes from the start of the file.
+        /// Offset of the record from the start of the file \[bytes\].
         offset: usize,
-        /// What is wrong with it.
+        /// Description of the damage.
         why: String,
     },
-    /// The chunks are compressed, which this reader does not undo.
+    /// The chunks are compressed, which this reader does not support.
     #[error(
         "chunk at byte {offset} is compressed with `{compression}`; decompress the file with `mcap convert` first"
     )]
     Compressed {
-        /// Where the chunk starts, in bytes from the start of the file.
+        /// Offset of the chunk from the start of the file \[bytes\].
         offset: usize,
-        /// The name of the compression.
+        /// Name of the compression.
         compression: String,
     },
-    /// A valid MCAP file that no twin wrote.
-    #[error(
-        "channel `{channel}` does not describe its signals as a recording of a twin does: {why}"
-    )]
+    /// A valid MCAP file that was not written by this program.
+    #[error("channel `{channel}` does not describe its signals as a Twinrig recording does: {why}")]
     Foreign {
-        /// The topic of the channel.
+        /// Topic of the channel.
         channel: String,
-        /// What is missing or wrong.
+        /// Missing or wrong part of the description.
         why: String,
     },
-    /// A signal is asked for that was not recorded.
+    /// A requested signal was not recorded.
     #[error("no signal `{name}` in this recording{}", nearest.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?")))]
     UnknownSignal {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The recorded name nearest to it.
+        /// Nearest recorded name.
         nearest: Option<String>,
     },
-    /// A message is not of the type that its topic has.
-    #[error("message {index} of {topic} does not read: {why}")]
+    /// A message is not of the type of its topic.
+    #[error("message {index} of {topic} cannot be decoded: {why}")]
     Decode {
-        /// The topic.
+        /// Name of the topic.
         topic: &'static str,
-        /// Which message of it, counted from 0.
+        /// Index of the message within the topic, from 0.
         index: usize,
-        /// Why not.
+        /// Cause.
         why: String,
     },
 }

@@ -1,13 +1,13 @@
-//! The fingerprint of a run: one hash over everything that happened, in order.
+//! Fingerprint of a run: one hash over its samples, wire traffic and events, in order.
 
 use std::fmt;
 
-/// A fingerprint in the making.
+/// Fingerprint under construction.
 ///
-/// Every item (a sample, a piece of wire traffic, an event) goes in as a header, then its
-/// bytes. The header has the time, the kind of item, which one of that kind, and the length, so
-/// that no two sequences of items give the same bytes. Numbers go in with their exact bits: `0.0`
-/// and `-0.0` differ, and so do two NaNs with different payloads.
+/// Each item (a sample, a piece of wire traffic, an event) is hashed as a header followed by its
+/// bytes. The header contains the time, the kind of item, its number within the kind, and the
+/// length, so that different sequences of items yield different bytes. Numbers enter with their
+/// exact bits: `0.0` and `-0.0` differ, and so do NaNs with different payloads.
 ///
 /// ```
 /// use twinrig_record::Fingerprint;
@@ -21,7 +21,7 @@ use std::fmt;
 #[derive(Debug, Clone)]
 pub struct Fingerprint {
     hasher: blake3::Hasher,
-    /// Hashing is fast on many kilobytes at once and slow on few hundred bytes.
+    /// Input buffer: hashing many kilobytes at once is faster than a few hundred bytes.
     buffer: Box<[u8]>,
     filled: usize,
 }
@@ -30,10 +30,10 @@ pub struct Fingerprint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Digest([u8; 32]);
 
-/// How many bytes are hashed at once: a power of two, which is what the hash is fastest at. The buffer has room for as
-/// much again.
+/// Number of bytes hashed at once: a power of two, for which the hash is fastest. The buffer has
+/// twice this size.
 const BUFFER_BYTES: usize = 64 * 1024;
-/// Time, kind, which, length.
+/// Time, kind, number, length.
 const HEADER_BYTES: usize = 8 + 4 + 4 + 8;
 
 const KIND_SAMPLE: u32 = 1;
@@ -47,7 +47,7 @@ impl Default for Fingerprint {
 }
 
 impl Fingerprint {
-    /// The fingerprint of nothing yet.
+    /// Creates an empty fingerprint.
     pub fn new() -> Self {
         Self {
             hasher: blake3::Hasher::new(),
@@ -56,7 +56,7 @@ impl Fingerprint {
         }
     }
 
-    /// Takes in the `values` of signal group `group` at `time_ns` of simulated time.
+    /// Adds the `values` of signal group `group` at `time_ns` of simulated time.
     pub fn sample(&mut self, time_ns: u64, group: u32, values: &[f64]) {
         self.header(time_ns, KIND_SAMPLE, group, values.len());
         for part in values.chunks(BUFFER_BYTES / 8) {
@@ -67,13 +67,13 @@ impl Fingerprint {
         }
     }
 
-    /// Takes in `bytes` that went over wire number `wire` at `time_ns`.
+    /// Adds `bytes` transmitted on wire number `wire` at `time_ns`.
     pub fn wire(&mut self, time_ns: u64, wire: u32, bytes: &[u8]) {
         self.header(time_ns, KIND_WIRE, wire, bytes.len());
         self.bytes(bytes);
     }
 
-    /// Takes in an event: what happened as a number, and whatever else tells it apart as `words`.
+    /// Adds an event: its kind as a number, its arguments as `words`.
     pub fn event(&mut self, time_ns: u64, what: u32, words: &[u64]) {
         self.header(time_ns, KIND_EVENT, what, words.len());
         for word in words {
@@ -95,7 +95,8 @@ impl Fingerprint {
         }
     }
 
-    /// `len` bytes of the buffer, at most [`BUFFER_BYTES`], to be filled by the caller.
+    /// Returns the next `len` bytes of the buffer (at most [`BUFFER_BYTES`]), for the caller to
+    /// fill.
     #[inline]
     fn room(&mut self, len: usize) -> &mut [u8] {
         if self.filled >= BUFFER_BYTES {
@@ -108,7 +109,7 @@ impl Fingerprint {
         &mut self.buffer[start..self.filled]
     }
 
-    /// The digest of everything taken in so far; more may follow.
+    /// Returns the digest of all items so far; more may follow.
     pub fn digest(&self) -> Digest {
         let mut hasher = self.hasher.clone();
         hasher.update(&self.buffer[..self.filled]);
@@ -117,7 +118,7 @@ impl Fingerprint {
 }
 
 impl Digest {
-    /// The 32 bytes.
+    /// Returns the 32 bytes.
     pub const fn as_bytes(&self) -> &[u8; 32] {
         &self.0
     }
@@ -179,7 +180,7 @@ mod tests {
         print.digest()
     }
 
-    /// The same bytes, hashed in one go.
+    /// The same bytes, hashed at once.
     fn plain_digest(items: &[Item]) -> Digest {
         let mut bytes = Vec::new();
         for item in items {
@@ -211,7 +212,7 @@ mod tests {
         }
 
         #[test]
-        fn any_flipped_bit_of_any_number_shows(
+        fn any_flipped_bit_changes_the_digest(
             bits in prop::collection::vec(any::<u64>(), 1..50), which in any::<prop::sample::Index>(), bit in 0..64,
         ) {
             let mut other = bits.clone();
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn items_longer_than_the_buffer_are_hashed_whole() {
+    fn items_longer_than_the_buffer_are_hashed_completely() {
         let long = Item::Wire(1, 0, (0..200_001_u32).map(|n| n.to_le_bytes()[0]).collect());
         let wide = Item::Sample(1, 0, (0..20_000).collect());
         let items = [wide, long];
@@ -235,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn digest_of_nothing_is_that_of_blake3() {
+    fn empty_digest_is_that_of_blake3() {
         assert_eq!(
             Fingerprint::new().digest().to_string(),
             "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262"

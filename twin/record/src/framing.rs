@@ -1,22 +1,22 @@
-//! The outer shape of an MCAP file: records of an opcode, a length and a body.
+//! Framing of MCAP files: records of an opcode, a length and a body.
 //!
-//! Reading goes over the file as it lies in memory, without copies, and ends at the first record
-//! that is not whole: that is where a killed run left off.
+//! Records are read in place, without copies, up to the first incomplete record, at which the
+//! recording of a killed run ends.
 
 use mcap::records::{ChunkHeader, op};
 
 use crate::RecordError;
 
-/// One whole record.
+/// A complete record.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RawRecord<'a> {
-    /// Where it starts, in bytes from the start of the file.
+    /// Offset from the start of the file \[bytes\].
     pub offset: usize,
     pub opcode: u8,
     pub body: &'a [u8],
 }
 
-/// Walks over the whole records of `bytes`, of which the first lies at `base` of the file.
+/// Iterator over the complete records of `bytes`, which begin at offset `base` of the file.
 #[derive(Debug, Clone)]
 pub(crate) struct Records<'a> {
     bytes: &'a [u8],
@@ -33,7 +33,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The bytes that no whole record covers.
+    /// Returns the bytes after the last complete record.
     pub(crate) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.position..]
     }
@@ -58,7 +58,7 @@ impl<'a> Iterator for Records<'a> {
 }
 
 impl<'a> RawRecord<'a> {
-    /// An error about this record.
+    /// Creates an error about this record.
     pub(crate) fn damaged(&self, why: impl Into<String>) -> RecordError {
         RecordError::Damaged {
             offset: self.offset,
@@ -66,17 +66,17 @@ impl<'a> RawRecord<'a> {
         }
     }
 
-    /// Where `part`, a part of the body, starts in the file.
+    /// Returns the offset in the file of a position in the body.
     fn offset_of(&self, body_position: usize) -> usize {
         self.offset + 9 + body_position
     }
 
-    /// The body of a schema, channel, header or metadata record.
+    /// Parses a schema, channel, header or metadata record.
     pub(crate) fn parse(&self) -> Result<mcap::records::Record<'a>, RecordError> {
         mcap::parse_record(self.opcode, self.body).map_err(|error| self.damaged(chain(&error)))
     }
 
-    /// The records inside a chunk.
+    /// Returns the records inside a chunk.
     pub(crate) fn chunk(&self) -> Result<Records<'a>, RecordError> {
         debug_assert_eq!(self.opcode, op::CHUNK);
         let mcap::records::Record::Chunk { header, .. } = self.parse()? else {
@@ -94,7 +94,8 @@ impl<'a> RawRecord<'a> {
                 compression,
             });
         }
-        // Times, size, checksum, name of the compression (empty) and compressed size come first.
+        // Start and end time, size, checksum, compression name (empty) and compressed size precede
+        // the data.
         let data_start = 8 + 8 + 8 + 4 + 4 + 8;
         let data = usize::try_from(compressed_size)
             .ok()
@@ -106,7 +107,7 @@ impl<'a> RawRecord<'a> {
         Ok(Records::new(data, self.offset_of(data_start)))
     }
 
-    /// Channel, log time and data of a message, and where the data start in the file.
+    /// Returns channel, log time and data of a message, and the offset of the data in the file.
     pub(crate) fn message(&self) -> Result<(u16, u64, usize, &'a [u8]), RecordError> {
         let mut reader = Reader(self.body);
         let read = |reader: &mut Reader<'a>| {
@@ -122,7 +123,7 @@ impl<'a> RawRecord<'a> {
         Ok((channel, log_time, self.offset_of(data_start), reader.0))
     }
 
-    /// Name and content of an attachment, and where the content starts in the file.
+    /// Returns name and content of an attachment, and the offset of the content in the file.
     pub(crate) fn attachment(&self) -> Result<(String, usize, &'a [u8]), RecordError> {
         let mut reader = Reader(self.body);
         let read = |reader: &mut Reader<'a>| {
@@ -144,7 +145,7 @@ impl<'a> RawRecord<'a> {
     }
 }
 
-/// Takes little-endian numbers off the front of some bytes; `None` past their end.
+/// Reader of successive little-endian numbers; `None` past the end.
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
@@ -178,7 +179,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// An error with all its causes in one line.
+/// Formats an error with all its causes in one line.
 fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! Where in a file everything is that a recording holds.
+//! Index of the contents of a recording within its file.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,57 +12,57 @@ use crate::recording::SampledGroup;
 use crate::schema::{GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{EPOCH, RecordError, Signal, Topic};
 
-/// The content of a file, record by record.
+/// Contents of a file, record by record.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Index {
     pub complete: bool,
     pub groups: Vec<SampledGroup>,
     pub wires: Vec<Wire>,
-    pub messages: BTreeMap<Topic, Vec<Written>>,
+    pub messages: BTreeMap<Topic, Vec<MessageEntry>>,
     pub attachments: Vec<(String, Range<usize>)>,
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-    channels: BTreeMap<u16, Use>,
+    channels: BTreeMap<u16, ChannelRole>,
 }
 
-/// Bytes that passed on a wire in one direction.
+/// Bytes transmitted on a wire in one direction.
 #[derive(Debug, Clone)]
 pub(crate) struct Wire {
-    /// Its name, as in the run.
+    /// Name of the wire in the run.
     pub name: String,
-    /// When each piece passed, and where it is.
+    /// Time of each piece, and its range in the file.
     pub pieces: Vec<(SimTime, Range<usize>)>,
 }
 
-/// A message: when it was written, how, and where.
+/// A message: log time, encoding and range in the file.
 #[derive(Debug, Clone)]
-pub(crate) struct Written {
+pub(crate) struct MessageEntry {
     pub time: SimTime,
     pub encoding: Encoding,
     pub range: Range<usize>,
 }
 
-/// How messages are written.
+/// Encoding of messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Encoding {
     Cdr,
-    /// By earlier builds.
+    /// Used by earlier builds.
     Json,
 }
 
-/// What a channel is to us.
+/// Role of a channel.
 #[derive(Debug, Clone, Copy)]
-enum Use {
+enum ChannelRole {
     Group(usize),
     Messages(Topic, Encoding),
-    /// Bytes on a wire, each piece a message.
+    /// Bytes on a wire, one piece per message.
     Wire(usize),
-    /// The same as earlier builds wrote them: the bytes alone.
-    BareWire(usize),
+    /// Bytes on a wire without encoding, as written by earlier builds.
+    RawWire(usize),
     Unknown,
 }
 
 impl Index {
-    /// Of `bytes`, up to the first record that is not whole.
+    /// Indexes `bytes` up to the first incomplete record.
     pub(crate) fn of(bytes: &[u8]) -> Result<Self, RecordError> {
         let mut index = Self::default();
         let body = bytes
@@ -112,7 +112,7 @@ impl Index {
                         .extend(metadata.metadata);
                 }
             }
-            // Schemas are for other readers: ours are in the metadata of the channels.
+            // Schemas are for other readers; this one uses the metadata of the channels.
             _ => {}
         }
         Ok(())
@@ -120,21 +120,21 @@ impl Index {
 
     fn take_channel(&mut self, channel: &Channel) -> Result<(), RecordError> {
         if self.channels.contains_key(&channel.id) {
-            return Ok(()); // the summary says everything again
+            return Ok(()); // repeated in the summary section
         }
         let encoding = channel.message_encoding.as_str();
         let role = if let Some(signals) = channel.metadata.get(SIGNALS_KEY) {
             self.groups.push(group(channel, signals)?);
-            Use::Group(self.groups.len() - 1)
+            ChannelRole::Group(self.groups.len() - 1)
         } else if let Some(trace) = channel.metadata.get(TRACE_KEY) {
-            Use::Wire(self.add_wire(trace))
+            ChannelRole::Wire(self.add_wire(trace))
         } else if let ("bytes", Some(trace)) = (encoding, channel.topic.strip_prefix("/wire/")) {
-            Use::BareWire(self.add_wire(trace))
+            ChannelRole::RawWire(self.add_wire(trace))
         } else {
             match (Topic::of_channel(&channel.topic), encoding) {
-                (Some(topic), "cdr") => Use::Messages(topic, Encoding::Cdr),
-                (Some(topic), "json") => Use::Messages(topic, Encoding::Json),
-                _ => Use::Unknown,
+                (Some(topic), "cdr") => ChannelRole::Messages(topic, Encoding::Cdr),
+                (Some(topic), "json") => ChannelRole::Messages(topic, Encoding::Json),
+                _ => ChannelRole::Unknown,
             }
         };
         self.channels.insert(channel.id, role);
@@ -154,7 +154,7 @@ impl Index {
             .channels
             .get(&channel)
             .ok_or_else(|| record.damaged("a message on an undeclared channel"))?;
-        if matches!(role, Use::Unknown) {
+        if matches!(role, ChannelRole::Unknown) {
             return Ok(());
         }
         let nanos = log_time
@@ -163,7 +163,7 @@ impl Index {
         let time = SimTime::from_nanos(nanos);
         let range = start..start + data.len();
         match role {
-            Use::Group(group) => {
+            ChannelRole::Group(group) => {
                 let group = &mut self.groups[group];
                 if data.len() != cdr::HEADER.len() + 8 * group.width
                     || !data.starts_with(&cdr::HEADER)
@@ -175,28 +175,28 @@ impl Index {
                 }
                 group.samples.push((time, start + cdr::HEADER.len()));
             }
-            Use::Messages(topic, encoding) => {
-                self.messages.entry(topic).or_default().push(Written {
+            ChannelRole::Messages(topic, encoding) => {
+                self.messages.entry(topic).or_default().push(MessageEntry {
                     time,
                     encoding,
                     range,
                 });
             }
-            Use::Wire(wire) => {
-                let length = octets(data)
-                    .ok_or_else(|| record.damaged("bytes of a wire that are cut off"))?;
-                // They stand at the end of the message.
+            ChannelRole::Wire(wire) => {
+                let length =
+                    octets(data).ok_or_else(|| record.damaged("truncated bytes of a wire"))?;
+                // They are at the end of the message.
                 let range = range.end - length..range.end;
                 self.wires[wire].pieces.push((time, range));
             }
-            Use::BareWire(wire) => self.wires[wire].pieces.push((time, range)),
-            Use::Unknown => {}
+            ChannelRole::RawWire(wire) => self.wires[wire].pieces.push((time, range)),
+            ChannelRole::Unknown => {}
         }
         Ok(())
     }
 }
 
-/// The group of signals that a channel is for.
+/// Creates the group of signals of a channel.
 fn group(channel: &Channel, signals: &str) -> Result<SampledGroup, RecordError> {
     let foreign = |why: String| RecordError::Foreign {
         channel: channel.topic.clone(),
@@ -209,7 +209,7 @@ fn group(channel: &Channel, signals: &str) -> Result<SampledGroup, RecordError> 
         .try_fold(0_usize, |sum, signal| sum.checked_add(signal.size))
         .filter(|&width| width <= usize::MAX / 16)
         .ok_or_else(|| foreign("its signals are too large".to_owned()))?;
-    // Earlier builds called the channel as the group.
+    // Earlier builds named the channel after the group.
     let name = channel.metadata.get(GROUP_KEY).map(String::as_str);
     let name = name.unwrap_or(channel.topic.trim_start_matches('/'));
     Ok(SampledGroup {
@@ -220,7 +220,7 @@ fn group(channel: &Channel, signals: &str) -> Result<SampledGroup, RecordError> 
     })
 }
 
-/// The number of bytes in a message that holds nothing else.
+/// Returns the number of bytes in a message that contains a single byte sequence.
 fn octets(message: &[u8]) -> Option<usize> {
     let mut reader = CdrReader::new(message)?;
     let octets = reader.octets()?;

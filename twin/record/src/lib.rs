@@ -1,9 +1,9 @@
-//! Recordings of runs. A run becomes an MCAP file that viewers and the `mcap` packages of other
-//! languages read, with every number bit for bit; the same run gives the same bytes of file, every
-//! time. A run that is cut off leaves a file that is readable up to its last flush. What a run did,
-//! in order, is condensed into a [`Fingerprint`]; where two recordings part is found by
-//! [`first_divergence`], and by how much two that are not meant to be the same differ, footstep by footstep, by
-//! [`compare_events`].
+//! Recordings of runs. A run is written to an MCAP file that viewers and the `mcap` packages of
+//! other languages read, with every number bit for bit; the same run always yields the same bytes.
+//! An interrupted run leaves a file that is readable up to its last flush. A [`Fingerprint`] is a
+//! hash of all samples, bytes and events of a run in order; [`first_divergence`] finds the first
+//! difference of two recordings, and [`compare_events`] quantifies, aligned by footsteps, the
+//! difference of runs that are not expected to be identical.
 //!
 //! ```
 //! use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
@@ -14,7 +14,8 @@
 //! let layout = Layout::of(&ports, Direction::Output);
 //! let group = RecordedGroup { group: Group::Plant, layout: &layout, keep: &|_| true };
 //! let info = RunInfo { seed: 1, ..RunInfo::default() };
-//! let mut recorder = Recorder::new(Vec::new(), &info, &[group], &Skeleton::default(), Cadence::default())?;
+//! let (skeleton, cadence) = (Skeleton::default(), Cadence::default());
+//! let mut recorder = Recorder::new(Vec::new(), &info, &[group], &skeleton, cadence)?;
 //! let mut fingerprint = Fingerprint::new();
 //! for step in 0..10 {
 //!     let now = SimTime::from_nanos(2_000_000 * step);
@@ -31,27 +32,28 @@
 //! # Ok::<(), RecordError>(())
 //! ```
 //!
-//! # What a file holds
+//! Contents of a file
 //!
-//! Every channel has CDR messages and a `ros2msg` schema, complete with the types in it: that is the profile `ros2`.
+//! Each channel has CDR messages and a complete `ros2msg` schema (profile `ros2`).
 //!
-//! * a channel for each group of signals: one `float64` field a signal; names and units as they are in the run stand in the
-//!   channel's metadata under `signals`, the name of the group under `group`,
-//! * a channel for each [`Topic`], with messages of a standard type where there is one: [`Message`]s, and coordinate
-//!   frames, odometry and joint states of the plant,
-//! * a channel for each wire whose bytes are kept, with its name under `trace`,
-//! * the files the run was made from as attachments,
-//! * metadata `run` (seed, build, notes) and, if it came to its end, `result` (fingerprint, simulated
-//!   time).
+//! * one channel per group of signals, with one `float64` field per signal; the names and units of
+//!   the signals are in the metadata of the channel under `signals`, the name of the group under
+//!   `group`,
+//! * one channel per [`Topic`], with a standard message type where one exists: [`Message`]s, and
+//!   coordinate frames, odometry and joint states of the plant,
+//! * one channel per wire whose bytes are recorded, with its name under `lane`,
+//! * the input files of the run as attachments,
+//! * metadata `run` (seed, build, notes) and, if the run completed, `result` (fingerprint,
+//!   simulated time).
 //!
-//! Log times are simulated times plus [`EPOCH`]. Recordings of builds before 0.1.0, with JSON messages and bare bytes, are
-//! read, too.
+//! Log times are simulated times plus [`EPOCH`]. Recordings of builds before 0.1.0, with JSON
+//! messages and unencoded bytes, are also read.
 //!
-//! # What it does not do
+//! Out of scope
 //!
-//! It does not compress (numbers of a simulation hardly do, and it costs more than all the rest), does
-//! not read compressed files, does not decide what is recorded, does not find footsteps (it reads those
-//! that a run has found), and does not re-run anything.
+//! Compression (simulated data hardly compress, and it costs more than the rest of recording),
+//! reading of compressed files, the selection of recorded signals, the detection of footsteps
+//! (those detected during the run are read), and re-running.
 
 mod aligned;
 mod cdr;

@@ -1,4 +1,4 @@
-//! What a recording holds beside signals: messages, each kind on a topic of its own.
+//! Messages of a recording, each type on its own topic.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,9 +6,9 @@ use crate::Topic;
 use crate::cdr::{CdrReader, CdrWriter};
 use sealed::Encoded;
 
-/// A message of a recording. Recordings of earlier builds hold it as JSON, which is read, too.
+/// A message of a recording. The JSON encoding of earlier builds is also read.
 pub trait Message: Encoded {
-    /// The topic that it is written to.
+    /// Topic of the message.
     const TOPIC: Topic;
 }
 
@@ -17,99 +17,99 @@ pub(crate) mod sealed {
 
     use crate::cdr::{CdrReader, CdrWriter};
 
-    /// The encoding of a message, in the order of its definition.
+    /// Encoding of a message, in the order of its definition.
     pub trait Encoded: DeserializeOwned {
         fn write(&self, stamp: [u8; 8], to: &mut CdrWriter<'_>);
 
-        /// `None` if it does not read.
+        /// Reads a message; `None` if the data are invalid.
         fn read(from: &mut CdrReader<'_>) -> Option<Self>;
     }
 }
 
-/// Something out of the ordinary in the schedule of a run; a `diagnostic_msgs/DiagnosticArray` of one status.
+/// An exceptional event of the schedule; a `diagnostic_msgs/DiagnosticArray` of one status.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventMessage {
     /// `task skipped`, `overrun` or `devices are open`.
     pub event: String,
-    /// The task that was skipped.
+    /// Task that was skipped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
-    /// How many control steps were missed.
+    /// Number of missed control steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<u64>,
 }
 
-/// A process variable was set.
+/// A change of a process variable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChangeMessage {
     /// Name of the variable.
     pub variable: String,
-    /// What it was set to, in its unit.
+    /// New value, in the unit of the variable.
     pub value: f64,
 }
 
-/// A footstep, written when the foot lifts off.
+/// A footstep, written at lift-off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FootstepMessage {
     /// Name of the leg.
     pub leg: String,
-    /// When the foot came down, since the start of the run \[s\].
+    /// Time of touch-down, since the start of the run \[s\].
     pub touch_down_s: f64,
-    /// When it left the ground \[s\].
+    /// Time of lift-off \[s\].
     pub lift_off_s: f64,
-    /// Where it came down, world frame \[m\]; none if the recording does not say.
+    /// Position at touch-down, world frame \[m\]; `None` if it was not recorded.
     #[serde(default)]
     pub position_m: Option<[f64; 3]>,
-    /// Greatest horizontal distance from there while in contact \[m\].
+    /// Maximum horizontal distance from there while in contact \[m\].
     #[serde(default = "nan")]
     pub slip_m: f64,
     /// Integral of the load \[N·s\].
     #[serde(default = "nan")]
     pub impulse_ns: f64,
-    /// Greatest load \[N\].
+    /// Maximum load \[N\].
     #[serde(default = "nan")]
     pub peak_load_n: f64,
 }
 
-/// The verdict of a run, written once, at its end.
+/// Verdict of a run, written once, at its end.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct VerdictMessage {
     /// `pass`, `fail` or `error`.
     pub verdict: String,
-    /// Whether the user interrupted the run, which would have gone on.
+    /// Whether the user interrupted the run before its end.
     #[serde(default)]
     pub interrupted: bool,
-    /// Why the run did not reach its end.
+    /// Reason for which the run did not reach its end.
     #[serde(default)]
     pub error: Option<String>,
-    /// What became of each expectation.
+    /// Outcomes of the expectations.
     #[serde(default)]
     pub expectations: Vec<ExpectationMessage>,
 }
 
-/// The outcome of an expectation, in a [`VerdictMessage`].
+/// Outcome of an expectation, in a [`VerdictMessage`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExpectationMessage {
-    /// Its name.
+    /// Name of the expectation.
     pub name: String,
     /// `pass`, `fail` or `unobserved`.
     pub verdict: String,
-    /// Whether it may be unobserved.
+    /// Whether the outcome `unobserved` is acceptable.
     pub optional: bool,
-    /// The value that is nearest to violating it.
+    /// Measured value nearest to a violation.
     pub measured: Option<f64>,
-    /// The limit that it is nearest to.
+    /// Nearest limit.
     pub bound: Option<f64>,
-    /// The limit on the other side.
+    /// Opposite limit.
     pub other_bound: Option<f64>,
-    /// Distance to the limit, negative on its wrong side.
+    /// Distance to the limit, negative beyond it.
     pub margin: Option<f64>,
-    /// Unit of measured, bound and margin.
+    /// Unit of `measured`, `bound` and `margin`.
     pub unit: String,
-    /// When it was first violated, since the start of the run \[s\].
+    /// Time of the first violation, since the start of the run \[s\].
     pub first_violation_s: Option<f64>,
-    /// Which leg, which footstep, why unobserved.
+    /// Leg and footstep concerned, or the reason for `unobserved`.
     pub detail: String,
 }
 
@@ -129,17 +129,17 @@ fn not_empty(text: String) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Levels of a `DiagnosticStatus`.
+/// Severity levels of a `DiagnosticStatus`.
 const OK: u8 = 0;
 const WARN: u8 = 1;
 
-/// What has the status of an event.
-const STATUS_OF: &str = "schedule";
-/// The keys of an event's values.
+/// Status name of an event.
+const STATUS_NAME: &str = "schedule";
+/// Keys of the values of an event.
 const PART: &str = "part";
 const COUNT: &str = "count";
 
-/// The event that is in order.
+/// Event with severity `OK`.
 pub(crate) const DEVICES_ARE_OPEN: &str = "devices are open";
 
 impl Message for EventMessage {
@@ -156,9 +156,9 @@ impl Encoded for EventMessage {
         } else {
             WARN
         });
-        to.text(STATUS_OF);
+        to.text(STATUS_NAME);
         to.text(&self.event);
-        to.text(""); // no hardware of its own
+        to.text(""); // no hardware
         let count = self.count.map(|count| count.to_string());
         let values = [(PART, self.part.as_deref()), (COUNT, count.as_deref())];
         let values = values
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn every_message_comes_back_and_no_part_of_one_is_a_message() {
+    fn messages_round_trip_and_truncated_ones_are_rejected() {
         round_trip(&EventMessage {
             event: "task skipped".to_owned(),
             part: Some("sbcp".to_owned()),
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_of_earlier_builds_read() {
+    fn messages_of_earlier_builds_are_read() {
         let text = r#"{"verdict":"error","interrupted":false,"error":null,"expectations":[{"name":"n","verdict":"pass",
             "measured":null,"bound":1.0,"unit":"m","margin":null,"first_violation_s":null,"other_bound":null,"optional":true,"detail":""}]}"#;
         let verdict: VerdictMessage = serde_json::from_str(text).unwrap();

@@ -1,4 +1,4 @@
-//! Recorder and fingerprint as observers of a rig.
+//! `Observer` implementations of recorder and fingerprint.
 
 use std::io::Write;
 
@@ -8,7 +8,7 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 use crate::messages::DEVICES_ARE_OPEN;
 use crate::{ChangeMessage, EventMessage, Fingerprint, Recorder};
 
-/// Takes in every sample and every event.
+/// Adds every sample, event and piece of wire traffic.
 impl Observer for Fingerprint {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.sample(now.as_nanos(), group as u32, values);
@@ -36,16 +36,16 @@ impl Observer for Fingerprint {
     }
 }
 
-/// Records every sample, every change, and of the other events those that are out of the ordinary:
-/// skipped tasks and overruns. The beginnings and ends of processes and tasks are many and follow from
-/// the scenario; they are in the fingerprint.
+/// Records every sample, every change, and exceptional events (skipped tasks, overruns). Begin and
+/// end of processes and tasks are frequent and follow from the scenario; they enter only the
+/// fingerprint.
 impl<W: Write> Observer for Recorder<W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.sample(now, group, values);
     }
 
     fn event(&mut self, now: SimTime, event: RunEvent) {
-        let out_of_the_ordinary = |event: &str| EventMessage {
+        let event_message = |event: &str| EventMessage {
             event: event.to_owned(),
             part: None,
             count: None,
@@ -54,14 +54,14 @@ impl<W: Write> Observer for Recorder<W> {
             RunEvent::TaskSkipped { task } => {
                 let message = EventMessage {
                     part: Some(name(&self.tasks, task)),
-                    ..out_of_the_ordinary("task skipped")
+                    ..event_message("task skipped")
                 };
                 self.message(now, &message);
             }
             RunEvent::Overrun { missed } => {
                 let message = EventMessage {
                     count: Some(missed),
-                    ..out_of_the_ordinary("overrun")
+                    ..event_message("overrun")
                 };
                 self.message(now, &message);
             }
@@ -69,7 +69,7 @@ impl<W: Write> Observer for Recorder<W> {
                 let variable = name(&self.variables, variable);
                 self.message(now, &ChangeMessage { variable, value });
             }
-            RunEvent::Opened => self.message(now, &out_of_the_ordinary(DEVICES_ARE_OPEN)),
+            RunEvent::Opened => self.message(now, &event_message(DEVICES_ARE_OPEN)),
             RunEvent::ProcessBegin { .. }
             | RunEvent::ProcessEnd
             | RunEvent::TaskBegin { .. }
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_events_have_the_same_fingerprint() {
+    fn fingerprints_of_different_events_differ() {
         use twinrig_kernel::SimDuration;
         let elapsed = |nanos| RunEvent::ProcessBegin {
             elapsed: SimDuration::from_nanos(nanos),

@@ -1,4 +1,4 @@
-//! The writing side: a run becomes an MCAP file.
+//! Writing of MCAP files.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,36 +16,37 @@ use crate::channels::{Channel, Sampled, add_group, add_topic, add_traces};
 use crate::poses::Poses;
 use crate::{Digest, EPOCH, Message, RecordError, Skeleton, Topic};
 
-/// What is known of a run before it starts.
+/// Information about a run that is known before its start.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RunInfo {
-    /// Name and text of every file the run was made from: scenario, robot.
+    /// Name and contents of each input file of the run: scenario, robot.
     pub files: Vec<(String, Vec<u8>)>,
-    /// The seed of its random streams.
+    /// Seed of the random streams.
     pub seed: u64,
-    /// Which build ran it: version, commit.
+    /// Build identification: version, commit.
     pub build: String,
-    /// Whatever else tells this run from others: overridden keys, the plant.
+    /// Further metadata of the run: overridden keys, the plant.
     pub notes: BTreeMap<String, String>,
-    /// The names of its tasks, by their numbers in [`twinrig_runtime::RunEvent`].
+    /// Names of the tasks, indexed by their numbers in [`twinrig_runtime::RunEvent`].
     pub tasks: Vec<String>,
-    /// The names of the process variables, by their numbers in [`twinrig_runtime::RunEvent`].
+    /// Names of the process variables, indexed by their numbers in [`twinrig_runtime::RunEvent`].
     pub variables: Vec<String>,
-    /// The names of the lanes whose bytes are kept, by their numbers in [`twinrig_runtime::Observer::bytes`].
+    /// Names of the recorded wire traces, indexed by their numbers in
+    /// [`twinrig_runtime::Observer::bytes`].
     pub traces: Vec<String>,
 }
 
-/// A group of signals that are sampled together, and which of them are kept.
+/// A group of signals that are sampled together, with the selection of those recorded.
 pub struct RecordedGroup<'a> {
-    /// Which group.
+    /// The group.
     pub group: Group,
-    /// How the values of a sample are laid out.
+    /// Layout of the values of a sample.
     pub layout: &'a Layout,
-    /// Whether the signal of that name is recorded.
+    /// Predicate that selects the recorded signals by name.
     pub keep: &'a dyn Fn(&str) -> bool,
 }
 
-/// The name of a group in a recording.
+/// Returns the name of a group in a recording.
 pub const fn group_name(group: Group) -> &'static str {
     match group {
         Group::Plant => "plant",
@@ -55,18 +56,19 @@ pub const fn group_name(group: Group) -> &'static str {
     }
 }
 
-/// How often what is written.
+/// Intervals of writing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cadence {
-    /// Simulated time between two sets of coordinate frames, odometry and joint states; `None` writes none.
+    /// Simulated time between two sets of coordinate frames, odometry and joint states; `None`
+    /// disables them.
     pub frames: Option<SimDuration>,
-    /// Simulated time after which a chunk is closed and handed to the file. What was written by then
-    /// survives whatever happens to the process.
+    /// Simulated time after which a chunk is closed and written to the file; its contents survive a
+    /// crash of the process.
     pub flush: SimDuration,
 }
 
 impl Default for Cadence {
-    /// 50 sets of frames and one flush a simulated second.
+    /// 50 sets of frames and one flush per simulated second.
     fn default() -> Self {
         Self {
             frames: Some(SimDuration::from_millis(20)),
@@ -75,16 +77,16 @@ impl Default for Cadence {
     }
 }
 
-/// A chunk is closed at this size however little time has passed.
+/// Size at which a chunk is closed before the flush interval has passed.
 const CHUNK_BYTES_MAX: usize = 4 << 20;
 
-/// Writes a run into an MCAP file.
+/// Writer of a run to an MCAP file.
 ///
-/// The first failure is kept and everything after it is dropped, so that a run need not look at each
-/// call: [`Recorder::failure`] tells, and [`Recorder::finish`] returns it.
+/// The first failure is stored and later data are discarded, so that calls need not be checked
+/// individually: [`Recorder::failure`] reports it, and [`Recorder::finish`] returns it.
 ///
-/// Call [`Recorder::sample`] and [`Recorder::message`] in order of time, [`Recorder::finish`] at the end. A
-/// recorder that is merely dropped still closes the file, but without fingerprint.
+/// Call [`Recorder::sample`] and [`Recorder::message`] in order of time, and [`Recorder::finish`]
+/// at the end. A recorder that is dropped without it closes the file without a fingerprint.
 pub struct Recorder<W: Write> {
     writer: Writer<NoSeek<W>>,
     groups: [Option<Sampled>; 4],
@@ -95,7 +97,7 @@ pub struct Recorder<W: Write> {
     flush: SimDuration,
     flush_due: SimTime,
     unflushed_bytes: usize,
-    /// The message that is being made.
+    /// Buffer of the message being encoded.
     scratch: Vec<u8>,
     failure: Option<RecordError>,
     pub(crate) tasks: Vec<String>,
@@ -103,10 +105,10 @@ pub struct Recorder<W: Write> {
 }
 
 impl Recorder<BufWriter<File>> {
-    /// Records into a new file at `path`; an old one is overwritten.
+    /// Creates a recorder that writes to a new file at `path`; an existing one is overwritten.
     ///
     /// # Errors
-    /// A file that cannot be created or written.
+    /// The file cannot be created or written.
     pub fn create(
         path: &Path,
         info: &RunInfo,
@@ -123,10 +125,11 @@ impl Recorder<BufWriter<File>> {
 }
 
 impl<W: Write> Recorder<W> {
-    /// Records into `out`. The frames are taken from the plant, if that is among `groups`.
+    /// Creates a recorder that writes to `out`. The frames are derived from the plant, if it is
+    /// among `groups`.
     ///
     /// # Errors
-    /// An `out` that cannot be written.
+    /// `out` cannot be written.
     pub fn new(
         out: W,
         info: &RunInfo,
@@ -151,7 +154,7 @@ impl<W: Write> Recorder<W> {
             })?;
         }
         writer.write_metadata(&run_metadata(info))?;
-        let plant = groups.iter().find(|one| one.group == Group::Plant);
+        let plant = groups.iter().find(|group| group.group == Group::Plant);
         let poses = cadence.frames.zip(plant).map(|(period, plant)| {
             let poses = Poses::new(skeleton, plant.layout, plant.keep);
             (poses, period)
@@ -161,8 +164,8 @@ impl<W: Write> Recorder<W> {
             sampled[declared.group as usize] = Some(add_group(&mut writer, declared)?);
         }
         let mut topics = [const { None }; Topic::ALL.len()];
-        let posed = poses.iter().flat_map(|(poses, _)| poses.topics());
-        for topic in Topic::OF_MESSAGES.into_iter().chain(posed) {
+        let pose_topics = poses.iter().flat_map(|(poses, _)| poses.topics());
+        for topic in Topic::MESSAGES.into_iter().chain(pose_topics) {
             topics[topic as usize] = Some(add_topic(&mut writer, topic)?);
         }
         let traces = add_traces(&mut writer, &info.traces)?;
@@ -181,13 +184,13 @@ impl<W: Write> Recorder<W> {
             tasks: info.tasks.clone(),
             variables: info.variables.clone(),
         };
-        // What a run was made from is on disk before it starts.
+        // The input files are on disk before the run starts.
         recorder.writer.flush()?;
         Ok(recorder)
     }
 
-    /// Records the kept signals of `group`, whose layout `values` has, at `now`. A group that was not
-    /// declared is not recorded.
+    /// Records the selected signals of `group` at `now`; `values` has the layout of the group.
+    /// Undeclared groups are not recorded.
     #[inline]
     pub fn sample(&mut self, now: SimTime, group: Group, values: &[f64]) {
         if self.failure.is_none()
@@ -239,7 +242,7 @@ impl<W: Write> Recorder<W> {
         };
         self.poses_due = now + *period;
         let stamp = cdr::stamp(now);
-        for topic in Topic::OF_POSES {
+        for topic in Topic::POSES {
             if let Some(channel) = &mut self.topics[topic as usize]
                 && let Some(message) = poses.message(topic, stamp, values)
             {
@@ -251,7 +254,8 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Records bytes that passed on a lane at `now`; those of a lane that was not declared are not recorded.
+    /// Records bytes transmitted on a wire trace at `now`; those of undeclared traces are not
+    /// recorded.
     pub fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         if self.failure.is_none()
             && trace < self.traces.len()
@@ -300,15 +304,15 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// The first thing that went wrong, if anything has.
+    /// Returns the first failure, if any.
     pub fn failure(&self) -> Option<&RecordError> {
         self.failure.as_ref()
     }
 
-    /// Adds the fingerprint and the simulated time reached, closes the file and gives back `W`.
+    /// Writes the fingerprint and the simulated time reached, closes the file and returns `W`.
     ///
     /// # Errors
-    /// The first failure of the whole recording.
+    /// The first failure of the recording.
     pub fn finish(mut self, fingerprint: Digest, reached: SimTime) -> Result<W, RecordError> {
         if let Some(error) = self.failure.take() {
             return Err(error);

@@ -1,4 +1,4 @@
-//! The reading side: an MCAP file becomes signals, messages and files again.
+//! Reading of MCAP files.
 
 use std::ops::Range;
 use std::path::Path;
@@ -7,35 +7,35 @@ use twinrig_document::read_file;
 use twinrig_kernel::{SimTime, near_misses};
 
 use crate::cdr::CdrReader;
-use crate::index::{Encoding, Index, Wire, Written};
+use crate::index::{Encoding, Index, MessageEntry, Wire};
 use crate::{Message, RecordError, Signal};
 
 /// A recording in memory.
 ///
-/// A file that ends in the middle is read up to its last whole record; [`Recording::is_complete`] tells.
+/// A truncated file is read up to its last complete record; see [`Recording::is_complete`].
 #[derive(Debug, Clone)]
 pub struct Recording {
     bytes: Vec<u8>,
     index: Index,
 }
 
-/// Signals that were sampled together.
+/// A group of signals that were sampled together.
 #[derive(Debug, Clone)]
 pub struct SampledGroup {
-    /// Its name, `plant`.
+    /// Name of the group, e.g. `plant`.
     pub name: String,
-    /// Its signals, in the order in which their values follow one another.
+    /// Signals, in the order of their values in a sample.
     pub signals: Vec<Signal>,
-    /// Number of values of a sample.
+    /// Number of values per sample.
     pub(crate) width: usize,
-    /// When each sample was taken, and where in the file its values start.
+    /// Time of each sample and offset of its values in the file.
     pub(crate) samples: Vec<(SimTime, usize)>,
 }
 
 /// One sample of a group.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample<'a> {
-    /// When it was taken.
+    /// Time of the sample.
     pub time: SimTime,
     bytes: &'a [u8],
 }
@@ -43,19 +43,21 @@ pub struct Sample<'a> {
 /// All samples of one signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// The signal.
+    /// Description of the signal.
     pub signal: Signal,
-    /// When it was sampled.
+    /// Times of the samples.
     pub times: Vec<SimTime>,
-    /// Its values: `signal.size` components a sample, one sample after the other.
+    /// Values: `signal.size` components per sample, sample by sample.
     pub values: Vec<f64>,
 }
 
 impl Recording {
-    /// Reads the file at `path`: of one that is no regular file, no more than [`twinrig_document::STREAM_MOST`].
+    /// Reads the file at `path`; if it is not a regular file, at most
+    /// [`twinrig_document::STREAM_MOST`] bytes.
     ///
     /// # Errors
-    /// A file that cannot be read, for which there is no memory, is no MCAP, or is damaged other than by being cut off.
+    /// The file cannot be read, memory is insufficient, it is not MCAP, or it is damaged other than
+    /// by truncation.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let bytes = read_file(path, u64::MAX).map_err(|source| RecordError::Read {
             path: path.to_owned(),
@@ -64,37 +66,37 @@ impl Recording {
         Self::from_bytes(bytes)
     }
 
-    /// Reads a recording that is in memory already.
+    /// Reads a recording from memory.
     ///
     /// # Errors
-    /// Bytes that are no MCAP, or damaged other than by being cut off.
+    /// The bytes are not MCAP, or damaged other than by truncation.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordError> {
         let index = Index::of(&bytes)?;
         Ok(Self { bytes, index })
     }
 
-    /// Whether the file was closed properly; if not, the run was cut off.
+    /// Whether the file was closed properly; otherwise the run was interrupted.
     pub fn is_complete(&self) -> bool {
         self.index.complete
     }
 
-    /// The groups of signals, in the order in which they were declared.
+    /// Groups of signals, in the order of declaration.
     pub fn groups(&self) -> &[SampledGroup] {
         &self.index.groups
     }
 
-    /// The group of that name.
+    /// Returns the group named `name`.
     pub fn group(&self, name: &str) -> Option<&SampledGroup> {
         self.index.groups.iter().find(|group| group.name == name)
     }
 
-    /// The samples of `group`, which must be one of this recording, in order of time.
+    /// Returns the samples of `group`, which must belong to this recording, in order of time.
     pub fn samples<'a>(
         &'a self,
         group: &'a SampledGroup,
     ) -> impl ExactSizeIterator<Item = Sample<'a>> {
         group.samples.iter().map(|&(time, start)| {
-            // The index was made for these bytes; those of another recording give an empty sample.
+            // The index refers to these bytes; a group of another recording yields empty samples.
             let bytes = self
                 .bytes
                 .get(start..start + 8 * group.width)
@@ -103,17 +105,18 @@ impl Recording {
         })
     }
 
-    /// The wires whose bytes are recorded, in the order in which they were declared.
+    /// Wires whose bytes are recorded, in the order of declaration.
     pub(crate) fn wires(&self) -> &[Wire] {
         &self.index.wires
     }
 
-    /// The wire of that name.
+    /// Returns the wire named `name`.
     pub(crate) fn wire(&self, name: &str) -> Option<&Wire> {
         self.index.wires.iter().find(|wire| wire.name == name)
     }
 
-    /// What passed on `wire`, which must be one of this recording, in order of time.
+    /// Returns the bytes transmitted on `wire`, which must belong to this recording, in order of
+    /// time.
     pub(crate) fn pieces<'a>(
         &'a self,
         wire: &'a Wire,
@@ -122,7 +125,7 @@ impl Recording {
         pieces.map(|(time, range)| (*time, self.bytes.get(range.clone()).unwrap_or_default()))
     }
 
-    /// The time of the last sample that it holds, of whatever group; none if it holds none.
+    /// Time of the last sample of any group; `None` if there are no samples.
     pub fn last_sample(&self) -> Option<SimTime> {
         let groups = self.index.groups.iter();
         groups
@@ -130,10 +133,10 @@ impl Recording {
             .max()
     }
 
-    /// All samples of the first signal called `name`, looking through the groups in order.
+    /// Returns all samples of the first signal named `name`, searching the groups in order.
     ///
     /// # Errors
-    /// [`RecordError::UnknownSignal`] with the nearest name there is.
+    /// [`RecordError::UnknownSignal`] with the nearest recorded name.
     pub fn series(&self, name: &str) -> Result<Series, RecordError> {
         let found = self
             .index
@@ -167,17 +170,17 @@ impl Recording {
         Ok(series)
     }
 
-    /// All messages of the topic of `M`, with the time at which they were written.
+    /// Returns all messages of the topic of `M`, with their times.
     ///
     /// # Errors
-    /// [`RecordError::Decode`] for the first one that is no `M`.
+    /// [`RecordError::Decode`] for the first message that is not an `M`.
     pub fn messages<M: Message>(&self) -> Result<Vec<(SimTime, M)>, RecordError> {
         let written = self.index.messages.get(&M::TOPIC);
         let written = written.map_or(&[][..], Vec::as_slice);
-        let read = |(index, written): (usize, &Written)| {
+        let read = |(index, written): (usize, &MessageEntry)| {
             let bytes = &self.bytes[written.range.clone()];
             let message = match written.encoding {
-                Encoding::Cdr => of_cdr(bytes).ok_or_else(|| "it is cut off".to_owned()),
+                Encoding::Cdr => of_cdr(bytes).ok_or_else(|| "invalid CDR".to_owned()),
                 Encoding::Json => serde_json::from_slice(bytes).map_err(|error| error.to_string()),
             };
             let message = message.map_err(|why| RecordError::Decode {
@@ -190,7 +193,7 @@ impl Recording {
         written.iter().enumerate().map(read).collect()
     }
 
-    /// The files the run was made from, with their names.
+    /// Input files of the run, with their names.
     pub fn attachments(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.index
             .attachments
@@ -198,29 +201,29 @@ impl Recording {
             .map(|(name, range)| (name.as_str(), &self.bytes[range.clone()]))
     }
 
-    /// The file of that name.
+    /// Returns the attachment named `name`.
     pub fn attachment(&self, name: &str) -> Option<&[u8]> {
         self.attachments()
             .find_map(|(other, text)| (other == name).then_some(text))
     }
 
-    /// What is noted under `key` about the run: `seed`, `build`, and whatever else its maker noted.
+    /// Returns the metadata of the run under `key`: `seed`, `build` and notes of the caller.
     pub fn note(&self, key: &str) -> Option<&str> {
         self.index.metadata.get("run")?.get(key).map(String::as_str)
     }
 
-    /// Everything that is noted about the run.
+    /// All metadata of the run.
     pub fn notes(&self) -> impl Iterator<Item = (&str, &str)> {
         let run = self.index.metadata.get("run").into_iter().flatten();
         run.map(|(key, value)| (key.as_str(), value.as_str()))
     }
 
-    /// The seed of the run.
+    /// Seed of the run.
     pub fn seed(&self) -> Option<u64> {
         self.note("seed")?.parse().ok()
     }
 
-    /// The fingerprint of the run, if it came to its end.
+    /// Fingerprint of the run, if it completed.
     pub fn fingerprint(&self) -> Option<&str> {
         self.index
             .metadata
@@ -229,7 +232,7 @@ impl Recording {
             .map(String::as_str)
     }
 
-    /// The simulated time the run reached, if it came to its end.
+    /// Simulated time reached by the run, if it completed.
     pub fn reached(&self) -> Option<SimTime> {
         let nanos = self
             .index
@@ -243,7 +246,7 @@ impl Recording {
 }
 
 impl SampledGroup {
-    /// The signal called `name`, and where its components lie in a sample.
+    /// Returns the signal named `name` and the range of its components in a sample.
     pub fn find(&self, name: &str) -> Option<(&Signal, Range<usize>)> {
         let mut start = 0;
         for signal in &self.signals {
@@ -256,19 +259,19 @@ impl SampledGroup {
         None
     }
 
-    /// The number of samples.
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Whether there is no sample.
+    /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 }
 
 impl<'a> Sample<'a> {
-    /// The values at `range` of the sample; what lies outside it is left out.
+    /// Returns the values in `range`; components outside the sample are omitted.
     pub fn values(&self, range: Range<usize>) -> impl Iterator<Item = f64> + use<'a> {
         let bytes = self.bytes;
         range.map_while(move |component| {
@@ -277,13 +280,13 @@ impl<'a> Sample<'a> {
         })
     }
 
-    /// All values.
+    /// Returns all values.
     pub fn all(&self) -> impl Iterator<Item = f64> + use<'a> {
         self.values(0..self.bytes.len() / 8)
     }
 }
 
-/// A message that is whole, and nothing behind it.
+/// Decodes a message that occupies all of `bytes`.
 fn of_cdr<M: Message>(bytes: &[u8]) -> Option<M> {
     let mut reader = CdrReader::new(bytes)?;
     let message = M::read(&mut reader)?;

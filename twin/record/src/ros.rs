@@ -1,6 +1,7 @@
-//! Definitions of messages in the language of ROS 2: those of the standard packages that recordings use, and ours.
+//! ROS 2 message definitions: the standard types used by recordings, and those of this project.
 
-/// Name and definition of every message type, except those of groups of signals, which are as the signals are.
+/// Name and definition of every message type, except those of groups of signals, which are
+/// generated.
 const DEFINITIONS: [(&str, &str); 22] = [
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     (
@@ -106,28 +107,29 @@ const DEFINITIONS: [(&str, &str); 22] = [
     ),
 ];
 
-/// The package of our own messages.
+/// Package of the project's own messages.
 pub(crate) const PACKAGE: &str = "twinrig";
 
-/// The name of the type `PACKAGE/NAME` in a recording: `PACKAGE/msg/NAME`.
+/// Converts a type name `PACKAGE/NAME` to its full form `PACKAGE/msg/NAME`.
 pub(crate) fn full_name(name: &str) -> String {
     name.replacen('/', "/msg/", 1)
 }
 
-/// The definition of the type `name`, followed by those of all types in it, each behind a line that names it.
+/// Returns the definition of type `name`, followed by those of all types it contains, each after a
+/// line with its name.
 pub(crate) fn complete(name: &str) -> String {
     let mut text = of(name).to_owned();
-    let mut told = vec![name];
+    let mut types = vec![name];
     let mut next = 0;
-    while let Some(one) = told.get(next) {
+    while let Some(one) = types.get(next) {
         next += 1;
         for part in parts(of(one)) {
-            if !told.contains(&part) {
-                told.push(part);
+            if !types.contains(&part) {
+                types.push(part);
             }
         }
     }
-    for part in &told[1..] {
+    for part in &types[1..] {
         text.push_str(&"=".repeat(80));
         text.extend(["\nMSG: ", part, "\n", of(part)]);
     }
@@ -139,15 +141,15 @@ fn of(name: &str) -> &'static str {
     found.map_or("", |(_, definition)| definition)
 }
 
-/// The types of the fields of a definition that are messages themselves.
+/// Returns the types of those fields of a definition that are messages.
 fn parts(definition: &'static str) -> impl Iterator<Item = &'static str> {
     let types = definition.lines().filter_map(|line| line.split(' ').next());
     let types = types.filter(|word| word.contains('/'));
     types.map(|word| word.trim_end_matches("[]"))
 }
 
-/// A name that ROS 2 accepts for a topic: `/` before each part, which has letters, digits and single underscores and no digit
-/// first.
+/// Converts a path to a valid ROS 2 topic name: `/` before each part, which contains letters,
+/// digits and single underscores and does not begin with a digit.
 pub(crate) fn topic_name(path: &str) -> String {
     let mut name = String::new();
     for part in path.split('/').filter(|part| !part.is_empty()) {
@@ -173,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_definition_is_complete() {
+    fn definitions_are_complete() {
         for (name, definition) in DEFINITIONS {
             let complete = complete(name);
             assert!(complete.starts_with(definition), "{name}");
@@ -188,8 +190,8 @@ mod tests {
                 .filter(|line| !line.starts_with(['=', 'M', '#']))
             {
                 let part = line.split([' ', '[']).next().unwrap();
-                let told = complete.contains(&format!("\nMSG: {part}\n"));
-                assert!(!part.contains('/') || told, "{part} in {name}");
+                let defined = complete.contains(&format!("\nMSG: {part}\n"));
+                assert!(!part.contains('/') || defined, "{part} in {name}");
             }
         }
         let odometry = complete("nav_msgs/Odometry");
@@ -197,14 +199,14 @@ mod tests {
     }
 
     #[test]
-    fn topics_have_names_that_ros_accepts() {
+    fn topic_names_are_valid_in_ros() {
         assert_eq!(topic_name("process-inputs"), "/process_inputs");
         assert_eq!(topic_name("wire/left bus/2nd"), "/wire/left_bus/_2nd");
     }
 
     proptest! {
         #[test]
-        fn every_topic_is_one_that_ros_accepts(path in "\\PC{1,12}") {
+        fn every_topic_name_is_valid_in_ros(path in "\\PC{1,12}") {
             let topic = topic_name(&format!("wire/{path}"));
             prop_assert!(topic.starts_with("/wire") && !topic.contains("__"), "{topic}");
             for part in topic.split('/').skip(1) {

@@ -1,4 +1,4 @@
-//! How a group of signals becomes a ROS 2 message, and back.
+//! Conversion of a group of signals to a ROS 2 message type.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -6,30 +6,32 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Layout, SimDuration};
 
-/// Where time 0 of a run lies on the time line of its recording.
+/// Time of the start of a run on the time line of its recording.
 ///
-/// Later than 0, because readers take a log time of 0 for "none".
+/// Greater than 0, because readers interpret a log time of 0 as absent.
 pub const EPOCH: SimDuration = SimDuration::from_nanos(1_000_000_000);
 
-/// One recorded signal: what a reader needs to know about it.
+/// Description of a recorded signal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Signal {
-    /// Path of the signal, `leg/LF/hip/position`.
+    /// Path of the signal, e.g. `leg/LF/hip/position`.
     pub name: String,
-    /// Symbol of its unit, `rad`.
+    /// Symbol of the unit, e.g. `rad`.
     pub unit: String,
     /// Number of components.
     pub size: usize,
-    /// Name of its field in the message, `leg_lf_hip_position`.
+    /// Name of the message field, e.g. `leg_lf_hip_position`.
     pub field: String,
 }
 
-/// Keys of the metadata of a channel: what its signals are, the name of the group, the name of the lane.
+/// Keys of the metadata of a channel: description of the signals, name of the group, name of the
+/// trace.
 pub(crate) const SIGNALS_KEY: &str = "signals";
 pub(crate) const GROUP_KEY: &str = "group";
 pub(crate) const TRACE_KEY: &str = "lane";
 
-/// The signals of `layout` that `keep` wants, and where they lie in it, neighbours joined.
+/// Selects the signals of `layout` for which `keep` is true, with their ranges, adjacent ones
+/// merged.
 pub(crate) fn select(
     layout: &Layout,
     keep: &dyn Fn(&str) -> bool,
@@ -61,8 +63,8 @@ pub(crate) fn select(
     (signals, ranges)
 }
 
-/// A field name that ROS 2 accepts: lower-case letters, digits and single underscores, a letter
-/// first, none last.
+/// Converts a signal name to a valid ROS 2 field name: lower-case letters, digits and single
+/// underscores, beginning with a letter and not ending with an underscore.
 fn field_name(signal: &str) -> String {
     let mut name = String::with_capacity(signal.len());
     for character in signal.chars() {
@@ -80,7 +82,8 @@ fn field_name(signal: &str) -> String {
     }
 }
 
-/// The name of a message type that ROS 2 accepts, in camel case: `ProcessInputs` for `process-inputs`.
+/// Converts a group name to a valid ROS 2 message type name in camel case: `ProcessInputs` for
+/// `process-inputs`.
 pub(crate) fn type_name(group: &str) -> String {
     let mut name = String::new();
     for word in field_name(group).split('_') {
@@ -91,7 +94,7 @@ pub(crate) fn type_name(group: &str) -> String {
     name
 }
 
-/// The message definition in the language of ROS 2, one `float64` field a signal.
+/// Returns the ROS 2 message definition, with one `float64` field per signal.
 pub(crate) fn definition(signals: &[Signal]) -> String {
     let mut text = String::new();
     for Signal {
@@ -120,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn definition_reads_like_a_ros_message() {
+    fn definition_is_a_ros_message() {
         let ports = [
             Port::output("leg/LF/hip/position", Unit::Radian, 1),
             Port::output("leg/LF/cable/tension", Unit::Newton, 1),
@@ -137,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_fall_together_get_numbers() {
+    fn coinciding_field_names_are_numbered() {
         let ports = ["a/b", "a_b", "A/B"].map(|name| Port::output(name, Unit::One, 1));
         let (signals, ranges) = select(&Layout::of(&ports, Direction::Output), &|_| true);
         let fields: Vec<_> = signals.iter().map(|signal| signal.field.as_str()).collect();
@@ -147,7 +150,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_field_name_is_one_that_ros_accepts(name in ".*") {
+        fn every_field_name_is_valid_in_ros(name in ".*") {
             let field = field_name(&name);
             prop_assert!(field.starts_with(|c: char| c.is_ascii_lowercase()), "{field}");
             prop_assert!(field.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'));

@@ -1,19 +1,19 @@
-//! The topics of a recording, except those of groups of signals and of bytes on wires.
+//! Topics of a recording, except those of groups of signals and wires.
 
 /// A topic with messages of one type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
-    /// What the executor did out of the ordinary: skipped tasks, overruns.
+    /// Exceptional events of the executor: skipped tasks, overruns.
     Events,
-    /// Every footstep, at the time of its lift-off.
+    /// Footsteps, at the time of lift-off.
     Footsteps,
-    /// Every process variable that was set while the run went on.
+    /// Process variables changed during the run.
     Changes,
-    /// The verdict, once, at the end.
+    /// Verdict, once, at the end.
     Verdict,
     /// Coordinate frames of body and leg segments.
     Frames,
-    /// Where the body is and how it moves.
+    /// Pose and twist of the body.
     Odometry,
     /// Positions, rates and torques of the driven joints.
     Joints,
@@ -31,14 +31,14 @@ impl Topic {
         Self::Joints,
     ];
 
-    /// Those whose messages a run writes one by one.
-    pub(crate) const OF_MESSAGES: [Self; 4] =
+    /// Topics of messages written individually by a run.
+    pub(crate) const MESSAGES: [Self; 4] =
         [Self::Events, Self::Footsteps, Self::Changes, Self::Verdict];
 
-    /// Those that are made of samples of the plant.
-    pub(crate) const OF_POSES: [Self; 3] = [Self::Frames, Self::Odometry, Self::Joints];
+    /// Topics derived from samples of the plant.
+    pub(crate) const POSES: [Self; 3] = [Self::Frames, Self::Odometry, Self::Joints];
 
-    /// The name of its channel.
+    /// Name of the channel.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Events => "/diagnostics",
@@ -51,7 +51,7 @@ impl Topic {
         }
     }
 
-    /// The type of its messages.
+    /// Type of the messages.
     pub(crate) const fn message_type(self) -> &'static str {
         match self {
             Self::Events => "diagnostic_msgs/DiagnosticArray",
@@ -64,10 +64,10 @@ impl Topic {
         }
     }
 
-    /// The topic of a channel, which earlier builds may have called otherwise.
+    /// Returns the topic of a channel, including the names used by earlier builds.
     pub(crate) fn of_channel(name: &str) -> Option<Self> {
-        const EVENTS_BEFORE: &str = "/events";
-        if name == EVENTS_BEFORE {
+        const EVENTS_OF_EARLIER_BUILDS: &str = "/events";
+        if name == EVENTS_OF_EARLIER_BUILDS {
             return Some(Self::Events);
         }
         Self::ALL.into_iter().find(|topic| topic.name() == name)

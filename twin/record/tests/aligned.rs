@@ -1,4 +1,4 @@
-//! Two runs compared footstep by footstep, on made-up runs whose differences are known in closed form.
+//! Footstep-aligned comparison of synthetic runs whose differences are known in closed form.
 
 use proptest::prelude::*;
 use twinrig_kernel::{Direction, Layout, Port, SimTime, Unit};
@@ -41,12 +41,12 @@ impl Footstep {
     }
 }
 
-/// A run from `begin` to `end` \[s\], with a signal of a leg and one of the body, which are functions of time.
+/// A run over `span` \[s\] with one signal of a leg and one of the body, both functions of time.
 fn run(span: [f64; 2], footsteps: &[Footstep], signals: impl Fn(f64) -> [f64; 2]) -> Recording {
     sampled(PERIOD, span, footsteps, signals)
 }
 
-/// A run of which the footsteps alone matter.
+/// A run with footsteps and constant signals.
 fn steps_only(end: f64, footsteps: &[Footstep]) -> Recording {
     sampled(0.1, [0.0, end], footsteps, |_| [0.0; 2])
 }
@@ -94,12 +94,12 @@ fn sampled(
     Recording::from_bytes(file).unwrap()
 }
 
-fn compared(a: &Recording, b: &Recording) -> EventComparison {
+fn compare(a: &Recording, b: &Recording) -> EventComparison {
     compare_events(a, b, [a, b].map(|run| run.reached().unwrap())).unwrap()
 }
 
-/// Footsteps of a leg from the durations of its strides and how much of each it stands.
-fn walked(leg: &'static str, begin: f64, strides: &[(f64, f64)]) -> Vec<Footstep> {
+/// Footsteps of a leg with the given stride durations and duty factors.
+fn footsteps_of(leg: &'static str, begin: f64, strides: &[(f64, f64)]) -> Vec<Footstep> {
     let mut at = begin;
     let step = |(n, &(stride, share)): (usize, &(f64, f64))| {
         let footstep = Footstep {
@@ -122,65 +122,66 @@ fn strides() -> impl Strategy<Value = Vec<(f64, f64)>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// A shift of up to two thirds of a stride; beyond that a footstep is nearer to being the one before or behind it.
+    /// Shifts of up to two thirds of a stride; beyond that a footstep is closer to its neighbour.
     #[test]
-    fn a_shift_of_all_footsteps_is_found_as_that_shift(
+    fn common_shift_of_all_footsteps_is_recovered(
         fore in strides(), hind in strides(), shift in -0.2..0.2_f64,
     ) {
-        let mut footsteps = walked("LF", 0.5, &fore);
-        footsteps.extend(walked("RH", 0.62, &hind));
+        let mut footsteps = footsteps_of("LF", 0.5, &fore);
+        footsteps.extend(footsteps_of("RH", 0.62, &hind));
         let shifted: Vec<_> = footsteps.iter().map(|step| step.shifted(shift)).collect();
-        let comparison = compared(&steps_only(9.0, &footsteps), &steps_only(9.0, &shifted));
+        let comparison = compare(&steps_only(9.0, &footsteps), &steps_only(9.0, &shifted));
         prop_assert_eq!(comparison.legs.len(), 2);
         for (leg, strides) in comparison.legs.iter().zip([&fore, &hind]) {
             let in_order: Vec<_> = (0..strides.len()).map(|n| (n, n)).collect();
             prop_assert_eq!(&leg.pairing.pairs, &in_order);
             for &(i, j) in &leg.pairing.pairs {
                 let offset = leg.b[j].touch_down_s - leg.a[i].touch_down_s;
-                // Times of a few seconds, added and taken away again.
+                // Tolerance for adding and subtracting times of a few seconds.
                 prop_assert!((offset - shift).abs() < 1e-14, "{offset} and not {shift}");
             }
             prop_assert_eq!(leg.pairing.only_in_a.len() + leg.pairing.only_in_b.len() + leg.pairing.beyond_a + leg.pairing.beyond_b, 0);
         }
     }
 
-    /// Whichever footsteps are taken out, those and no others are found to be missing, though all the others come a little
+    /// Exactly the removed footsteps are reported as missing, although all others are slightly
     /// early or late.
     #[test]
-    fn footsteps_that_are_taken_out_are_those_that_are_missed(
+    fn removed_footsteps_are_reported_as_missing(
         strides in prop::collection::vec((0.28..0.32_f64, 0.4..0.6_f64), 6..24),
         out in prop::collection::vec(any::<bool>(), 24),
         late in prop::collection::vec(-0.02..0.02_f64, 24),
     ) {
-        let all = walked("LF", 0.5, &strides);
-        // Two in a row are not to be told from a pause.
-        let gone: Vec<usize> = (0..all.len()).filter(|&n| n % 3 == 1 && out[n]).collect();
-        let kept = all.iter().enumerate().filter(|(n, _)| !gone.contains(n));
+        let all = footsteps_of("LF", 0.5, &strides);
+        // Two successive missing footsteps cannot be distinguished from a pause.
+        let removed: Vec<usize> = (0..all.len()).filter(|&n| n % 3 == 1 && out[n]).collect();
+        let kept = all.iter().enumerate().filter(|(n, _)| !removed.contains(n));
         let kept: Vec<_> = kept.map(|(n, step)| step.shifted(late[n])).collect();
-        let [whole, rest] = [&all, &kept].map(|steps| steps_only(9.5, steps));
-        let forth = compared(&whole, &rest);
-        prop_assert_eq!(&forth.legs[0].pairing.only_in_a, &gone);
+        let [complete, reduced] = [&all, &kept].map(|steps| steps_only(9.5, steps));
+        let forth = compare(&complete, &reduced);
+        prop_assert_eq!(&forth.legs[0].pairing.only_in_a, &removed);
         prop_assert!(forth.legs[0].pairing.only_in_b.is_empty());
-        let back = compared(&rest, &whole);
-        prop_assert_eq!(&back.legs[0].pairing.only_in_b, &gone);
+        let back = compare(&reduced, &complete);
+        prop_assert_eq!(&back.legs[0].pairing.only_in_b, &removed);
         prop_assert!(back.legs[0].pairing.only_in_a.is_empty());
     }
 
-    /// A run that is slower by some per cent falls behind by strides in the end, and every footstep is still the same one.
+    /// A run slower by some per cent falls behind by several strides, and the pairing is
+    /// unaffected.
     #[test]
-    fn a_run_that_falls_behind_by_strides_keeps_its_footsteps(strides in strides(), slower in 1.0..1.1_f64) {
+    fn pairing_follows_a_slower_run(strides in strides(), slower in 1.0..1.1_f64) {
         let many: Vec<_> = strides.iter().cycle().take(60).copied().collect();
         let slow: Vec<_> = many.iter().map(|(stride, share)| (stride * slower, *share)).collect();
-        let [a, b] = [many, slow].map(|strides| steps_only(25.0, &walked("LF", 0.5, &strides)));
-        let comparison = compared(&a, &b);
+        let [a, b] = [many, slow].map(|strides| steps_only(25.0, &footsteps_of("LF", 0.5, &strides)));
+        let comparison = compare(&a, &b);
         prop_assert_eq!(&comparison.legs[0].pairing.pairs, &(0..60).map(|n| (n, n)).collect::<Vec<_>>());
     }
 }
 
-/// An oscillation that comes late by `late`, and strides of its period.
+/// A sinusoid delayed by `late` \[s\], with strides of its period.
 fn oscillating(period: f64, late: f64) -> Recording {
     let strides = vec![(period, 0.5); 30];
-    let footsteps = walked("LF", 0.2 + late, &strides);
+    let footsteps = footsteps_of("LF", 0.2 + late, &strides);
     let omega = 2.0 * std::f64::consts::PI / period;
     run([0.0, 9.0], &footsteps, |t| {
         [
@@ -191,60 +192,69 @@ fn oscillating(period: f64, late: f64) -> Recording {
 }
 
 #[test]
-fn what_comes_late_differs_at_equal_times_and_not_at_equal_footsteps() {
+fn delayed_signal_differs_at_equal_times_but_not_after_alignment() {
     let (period, late) = (0.3, 0.0123);
-    let comparison = compared(&oscillating(period, 0.0), &oscillating(period, late));
+    let comparison = compare(&oscillating(period, 0.0), &oscillating(period, late));
     let omega = 2.0 * std::f64::consts::PI / period;
     for (drift, amplitude) in comparison.signals.iter().zip([1.0, 2.0]) {
         assert_eq!(drift.by_leg.as_deref(), Some("LF"));
         // sin ωt − sin ω(t − τ) = 2 sin(ωτ/2) cos(ωt − ωτ/2)
-        let most = 2.0 * amplitude * libm::sin(0.5 * omega * late);
+        let expected_max = 2.0 * amplitude * libm::sin(0.5 * omega * late);
         let plain = &drift.plain;
-        // The nearest sample is at most half a period of sampling off the crest.
-        assert!((most - plain.max).abs() < most * (0.5 * omega * PERIOD) * (0.5 * omega * PERIOD));
-        // Nine seconds are thirty periods, and one sample more than that.
-        assert!((plain.rms - most / libm::sqrt(2.0)).abs() < 1e-3 * most);
+        // The nearest sample is at most half a sampling period off the maximum.
+        assert!(
+            (expected_max - plain.max).abs()
+                < expected_max * (0.5 * omega * PERIOD) * (0.5 * omega * PERIOD)
+        );
+        // Nine seconds are thirty periods plus one sample.
+        assert!((plain.rms - expected_max / libm::sqrt(2.0)).abs() < 1e-3 * expected_max);
         assert!((plain.share.unwrap() - plain.max / (2.0 * amplitude)).abs() < 1e-3);
-        // What is left is what straight lines between samples miss: (ωh)²/8 of the amplitude.
-        let straight = omega * omega * PERIOD * PERIOD / 8.0 * amplitude;
-        // Before the first footstep, in the first part of ten, the second run is stretched.
+        // The remaining difference is that of linear interpolation between samples: (ωh)²/8 of
+        // the amplitude.
+        let interpolation_error = omega * omega * PERIOD * PERIOD / 8.0 * amplitude;
+        // Before the first footstep, in the first of the ten segments, the time map of the second
+        // run is stretched.
         for rms in &drift.aligned.rms_of_parts[1..] {
-            assert!(*rms > 0.0 && *rms < straight, "{rms} over {straight}");
+            assert!(
+                *rms > 0.0 && *rms < interpolation_error,
+                "{rms} over {interpolation_error}"
+            );
         }
     }
 }
 
 #[test]
-fn a_difference_that_grows_evenly_is_told_by_how_much() {
+fn linear_drift_has_its_slope_as_growth() {
     let slope = 0.02;
     let a = run([0.0, 10.0], &[], |t| [libm::sin(t), 1.0]);
     let b = run([0.0, 10.0], &[], |t| [libm::sin(t) + slope * t, 1.0]);
-    let comparison = compared(&a, &b);
+    let comparison = compare(&a, &b);
     let drift = &comparison.signals[0];
     assert_eq!(drift.by_leg, None, "there are no footsteps");
     assert_eq!(drift.aligned, drift.plain);
     assert!((drift.plain.max - 0.2).abs() < 1e-12 && (drift.plain.max_at_s - 10.0).abs() < 1e-9);
-    // Of a straight line through nothing the mean square is a third of the last one.
+    // The mean square of a straight line through zero is a third of its last value squared.
     assert!((drift.plain.rms - 0.2 / libm::sqrt(3.0)).abs() < 1e-4);
-    // A part's mean square is that of its middle and a twelfth of its length: the first is off by 15 %, which takes 2 % from
-    // the slope.
+    // The mean square of a segment is that of its midpoint plus a twelfth of its length squared:
+    // the first is off by 15 %, which reduces the slope by 2 %.
     assert!((drift.plain.growth_per_s - slope).abs() < 0.03 * slope);
-    // The range of the sine is 2; the first sample behind 1 s and 10 s, which is the last.
+    // The range of the sine is 2; the thresholds are exceeded at the first sample after 1 s, and
+    // after 10 s, the last sample.
     let [first, second] = drift.plain.exceeds_at_s;
     assert!((first.unwrap() - 1.0).abs() < 1.5 * PERIOD, "{first:?}");
     assert!(second.is_none() || (second.unwrap() - 10.0).abs() < 1.5 * PERIOD);
-    // The other signal stands still in both, and differs in neither.
-    let still = &comparison.signals[1].plain;
+    // The other signal is constant and equal in both runs.
+    let constant = &comparison.signals[1].plain;
     assert_eq!(
-        (still.max, still.share, still.exceeds_at_s),
+        (constant.max, constant.share, constant.exceeds_at_s),
         (0.0, Some(0.0), [None; 2])
     );
 }
 
 #[test]
-fn what_stands_still_is_measured_by_its_size_and_nothing_by_nothing() {
-    let [a, b] = [[1.0, 0.0], [2.0, 1e-12]].map(|still| run([0.0, 1.0], &[], |_| still));
-    let comparison = compared(&a, &b);
+fn constant_signal_is_normalised_by_its_magnitude() {
+    let [a, b] = [[1.0, 0.0], [2.0, 1e-12]].map(|values| run([0.0, 1.0], &[], |_| values));
+    let comparison = compare(&a, &b);
     let [size, nothing] = [0, 1].map(|i| &comparison.signals[i].plain);
     assert_eq!((size.max, size.share), (1.0, Some(1.0)));
     assert_eq!(size.exceeds_at_s, [Some(0.0); 2]);
@@ -252,11 +262,12 @@ fn what_stands_still_is_measured_by_its_size_and_nothing_by_nothing() {
 }
 
 #[test]
-fn a_recording_that_begins_later_is_compared_from_there_on() {
+fn comparison_starts_with_the_later_recording() {
     let strides = vec![(0.3, 0.5); 20];
-    let footsteps = walked("LF", 0.2, &strides);
+    let footsteps = footsteps_of("LF", 0.2, &strides);
     let a = run([0.0, 7.0], &footsteps, |t| [t, t]);
-    // The foot stands when it begins, and seems to come down then.
+    // The foot is on the ground at the start of the recording, which therefore shows a touch-down
+    // then.
     let mut later: Vec<_> = footsteps
         .iter()
         .filter(|step| step.lift_off_s > 3.0)
@@ -265,7 +276,7 @@ fn a_recording_that_begins_later_is_compared_from_there_on() {
     assert!(later[0].touch_down_s < 3.0);
     later[0].touch_down_s = 3.0;
     let b = run([3.0, 7.0], &later, |t| [t + 1e-3, t]);
-    let comparison = compared(&a, &b);
+    let comparison = compare(&a, &b);
     assert_eq!(comparison.window_s, [3.0, 7.0]);
     let leg = &comparison.legs[0];
     assert_eq!(
@@ -276,19 +287,19 @@ fn a_recording_that_begins_later_is_compared_from_there_on() {
     let drift = &comparison.signals[0].plain;
     let ends = comparison.signals[0].ends.unwrap();
     for (at, [a, b]) in [(3.0, [ends.a[0], ends.b[0]]), (7.0, [ends.a[1], ends.b[1]])] {
-        // Samples need not fall on the ends of the window.
+        // Samples need not coincide with the ends of the window.
         assert!((a - at).abs() < 1.5 * PERIOD && (b - a - 1e-3).abs() < 1e-14);
     }
     assert_eq!(ends.at_s, ends.a, "the signal is the time");
-    // One number less another, both below 8.
+    // Tolerance for the difference of two numbers below 8.
     assert!((drift.max - 1e-3).abs() < 1e-14 && (drift.rms - 1e-3).abs() < 1e-14);
 }
 
 #[test]
-fn a_number_against_none_is_infinitely_far() {
+fn nan_in_one_run_is_an_infinite_difference() {
     let a = run([0.0, 1.0], &[], |t| [t, t]);
     let b = run([0.0, 1.0], &[], |t| [if t > 0.5 { f64::NAN } else { t }, t]);
-    let comparison = compared(&a, &b);
+    let comparison = compare(&a, &b);
     let plain = &comparison.signals[0].plain;
     assert_eq!(plain.max, f64::INFINITY);
     assert!((plain.exceeds_at_s[0].unwrap() - 0.5).abs() < 1.5 * PERIOD);

@@ -1,4 +1,4 @@
-//! Recording allocates when a chunk is closed, not when a sample is taken.
+//! The recorder allocates when a chunk is closed, not per sample.
 
 mod common;
 
@@ -8,7 +8,7 @@ use twinrig_record::{Cadence, Fingerprint, RecordedGroup, Recorder};
 use twinrig_runtime::{Group, Observer};
 
 #[test]
-fn a_second_of_samples_costs_the_allocations_of_a_chunk() {
+fn allocations_per_second_are_those_of_a_chunk() {
     let layout = Layout::of(&plant_ports(), Direction::Output);
     let group = RecordedGroup {
         group: Group::Plant,
@@ -29,11 +29,11 @@ fn a_second_of_samples_costs_the_allocations_of_a_chunk() {
             step += 1;
         }
     };
-    seconds(10); // buffers grow to their size
-    let counted = allocation_counter::measure(|| seconds(100));
-    let a_second = counted.count_total / 100;
+    seconds(10); // buffers reach their final size
+    let measured = allocation_counter::measure(|| seconds(100));
+    let per_second = measured.count_total / 100;
     assert!(
-        a_second < 80,
-        "{a_second} allocations for 500 samples, 50 frames and a chunk"
+        per_second < 80,
+        "{per_second} allocations for 500 samples, 50 frames and a chunk"
     );
 }

@@ -1,4 +1,4 @@
-//! Cut-off, damaged and foreign files: never a panic, never a wrong number.
+//! Truncated, damaged and foreign files cause neither panics nor wrong numbers.
 
 mod common;
 
@@ -11,15 +11,15 @@ use twinrig_record::{
 };
 
 const STEPS: u64 = 200;
-static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| recorded(STEPS));
+static COMPLETE: LazyLock<Vec<u8>> = LazyLock::new(|| recorded(STEPS));
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_cut_off_file_reads_up_to_its_last_flush(cut in any::<prop::sample::Index>()) {
-        let len = cut.index(WHOLE.len());
-        let bytes = WHOLE[..len].to_vec();
+    fn truncated_file_is_readable_up_to_its_last_flush(cut in any::<prop::sample::Index>()) {
+        let len = cut.index(COMPLETE.len());
+        let bytes = COMPLETE[..len].to_vec();
         match Recording::from_bytes(bytes) {
             Err(RecordError::NotMcap) => prop_assert!(len < 8),
             Err(error) => prop_assert!(false, "{error}"),
@@ -29,9 +29,9 @@ proptest! {
                     prop_assert_eq!(sample.time.as_nanos(), step * PERIOD_NS);
                     prop_assert_eq!(sample.all().collect::<Vec<_>>(), plant_values(step));
                 }
-                // Samples make up most of the file, and chunks of 10 samples are lost at most.
+                // Samples make up most of the file; at most a chunk of 10 samples is lost.
                 let samples = recording.group("plant").map_or(0, twinrig_record::SampledGroup::len);
-                let expected = (len as f64 / WHOLE.len() as f64 - 0.25) * STEPS as f64;
+                let expected = (len as f64 / COMPLETE.len() as f64 - 0.25) * STEPS as f64;
                 prop_assert!(samples as f64 >= expected, "{} samples in {} bytes", samples, len);
             }
         }
@@ -62,8 +62,8 @@ proptest! {
     }
 
     #[test]
-    fn a_flipped_byte_is_an_error_or_changes_no_number(at in any::<prop::sample::Index>(), flip in 1..=255_u8) {
-        let mut bytes = WHOLE.clone();
+    fn flipped_byte_is_an_error_or_changes_no_number(at in any::<prop::sample::Index>(), flip in 1..=255_u8) {
+        let mut bytes = COMPLETE.clone();
         let at = at.index(bytes.len());
         bytes[at] ^= flip;
         if let Ok(recording) = Recording::from_bytes(bytes) {
@@ -101,8 +101,8 @@ fn read_all(recording: &Recording) {
 }
 
 #[test]
-fn a_compressed_file_is_refused_by_name() {
-    // A chunk record whose compression is `zstd`.
+fn compressed_file_is_rejected_with_the_name_of_the_compression() {
+    // A chunk record with the compression `zstd`.
     let mut body = [0_u8; 28].to_vec();
     body.extend(4_u32.to_le_bytes());
     body.extend(b"zstd");
@@ -119,12 +119,12 @@ fn a_compressed_file_is_refused_by_name() {
 }
 
 #[test]
-fn a_file_without_its_last_byte_is_not_complete() {
+fn file_without_its_last_byte_is_incomplete() {
     for missing in 1..100 {
         assert!(
-            !read(&WHOLE[..WHOLE.len() - missing]).is_complete(),
+            !read(&COMPLETE[..COMPLETE.len() - missing]).is_complete(),
             "{missing}"
         );
     }
-    assert!(read(&WHOLE).is_complete());
+    assert!(read(&COMPLETE).is_complete());
 }

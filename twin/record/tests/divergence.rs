@@ -1,4 +1,4 @@
-//! Where two recordings part.
+//! First difference of two recordings.
 
 mod common;
 
@@ -18,10 +18,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_change_of_one_bit_is_found_where_it_is(step in 0..100_u64, index in 0..11_usize) {
+    fn first_changed_bit_is_located(step in 0..100_u64, index in 0..11_usize) {
         let next = |values: &mut [f64]| values[index] = f64::from_bits(values[index].to_bits() ^ 1);
         let a = read(&recorded(100));
-        // From there on everything is different; the first difference counts.
+        // All later samples differ as well; the first one is reported.
         let b = with_change(&|group, now, values| if group == Group::Plant && now >= step { next(values) });
         let comparison = first_divergence(&a, &b);
         let (signal, component) = match index {
@@ -54,7 +54,7 @@ fn equal_recordings_have_no_divergence() {
 }
 
 #[test]
-fn the_end_of_a_recording_is_a_difference_unless_it_was_cut_off() {
+fn end_of_a_recording_is_a_difference_unless_truncated() {
     let (short, long) = (read(&recorded(60)), read(&recorded(100)));
     assert!(short.last_sample() < long.last_sample());
     for (a, b, cut_off) in [
@@ -63,7 +63,7 @@ fn the_end_of_a_recording_is_a_difference_unless_it_was_cut_off() {
     ] {
         let comparison = divergence_within(a, b, cut_off);
         assert_eq!((comparison.first, comparison.equal_samples), (None, 120));
-        // That the longer one was cut off is no reason for the shorter one to end.
+        // Truncation of the longer recording does not explain the end of the shorter one.
         let [of_a, of_b] = cut_off;
         assert!(divergence_within(a, b, [of_b, of_a]).first.is_some());
         assert!(first_divergence(a, b).first.is_some());
@@ -85,7 +85,7 @@ fn zero_and_minus_zero_differ() {
 }
 
 #[test]
-fn a_signal_of_one_only_is_listed_and_is_no_difference() {
+fn signal_in_one_recording_only_is_listed_without_being_a_difference() {
     let b = read(
         &record(
             Vec::new(),
@@ -104,7 +104,7 @@ fn a_signal_of_one_only_is_listed_and_is_no_difference() {
 }
 
 #[test]
-fn a_run_that_ends_earlier_differs_at_the_first_sample_it_lacks() {
+fn shorter_run_differs_at_its_first_missing_sample() {
     let first = first_divergence(&read(&recorded(100)), &read(&recorded(60)))
         .first
         .unwrap();
@@ -113,7 +113,7 @@ fn a_run_that_ends_earlier_differs_at_the_first_sample_it_lacks() {
 }
 
 #[test]
-fn the_group_that_differs_first_counts() {
+fn earliest_difference_of_all_groups_is_reported() {
     for (plant, outputs) in [(70, 40), (40, 70), (40, 40)] {
         let b = with_change(&|group, step, values| {
             if step
@@ -140,7 +140,7 @@ fn the_group_that_differs_first_counts() {
 }
 
 #[test]
-fn bytes_on_a_wire_are_compared_where_both_have_them() {
+fn wire_bytes_are_compared_if_recorded_in_both() {
     let recorded = |traces: &[&str], bytes: &[u8]| {
         let info = RunInfo {
             traces: traces.iter().map(|trace| (*trace).to_owned()).collect(),

@@ -1,4 +1,4 @@
-//! A process that is killed in the middle of a run leaves a readable file.
+//! A process killed during a run leaves a readable file.
 
 mod common;
 
@@ -13,7 +13,7 @@ use twinrig_runtime::Group;
 const FILE_VARIABLE: &str = "TWINRIG_TEST_KILLED_FILE";
 
 #[test]
-#[ignore = "not a test: the process that a_killed_process_leaves_a_readable_file kills"]
+#[ignore = "not a test: child process of killed_process_leaves_a_readable_file"]
 fn record_until_killed() {
     let Some(file) = std::env::var_os(FILE_VARIABLE) else {
         return;
@@ -28,7 +28,7 @@ fn record_until_killed() {
 }
 
 #[test]
-fn a_killed_process_leaves_a_readable_file() {
+fn killed_process_leaves_a_readable_file() {
     let file: PathBuf =
         std::env::temp_dir().join(format!("twinrig-killed-{}.mcap", std::process::id()));
     let mut child = Command::new(std::env::current_exe().unwrap())

@@ -1,44 +1,44 @@
-//! Footsteps of two runs are paired with their own, whatever else the feet do: a bounce or a missing footstep costs itself
-//! and shifts no other.
+//! Footsteps of two runs are paired with their counterparts; a bounce or a missing footstep affects
+//! no other pair.
 
 use proptest::prelude::*;
 use twinrig_record::{RecordedFootstep, pair_footsteps};
 
-/// How much a foot stands of a stride.
+/// Duty factor.
 const STANCE: f64 = 0.5;
 
-/// What one run does with one footstep of one leg.
+/// Irregularities of one footstep of one leg in one run.
 #[derive(Debug, Clone, Copy)]
-struct Incident {
-    /// The foot does not come down.
+struct Irregularity {
+    /// The footstep is missing.
     missing: bool,
-    /// The foot touches the ground in the swing before, at this part of it.
+    /// Additional touch-down during the preceding swing, at this fraction of the interval.
     bounce: Option<f64>,
-    /// How much later it comes down and lifts off, in strides.
+    /// Delay of touch-down and lift-off, in strides.
     late: [f64; 2],
 }
 
-/// A gait, and what two runs make of it.
+/// A gait with the irregularities of two runs.
 #[derive(Debug, Clone)]
 struct Gait {
     stride: f64,
-    /// When each leg comes down, in strides.
+    /// Touch-down phase of each leg, in strides.
     phases: Vec<f64>,
-    /// How many strides b falls behind in a stride, at each stride.
+    /// Lag that b accumulates in each stride, in strides.
     drift: Vec<f64>,
     /// By run, leg and stride.
-    incidents: [Vec<Vec<Incident>>; 2],
+    irregularities: [Vec<Vec<Irregularity>>; 2],
 }
 
-/// A footstep, and which stride it belongs to; none is a bounce.
+/// A footstep and the number of its stride; `None` for a bounce.
 type Numbered = (RecordedFootstep, Option<usize>);
 
 impl Gait {
-    /// The footsteps of a leg in one of the runs, in order of time.
+    /// Returns the footsteps of a leg in one of the runs, in order of time.
     fn footsteps(&self, run: usize, leg: usize) -> Vec<Numbered> {
         let mut steps: Vec<Numbered> = Vec::new();
         let mut behind = 0.0;
-        for (number, incident) in self.incidents[run][leg].iter().enumerate() {
+        for (number, irregularity) in self.irregularities[run][leg].iter().enumerate() {
             if run == 1 {
                 behind += self.drift[number];
             }
@@ -49,37 +49,40 @@ impl Gait {
                     lift_off_s: (begin + to) * self.stride,
                     position_m: None,
                 };
-                // Both begin standing: a bounce before that is cut off.
+                // Both runs begin standing: earlier bounces are omitted.
                 if step.touch_down_s >= 0.0 {
                     steps.push((step, number));
                 }
             };
-            if let Some(part) = incident.bounce {
+            if let Some(part) = irregularity.bounce {
                 let from = -0.4 + 0.25 * part;
                 step(from, from + 0.08, None);
             }
-            if !incident.missing {
-                let [touch_down, lift_off] = incident.late;
+            if !irregularity.missing {
+                let [touch_down, lift_off] = irregularity.late;
                 step(touch_down, STANCE + lift_off, Some(number));
             }
         }
         steps
     }
 
-    /// How many footsteps that both runs have are not paired with each other.
+    /// Number of footsteps that occur in both runs and are not paired with each other.
     fn wrong_pairs(&self) -> usize {
         let all: Vec<[Vec<Numbered>; 2]> = (0..self.phases.len())
             .map(|leg| [0, 1].map(|run| self.footsteps(run, leg)))
             .collect();
-        let bare = |steps: &[Numbered]| steps.iter().map(|step| step.0).collect::<Vec<_>>();
-        let legs: Vec<[Vec<_>; 2]> = all.iter().map(|[a, b]| [bare(a), bare(b)]).collect();
+        let unnumbered = |steps: &[Numbered]| steps.iter().map(|step| step.0).collect::<Vec<_>>();
+        let legs: Vec<[Vec<_>; 2]> = all
+            .iter()
+            .map(|[a, b]| [unnumbered(a), unnumbered(b)])
+            .collect();
         let legs: Vec<_> = legs.iter().map(|[a, b]| [&a[..], &b[..]]).collect();
         let pairings = pair_footsteps(&legs, [1e3; 2]);
         let mut wrong = 0;
         for ([a, b], pairing) in all.iter().zip(&pairings.legs) {
             for (i, (_, number)) in a.iter().enumerate() {
-                let twin = |(_, other): &Numbered| number.is_some() && other == number;
-                if let Some(j) = b.iter().position(twin) {
+                let is_counterpart = |(_, other): &Numbered| number.is_some() && other == number;
+                if let Some(j) = b.iter().position(is_counterpart) {
                     wrong += usize::from(!pairing.pairs.contains(&(i, j)));
                 }
             }
@@ -88,24 +91,24 @@ impl Gait {
     }
 }
 
-/// The strides of a leg. One of five lacks its footstep, is preceded by a bounce, or both; but never two in a row, which are
-/// not to be told from a pause.
-fn incidents(strides: usize) -> impl Strategy<Value = Vec<Incident>> {
-    let what = (0..15_u32).prop_map(|n| [[n == 1, n == 2], [true; 2]][usize::from(n == 0)]);
+/// Strides of a leg. One of five lacks its footstep, is preceded by a bounce, or both; never two in
+/// succession, which cannot be distinguished from a pause.
+fn irregularities(strides: usize) -> impl Strategy<Value = Vec<Irregularity>> {
+    let kind = (0..15_u32).prop_map(|n| [[n == 1, n == 2], [true; 2]][usize::from(n == 0)]);
     let late = [-0.04..0.04_f64, -0.04..0.04_f64];
-    let incident = (what, 0.0..1.0_f64, late);
-    prop::collection::vec(incident, strides).prop_map(|all| {
+    let irregularity = (kind, 0.0..1.0_f64, late);
+    prop::collection::vec(irregularity, strides).prop_map(|all| {
         let mut before = false;
-        let incident = |([missing, bounces], part, late): ([bool; 2], f64, [f64; 2])| {
+        let irregularity = |([missing, bounces], part, late): ([bool; 2], f64, [f64; 2])| {
             let here = (missing || bounces) && !before;
             before = here;
-            Incident {
+            Irregularity {
                 missing: here && missing,
                 bounce: (here && bounces).then_some(part),
                 late,
             }
         };
-        all.into_iter().map(incident).collect()
+        all.into_iter().map(irregularity).collect()
     })
 }
 
@@ -118,14 +121,14 @@ fn gait(strides: core::ops::Range<usize>, drift: f64) -> impl Strategy<Value = G
     ]);
     (strides, phases).prop_flat_map(move |(strides, phases)| {
         let legs = phases.len();
-        let of_run = move || prop::collection::vec(incidents(strides), legs);
-        // The frequency changes slowly: every so often another rate.
+        let of_run = move || prop::collection::vec(irregularities(strides), legs);
+        // The frequency varies slowly: a new rate every ten strides.
         let rates = prop::collection::vec(-drift..=drift, 1 + strides / 10);
         (0.15..0.6_f64, of_run(), of_run(), rates).prop_map(move |(stride, a, b, rates)| Gait {
             stride,
             phases: phases.clone(),
             drift: (0..strides).map(|n| rates[n / 10]).collect(),
-            incidents: [a, b],
+            irregularities: [a, b],
         })
     })
 }
@@ -134,25 +137,25 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(50))]
 
     #[test]
-    fn bounces_and_missing_footsteps_in_both_runs_shift_no_others(gait in gait(6..40, 0.0)) {
+    fn bounces_and_missing_footsteps_affect_no_other_pair(gait in gait(6..40, 0.0)) {
         prop_assert_eq!(gait.wrong_pairs(), 0);
     }
 
     #[test]
-    fn nor_do_they_in_a_run_that_falls_behind_by_strides_or_gets_ahead(gait in gait(12..60, 0.05)) {
+    fn pairing_tolerates_a_lag_of_several_strides(gait in gait(12..60, 0.05)) {
         prop_assert_eq!(gait.wrong_pairs(), 0);
     }
 
-    /// All legs of one run bounce before their first footstep, or lack it: after a drop, say.
+    /// All legs of one run bounce before their first footstep, or lack it, as after a drop.
     #[test]
-    fn nor_does_a_start_at_which_all_legs_bounce(
+    fn pairing_tolerates_bounces_of_all_legs_at_the_start(
         mut gait in gait(6..20, 0.02), run in 0..2_usize, legs in prop::collection::vec(0..3_usize, 4),
     ) {
-        for (incidents, kind) in gait.incidents[run].iter_mut().zip(legs) {
+        for (irregularities, kind) in gait.irregularities[run].iter_mut().zip(legs) {
             match kind {
                 0 => {}
-                1 => incidents[1].bounce = Some(0.5),
-                _ => (incidents[0].missing, incidents[1].bounce) = (true, Some(0.2)),
+                1 => irregularities[1].bounce = Some(0.5),
+                _ => (irregularities[0].missing, irregularities[1].bounce) = (true, Some(0.2)),
             }
         }
         prop_assert_eq!(gait.wrong_pairs(), 0);

@@ -1,10 +1,10 @@
-"""What the readers of recordings have in common: messages as plain values, numbers with their exact bits."""
+"""Shared by the readers of recordings: messages as plain values, numbers with their exact bits."""
 
 import struct
 
 
 def plain(value):
-    """A decoded message, of whichever package, as values that JSON has."""
+    """Converts a decoded message of either package to JSON values."""
     if isinstance(value, float):
         return struct.pack(">d", value).hex()
     if isinstance(value, (bool, int, str)):
@@ -16,6 +16,6 @@ def plain(value):
     if isinstance(value, (list, tuple)):
         return [plain(item) for item in value]
     fields = [*getattr(type(value), "__slots__", ()), *vars(value)]
-    # One of the packages has a definition's constants among its fields.
+    # One of the packages lists the constants of a definition among its fields.
     fields = [name for name in fields if not name.startswith("_") and not name.isupper()]
     return {name: plain(getattr(value, name)) for name in fields}

@@ -1,4 +1,5 @@
-//! The packages `mcap-ros2-support` and `rosbags` from `PyPI` read what we write, every message of it and alike.
+//! The packages `mcap-ros2-support` and `rosbags` from `PyPI` read all recorded messages, with
+//! equal results.
 
 mod common;
 #[path = "common/python.rs"]
@@ -15,7 +16,7 @@ fn hex(values: &[f64]) -> Value {
         .collect()
 }
 
-/// What each of the two packages found in `bytes`; none without Python.
+/// Contents of `bytes` as read by each of the two packages; `None` without Python.
 fn found(bytes: &[u8], test: &str) -> Option<[Value; 2]> {
     let python = python::python("mcap, mcap_ros2, rosbags")?;
     let name = format!("twinrig-python-{test}-{}.mcap", std::process::id());
@@ -28,7 +29,7 @@ fn found(bytes: &[u8], test: &str) -> Option<[Value; 2]> {
 }
 
 #[test]
-fn two_packages_read_the_same_and_every_bit() {
+fn independent_packages_read_every_bit() {
     let bytes = recorded(100);
     let Some([found, bag]) = found(&bytes, "bits") else {
         return;
@@ -140,9 +141,10 @@ fn messages_are_those_of_the_run() {
     assert_eq!(found["messages"]["/verdict"], json!([]));
 }
 
-/// `CDR` on every channel, with a definition and a quality of service, as the profile `ros2` wants it.
+/// All channels have CDR messages, a definition and a quality of service, as required by the
+/// profile `ros2`.
 #[test]
-fn the_profile_is_kept() {
+fn recording_conforms_to_the_ros2_profile() {
     let Some([found, bag]) = found(&recorded(10), "profile") else {
         return;
     };
@@ -168,7 +170,8 @@ fn the_profile_is_kept() {
         "/wire/left_bus/_2": "twinrig/msg/Bytes",
     });
     assert_eq!(bag["types"], types);
-    // Every release of ROS 2 has the standard types as we have them, and none has ours.
+    // All releases of ROS 2 agree with our definitions of the standard types and lack our own
+    // types.
     assert!(bag["releases"].as_u64() >= Some(5), "{}", bag["releases"]);
     assert_eq!(bag["other"], json!([]));
     let own = bag["own"].as_array().unwrap();

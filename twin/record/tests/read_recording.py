@@ -1,4 +1,4 @@
-"""Reads a recording with the packages `mcap` and `mcap-ros2-support` and prints what it found as JSON.
+"""Reads a recording with the packages `mcap` and `mcap-ros2-support` and prints its contents as JSON.
 
 Usage: read_recording.py FILE
 """

@@ -1,4 +1,4 @@
-"""Reads a recording with the package `rosbags`, as a bag of ROS 2, and prints what it found as JSON.
+"""Reads a recording as a ROS 2 bag with the package `rosbags` and prints its contents as JSON.
 
 Usage: read_rosbag.py FILE
 """
@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 
 
 def differences(typestore):
-    """Message types that a release of ROS 2 defines otherwise, and that no release defines."""
+    """Message types that a release of ROS 2 defines differently, and those that no release defines."""
     releases = [store for store in Stores if store.name.startswith("ROS2_")]
     known = {store: get_typestore(store).fielddefs for store in releases}
     other = [

@@ -1,4 +1,4 @@
-//! What is recorded comes back, whole and bit for bit.
+//! Recorded data are read back completely and bit for bit.
 
 mod common;
 
@@ -10,7 +10,7 @@ use twinrig_record::{
 use twinrig_runtime::Group;
 
 #[test]
-fn every_bit_of_every_sample_comes_back() {
+fn samples_round_trip_bit_for_bit() {
     let recording = read(&recorded(100));
     assert!(recording.is_complete());
     let plant = recording.group("plant").unwrap();
@@ -24,7 +24,7 @@ fn every_bit_of_every_sample_comes_back() {
 }
 
 #[test]
-fn odd_numbers_come_back_bit_for_bit() {
+fn special_floats_round_trip_bit_for_bit() {
     let odd = [
         f64::from_bits(0x7ff8_0000_dead_beef),
         f64::NEG_INFINITY,
@@ -48,7 +48,7 @@ fn odd_numbers_come_back_bit_for_bit() {
 }
 
 #[test]
-fn only_what_is_kept_is_there_and_keeps_its_name_and_unit() {
+fn only_selected_signals_are_recorded_with_name_and_unit() {
     let keep = |name: &str| name != "body/orientation";
     let recording = read(&record(Vec::new(), 30, &keep, &|_, _, _| ()).unwrap());
     let signals: Vec<_> = recording
@@ -83,7 +83,7 @@ fn only_what_is_kept_is_there_and_keeps_its_name_and_unit() {
 }
 
 #[test]
-fn files_notes_messages_and_result_come_back() {
+fn files_notes_messages_and_result_round_trip() {
     let recording = read(&recorded(100));
     assert_eq!(
         recording.attachment("scenario.toml"),
@@ -120,12 +120,12 @@ fn files_notes_messages_and_result_come_back() {
 }
 
 #[test]
-fn the_same_run_gives_the_same_bytes() {
+fn equal_runs_yield_equal_bytes() {
     assert_eq!(recorded(200), recorded(200));
 }
 
 #[test]
-fn leaving_a_signal_out_changes_no_other_signal() {
+fn deselecting_a_signal_changes_no_other_signal() {
     let all = read(&recorded(50));
     let fewer = read(
         &record(
@@ -148,7 +148,7 @@ fn leaving_a_signal_out_changes_no_other_signal() {
 }
 
 #[test]
-fn a_full_disk_is_an_error_of_finish_and_not_a_panic() {
+fn full_disk_is_an_error_of_finish() {
     struct Small(usize);
     impl std::io::Write for Small {
         fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
@@ -167,20 +167,20 @@ fn a_full_disk_is_an_error_of_finish_and_not_a_panic() {
 }
 
 #[test]
-fn a_run_without_any_recorded_signal_still_has_its_files() {
+fn run_without_recorded_signals_contains_its_files() {
     let recording = read(&record(Vec::new(), 10, &|_| false, &|_, _, _| ()).unwrap());
     assert!(recording.group("plant").unwrap().is_empty());
     assert_eq!(recording.seed(), Some(7));
 }
 
 #[test]
-fn a_file_that_is_not_there_is_named() {
+fn missing_file_is_named() {
     let error = Recording::open(std::path::Path::new("/nowhere/run.mcap")).unwrap_err();
     assert!(error.to_string().contains("/nowhere/run.mcap"));
 }
 
 #[test]
-fn the_files_are_on_disk_before_the_first_sample() {
+fn attachments_are_on_disk_before_the_first_sample() {
     let file = std::env::temp_dir().join(format!("twinrig-early-{}.mcap", std::process::id()));
     let recorder = Recorder::create(&file, &info(), &[], &skeleton(), cadence()).unwrap();
     let recording = Recording::open(&file).unwrap();

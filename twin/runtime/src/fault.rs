@@ -1,58 +1,59 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimDuration;
 
-/// A fault of a wire. A *burst* is a sequence of bytes without a pause longer than a byte time; it is
-/// affected as a whole if its first byte is complete within the time of the fault. Flip, unplug,
-/// stuck and babble affect single bytes.
+/// Kind of a fault. A *burst* is a sequence of bytes with pauses of at most one byte time; a fault
+/// affects a burst as a whole if its first byte is complete while the fault is active. Flip,
+/// unplug, stuck and babble affect single bytes.
 ///
-/// Faults at one place combine: a burst that any of them drops is lost, delays are added.
+/// Faults at one place combine: a burst dropped by any of them is lost, delays add up, and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FaultKind {
     /// A burst is lost.
     Drop {
-        /// Probability, 0 to 1.
+        /// Probability, from 0 to 1.
         probability: f64,
     },
-    /// Bits are inverted: any of the ten bits of a byte, start and stop bits included. A byte with a
-    /// wrong start bit is lost; one with a wrong stop bit has a framing error.
+    /// Bits are flipped, of the ten of a byte including start and stop bit. A byte with a wrong
+    /// start bit is lost; a wrong stop bit is a framing error.
     Flip {
-        /// Probability per bit, 0 to 1.
+        /// Probability per bit, from 0 to 1.
         rate: f64,
     },
-    /// A burst is delayed, and with it the bursts behind it.
+    /// A burst is delayed. The bytes behind it are queued.
     Delay {
         /// Delay.
         by: SimDuration,
     },
-    /// A burst is repeated, two byte times after its end.
+    /// A burst is repeated, two byte times after the first.
     Duplicate {
-        /// Probability, 0 to 1.
+        /// Probability, from 0 to 1.
         probability: f64,
     },
-    /// A burst is exchanged with the next one; without a next one it arrives when the fault ends.
+    /// A burst swaps places with the next one; without a next one it is released when the fault
+    /// ends.
     Reorder {
-        /// Probability, 0 to 1.
+        /// Probability, from 0 to 1.
         probability: f64,
     },
-    /// No byte passes.
+    /// No bytes pass.
     Unplug {
-        /// Whether the host detects it, which ends the run: a converter that is unplugged, not a bus.
-        /// Only where the whole line is unplugged.
+        /// Whether the host detects the disconnection, which ends the run: an unplugged converter,
+        /// as opposed to a disconnected bus. Has an effect on whole lines only.
         fails: bool,
     },
-    /// The line is held low: both sides receive 0x00 continuously, and nothing else.
+    /// The line is held low: both sides receive 0x00 continuously and nothing else.
     Stuck,
-    /// Unsolicited bursts of 1 to 64 random bytes, which destroy bytes that they overlap. On a whole
-    /// line both sides receive them; from a node the other nodes do, and the node receives bytes in
-    /// its pauses.
+    /// Unsolicited transmissions (babbling): bursts of 1 to 64 random bytes. Bytes that overlap
+    /// them are lost. On a whole line both sides receive them; the bursts of a babbling node are
+    /// received by the others, and the node receives in their pauses.
     Babble {
-        /// Pauses between bursts are uniform up to twice this; 0: no pauses.
+        /// Pauses between the bursts are uniform in 0 to twice this duration; 0: none.
         pause: SimDuration,
     },
 }
 
 impl FaultKind {
-    /// Its name in a scenario file.
+    /// Returns the name in a scenario.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Drop { .. } => "drop",

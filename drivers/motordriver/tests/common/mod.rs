@@ -1,4 +1,4 @@
-//! A bench: driver, wire and boards, and motors that turn.
+//! Test harness: driver, wire and boards, and motors that turn.
 #![allow(
     dead_code,
     clippy::allow_attributes,
@@ -15,7 +15,7 @@ use twinrig_runtime::{
 };
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
-/// Radians of a count.
+/// Angle of a count \[rad\].
 pub const COUNT: f64 = TAU / 4_096.0;
 
 pub const fn millis(n: u64) -> SimDuration {
@@ -26,19 +26,19 @@ pub fn at_ms(n: u64) -> SimTime {
     SimTime::ZERO + millis(n)
 }
 
-/// The motors of the robot behind their gears, without load.
+/// Motors of the robot behind their gears, without load.
 #[derive(Clone, PartialEq)]
 pub struct Motors {
     pub now: SimTime,
     moved_to: SimTime,
-    /// Hip and knee of each leg: voltage and bridge.
+    /// Voltage and bridge of hip and knee of each leg.
     pub inputs: Vec<f64>,
-    /// Hip and knee of each leg \[rad\], then three angles and three forces each.
+    /// Positions of hip and knee of each leg \[rad\], then three angles and three forces each.
     pub outputs: Vec<f64>,
     rates: Vec<f64>,
-    /// What moves, and what stands still whatever is done to it.
+    /// Whether the motors turn; otherwise they are locked.
     pub turning: bool,
-    /// Greatest rate seen \[rad/s\], for each motor.
+    /// Maximum rate of each motor so far \[rad/s\].
     pub fastest: Vec<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Motors {
         PlantSignals::of(&ports)
     }
 
-    fn catch_up(&mut self) {
+    fn advance_to_now(&mut self) {
         if self.moved_to == self.now {
             return;
         }
@@ -109,17 +109,17 @@ impl Motors {
 
 impl PlantAccess for Motors {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
-        self.catch_up();
+        self.advance_to_now();
         Ok(&self.outputs[signals])
     }
 
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
-        self.catch_up();
+        self.advance_to_now();
         Ok(&mut self.inputs[signals])
     }
 }
 
-/// A bench as it once was.
+/// Saved state of a harness.
 #[derive(PartialEq)]
 pub struct Saved {
     task: Snapshot,
@@ -128,19 +128,19 @@ pub struct Saved {
     busy: bool,
 }
 
-/// A bus at work.
-pub struct Bench {
+/// Harness of a running bus.
+pub struct Harness {
     pub task: WiredTask,
     pub plant: Motors,
     wake: Option<SimTime>,
     pub busy: bool,
-    /// How often it was woken.
+    /// Number of wake-ups.
     pub woken: u64,
-    /// Bytes that passed, with lane and time; not kept unless it is there.
+    /// Bytes on the traces, with time and trace; recorded only if `Some`.
     pub passed: Option<Vec<(SimTime, usize, Vec<u8>)>>,
 }
 
-impl Bench {
+impl Harness {
     pub fn new(config: &BusConfig) -> Self {
         let driver = Box::new(Bus::driver(config).unwrap());
         let wire = Box::new(Bus::wire(config).unwrap());
@@ -180,13 +180,13 @@ impl Bench {
         Ok(())
     }
 
-    /// The next thing that happens, if that is at `limit` or before.
+    /// Executes the next event if it is not later than `limit`.
     pub fn step(&mut self, limit: SimTime) -> Result<bool, String> {
         let Some(at) = self.wake.filter(|at| *at <= limit) else {
             self.plant.now = self.plant.now.max(limit);
             return Ok(false);
         };
-        assert!(at >= self.plant.now, "time runs back");
+        assert!(at >= self.plant.now, "time decreases");
         self.plant.now = at;
         self.woken += 1;
         let progress = self.task.wake(at, &mut self.plant);
@@ -199,7 +199,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Runs until nothing goes on, but not beyond `limit`.
+    /// Runs until the task is idle, but not beyond `limit`.
     pub fn run_until_idle(&mut self, limit: SimTime) -> Result<(), String> {
         while self.busy {
             if !self.step(limit)? {
@@ -209,7 +209,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Opens; gives the time it took.
+    /// Opens the bus and returns the duration.
     pub fn open(&mut self) -> Result<SimDuration, String> {
         let now = self.now();
         self.open_until(now)?;
@@ -217,22 +217,22 @@ impl Bench {
         Ok(self.now() - now)
     }
 
-    /// Begins to open.
+    /// Starts opening.
     pub fn open_until(&mut self, limit: SimTime) -> Result<(), String> {
         let progress = self.task.open(self.plant.now, &mut self.plant);
         self.follow(progress)?;
         self.run_until(limit)
     }
 
-    /// Begins a transfer now.
+    /// Starts a transfer.
     pub fn begin(&mut self, commands: &[f64]) -> Result<(), String> {
         let now = self.now();
         let progress = self.task.begin(now, commands, &mut self.plant);
         self.follow(progress)
     }
 
-    /// A transfer each period, from the next whole one on, until `to`; those that find the bus busy are left out.
-    /// Gives how many there were.
+    /// Runs one transfer per period, from the next whole period until `to`, skipping those for
+    /// which the bus is busy. Returns their number.
     pub fn run_cycles(
         &mut self,
         period: SimDuration,
@@ -255,7 +255,8 @@ impl Bench {
         Ok(cycles)
     }
 
-    /// When the host wrote the request of a cycle to the first board, from the bytes that were kept.
+    /// Returns the times at which the host wrote the request of a cycle to the first board, from
+    /// the recorded bytes.
     pub fn cycle_begins(&self) -> Vec<SimTime> {
         let passed = self.passed.iter().flatten();
         let first = |(_, trace, bytes): &&(SimTime, usize, Vec<u8>)| {
@@ -278,10 +279,10 @@ impl Bench {
     pub fn diagnostic(&self, name: &str) -> f64 {
         let diagnostics = self.diagnostics();
         let found = diagnostics.iter().find(|(known, _)| known == name);
-        found.unwrap_or_else(|| panic!("no gauge {name}")).1
+        found.unwrap_or_else(|| panic!("no diagnostic {name}")).1
     }
 
-    /// Everything there is, now.
+    /// Saves the complete state.
     pub fn save(&self) -> Saved {
         Saved {
             task: self.task.save(),
@@ -303,7 +304,7 @@ impl Bench {
     }
 }
 
-/// Boards with clocks fast by so many parts in 10⁹, and phases of their ticks.
+/// Sets the clock rates of the boards \[ppb fast\] and the phases of their ticks.
 pub fn with_clocks(
     mut config: BusConfig,
     rates_ppb: [i64; 4],

@@ -1,4 +1,4 @@
-//! A master, perhaps a bus controller, and boards, joined by a bus that does to bytes what a test wants.
+//! Master, optional bus controller and boards on a bus that applies a test's byte filter.
 
 #![allow(dead_code, reason = "no test uses all of it")]
 
@@ -38,30 +38,30 @@ pub fn frame() -> [Request; 4] {
     [1, 2, 3, 4].map(|id| Request::new(board(id), Instruction::LOW_LATENCY, &COMMAND).unwrap())
 }
 
-/// Who says something.
+/// Station that transmits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Talker {
+pub enum Transmitter {
     Near,
     Board(usize),
 }
 
-/// What becomes of a byte on the bus.
-pub type Fate = Box<dyn FnMut(Talker, SimTime, u8) -> Option<u8>>;
+/// Filter of the bytes on the bus: changes or drops a byte.
+pub type ByteFilter = Box<dyn FnMut(Transmitter, SimTime, u8) -> Option<u8>>;
 
 pub struct Rig {
     pub master: Master,
     pub controller: Option<Controller>,
     pub slaves: Vec<Slave>,
-    /// From the host to the link, and back.
+    /// Latency from the host to the link, and back.
     pub latency: SimDuration,
-    pub fate: Fate,
+    pub filter: ByteFilter,
     pub now: SimTime,
-    /// Said and not yet heard, by the end of the byte.
-    bus: BTreeMap<(SimTime, u64), (Talker, u8)>,
-    /// On their way to the host, by arrival there.
+    /// Bytes in transmission, by completion time.
+    bus: BTreeMap<(SimTime, u64), (Transmitter, u8)>,
+    /// Bytes on the way to the host, by arrival time.
     inbound: BTreeMap<(SimTime, u64), u8>,
     sequence: u64,
-    /// When the master wrote last.
+    /// Time of the master's last write.
     pub written: SimTime,
 }
 
@@ -81,7 +81,7 @@ impl Rig {
             controller: controlled.then(|| Controller::new(controller).unwrap()),
             slaves: (1..=4).map(slave).collect(),
             latency: micros(250),
-            fate: Box::new(|_, _, byte| Some(byte)),
+            filter: Box::new(|_, _, byte| Some(byte)),
             now: SimTime::ZERO,
             bus: BTreeMap::new(),
             inbound: BTreeMap::new(),
@@ -90,12 +90,12 @@ impl Rig {
         }
     }
 
-    fn say(&mut self, talker: Talker, piece: Piece<'_>) {
+    fn transmit(&mut self, transmitter: Transmitter, piece: Piece<'_>) {
         for (index, byte) in piece.bytes.iter().enumerate() {
             let at = piece.at(index);
-            if let Some(byte) = (self.fate)(talker, at, *byte) {
+            if let Some(byte) = (self.filter)(transmitter, at, *byte) {
                 self.sequence += 1;
-                self.bus.insert((at, self.sequence), (talker, byte));
+                self.bus.insert((at, self.sequence), (transmitter, byte));
             }
         }
     }
@@ -112,7 +112,7 @@ impl Rig {
             };
             match &mut self.controller {
                 Some(controller) => controller.handle_link(self.now, piece),
-                None => self.say(Talker::Near, piece),
+                None => self.transmit(Transmitter::Near, piece),
             }
             bytes.clear();
         }
@@ -132,7 +132,7 @@ impl Rig {
         wakes.into_iter().flatten().min()
     }
 
-    /// Jumps to the earliest wake-up.
+    /// Advances to the earliest wake-up.
     pub fn step(&mut self) -> bool {
         let Some(wake) = self.next_wake() else {
             return false;
@@ -142,8 +142,8 @@ impl Rig {
             if key.0 > self.now {
                 break;
             }
-            let (talker, byte) = self.bus.remove(&key).unwrap();
-            self.receive(talker, key.0, byte);
+            let (transmitter, byte) = self.bus.remove(&key).unwrap();
+            self.receive(transmitter, key.0, byte);
         }
         if let Some(controller) = &mut self.controller {
             if controller.poll_timeout().is_some_and(|at| at <= self.now) {
@@ -157,8 +157,8 @@ impl Rig {
             controller.poll_link(&mut arrivals);
             for (first, bytes) in pieces {
                 let spacing = BYTE_TIME;
-                self.say(
-                    Talker::Near,
+                self.transmit(
+                    Transmitter::Near,
                     Piece {
                         first,
                         spacing,
@@ -189,14 +189,14 @@ impl Rig {
         true
     }
 
-    /// A byte is on its way to the host.
+    /// Puts a byte on the way to the host.
     pub fn arrive(&mut self, at: SimTime, byte: u8) {
         self.sequence += 1;
         self.inbound
             .insert((at + self.latency, self.sequence), byte);
     }
 
-    fn receive(&mut self, talker: Talker, at: SimTime, byte: u8) {
+    fn receive(&mut self, transmitter: Transmitter, at: SimTime, byte: u8) {
         let bytes = [byte];
         let piece = Piece {
             first: at,
@@ -204,27 +204,27 @@ impl Rig {
             bytes: &bytes,
             framing_error: false,
         };
-        let mut said = Vec::new();
+        let mut sent = Vec::new();
         for (index, slave) in self.slaves.iter_mut().enumerate() {
-            if talker == Talker::Board(index) {
+            if transmitter == Transmitter::Board(index) {
                 continue;
             }
             slave.receive(piece);
             while slave.poll_event().is_some() {}
             let mut bytes = Vec::new();
             if let Some(start) = slave.poll_transmit(&mut bytes) {
-                said.push((index, start, bytes));
+                sent.push((index, start, bytes));
             }
         }
-        if talker != Talker::Near {
+        if transmitter != Transmitter::Near {
             match &mut self.controller {
                 Some(controller) => controller.handle_bus(self.now, piece),
                 None => self.arrive(at, byte),
             }
         }
-        for (index, start, bytes) in said {
-            self.say(
-                Talker::Board(index),
+        for (index, start, bytes) in sent {
+            self.transmit(
+                Transmitter::Board(index),
                 Piece {
                     first: start + BYTE_TIME,
                     spacing: BYTE_TIME,
@@ -241,31 +241,31 @@ impl Rig {
         self.write();
     }
 
-    /// Runs a cycle to its end, and gives what it brought and how long it took.
+    /// Runs a cycle to its end; returns its outcomes and its duration.
     pub fn cycle(&mut self, frame: &[Request]) -> (Vec<Outcome>, Duration) {
         let begin = self.now;
         self.begin(frame);
         while self.master.is_busy() {
             assert!(
                 self.step(),
-                "nothing happens any more, and the cycle is not over"
+                "no further events, but the cycle is not complete"
             );
         }
         let outcomes = self.master.outcomes().to_vec();
         (outcomes, host(self.now).since(host(begin)))
     }
 
-    /// One request.
+    /// Transfers one request.
     pub fn transfer(&mut self, request: &Request) -> Outcome {
         self.master.transfer(host(self.now), request).unwrap();
         self.write();
         while self.master.is_busy() {
-            assert!(self.step(), "nothing happens any more");
+            assert!(self.step(), "no further events");
         }
         self.master.outcomes()[0]
     }
 
-    /// Lets everything settle for that long.
+    /// Advances by `duration`.
     pub fn wait(&mut self, duration: SimDuration) {
         let until = self.now + duration;
         while self.next_wake().is_some_and(|wake| wake <= until) {

@@ -4,49 +4,50 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{Driver, DriverError, Transfer};
 
-use super::{ASK, CLOSE, NUMBER, OPEN, ports};
+use super::{CLOSE, HALVE, NUMBER, OPEN, ports};
 
-/// Asks for half of what the process gives it, once a transfer.
-pub struct Asker {
+/// Driver that requests half of the number from the process, once a transfer.
+pub struct HalvingDriver {
     name: String,
     requests: Vec<u8>,
-    heard: Vec<u8>,
-    wanted: usize,
+    received: Vec<u8>,
+    expected: usize,
     half: [f64; 1],
     transfers: f64,
     pub closed: Arc<AtomicBool>,
-    /// Says, after so many transfers, that it cannot go on.
-    pub tires_after: Option<f64>,
-    /// Panics after so many transfers.
+    /// Fails with an error after this number of transfers.
+    pub fails_after: Option<f64>,
+    /// Panics after this number of transfers.
     pub panics_after: Option<f64>,
-    /// Never comes back after so many transfers, once its far end has answered or is to be left.
+    /// Blocks forever after this number of transfers, as soon as an answer is complete or on
+    /// closing.
     pub hangs_after: Option<f64>,
 }
 
-impl Asker {
+impl HalvingDriver {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.into(),
             requests: Vec::new(),
-            heard: Vec::new(),
-            wanted: 0,
+            received: Vec::new(),
+            expected: 0,
             half: [0.0],
             transfers: 0.0,
             closed: Arc::default(),
-            tires_after: None,
+            fails_after: None,
             panics_after: None,
             hangs_after: None,
         }
     }
 
-    fn request(&mut self, bytes: &[u8], wanted: usize) {
-        self.heard.clear();
+    fn request(&mut self, bytes: &[u8], expected: usize) {
+        self.received.clear();
         self.requests = bytes.to_vec();
-        self.wanted = wanted;
+        self.expected = expected;
     }
 }
 
-impl Driver for Asker {
+impl Driver for HalvingDriver {
     fn name(&self) -> &str {
         &self.name
     }
@@ -57,7 +58,7 @@ impl Driver for Asker {
         self.request(&[OPEN], 1);
     }
     fn begin(&mut self, _: HostTime, from_process: &[f64]) {
-        let mut request = vec![ASK];
+        let mut request = vec![HALVE];
         request.extend(from_process[0].to_le_bytes());
         self.request(&request, NUMBER);
     }
@@ -66,7 +67,7 @@ impl Driver for Asker {
         self.request(&[CLOSE], 0);
     }
     fn handle_bytes(&mut self, _: HostTime, bytes: &[u8]) {
-        self.heard.extend(bytes);
+        self.received.extend(bytes);
     }
     fn handle_timeout(&mut self, _: HostTime) {}
     fn poll_timeout(&self) -> Option<HostTime> {
@@ -78,19 +79,25 @@ impl Driver for Asker {
         any
     }
     fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
-        if self.heard.len() < self.wanted {
+        if self.received.len() < self.expected {
             return Ok(Transfer::Busy);
         }
-        if self.wanted == NUMBER {
-            self.half = [f64::from_le_bytes(self.heard[..NUMBER].try_into().unwrap())];
+        if self.expected == NUMBER {
+            self.half = [f64::from_le_bytes(
+                self.received[..NUMBER].try_into().unwrap(),
+            )];
             self.transfers += 1.0;
-            self.wanted = 0;
+            self.expected = 0;
         }
-        assert_ne!(self.panics_after, Some(self.transfers), "as it was told to");
+        assert_ne!(
+            self.panics_after,
+            Some(self.transfers),
+            "requested by the test"
+        );
         while self.hangs_after == Some(self.transfers) {
             std::thread::sleep(std::time::Duration::from_millis(100));
         }
-        if self.tires_after == Some(self.transfers) {
+        if self.fails_after == Some(self.transfers) {
             let why = "too many errors; look after the cable".into();
             return Err(DriverError { why });
         }

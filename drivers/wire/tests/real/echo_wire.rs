@@ -7,12 +7,12 @@ use twinrig_runtime::{
     WorkCounts,
 };
 
-/// Answers 100 µs later, and puts each answer's first byte on the plant.
+/// Answers after 100 µs and actuates the plant with each answer.
 #[derive(Default)]
 pub struct EchoWire {
-    heard: Vec<u8>,
+    received: Vec<u8>,
     answers: VecDeque<(SimTime, Vec<u8>)>,
-    ready: Vec<u8>,
+    readable: Vec<u8>,
     answered: f64,
     drive: Range<usize>,
 }
@@ -29,8 +29,8 @@ impl Wire for EchoWire {
         Ok(())
     }
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
-        self.heard.extend(bytes);
-        let answers = super::answer(&mut self.heard);
+        self.received.extend(bytes);
+        let answers = super::answer(&mut self.received);
         if !answers.is_empty() {
             self.answers.push_back((now + TAKES, answers));
         }
@@ -42,13 +42,13 @@ impl Wire for EchoWire {
         while self.next_wake().is_some_and(|at| at <= now) {
             let (_, bytes) = self.answers.pop_front().unwrap_or_default();
             plant.actuate(self.drive.clone())?[0] = 1.0;
-            self.ready.extend(bytes);
+            self.readable.extend(bytes);
             self.answered += 1.0;
         }
         Ok(())
     }
     fn receive(&mut self, bytes: &mut Vec<u8>) {
-        bytes.append(&mut self.ready);
+        bytes.append(&mut self.readable);
     }
     fn diagnostics(&self) -> Vec<Port> {
         vec![Port::output("echo/answered", Unit::One, 1)]
@@ -64,14 +64,14 @@ impl Wire for EchoWire {
     }
 }
 
-/// A plant of one number, its own time in seconds.
+/// Plant with one output: its time in seconds.
 #[derive(Default)]
 pub struct Lag {
     pub seconds: f64,
     pub now: SimTime,
     pub fails_at: Option<SimTime>,
     pub panics_at: Option<SimTime>,
-    /// How long it takes over each step.
+    /// Wall-clock time of each step.
     pub takes: std::time::Duration,
 }
 
@@ -85,7 +85,10 @@ impl Plant for Lag {
     fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
         assert!(to > self.now, "a plant is never moved back");
         self.now = to;
-        assert!(self.panics_at.is_none_or(|at| to < at), "as it was told to");
+        assert!(
+            self.panics_at.is_none_or(|at| to < at),
+            "requested by the test"
+        );
         if !self.takes.is_zero() {
             std::thread::sleep(self.takes);
         }
@@ -117,10 +120,10 @@ impl Plant for Lag {
     }
 }
 
-/// Hears everything and says nothing.
-pub struct Quiet;
+/// Receives bytes and never transmits.
+pub struct SilentWire;
 
-impl Wire for Quiet {
+impl Wire for SilentWire {
     fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
         Ok(())
     }

@@ -5,15 +5,15 @@ use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use super::ports;
 
-/// Gives each driver the sum of the elapsed milliseconds and of the halves it was told.
+/// Process whose outputs are the sum of the elapsed milliseconds and each driver's last half.
 pub struct Summing {
     names: Vec<String>,
     offset: [ProcessVariable; 1],
     milliseconds: f64,
     iterations: u64,
-    /// How long an iteration takes.
+    /// Wall-clock time of an iteration.
     pub takes: Duration,
-    /// Panics at that iteration.
+    /// Panics at this iteration.
     pub panics_at: Option<u64>,
 }
 
@@ -46,7 +46,11 @@ impl Process for Summing {
     }
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         self.iterations += 1;
-        assert_ne!(self.panics_at, Some(self.iterations), "as it was told to");
+        assert_ne!(
+            self.panics_at,
+            Some(self.iterations),
+            "requested by the test"
+        );
         self.milliseconds += elapsed.as_secs_f64() * 1000.0;
         for (output, half) in outputs.iter_mut().zip(inputs) {
             *output = self.milliseconds + half + self.offset[0].value();

@@ -1,4 +1,4 @@
-//! What the tests of this crate share: boards that answer, and hosts that ask.
+//! Fixtures of this crate's tests: boards that answer, and hosts that send requests.
 #![allow(dead_code, reason = "no test uses all of it")]
 
 use std::ops::Range;
@@ -18,10 +18,10 @@ pub fn at(micros: u64) -> SimTime {
     SimTime::ZERO + us(micros)
 }
 
-/// There is no plant.
-pub struct Nowhere;
+/// Absence of a plant.
+pub struct NoPlant;
 
-impl PlantAccess for Nowhere {
+impl PlantAccess for NoPlant {
     fn sample(&mut self, _: Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&[])
     }
@@ -31,21 +31,21 @@ impl PlantAccess for Nowhere {
     }
 }
 
-/// Answers requests that begin with its address, `reaction` after their last byte.
+/// Board that answers requests beginning with its address, `reaction` after their last byte.
 pub struct Board {
     pub name: String,
     pub request: usize,
     pub response: usize,
     pub reaction: SimDuration,
     pub address: u8,
-    /// Whether it wants to hear the last byte of a request on time in the midst of others.
-    pub attentive: bool,
+    /// Whether it requires the last byte of a request on time within a transmission.
+    pub requires_attention: bool,
     pub state: BoardState,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct BoardState {
-    heard: Vec<u8>,
+    received: Vec<u8>,
     last: Option<SimTime>,
     answers: Vec<SimTime>,
     pub all: Vec<(SimTime, u8)>,
@@ -61,7 +61,7 @@ impl Board {
             response: 22,
             reaction: us(10),
             address,
-            attentive: true,
+            requires_attention: true,
             state: BoardState::default(),
         }
     }
@@ -86,25 +86,25 @@ impl Node for Board {
             );
             // A pause ends a packet.
             if state.last.is_some_and(|last| last + us(15) < now) {
-                state.heard.clear();
+                state.received.clear();
             }
             state.last = Some(now);
             if state.log {
                 state.all.push((now, *byte));
             }
-            state.heard.push(*byte);
-            if state.heard.len() == self.request {
-                if state.heard[0] == self.address {
+            state.received.push(*byte);
+            if state.received.len() == self.request {
+                if state.received[0] == self.address {
                     state.answers.push(now + self.reaction);
                 }
-                state.heard.clear();
+                state.received.clear();
             }
         }
     }
 
     fn attention(&self) -> Option<usize> {
-        let missing = self.request - self.state.heard.len();
-        self.attentive.then_some(missing)
+        let missing = self.request - self.state.received.len();
+        self.requires_attention.then_some(missing)
     }
 
     fn next_wake(&self) -> Option<SimTime> {
@@ -140,48 +140,49 @@ impl Node for Board {
     }
 }
 
-/// Four of them.
+/// Returns four boards.
 pub fn boards() -> Vec<Box<dyn Node>> {
     (0..4)
         .map(|address| Box::new(Board::new(address)) as Box<dyn Node>)
         .collect()
 }
 
-/// Four that hear each packet when it is over.
-pub fn listeners() -> Vec<Box<dyn Node>> {
+/// Returns four boards that receive each transmission at its end.
+pub fn boards_without_attention() -> Vec<Box<dyn Node>> {
     let mut all: [Board; 4] = [0, 1, 2, 3].map(Board::new);
     for board in &mut all {
-        board.attentive = false;
+        board.requires_attention = false;
     }
     all.map(|board| Box::new(board) as Box<dyn Node>).into()
 }
 
-/// A request to that board.
+/// Returns a request to that board.
 pub fn request(address: u8) -> [u8; 10] {
     [address, 1, 2, 3, 4, 5, 6, 7, 8, 9]
 }
 
-/// Lets a wire live until `end`, at its own wake-ups and at those of `also`; says what was read when.
-pub fn live(
+/// Advances a wire to `end`, at its wake-ups and at the instants `extra_times`; appends the reads
+/// with their times.
+pub fn advance_wire(
     wire: &mut dyn Wire,
     end: SimTime,
-    also: &[SimTime],
+    extra_times: &[SimTime],
     read: &mut Vec<(SimTime, Vec<u8>)>,
 ) {
-    let mut also = also.iter().copied().peekable();
+    let mut extra_times = extra_times.iter().copied().peekable();
     let mut last = SimTime::ZERO;
     loop {
         let wake = wire.next_wake().filter(|wake| *wake <= end);
-        let extra = also.peek().copied().filter(|extra| *extra <= end);
+        let extra = extra_times.peek().copied().filter(|extra| *extra <= end);
         let Some(now) = wake.into_iter().chain(extra).min() else {
             break;
         };
         if extra == Some(now) {
-            also.next();
+            extra_times.next();
         }
         assert!(now >= last, "{now} after {last}");
         last = now;
-        wire.advance(now, &mut Nowhere).unwrap();
+        wire.advance(now, &mut NoPlant).unwrap();
         let mut bytes = Vec::new();
         wire.receive(&mut bytes);
         if !bytes.is_empty() {
@@ -189,26 +190,31 @@ pub fn live(
         }
         assert!(
             wire.next_wake().is_none_or(|next| next > now),
-            "asks for {now} again"
+            "repeated wake-up at {now}"
         );
     }
 }
 
-/// The same for a line; with the times at which its bytes were complete.
-pub fn live_line(line: &mut dyn Line, end: SimTime, also: &[SimTime], arrivals: &mut Arrivals) {
-    let mut also = also.iter().copied().peekable();
+/// The same for a line, with the completion times of the bytes.
+pub fn advance_line(
+    line: &mut dyn Line,
+    end: SimTime,
+    extra_times: &[SimTime],
+    arrivals: &mut Arrivals,
+) {
+    let mut extra_times = extra_times.iter().copied().peekable();
     let mut last: Option<SimTime> = None;
     loop {
         let wake = line.next_wake().filter(|wake| *wake <= end);
-        let extra = also.peek().copied().filter(|extra| *extra <= end);
+        let extra = extra_times.peek().copied().filter(|extra| *extra <= end);
         let Some(now) = wake.into_iter().chain(extra).min() else {
             break;
         };
         if extra == Some(now) {
-            also.next();
+            extra_times.next();
         }
         let mut new = Arrivals::default();
-        line.advance(now, &mut Nowhere).unwrap();
+        line.advance(now, &mut NoPlant).unwrap();
         line.receive(&mut new);
         assert!(
             new.iter().all(|(at, _)| last.is_none_or(|last| at > last)),
@@ -219,21 +225,21 @@ pub fn live_line(line: &mut dyn Line, end: SimTime, also: &[SimTime], arrivals: 
         assert!(arrivals.iter().all(|(at, _)| at <= now));
         assert!(
             line.next_wake().is_none_or(|next| next > now),
-            "asks for {now} again"
+            "repeated wake-up at {now}"
         );
     }
 }
 
-/// A line at whose near end given bytes arrive, and which hands out what is sent into it.
-pub struct Scripted {
-    pub arrives: Vec<(SimTime, u8)>,
+/// Line with scripted arrivals at its near end that forwards the bytes sent into it.
+pub struct ScriptedLine {
+    pub arrivals_due: Vec<(SimTime, u8)>,
     pub arrived: usize,
     pub taken: usize,
     pub now: SimTime,
     pub sent: std::sync::mpsc::Sender<(SimTime, u8)>,
 }
 
-impl Line for Scripted {
+impl Line for ScriptedLine {
     fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
         Ok(())
     }
@@ -246,15 +252,15 @@ impl Line for Scripted {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        let next = self.arrives.get(self.arrived)?;
-        // Of those that follow without a pause, only the first and the last are named.
-        let pairs = self.arrives[self.arrived..].windows(2);
+        let next = self.arrivals_due.get(self.arrived)?;
+        // Of contiguous bytes, only the first and the last are reported.
+        let pairs = self.arrivals_due[self.arrived..].windows(2);
         let follow = pairs
             .take_while(|pair| pair[0].0 + BYTE == pair[1].0)
             .count();
-        let goes_on = self.arrived > 0 && self.arrives[self.arrived - 1].0 + BYTE == next.0;
-        Some(if goes_on {
-            self.arrives[self.arrived + follow].0
+        let contiguous = self.arrived > 0 && self.arrivals_due[self.arrived - 1].0 + BYTE == next.0;
+        Some(if contiguous {
+            self.arrivals_due[self.arrived + follow].0
         } else {
             next.0
         })
@@ -262,12 +268,12 @@ impl Line for Scripted {
 
     fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
-        self.arrived = self.arrives.partition_point(|(at, _)| *at <= now);
+        self.arrived = self.arrivals_due.partition_point(|(at, _)| *at <= now);
         Ok(())
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        for (at, byte) in &self.arrives[self.taken..self.arrived] {
+        for (at, byte) in &self.arrivals_due[self.taken..self.arrived] {
             arrivals.push(*at, BYTE, &[*byte]);
         }
         self.taken = self.arrived;
@@ -283,10 +289,10 @@ impl Line for Scripted {
     }
 }
 
-/// Bytes in bursts with pauses between them \[ns\].
+/// Bursts of bytes, each with the pause before it \[ns\].
 pub type Bursts = Vec<(u64, Vec<u8>)>;
 
-/// When each of them is complete.
+/// Returns the bytes with their completion times.
 pub fn timed(bursts: &Bursts) -> Vec<(SimTime, u8)> {
     let mut free = SimTime::ZERO;
     let mut all = Vec::new();
@@ -300,7 +306,7 @@ pub fn timed(bursts: &Bursts) -> Vec<(SimTime, u8)> {
     all
 }
 
-/// Any bursts, of up to so many bytes.
+/// Arbitrary bursts of up to `bytes` bytes.
 pub fn bursts(bytes: usize) -> impl proptest::strategy::Strategy<Value = Bursts> {
     use proptest::prelude::*;
     prop::collection::vec(

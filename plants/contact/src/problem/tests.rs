@@ -1,4 +1,4 @@
-//! Solutions meet the conditions they stand for.
+//! Solutions satisfy their complementarity conditions.
 
 use super::*;
 use proptest::prelude::*;
@@ -42,7 +42,7 @@ proptest! {
     }
 
     #[test]
-    fn friction_stays_in_its_disc_and_opposes_slip(
+    fn friction_lies_in_disc_and_opposes_slip(
         contacts in 1..4_usize,
         friction in 0.0..1.5_f64,
         rows in proptest::collection::vec(-1.0..1.0_f64, 60),
@@ -54,8 +54,8 @@ proptest! {
             problem.bound(3 * c, Bound::NonNegative);
             problem.bound(3 * c + 1, Bound::Disc { normal: 3 * c, friction });
         }
-        // With friction the problem may have no solution that Coulomb's law and rigid bodies allow; then it must say
-        // so, and not answer.
+        // With friction the problem may have no solution under Coulomb's law for rigid bodies; then
+        // the solver must report an error.
         if problem.solve().is_ok() {
             for c in 0..contacts {
                 let z = &problem.unknowns()[3 * c..3 * c + 3];
@@ -73,7 +73,7 @@ proptest! {
 }
 
 #[test]
-fn a_block_on_a_slope_sticks_below_the_friction_angle_and_slides_above() {
+fn block_on_slope_sticks_below_friction_angle_and_slides_above() {
     // Unit mass, frame of the slope: gravity (−g sin a) along, (−g cos a) across.
     for (slope, slides) in [(0.3_f64, false), (0.7, true)] {
         let mut problem = Problem::default();
@@ -106,8 +106,8 @@ fn a_block_on_a_slope_sticks_below_the_friction_angle_and_slides_above() {
 }
 
 #[test]
-fn four_legs_of_a_table_share_its_weight() {
-    // Four supports of one rigid plate: three unknowns too many for rank three.
+fn redundant_supports_share_load_equally() {
+    // Four supports of one rigid plate: four unknowns, rank three.
     let mut problem = Problem::default();
     problem.reset(4);
     let corner = [

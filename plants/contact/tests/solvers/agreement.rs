@@ -1,4 +1,4 @@
-//! All methods agree with the oracle, with each other, and with themselves from another start.
+//! Agreement of all methods with the oracle, with each other, and from different guesses.
 
 use proptest::prelude::*;
 use twinrig_contact::{Bound, Method, Problem, Unsolved};
@@ -11,7 +11,7 @@ pub const SWEEPS: Method = Method::GaussSeidel {
     tolerance: 1e-10,
 };
 
-/// As many sweeps as a problem that may have no solution deserves.
+/// Reduced limit of sweeps for problems that may have no solution.
 const FEW_SWEEPS: Method = Method::GaussSeidel {
     relaxation: 1.2,
     sweeps: 500,
@@ -37,23 +37,24 @@ fn bound() -> impl Strategy<Value = Bound> {
     ]
 }
 
-/// Rows of small whole numbers: dependent, repeated, zero, tied, as often as not.
-pub fn rough() -> impl Strategy<Value = Case> {
+/// Generates rows of small integers: frequently dependent, repeated, zero or tied.
+pub fn degenerate() -> impl Strategy<Value = Case> {
     (1..=7_usize, 1..=5_usize)
         .prop_flat_map(|(n, rank)| {
-            let whole =
-                |n, most: i32| proptest::collection::vec((-most..=most).prop_map(f64::from), n);
+            let integers = |n, largest: i32| {
+                proptest::collection::vec((-largest..=largest).prop_map(f64::from), n)
+            };
             (
-                proptest::collection::vec(whole(rank, 2), n),
-                whole(n, 3),
+                proptest::collection::vec(integers(rank, 2), n),
+                integers(n, 3),
                 proptest::collection::vec(bound(), n),
             )
         })
         .prop_map(|(j, b, bounds)| Case::new(&j, b, bounds, 0.0))
 }
 
-/// Rows of any numbers, with a little softness: one solution.
-fn smooth() -> impl Strategy<Value = Case> {
+/// Generates rows of arbitrary numbers with a small compliance, so that the solution is unique.
+fn regular() -> impl Strategy<Value = Case> {
     (1..=7_usize, 1..=7_usize)
         .prop_flat_map(|(n, rank)| {
             let any = |n| proptest::collection::vec(-1.0..1.0_f64, n);
@@ -66,29 +67,30 @@ fn smooth() -> impl Strategy<Value = Case> {
         .prop_map(|(j, b, bounds)| Case::new(&j, b, bounds, 0.01))
 }
 
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+fn max_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter()
         .zip(b)
-        .fold(0.0, |most, (a, b)| (a - b).abs().max(most))
+        .fold(0.0, |largest, (a, b)| (a - b).abs().max(largest))
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn the_direct_solver_finds_a_solution_or_proves_that_there_is_none(case in rough()) {
+    fn direct_solver_finds_solution_or_proves_infeasibility(case in degenerate()) {
         let mut problem = case.problem();
         let result = problem.solve_by(Method::Direct);
         if let Some(z) = case.solution() {
             let solution = result.unwrap();
-            prop_assert!(case.holds(problem.unknowns()), "{:?}", problem.unknowns());
+            prop_assert!(case.satisfies_conditions(problem.unknowns()), "{:?}", problem.unknowns());
             prop_assert!(solution.residual < 1e-9 && solution.residual == problem.residual());
-            // The forces may be several, what they do is one; to the digits that great forces leave.
-            let greatest = apart(&z, &vec![0.0; z.len()]);
-            prop_assert!(apart(&case.w(&z), &case.w(problem.unknowns())) < 1e-8 * (1.0 + greatest));
+            // The forces may not be unique, but their effect is, up to the cancellation of large
+            // forces.
+            let greatest = max_difference(&z, &vec![0.0; z.len()]);
+            prop_assert!(max_difference(&case.w(&z), &case.w(problem.unknowns())) < 1e-8 * (1.0 + greatest));
         } else if result.is_ok() {
-            // Nearly singular: the oracle's own elimination lost too much.
-            prop_assert!(case.holds(problem.unknowns()), "{:?}", problem.unknowns());
+            // Nearly singular: the oracle's elimination lost too many digits.
+            prop_assert!(case.satisfies_conditions(problem.unknowns()), "{:?}", problem.unknowns());
         } else {
             let infeasible = matches!(result, Err(Unsolved::Infeasible { .. }));
             prop_assert!(infeasible, "{:?}", result);
@@ -111,53 +113,53 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn sweeps_reach_what_there_is_to_reach(case in rough()) {
+    fn sweeps_agree_with_oracle(case in degenerate()) {
         let mut problem = case.problem();
         let result = problem.solve_by(FEW_SWEEPS);
         match case.solution() {
-            // Slowly, where rows nearly say the same; but never something else.
+            // Convergence is slow for nearly parallel rows, hence the loose tolerance.
             Some(z) => if result.is_ok() {
-                prop_assert!(apart(&case.w(&z), &case.w(problem.unknowns())) < 1e-3);
+                prop_assert!(max_difference(&case.w(&z), &case.w(problem.unknowns())) < 1e-3);
             },
             None => prop_assert!(result.is_err()),
         }
     }
 
-    // What elimination leaves of a singular G may be 1e-16 in place of zero. Forces of 1e15 then solve the problem that
-    // was rounded, and it is by them that one can tell.
+    // Elimination of a singular G may leave 1e-16 in place of zero. Forces of 1e15 then solve the
+    // rounded problem; their magnitude reveals the case.
     #[test]
-    fn newton_is_wrong_about_singular_problems_by_forces_beyond_measure_only(case in rough()) {
+    fn newton_errors_on_singular_problems_have_huge_forces(case in degenerate()) {
         let mut problem = case.problem();
         let solved = problem.solve().is_ok();
         if solved && problem.unknowns().iter().all(|z| z.abs() < 1e6) {
             let z = case.solution().unwrap();
-            prop_assert!(apart(&case.w(&z), &case.w(problem.unknowns())) < 1e-3);
+            prop_assert!(max_difference(&case.w(&z), &case.w(problem.unknowns())) < 1e-3);
         }
     }
 
     #[test]
-    fn all_methods_agree_where_the_solution_is_one(
-        case in smooth(),
+    fn all_methods_agree_on_unique_solution(
+        case in regular(),
         guess in proptest::collection::vec(-5.0..5.0_f64, 7),
     ) {
         let z = case.solution().unwrap();
         for method in [Method::Newton, Method::Direct, SWEEPS] {
             let mut problem = case.problem();
             let solution = problem.solve_by(method).unwrap();
-            prop_assert!(apart(&z, problem.unknowns()) < 1e-5, "{:?}: {:?} {:?}", method, z, problem.unknowns());
+            prop_assert!(max_difference(&z, problem.unknowns()) < 1e-5, "{:?}: {:?} {:?}", method, z, problem.unknowns());
             prop_assert!((solution.residual - problem.residual()).abs() < 1e-12);
 
-            // From another start, and with the memory of another problem.
+            // From another guess, and with the memory of another problem.
             for (i, guess) in guess.iter().take(case.len()).enumerate() {
                 problem.guess(i, *guess);
             }
             problem.solve_by(method).unwrap();
-            prop_assert!(apart(&z, problem.unknowns()) < 1e-5, "{:?} from a guess", method);
+            prop_assert!(max_difference(&z, problem.unknowns()) < 1e-5, "{:?} from a guess", method);
         }
     }
 
     #[test]
-    fn a_used_problem_answers_like_a_new_one(first in rough(), second in rough()) {
+    fn reused_problem_matches_new_one(first in degenerate(), second in degenerate()) {
         for method in [Method::Newton, Method::Direct, FEW_SWEEPS] {
             let mut used = Problem::default();
             first.fill(&mut used);

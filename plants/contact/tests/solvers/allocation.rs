@@ -1,4 +1,4 @@
-//! Solvers that have solved a problem of a size solve the next without new memory.
+//! Memory reuse: after one problem of a size, the next allocates nothing.
 
 use twinrig_contact::{Bound, Method, Restitution};
 
@@ -6,7 +6,7 @@ use crate::agreement::SWEEPS;
 use crate::oracle::Case;
 
 #[test]
-fn the_second_problem_of_a_size_allocates_nothing() {
+fn second_problem_of_a_size_does_not_allocate() {
     let j = [
         [1.0, 0.2, -0.3, 0.1],
         [0.1, 1.0, 0.4, 0.0],

@@ -1,4 +1,4 @@
-//! What occurs where constraints say the same twice, nothing, or the impossible.
+//! Degenerate problems: redundant, empty and contradictory constraints.
 
 use twinrig_contact::{Bound, Method, Problem, Unsolved};
 
@@ -12,7 +12,7 @@ fn rays(j: &[Vec<f64>], b: &[f64]) -> Case {
 }
 
 #[test]
-fn a_table_on_four_legs_stands() {
+fn table_on_four_legs_is_in_equilibrium() {
     let corner = |x: f64, y: f64| vec![1.0, x, y];
     let j = [
         corner(1.0, 1.0),
@@ -24,13 +24,13 @@ fn a_table_on_four_legs_stands() {
     for method in [Method::Direct, SWEEPS] {
         let mut problem = case.problem();
         let solution = problem.solve_by(method).unwrap();
-        assert!(case.holds(problem.unknowns()) && solution.residual < 1e-8);
+        assert!(case.satisfies_conditions(problem.unknowns()) && solution.residual < 1e-8);
         assert!((problem.unknowns().iter().sum::<f64>() - 9.81).abs() < 1e-8);
     }
 }
 
 #[test]
-fn the_same_stop_twelve_times_is_one_stop() {
+fn twelve_identical_stops_act_as_one() {
     let case = rays(&vec![vec![2.0]; 12], &[-1.0; 12]);
     let mut problem = case.problem();
     let solution = problem.solve_by(Method::Direct).unwrap();
@@ -39,14 +39,14 @@ fn the_same_stop_twelve_times_is_one_stop() {
 }
 
 #[test]
-fn a_row_that_nothing_moves_is_judged_by_its_offset() {
-    for (offset, stands) in [(1.0, true), (0.0, true), (-1.0, false)] {
+fn immobile_row_is_feasible_if_offset_is_non_negative() {
+    for (offset, feasible) in [(1.0, true), (0.0, true), (-1.0, false)] {
         let case = rays(&[vec![0.0], vec![1.0]], &[offset, -2.0]);
         for method in METHODS {
             let mut problem = case.problem();
             let result = problem.solve_by(method);
-            assert_eq!(result.is_ok(), stands, "{method:?} {offset}: {result:?}");
-            if stands {
+            assert_eq!(result.is_ok(), feasible, "{method:?} {offset}: {result:?}");
+            if feasible {
                 assert_eq!(problem.unknowns()[0], 0.0);
                 assert!((problem.unknowns()[1] - 2.0).abs() < 1e-9);
             } else if method == Method::Direct {
@@ -58,7 +58,7 @@ fn a_row_that_nothing_moves_is_judged_by_its_offset() {
 }
 
 #[test]
-fn sweeps_forget_a_guess_that_nothing_would_move() {
+fn sweeps_discard_guess_of_immobile_row() {
     let mut problem = rays(&[vec![0.0], vec![1.0]], &[1.0, -2.0]).problem();
     problem.guess(0, 3.0);
     problem.solve_by(SWEEPS).unwrap();
@@ -66,8 +66,8 @@ fn sweeps_forget_a_guess_that_nothing_would_move() {
 }
 
 #[test]
-fn stops_that_contradict_each_other_are_proved_to() {
-    // Above one and below minus one.
+fn contradictory_stops_are_proved_infeasible() {
+    // Position above 1 and below −1.
     let case = rays(&[vec![1.0], vec![-1.0]], &[-1.0, -1.0]);
     for method in METHODS {
         let result = case.problem().solve_by(method);
@@ -83,7 +83,7 @@ fn stops_that_contradict_each_other_are_proved_to() {
             );
         }
     }
-    // Equalities, too.
+    // Equalities.
     let mut case = Case::new(
         &[vec![1.0, 1.0], vec![2.0, 2.0]],
         vec![1.0, 1.0],
@@ -97,18 +97,18 @@ fn stops_that_contradict_each_other_are_proved_to() {
     case.b = vec![1.0, 2.0];
     let mut problem = case.problem();
     problem.solve_by(Method::Direct).unwrap();
-    assert!(case.holds(problem.unknowns()));
+    assert!(case.satisfies_conditions(problem.unknowns()));
 }
 
 #[test]
-fn what_is_not_semidefinite_is_not_proved_to_have_no_solution() {
-    // Forces of one and one would do; the path ends on a ray, which proves nothing here.
+fn indefinite_matrix_is_not_reported_infeasible() {
+    // Forces (1, 1) are a solution; the path ends on a ray, which proves nothing for this matrix.
     let case = Case {
         g: vec![vec![-1.0, 2.0], vec![2.0, -1.0]],
         b: vec![-1.0; 2],
         bounds: vec![Bound::NonNegative; 2],
     };
-    assert!(case.holds(&[1.0, 1.0]));
+    assert!(case.satisfies_conditions(&[1.0, 1.0]));
     match case.problem().solve_by(Method::Direct) {
         Ok(_) | Err(Unsolved::Undecided { .. } | Unsolved::Violated { .. }) => {}
         Err(error) => panic!("{error}"),
@@ -116,7 +116,7 @@ fn what_is_not_semidefinite_is_not_proved_to_have_no_solution() {
 }
 
 #[test]
-fn no_rows_and_no_offset_are_no_problem() {
+fn empty_problem_and_zero_offset_are_solved() {
     for method in METHODS {
         let mut problem = Problem::default();
         problem.reset(0);
@@ -129,7 +129,7 @@ fn no_rows_and_no_offset_are_no_problem() {
 }
 
 #[test]
-fn an_interval_without_zero_holds_without_an_offset() {
+fn interval_excluding_zero_is_satisfied_at_zero_offset() {
     for method in METHODS {
         for entry in [2.0, 0.0] {
             let bound = Bound::Between {
@@ -144,8 +144,8 @@ fn an_interval_without_zero_holds_without_an_offset() {
 }
 
 #[test]
-fn a_normal_force_held_by_its_bound_still_gives_friction() {
-    // Pressed by at least two, of which the ground needs one.
+fn normal_force_at_its_bound_permits_friction() {
+    // The normal force is at least 2; the ground alone would require 1.
     for method in METHODS {
         let mut problem = Problem::default();
         problem.reset(3);
@@ -169,13 +169,13 @@ fn a_normal_force_held_by_its_bound_still_gives_friction() {
             (libm::hypot(z[1], z[2]) - 1.0).abs() < 1e-8,
             "{method:?} {z:?}"
         );
-        // Newton's method by itself, without sweeps to help it.
+        // Newton's method converges without sweeps.
         assert!(method != Method::Newton || solution.sweeps == 0);
     }
 }
 
 #[test]
-fn what_is_not_a_number_is_not_a_solution() {
+fn non_finite_input_is_an_error() {
     for method in METHODS {
         for (entry, offset) in [(f64::NAN, -1.0), (1.0, f64::NAN), (1.0, f64::NEG_INFINITY)] {
             let mut problem = Problem::default();
@@ -193,7 +193,7 @@ fn what_is_not_a_number_is_not_a_solution() {
 }
 
 #[test]
-fn sizes_do_not_matter() {
+fn solutions_are_scale_invariant() {
     for size in [1e-9, 1e9] {
         let mut case = rays(
             &[vec![1.0, 0.5], vec![0.25, 1.0], vec![1.0, 1.0]],
@@ -221,7 +221,7 @@ fn sizes_do_not_matter() {
 }
 
 #[test]
-fn relaxation_has_limits() {
+fn relaxation_outside_its_range_is_an_error() {
     for relaxation in [0.0, 2.0, -1.0, f64::NAN] {
         let mut problem = rays(&[vec![1.0]], &[-1.0]).problem();
         let method = Method::GaussSeidel {
@@ -240,7 +240,7 @@ fn relaxation_has_limits() {
 }
 
 #[test]
-fn sweeps_end_where_they_are_told_to_and_leave_what_they_have() {
+fn sweep_limit_keeps_last_approximation() {
     let case = Case::new(
         &[vec![1.0, 0.0], vec![0.9, 0.4]],
         vec![-1.0, -1.0],
@@ -264,7 +264,7 @@ fn sweeps_end_where_they_are_told_to_and_leave_what_they_have() {
 }
 
 #[test]
-fn over_relaxation_saves_sweeps_where_rows_are_much_alike() {
+fn over_relaxation_saves_sweeps_for_nearly_parallel_rows() {
     let case = Case::new(
         &[vec![1.0, 0.0], vec![0.95, 0.3]],
         vec![-1.0, -1.0],

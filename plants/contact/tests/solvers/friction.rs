@@ -1,4 +1,4 @@
-//! Contacts with friction: the disc itself, by every method.
+//! Contacts with friction: the exact disc, by every method.
 
 use proptest::prelude::*;
 use twinrig_contact::{Bound, Method, Problem, Unsolved};
@@ -6,7 +6,8 @@ use twinrig_contact::{Bound, Method, Problem, Unsolved};
 use crate::agreement::SWEEPS;
 use crate::oracle::Case;
 
-/// Normal and two tangents for each of some contacts of a body with as many freedoms as there are columns.
+/// Generates normal and two tangents for each of several contacts of a body with as many degrees of
+/// freedom as columns.
 pub fn contacts(friction: impl Strategy<Value = f64>) -> impl Strategy<Value = Case> {
     (1..=4_usize, 3..=8_usize, friction)
         .prop_flat_map(|(contacts, freedoms, friction)| {
@@ -34,8 +35,8 @@ fn norm(v: &[f64]) -> f64 {
     v.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
-/// Coulomb's law, as it is written.
-fn is_coulombs(case: &Case, z: &[f64]) -> bool {
+/// Returns whether a solution satisfies Coulomb's law by its definition.
+fn satisfies_coulomb(case: &Case, z: &[f64]) -> bool {
     const NEAR: f64 = 1e-5;
     let w = case.w(z);
     z.chunks(3).zip(w.chunks(3)).enumerate().all(|(c, (z, w))| {
@@ -56,18 +57,18 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn whoever_answers_answers_by_coulombs_law(case in contacts(0.0..1.5_f64)) {
+    fn solutions_satisfy_coulombs_law(case in contacts(0.0..1.5_f64)) {
         for method in [Method::Newton, Method::Direct, SWEEPS] {
             let mut problem = case.problem();
             if problem.solve_by(method).is_ok() {
                 let z = problem.unknowns();
-                prop_assert!(z.iter().any(|z| z.abs() > 1e6) || is_coulombs(&case, z), "{:?}: {:?}", method, z);
+                prop_assert!(z.iter().any(|z| z.abs() > 1e6) || satisfies_coulomb(&case, z), "{:?}: {:?}", method, z);
             }
         }
     }
 
     #[test]
-    fn what_is_kept_within_bounds_breaks_none(case in contacts(0.0..1.5_f64), guess in proptest::collection::vec(-1.0..1.0_f64, 12)) {
+    fn projection_satisfies_bounds(case in contacts(0.0..1.5_f64), guess in proptest::collection::vec(-1.0..1.0_f64, 12)) {
         let mut problem = case.problem();
         for (row, value) in guess[..case.b.len()].iter().enumerate() {
             problem.guess(row, *value);
@@ -85,7 +86,7 @@ proptest! {
     }
 
     #[test]
-    fn with_little_friction_all_methods_agree(mut case in contacts(0.0..0.2_f64)) {
+    fn all_methods_agree_at_low_friction(mut case in contacts(0.0..0.2_f64)) {
         for (i, row) in case.g.iter_mut().enumerate() {
             row[i] += 0.5;
         }
@@ -103,7 +104,7 @@ proptest! {
     }
 }
 
-/// Numbers in [−1, 1), always the same ones.
+/// Deterministic pseudorandom numbers in [−1, 1).
 fn numbers() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {
@@ -114,8 +115,8 @@ fn numbers() -> impl FnMut() -> f64 {
     }
 }
 
-/// A body on feet whose rates forces could have made, b = G f: at rest everywhere is within reach. Its masses are spread
-/// over ten to the power of twice `spread`, up and down.
+/// Returns a body on feet whose rates forces could have made, b = G f, so that rest is reachable.
+/// Its masses are log-uniform within 10^(±2 `spread`).
 fn stoppable(feet: usize, freedoms: usize, spread: f64, number: &mut impl FnMut() -> f64) -> Case {
     let friction = 0.75 * (1.0 + number());
     let bounds = (0..3 * feet).map(|row| match row % 3 {
@@ -138,25 +139,28 @@ fn stoppable(feet: usize, freedoms: usize, spread: f64, number: &mut impl FnMut(
     case
 }
 
-// Nothing is promised with friction for every problem; these are always the same ones.
+// No solution is guaranteed with friction; the problems are deterministic.
 #[test]
-fn a_thousand_bodies_that_can_be_stopped_are() {
+fn thousand_stoppable_bodies_are_stopped() {
     let mut number = numbers();
     for body in 0..1000 {
         let case = stoppable(1 + body % 4, 3 + body % 6, 0.0, &mut number);
         let mut problem = case.problem();
         let result = problem.solve_by(Method::Direct);
         assert!(result.is_ok(), "{body}: {result:?}");
-        assert!(is_coulombs(&case, problem.unknowns()), "{body}");
+        assert!(satisfies_coulomb(&case, problem.unknowns()), "{body}");
     }
 }
 
 #[test]
-fn of_a_thousand_that_are_hard_to_stop_nearly_all_are_and_exactly() {
+fn ill_conditioned_stoppable_bodies_are_solved_exactly_in_994_of_1000() {
     let mut number = numbers();
     let exact = (0..1000).filter(|_| {
         let case = stoppable(4, 6, 1.0, &mut number);
-        let greatest = case.b.iter().fold(0.0_f64, |most, b| most.max(b.abs()));
+        let greatest = case
+            .b
+            .iter()
+            .fold(0.0_f64, |largest, b| largest.max(b.abs()));
         let solution = case.problem().solve_by(Method::Direct);
         solution.is_ok_and(|solution| solution.residual <= 1e-9 * greatest)
     });
@@ -165,8 +169,8 @@ fn of_a_thousand_that_are_hard_to_stop_nearly_all_are_and_exactly() {
 }
 
 #[test]
-fn a_foot_named_twice_slides_like_one() {
-    // Elimination meets an exact zero, and the slide is along none of the pyramid's sides.
+fn duplicate_foot_slides_like_one() {
+    // Elimination encounters an exact zero, and the slide is along none of the pyramid's sides.
     let foot = [[1.0, 0.0, 0.0], [0.25, 1.0, 0.0], [0.0, 0.25, 1.0]].map(Vec::from);
     let disc = |normal| Bound::Disc {
         normal,
@@ -192,7 +196,7 @@ fn a_foot_named_twice_slides_like_one() {
 }
 
 #[test]
-fn tangents_that_are_much_alike_do_not_make_sweeps_swing() {
+fn sweeps_converge_with_nearly_parallel_tangents() {
     let mut problem = Problem::default();
     problem.reset(3);
     for (i, row) in [[1.43, 0.3, 0.13], [0.3, 1.875, -1.69], [0.13, -1.69, 1.85]]
@@ -227,8 +231,8 @@ fn tangents_that_are_much_alike_do_not_make_sweeps_swing() {
 }
 
 #[test]
-fn a_cone_that_is_pushed_apart_by_its_own_friction_is_not_called_proved() {
-    // Painlevé's rod: friction presses it into the ground faster than the ground pushes it off.
+fn painleve_rod_is_not_reported_infeasible() {
+    // Painlevé's rod: friction presses it into the ground more than the normal force lifts it.
     let mut problem = Problem::default();
     problem.reset(3);
     for (i, row) in [[1.0, 2.0, 0.0], [2.0, 5.0, 0.0], [0.0, 0.0, 1.0]]

@@ -1,4 +1,4 @@
-//! Impacts: what they keep, what they may take, and what they must not give.
+//! Impacts: conservation of momentum, restitution and dissipation.
 
 use proptest::prelude::*;
 use twinrig_contact::{Bound, Method, Problem, Restitution, Unsolved};
@@ -7,9 +7,10 @@ use crate::oracle::Case;
 
 const LAWS: [Restitution; 2] = [Restitution::Newton, Restitution::Poisson];
 
-/// A body of masses M = diag(m) with rows J, its rates v before, and what the rows are.
+/// Impact of a body with mass matrix M = diag(m), rows J, velocity v before, and bounds of the
+/// rows.
 #[derive(Debug, Clone)]
-struct Hit {
+struct Collision {
     masses: Vec<f64>,
     j: Vec<Vec<f64>>,
     v: Vec<f64>,
@@ -20,7 +21,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-impl Hit {
+impl Collision {
     fn case(&self) -> Case {
         let roots: Vec<Vec<f64>> = self
             .j
@@ -65,7 +66,7 @@ impl Hit {
     }
 }
 
-fn hit(friction: bool) -> impl Strategy<Value = Hit> {
+fn collision(friction: bool) -> impl Strategy<Value = Collision> {
     (1..=3_usize, 3..=7_usize, 0.0..1.0_f64)
         .prop_flat_map(move |(contacts, freedoms, mu)| {
             let rows = if friction { 3 * contacts } else { contacts };
@@ -86,7 +87,7 @@ fn hit(friction: bool) -> impl Strategy<Value = Hit> {
                 2 if friction => Bound::DiscSecond,
                 _ => Bound::NonNegative,
             });
-            Hit {
+            Collision {
                 bounds: bounds.collect(),
                 masses,
                 j,
@@ -99,11 +100,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 
     #[test]
-    fn without_friction_neither_law_gives_energy_and_both_separate(hit in hit(false), e in 0.0..=1.0_f64) {
+    fn frictionless_impacts_dissipate_and_separate_by_both_laws(collision in collision(false), e in 0.0..=1.0_f64) {
         for law in LAWS {
-            let (problem, after) = hit.solve(law, &vec![e; hit.j.len()]).unwrap();
-            prop_assert!(hit.energy(&after) <= hit.energy(&hit.v) + 1e-9, "{:?}", law);
-            for (row, rate) in hit.rates(&after).iter().enumerate() {
+            let (problem, after) = collision.solve(law, &vec![e; collision.j.len()]).unwrap();
+            prop_assert!(collision.energy(&after) <= collision.energy(&collision.v) + 1e-9, "{:?}", law);
+            for (row, rate) in collision.rates(&after).iter().enumerate() {
                 prop_assert!(*rate > -1e-8, "{:?} closes at {}", law, rate);
                 prop_assert!((problem.w(row) - rate).abs() < 1e-8);
                 prop_assert!(problem.unknowns()[row] > -1e-9);
@@ -112,78 +113,79 @@ proptest! {
     }
 
     #[test]
-    fn poissons_law_with_friction_and_unlike_coefficients_gives_no_energy(
-        hit in hit(true),
+    fn poissons_law_dissipates_with_friction_and_different_coefficients(
+        collision in collision(true),
         e in proptest::collection::vec(0.0..=1.0_f64, 9),
     ) {
-        // Some problems with friction have no solution that is found; most have.
-        if let Ok((problem, after)) = hit.solve(Restitution::Poisson, &e[..hit.j.len()]) {
-            prop_assert!(hit.energy(&after) <= hit.energy(&hit.v) + 1e-7);
-            let rates = hit.rates(&after);
-            for contact in 0..hit.j.len() / 3 {
+        // Not every problem with friction is solved; most are.
+        if let Ok((problem, after)) = collision.solve(Restitution::Poisson, &e[..collision.j.len()]) {
+            prop_assert!(collision.energy(&after) <= collision.energy(&collision.v) + 1e-7);
+            let rates = collision.rates(&after);
+            for contact in 0..collision.j.len() / 3 {
                 let p = &problem.unknowns()[3 * contact..3 * contact + 3];
                 prop_assert!(rates[3 * contact] > -1e-6);
-                let Bound::Disc { friction, .. } = hit.bounds[3 * contact + 1] else { unreachable!() };
+                let Bound::Disc { friction, .. } = collision.bounds[3 * contact + 1] else { unreachable!() };
                 prop_assert!(libm::hypot(p[1], p[2]) <= friction * p[0] + 1e-6);
             }
         }
     }
 
     #[test]
-    fn momentum_that_no_row_touches_is_kept_and_a_bilateral_row_stays_at_rest(hit in hit(false), e in 0.0..=1.0_f64) {
-        // The last freedom is made no row's business; the first row is a joint that does not move before.
-        let mut hit = hit;
-        for row in &mut hit.j {
+    fn unconstrained_momentum_is_conserved_and_bilateral_row_stays_at_rest(collision in collision(false), e in 0.0..=1.0_f64) {
+        // No row acts on the last degree of freedom; the first row is a joint that is at rest
+        // before.
+        let mut collision = collision;
+        for row in &mut collision.j {
             *row.last_mut().unwrap() = 0.0;
         }
-        hit.bounds[0] = Bound::Free;
-        let joint = hit.j[0].clone();
+        collision.bounds[0] = Bound::Free;
+        let joint = collision.j[0].clone();
         prop_assume!(dot(&joint, &joint) > 1e-2);
-        let along = dot(&joint, &hit.v) / dot(&joint, &joint);
-        hit.v.iter_mut().zip(&joint).for_each(|(v, j)| *v -= along * j);
+        let along = dot(&joint, &collision.v) / dot(&joint, &joint);
+        collision.v.iter_mut().zip(&joint).for_each(|(v, j)| *v -= along * j);
         for law in LAWS {
-            if let Ok((_, after)) = hit.solve(law, &vec![e; hit.j.len()]) {
-                prop_assert_eq!(after.last(), hit.v.last());
+            if let Ok((_, after)) = collision.solve(law, &vec![e; collision.j.len()]) {
+                prop_assert_eq!(after.last(), collision.v.last());
                 prop_assert!(dot(&joint, &after).abs() < 1e-6);
-                prop_assert!(hit.energy(&after) <= hit.energy(&hit.v) + 1e-9);
+                prop_assert!(collision.energy(&after) <= collision.energy(&collision.v) + 1e-9);
             }
         }
     }
 
     #[test]
-    fn one_contact_gives_back_its_share(
+    fn single_contact_separates_at_restitution_times_approach_rate(
         mass in 0.1..10.0_f64,
         arm in proptest::collection::vec(-1.0..1.0_f64, 3),
         v in proptest::collection::vec(-1.0..1.0_f64, 3),
         e in 0.0..=1.0_f64,
     ) {
         prop_assume!(dot(&arm, &arm) > 0.1);
-        let hit = Hit { masses: vec![mass; 3], j: vec![arm], v, bounds: vec![Bound::NonNegative] };
-        let before = hit.rates(&hit.v)[0];
+        let collision = Collision { masses: vec![mass; 3], j: vec![arm], v, bounds: vec![Bound::NonNegative] };
+        let before = collision.rates(&collision.v)[0];
         for law in LAWS {
-            let (_, after) = hit.solve(law, &[e]).unwrap();
+            let (_, after) = collision.solve(law, &[e]).unwrap();
             let expected = if before < 0.0 { -e * before } else { before };
-            prop_assert!((hit.rates(&after)[0] - expected).abs() < 1e-9);
-            let (_, elastic) = hit.solve(law, &[1.0]).unwrap();
-            prop_assert!((hit.energy(&elastic) - hit.energy(&hit.v)).abs() < 1e-9);
+            prop_assert!((collision.rates(&after)[0] - expected).abs() < 1e-9);
+            let (_, elastic) = collision.solve(law, &[1.0]).unwrap();
+            prop_assert!((collision.energy(&elastic) - collision.energy(&collision.v)).abs() < 1e-9);
         }
     }
 
     #[test]
-    fn without_restitution_the_laws_are_one(hit in hit(true)) {
-        let e = vec![0.0; hit.j.len()];
-        if let (Ok((a, _)), Ok((b, _))) = (hit.solve(LAWS[0], &e), hit.solve(LAWS[1], &e)) {
+    fn laws_coincide_without_restitution(collision in collision(true)) {
+        let e = vec![0.0; collision.j.len()];
+        if let (Ok((a, _)), Ok((b, _))) = (collision.solve(LAWS[0], &e), collision.solve(LAWS[1], &e)) {
             prop_assert_eq!(a.unknowns(), b.unknowns());
         }
     }
 
     #[test]
-    fn all_methods_give_the_same_impact(hit in hit(false), e in 0.0..=1.0_f64) {
-        let mut case = hit.case();
+    fn all_methods_agree_on_impacts(collision in collision(false), e in 0.0..=1.0_f64) {
+        let mut case = collision.case();
         for (i, row) in case.g.iter_mut().enumerate() {
             row[i] += 0.1;
         }
-        let (rates, e) = (hit.rates(&hit.v), vec![e; hit.j.len()]);
+        let (rates, e) = (collision.rates(&collision.v), vec![e; collision.j.len()]);
         for law in LAWS {
             let answers = [Method::Newton, Method::Direct, crate::agreement::SWEEPS].map(|method| {
                 let mut problem = case.problem();
@@ -199,15 +201,15 @@ proptest! {
     }
 }
 
-/// A rod that slides and falls: friction stops the slide and turns it back within the impact.
+/// Rod that slides and falls: friction stops the slide and reverses it within the impact.
 const KANE: [f64; 3] = [1.0, -1.8, 0.0];
 
-/// A thin rod of 1 kg and 2 m, at an angle to the ground, whose tip strikes it.
-fn rod(angle: f64, friction: f64, v: [f64; 3]) -> Hit {
+/// Returns a thin rod of 1 kg and 2 m, at an angle to the ground, whose tip strikes it.
+fn rod(angle: f64, friction: f64, v: [f64; 3]) -> Collision {
     let (x, y) = (libm::cos(angle), libm::sin(angle));
-    Hit {
+    Collision {
         masses: vec![1.0, 1.0, 1.0 / 3.0],
-        // The tip is at (−x, −y) from the middle; freedoms: along, up, turning.
+        // The tip is at (−x, −y) from the centre; degrees of freedom: along, up, rotation.
         j: vec![vec![0.0, 1.0, -x], vec![1.0, 0.0, y], vec![0.0, 0.0, 0.0]],
         v: v.to_vec(),
         bounds: vec![
@@ -222,39 +224,39 @@ fn rod(angle: f64, friction: f64, v: [f64; 3]) -> Hit {
 }
 
 #[test]
-fn newtons_law_with_friction_gives_energy_to_a_rod_that_slides_into_the_ground_and_poissons_does_not()
- {
-    let hit = rod(0.6, 0.6, KANE);
+fn kanes_rod_gains_energy_by_newtons_law_and_not_by_poissons() {
+    let collision = rod(0.6, 0.6, KANE);
     let e = [0.9, 0.0, 0.0];
     let gain = LAWS.map(|law| {
-        let (_, after) = hit.solve(law, &e).unwrap();
-        hit.energy(&after) / hit.energy(&hit.v) - 1.0
+        let (_, after) = collision.solve(law, &e).unwrap();
+        collision.energy(&after) / collision.energy(&collision.v) - 1.0
     });
     assert!(gain[0] > 0.01, "{gain:?}");
     assert!(gain[1] < 0.0, "{gain:?}");
 }
 
-/// Painlevé's rod slides on its tip, which does not approach the ground. By hand, for a thin rod of mass m at the angle a
-/// (x = cos a, y = sin a), in normal and tangent of its tip:
+/// Generates Painlevé's rod, sliding on its tip without approach to the ground. In closed form, for
+/// a thin rod of mass m at the angle a (x = cos a, y = sin a), in normal and tangent of its tip:
 ///
 /// ```text
-/// m G = | 1 + 3x²   −3xy   |    m² det G = 4    a slide at −v presses it down where 1 + 3x² < 3 µ x y
+/// m G = | 1 + 3x²   −3xy   |    m² det G = 4
 ///       |  −3xy    1 + 3y² |
 /// ```
 ///
-/// Nothing but sticking ends the impact: P = −G⁻¹ (0, −v) = m v/4 (3xy, 1 + 3x²), which lies in the cone for just those µ.
+/// A slide at −v presses the tip down where 1 + 3x² < 3 µ x y. Only sticking ends the impact: P =
+/// −G⁻¹ (0, −v) = m v/4 (3xy, 1 + 3x²), which lies in the friction cone for exactly these µ.
 fn jammed_rod() -> impl Strategy<Value = (f64, f64, f64)> {
-    // The angle, friction as a share of what it takes, and the speed.
+    // Angle, friction relative to the jamming limit, and speed.
     (0.9..1.5_f64, 1.01..3.0_f64, 0.01..10.0_f64)
 }
 
-/// The least friction at which a slide presses the rod down.
+/// Returns the least friction at which a slide presses the rod down.
 fn jamming(angle: f64) -> f64 {
     let (x, y) = (libm::cos(angle), libm::sin(angle));
     (1.0 + 3.0 * x * x) / (3.0 * x * y)
 }
 
-/// The rod with its tip at a rate along the ground, and the middle at rest.
+/// Returns the rod with its tip sliding at a rate and its centre at rest.
 fn slide(angle: f64, friction: f64, rate: f64) -> (Problem, [f64; 3]) {
     let problem = rod(angle, friction, [0.0; 3]).case().problem();
     (problem, [0.0, rate, 0.0])
@@ -262,7 +264,7 @@ fn slide(angle: f64, friction: f64, rate: f64) -> (Problem, [f64; 3]) {
 
 proptest! {
     #[test]
-    fn a_rod_that_jams_stops_by_the_impulse_that_is_found_by_hand((angle, share, speed) in jammed_rod()) {
+    fn jamming_rod_stops_by_closed_form_impulse((angle, share, speed) in jammed_rod()) {
         let (x, y) = (libm::cos(angle), libm::sin(angle));
         for method in [Method::Newton, Method::Direct] {
             let (mut problem, before) = slide(angle, share * jamming(angle), -speed);
@@ -277,7 +279,7 @@ proptest! {
     }
 
     #[test]
-    fn a_rod_that_forces_hold_or_that_slides_the_other_way_is_left_alone(
+    fn rod_with_consistent_contact_forces_receives_no_impulse(
         (angle, _, speed) in jammed_rod(),
         share in 0.0..0.98_f64,
     ) {
@@ -290,24 +292,24 @@ proptest! {
     }
 
     #[test]
-    fn an_impact_without_collision_gives_no_energy_and_leaves_nothing_closing(hit in hit(true)) {
-        // The velocity is made one at which no normal moves, as far as there are freedoms to.
-        let mut hit = hit;
-        let normals: Vec<Vec<f64>> = hit.j.iter().step_by(3).cloned().collect();
+    fn impact_without_collision_dissipates_and_leaves_no_gap_closing(collision in collision(true)) {
+        // Projects the velocity so that no normal moves, as far as the degrees of freedom permit.
+        let mut collision = collision;
+        let normals: Vec<Vec<f64>> = collision.j.iter().step_by(3).cloned().collect();
         for _ in 0..200 {
             for normal in &normals {
-                let along = dot(normal, &hit.v) / dot(normal, normal);
-                hit.v.iter_mut().zip(normal).for_each(|(v, j)| *v -= along * j);
+                let along = dot(normal, &collision.v) / dot(normal, normal);
+                collision.v.iter_mut().zip(normal).for_each(|(v, j)| *v -= along * j);
             }
         }
-        let mut problem = hit.case().problem();
-        let rates = hit.rates(&hit.v);
+        let mut problem = collision.case().problem();
+        let rates = collision.rates(&collision.v);
         prop_assume!(rates.iter().step_by(3).all(|rate| rate.abs() < 1e-7));
         let jammed: Vec<bool> = (0..rates.len()).map(|row| row % 3 == 0).collect();
         if problem.impact_without_collision(&rates, &jammed, Method::Direct).is_ok() {
-            let after = hit.after(problem.unknowns());
-            prop_assert!(hit.energy(&after) <= hit.energy(&hit.v) + 1e-6);
-            for (row, rate) in hit.rates(&after).iter().enumerate().step_by(3) {
+            let after = collision.after(problem.unknowns());
+            prop_assert!(collision.energy(&after) <= collision.energy(&collision.v) + 1e-6);
+            for (row, rate) in collision.rates(&after).iter().enumerate().step_by(3) {
                 prop_assert!(*rate > -1e-5, "{} closes at {}", row, rate);
             }
         }
@@ -315,27 +317,28 @@ proptest! {
 }
 
 #[test]
-fn unlike_coefficients_make_newtons_law_give_energy_and_are_lowered_by_poissons() {
-    // Two stops that nearly oppose each other, one elastic and one not, which opens as the other closes.
+fn different_coefficients_gain_energy_by_newtons_law_and_not_by_poissons() {
+    // Two stops that nearly oppose each other, one elastic and one inelastic; one opens as the
+    // other closes.
     let j = vec![vec![1.0, 0.2], vec![-1.0, 0.2]];
-    let hit = Hit {
+    let collision = Collision {
         masses: vec![1.0; 2],
         j,
         v: vec![-1.0, 0.0],
         bounds: vec![Bound::NonNegative; 2],
     };
     let gains = LAWS.map(|law| {
-        let (_, after) = hit.solve(law, &[1.0, 0.0]).unwrap();
-        hit.energy(&after) / hit.energy(&hit.v) - 1.0
+        let (_, after) = collision.solve(law, &[1.0, 0.0]).unwrap();
+        collision.energy(&after) / collision.energy(&collision.v) - 1.0
     });
     assert!(gains[0] > 0.1, "{gains:?}");
     assert!(gains[1] < 1e-12 && gains[1] > -0.9, "{gains:?}");
 }
 
-/// Two feet that friction couples, one elastic and one not: by Poisson's law as it stands the energy would grow to
-/// seventy times what it was. This is why the coefficients are lowered.
+/// Two feet coupled by friction, one elastic and one inelastic: without the reduction of
+/// coefficients, Poisson's law would increase the energy seventyfold.
 #[test]
-fn poissons_coefficients_are_lowered_where_they_would_give_energy() {
+fn poissons_coefficients_are_reduced_to_prevent_energy_gain() {
     let j = [
         [0.9895, 0.4206, 0.2781, -0.8155, -0.2164, -0.6914],
         [0.4828, 0.3639, -0.1065, -0.6244, 0.3691, 0.5394],
@@ -349,28 +352,34 @@ fn poissons_coefficients_are_lowered_where_they_would_give_energy() {
         friction: 2.08,
     };
     let (ray, second) = (Bound::NonNegative, Bound::DiscSecond);
-    let hit = Hit {
+    let collision = Collision {
         masses: vec![1.0; 6],
         j: j.map(Vec::from).to_vec(),
         v: vec![-0.9145, -0.4066, -0.8714, 0.9380, 0.6598, 0.6540],
         bounds: vec![ray, disc(0), second, ray, disc(3), second],
     };
-    let (rates, e) = (hit.rates(&hit.v), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let (rates, e) = (
+        collision.rates(&collision.v),
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    );
     for method in [Method::Newton, Method::Direct] {
-        let mut problem = hit.case().problem();
+        let mut problem = collision.case().problem();
         problem
             .impact(Restitution::Poisson, &rates, &e, method)
             .unwrap();
-        let after = hit.after(problem.unknowns());
-        assert!(hit.energy(&after) <= hit.energy(&hit.v), "{method:?}");
-        assert!(hit.rates(&after)[0] > -1e-8 && hit.rates(&after)[3] > -1e-8);
+        let after = collision.after(problem.unknowns());
+        assert!(
+            collision.energy(&after) <= collision.energy(&collision.v),
+            "{method:?}"
+        );
+        assert!(collision.rates(&after)[0] > -1e-8 && collision.rates(&after)[3] > -1e-8);
     }
 }
 
 #[test]
-fn a_brake_takes_no_more_than_its_interval_over_both_phases() {
-    // A ball that falls on an elastic ground, and whose fall drags a brake that can hold little.
-    let hit = Hit {
+fn brake_impulse_over_both_phases_is_within_its_interval() {
+    // A ball falls on elastic ground and drags a brake of limited force.
+    let collision = Collision {
         masses: vec![1.0],
         j: vec![vec![1.0], vec![1.0]],
         v: vec![-1.0],
@@ -382,19 +391,19 @@ fn a_brake_takes_no_more_than_its_interval_over_both_phases() {
             },
         ],
     };
-    let (problem, after) = hit.solve(Restitution::Poisson, &[1.0, 0.0]).unwrap();
+    let (problem, after) = collision.solve(Restitution::Poisson, &[1.0, 0.0]).unwrap();
     let brake = problem.unknowns()[1];
-    // It holds up the fall by 0.3 and the rise by as much and 0.2 more.
+    // The brake impulse is +0.3 during the fall and 0.5 less during the rise.
     assert!((brake + 0.2).abs() < 1e-12, "{brake}");
-    assert!(after[0] >= 0.0 && hit.energy(&after) <= hit.energy(&hit.v));
+    assert!(after[0] >= 0.0 && collision.energy(&after) <= collision.energy(&collision.v));
 }
 
 #[test]
-fn friction_of_a_bounce_is_the_same_by_every_method() {
-    let hit = rod(0.6, 0.2, KANE);
-    let rates = hit.rates(&hit.v);
+fn all_methods_agree_on_bounce_with_friction() {
+    let collision = rod(0.6, 0.2, KANE);
+    let rates = collision.rates(&collision.v);
     let answers = [Method::Newton, Method::Direct, crate::agreement::SWEEPS].map(|method| {
-        let mut problem = hit.case().problem();
+        let mut problem = collision.case().problem();
         problem
             .impact(Restitution::Poisson, &rates, &[0.5, 0.0, 0.0], method)
             .unwrap();
@@ -409,10 +418,10 @@ fn friction_of_a_bounce_is_the_same_by_every_method() {
 }
 
 #[test]
-fn bounds_and_rates_are_as_before_afterwards() {
-    let hit = rod(0.6, 0.6, KANE);
-    let mut problem = hit.case().problem();
-    let rates = hit.rates(&hit.v);
+fn impact_restores_bounds_and_rates() {
+    let collision = rod(0.6, 0.6, KANE);
+    let mut problem = collision.case().problem();
+    let rates = collision.rates(&collision.v);
     let once = problem.impact(
         Restitution::Poisson,
         &rates,
@@ -433,7 +442,7 @@ fn bounds_and_rates_are_as_before_afterwards() {
 }
 
 #[test]
-fn coefficients_have_limits() {
+fn coefficient_outside_its_range_is_an_error() {
     for e in [-0.1, 1.1, f64::NAN] {
         let error = rod(0.6, 0.6, KANE).solve(Restitution::Newton, &[e, 0.0, 0.0]);
         assert!(matches!(

@@ -1,4 +1,4 @@
-//! What every solver owes: the same answers as an oracle and as each other, and the truth where there is no answer.
+//! Solvers against an oracle and against each other, including problems without a solution.
 
 mod agreement;
 mod allocation;

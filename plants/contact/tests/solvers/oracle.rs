@@ -1,4 +1,5 @@
-//! Problems without friction, and their solution by trying every set of places: slow, and too simple to be wrong.
+//! Frictionless problems, solved by enumeration of all active sets: slow, but simple enough to
+//! serve as a reference.
 
 use twinrig_contact::{Bound, Problem};
 
@@ -11,7 +12,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// `G = J Jᵀ + softness`.
+    /// Creates a case with `G = J Jᵀ + softness · I`.
     pub fn new(j: &[Vec<f64>], b: Vec<f64>, bounds: Vec<Bound>, softness: f64) -> Self {
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut g: Vec<Vec<f64>> = j
@@ -34,7 +35,7 @@ impl Case {
         problem
     }
 
-    /// Sets a problem that may have been another one before.
+    /// Overwrites a problem, which may have held another case before.
     pub fn fill(&self, problem: &mut Problem) {
         problem.reset(self.len());
         for (i, row) in self.g.iter().enumerate() {
@@ -60,46 +61,47 @@ impl Case {
         moved.iter().zip(&self.b).map(|(m, b)| m + b).collect()
     }
 
-    /// A solution, if there is one. Solutions of a positive semidefinite problem without lines in them have one among them
-    /// that a set of independent rows holds; so a singular system may be passed over.
+    /// Returns a solution, if one exists. The solutions of a positive semidefinite problem that
+    /// contain no line include one with linearly independent active rows, so singular systems may
+    /// be skipped.
     pub fn solution(&self) -> Option<Vec<f64>> {
         let n = self.len();
-        let mut places = vec![0; n];
+        let mut states = vec![0; n];
         loop {
-            if let Some(z) = self.at_places(&places)
-                && self.holds(&z)
+            if let Some(z) = self.with_active_set(&states)
+                && self.satisfies_conditions(&z)
             {
                 return Some(z);
             }
-            // Count up: 0 free to move, 1 at the low end (or not at all), 2 at the high end.
+            // Count up: 0 inside the bound, 1 at the lower bound (or zero), 2 at the upper bound.
             let mut row = 0;
             loop {
                 if row == n {
                     return None;
                 }
-                places[row] += 1;
-                if places[row] <= usize::from(matches!(self.bounds[row], Bound::Between { .. })) + 1
+                states[row] += 1;
+                if states[row] <= usize::from(matches!(self.bounds[row], Bound::Between { .. })) + 1
                 {
                     break;
                 }
-                places[row] = 0;
+                states[row] = 0;
                 row += 1;
             }
         }
     }
 
-    fn at_places(&self, places: &[usize]) -> Option<Vec<f64>> {
+    fn with_active_set(&self, states: &[usize]) -> Option<Vec<f64>> {
         let mut z: Vec<f64> = self
             .bounds
             .iter()
-            .zip(places)
-            .map(|(bound, place)| match (bound, place) {
+            .zip(states)
+            .map(|(bound, state)| match (bound, state) {
                 (Bound::Between { low, .. }, 1) => *low,
                 (Bound::Between { high, .. }, 2) => *high,
                 _ => 0.0,
             })
             .collect();
-        let moving: Vec<usize> = (0..self.len()).filter(|&i| places[i] == 0).collect();
+        let moving: Vec<usize> = (0..self.len()).filter(|&i| states[i] == 0).collect();
         let known = self.w(&z);
         let mut rows: Vec<Vec<f64>> = moving
             .iter()
@@ -115,8 +117,8 @@ impl Case {
         Some(z)
     }
 
-    /// Whether the conditions hold, each checked as it is written.
-    pub fn holds(&self, z: &[f64]) -> bool {
+    /// Returns whether the conditions hold, each checked by its definition.
+    pub fn satisfies_conditions(&self, z: &[f64]) -> bool {
         const NEAR: f64 = 1e-8;
         let w = self.w(z);
         self.bounds
@@ -137,7 +139,7 @@ impl Case {
     }
 }
 
-/// Gauss–Jordan with complete exchange of rows; none for a singular system.
+/// Solves by Gauss–Jordan elimination with row exchange; returns `None` for a singular system.
 fn eliminate(rows: &mut [Vec<f64>]) -> Option<Vec<f64>> {
     let n = rows.len();
     for column in 0..n {

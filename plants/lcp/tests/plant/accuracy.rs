@@ -1,36 +1,37 @@
-//! How far a foot may be off, over 0.3 s at steps of 2 ms.
+//! Accuracy of the foot over 0.3 s at steps of 2 ms.
 
 use twinrig_lcp::Method;
 use twinrig_legged::Start;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{
-    DEFAULT, Scene, Way, between, hanging, hard, passive, rmse, robot, stiffened, swinging,
+use crate::harness::{
+    DEFAULT, Harness, Integration, free_swinging_robot, hard_impact, passive_start, rmse, robot,
+    suspended, swinging_start, with_stiffness,
 };
 
-/// A method that has none of the default's errors.
-const EXACT: Way = Way::by(Method::Rodas4, 2000).within(1e-12);
+/// Reference method, independent of the errors of the default.
+const EXACT: Integration = Integration::new(Method::Rodas4, 2000).with_tolerance(1e-12);
 
-/// Error of the first leg's foot \[m\].
-fn error(robot: &Robot, start: &Start, way: Way) -> f64 {
-    let setup = hanging(start.clone());
-    let right = Scene::new(robot, &setup, EXACT).trace("LF", 300);
-    let mut scene = Scene::new(robot, &setup, way);
-    let feet = scene.trace("LF", 300);
-    assert_eq!(scene.plant.work().fallbacks, 0);
-    rmse(&feet, &right)
+/// Returns the error of the first leg's foot \[m\].
+fn error(robot: &Robot, start: &Start, integration: Integration) -> f64 {
+    let setup = suspended(start.clone());
+    let reference = Harness::new(robot, &setup, EXACT).trace("LF", 300);
+    let mut harness = Harness::new(robot, &setup, integration);
+    let feet = harness.trace("LF", 300);
+    assert_eq!(harness.plant.work().fallbacks, 0);
+    rmse(&feet, &reference)
 }
 
 #[test]
-fn the_reference_is_what_short_steps_of_another_method_come_to() {
-    let short = Way::by(Method::Rk4, 10).within(f64::INFINITY);
+fn reference_agrees_with_short_steps_of_another_method() {
+    let short = Integration::new(Method::Rk4, 10).with_tolerance(f64::INFINITY);
     for (robot, start) in [
-        (robot(), passive()),
-        (robot(), hard()),
-        (between(), swinging()),
-        (stiffened(100.0), passive()),
-        (stiffened(100.0), hard()),
+        (robot(), passive_start()),
+        (robot(), hard_impact()),
+        (free_swinging_robot(), swinging_start()),
+        (with_stiffness(100.0), passive_start()),
+        (with_stiffness(100.0), hard_impact()),
     ] {
         let error = error(&robot, &start, short);
         assert!(error < 1e-9, "{error:e}");
@@ -38,30 +39,30 @@ fn the_reference_is_what_short_steps_of_another_method_come_to() {
 }
 
 #[test]
-fn legs_that_swing_between_their_stops_are_right_to_two_micrometres() {
-    let error = error(&between(), &swinging(), DEFAULT);
+fn error_of_free_swinging_legs_is_below_two_micrometres() {
+    let error = error(&free_swinging_robot(), &swinging_start(), DEFAULT);
     assert!(error < 2e-6, "{error:e}");
 }
 
 #[test]
-fn legs_that_reach_their_stops_are_right_to_a_micrometre_however_hard() {
-    for start in [passive(), hard()] {
+fn error_of_legs_at_stops_is_below_one_micrometre() {
+    for start in [passive_start(), hard_impact()] {
         let error = error(&robot(), &start, DEFAULT);
         assert!(error < 1e-6, "{error:e}");
     }
 }
 
 #[test]
-fn legs_up_to_a_hundred_times_as_stiff_are_right_to_ten_micrometres() {
+fn error_up_to_hundredfold_stiffness_is_below_ten_micrometres() {
     for times in [1.0, 3.0, 10.0, 30.0, 100.0] {
-        // As many newtons at the stops, or as many millimetres.
-        let mut loaded = stiffened(times);
+        // Preload with equal force at the stops, or with equal length.
+        let mut loaded = with_stiffness(times);
         for mount in &mut loaded.legs {
             mount.leg.diagonal.preload *= times;
             mount.leg.parallel.preload *= times;
         }
-        for robot in [stiffened(times), loaded] {
-            for start in [passive(), hard()] {
+        for robot in [with_stiffness(times), loaded] {
+            for start in [passive_start(), hard_impact()] {
                 let error = error(&robot, &start, DEFAULT);
                 assert!(error < 1e-5, "stiffness × {times}: {error:e}");
             }
@@ -70,24 +71,28 @@ fn legs_up_to_a_hundred_times_as_stiff_are_right_to_ten_micrometres() {
 }
 
 #[test]
-fn the_stiff_method_is_right_to_ten_nanometres_where_it_is_told_to() {
+fn error_of_stiff_method_at_tight_tolerance_is_below_ten_nanometres() {
     for (robot, start) in [
-        (robot(), passive()),
-        (robot(), hard()),
-        (between(), swinging()),
+        (robot(), passive_start()),
+        (robot(), hard_impact()),
+        (free_swinging_robot(), swinging_start()),
     ] {
-        let error = error(&robot, &start, Way::by(Method::Rodas4, 2000).within(1e-8));
+        let error = error(
+            &robot,
+            &start,
+            Integration::new(Method::Rodas4, 2000).with_tolerance(1e-8),
+        );
         assert!(error < 1e-8, "{error:e}");
     }
 }
 
 #[test]
-fn plain_motions_are_not_cut_to_pieces() {
-    // Five evaluations a step; a fifth more at most where stops are looked for and reached.
-    for (robot, start) in [(robot(), passive()), (robot(), hard())] {
-        let mut scene = Scene::new(&robot, &hanging(start), DEFAULT);
-        scene.to_ms(300);
-        let work = scene.plant.work();
+fn plain_motions_need_few_evaluations() {
+    // Five evaluations per step, and at most a fifth more where stops are located and reached.
+    for (robot, start) in [(robot(), passive_start()), (robot(), hard_impact())] {
+        let mut harness = Harness::new(&robot, &suspended(start), DEFAULT);
+        harness.advance_to_ms(300);
+        let work = harness.plant.work();
         assert!(work.evaluations < 6 * work.steps + 50, "{work:?}");
     }
 }

@@ -1,10 +1,12 @@
-//! A run asks for no memory once it is under way.
+//! A run does not allocate after its start.
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_lcp::Method;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, Way, hanging, hard, passive, robot, standing};
+use crate::harness::{
+    Harness, Integration, hard_impact, passive_start, robot, standing_setup, suspended,
+};
 use crate::trot;
 
 const METHODS: [Method; 4] = [
@@ -14,46 +16,50 @@ const METHODS: [Method; 4] = [
     Method::SemiImplicit,
 ];
 
-/// Advances, looks and begins a window every two milliseconds, and counts what is asked for meanwhile.
-fn asked(scene: &mut Scene, from_ms: u64, commands: &[Vec<f64>]) -> u64 {
-    let mut outputs = scene.observe().to_vec();
+/// Advances, observes and begins a window every 2 ms; returns the number of allocations.
+fn allocations(harness: &mut Harness, from_ms: u64, commands: &[Vec<f64>]) -> u64 {
+    let mut outputs = harness.observe().to_vec();
     let counted = allocation_counter::measure(|| {
         for (tick, commands) in (from_ms / 2 + 1..).zip(commands) {
             let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);
-            scene.plant.advance(at, commands).unwrap();
-            scene.plant.observe(&mut outputs);
-            scene.plant.begin_window();
+            harness.plant.advance(at, commands).unwrap();
+            harness.plant.observe(&mut outputs);
+            harness.plant.begin_window();
         }
     });
     counted.count_total
 }
 
 #[test]
-fn a_trot_under_way_asks_for_no_memory() {
+fn trot_does_not_allocate() {
     let robot = robot();
-    let setup = trot::begun(&robot, standing());
-    // RODAS4 is not for gaits; it is seen below.
+    let setup = trot::start_of_trot(&robot, standing_setup());
+    // RODAS4 is not intended for gaits; the test below covers it.
     for method in METHODS.into_iter().filter(|m| *m != Method::Rodas4) {
-        let mut scene = Scene::new(&robot, &setup, Way::by(method, 2000));
+        let mut harness = Harness::new(&robot, &setup, Integration::new(method, 2000));
         let (first, second) = (
             trot::commands(&robot, &setup, 0, 1000),
             trot::commands(&robot, &setup, 1000, 1400),
         );
-        asked(&mut scene, 0, &first);
-        assert_eq!(asked(&mut scene, 1000, &second), 0, "{method:?}");
-        // The counter does count.
-        assert!(allocation_counter::measure(|| drop(scene.plant.save())).count_total > 0);
+        allocations(&mut harness, 0, &first);
+        assert_eq!(allocations(&mut harness, 1000, &second), 0, "{method:?}");
+        // The counter detects allocations.
+        assert!(allocation_counter::measure(|| drop(harness.plant.save())).count_total > 0);
     }
 }
 
 #[test]
-fn legs_that_swing_and_rattle_ask_for_no_memory() {
-    for start in [passive(), hard()] {
+fn swinging_and_chattering_legs_do_not_allocate() {
+    for start in [passive_start(), hard_impact()] {
         for method in METHODS {
-            let mut scene = Scene::new(&robot(), &hanging(start.clone()), Way::by(method, 2000));
+            let mut harness = Harness::new(
+                &robot(),
+                &suspended(start.clone()),
+                Integration::new(method, 2000),
+            );
             let none = vec![Vec::new(); 100];
-            asked(&mut scene, 0, &none);
-            assert_eq!(asked(&mut scene, 200, &none), 0, "{method:?}");
+            allocations(&mut harness, 0, &none);
+            assert_eq!(allocations(&mut harness, 200, &none), 0, "{method:?}");
         }
     }
 }

@@ -1,33 +1,38 @@
-//! The default method's fallback: it ends when its cause does.
+//! Fallback of the default method: it ends with its cause.
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Plant;
 
-use crate::scene::{DEFAULT, Scene, robot, standing};
+use crate::harness::{DEFAULT, Harness, robot, standing_setup};
 use crate::trot;
 
-/// Steps of two milliseconds.
+/// Number of steps of 2 ms.
 const TROT: usize = 250;
 const STAND: usize = 1000;
 
-/// A trot's events crowd, and its steps are left to Moreau's rule. A robot that stands on rigid feet has more contacts than
-/// freedoms: forces share as it happens, and the choice of active constraints agrees with the motion on their signs.
+/// The events of a trot accumulate, and its steps fall back to the Moreau method. A robot that
+/// stands on rigid feet has more contacts than degrees of freedom: the distribution of forces is
+/// indeterminate, and the active constraints must be consistent with the signs of the motion.
 #[test]
-fn a_robot_that_has_trotted_stands_without_fallbacks() {
+fn standing_after_trot_needs_no_fallbacks() {
     let robot = robot();
-    let setup = trot::begun(&robot, standing());
+    let setup = trot::start_of_trot(&robot, standing_setup());
     let mut commands = trot::commands(&robot, &setup, 0, 500);
-    let still = trot::commands(&robot, &setup, 0, 2);
-    commands.resize(commands.len() + STAND, still[0].clone());
-    let mut scene = Scene::new(&robot, &setup, DEFAULT);
+    let stance = trot::commands(&robot, &setup, 0, 2);
+    commands.resize(commands.len() + STAND, stance[0].clone());
+    let mut harness = Harness::new(&robot, &setup, DEFAULT);
     let mut fallbacks = Vec::new();
     for (tick, commands) in (1..).zip(&commands) {
         let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);
-        scene.plant.advance(at, commands).unwrap();
-        fallbacks.push(scene.plant.work().fallbacks);
+        harness.plant.advance(at, commands).unwrap();
+        fallbacks.push(harness.plant.work().fallbacks);
     }
-    let of = |from: usize, to: usize| fallbacks[to - 1] - fallbacks[from - 1];
-    assert!(2 * of(1, TROT) > TROT as u64, "{} in a trot", of(1, TROT));
-    let late = of(TROT + STAND / 2, TROT + STAND);
+    let between = |from: usize, to: usize| fallbacks[to - 1] - fallbacks[from - 1];
+    assert!(
+        2 * between(1, TROT) > TROT as u64,
+        "{} in a trot",
+        between(1, TROT)
+    );
+    let late = between(TROT + STAND / 2, TROT + STAND);
     assert_eq!(late, 0, "in the last second");
 }

@@ -1,4 +1,4 @@
-//! Legs that are straight, too long, too short or have no mass; and starts that no leg can take.
+//! Straight legs, lengths out of range, zero masses, and invalid starts.
 
 use twinrig_kernel::SimDuration;
 use twinrig_lcp::{Lcp, LcpError, Method, Options};
@@ -6,53 +6,55 @@ use twinrig_leg::{LegCommand, LegError, Pantograph, Planar};
 use twinrig_legged::{Base, LeggedError, Setup};
 use twinrig_robot::Robot;
 
-use crate::scene::{DEFAULT, Scene, WAYS, built, changed, hanging, pose, robot, standing};
+use crate::harness::{
+    DEFAULT, Harness, INTEGRATIONS, build, pose, robot, standing_setup, suspended, with_legs,
+};
 
-/// Why there is no such plant.
+/// Returns the error of an invalid plant.
 #[track_caller]
-fn refusal(robot: &Robot, setup: &Setup) -> LcpError {
-    match built(robot, setup, DEFAULT) {
+fn build_error(robot: &Robot, setup: &Setup) -> LcpError {
+    match build(robot, setup, DEFAULT) {
         Err(error) => error,
-        Ok(_) => panic!("it was built: {setup:?}"),
+        Ok(_) => panic!("unexpected success: {setup:?}"),
     }
 }
 
 #[test]
-fn a_leg_that_is_all_but_straight_hangs_and_swings() {
-    // ∂l_d/∂q̄₂ vanishes with q2_ref: the diagonal holds the knee with next to no lever. The shortest that is left must not
-    // matter to how the leg moves.
+fn nearly_straight_leg_swings() {
+    // ∂l_d/∂q̄₂ vanishes with q2_ref: the diagonal acts on the knee with a vanishing lever. The
+    // size of the remaining lever must not affect the motion of the leg.
     for start in [
         pose([10.0, 0.0, 0.0], [0.0; 3]),
         pose([10.0, -20.0, 30.0], [0.0; 3]),
     ] {
-        for way in &WAYS[..5] {
+        for integration in &INTEGRATIONS[..5] {
             let feet = [1e-9, 1e-6].map(|q2_ref| {
-                let straight = changed(|leg| leg.q2_ref = q2_ref);
-                let mut scene = Scene::new(&straight, &hanging(start.clone()), *way);
-                scene.soundly(0.2).unwrap();
-                let balance = scene.energy();
+                let straight = with_legs(|leg| leg.q2_ref = q2_ref);
+                let mut harness = Harness::new(&straight, &suspended(start.clone()), *integration);
+                harness.run_checked(0.2).unwrap();
+                let balance = harness.energy();
                 assert!(
                     balance.residual.abs() < 1e-2 * balance.exchanged,
-                    "{way:?}: {balance:?}"
+                    "{integration:?}: {balance:?}"
                 );
-                scene.read("leg/LF/foot/position")
+                harness.read("leg/LF/foot/position")
             });
-            let apart = (0..3).map(|i| (feet[0][i] - feet[1][i]).abs());
-            let apart = apart.fold(0.0, f64::max);
-            // A method that locates no events may meet a stop a step earlier or later.
-            let bound = if way.method == Method::Moreau {
+            let difference = (0..3).map(|i| (feet[0][i] - feet[1][i]).abs());
+            let difference = difference.fold(0.0, f64::max);
+            // A method without event location may reach a stop one step earlier or later.
+            let bound = if integration.method == Method::Moreau {
                 5e-5
             } else {
                 1e-5
             };
-            assert!(apart < bound, "{way:?}: {apart:e}");
+            assert!(difference < bound, "{integration:?}: {difference:e}");
         }
     }
 }
 
 #[test]
-fn a_leg_that_is_straight_is_refused() {
-    let error = refusal(&changed(|leg| leg.q2_ref = 0.0), &standing());
+fn straight_leg_is_rejected() {
+    let error = build_error(&with_legs(|leg| leg.q2_ref = 0.0), &standing_setup());
     assert!(
         matches!(
             &error,
@@ -69,7 +71,7 @@ fn a_leg_that_is_straight_is_refused() {
 }
 
 #[test]
-fn a_cable_that_no_knee_can_have_is_refused() {
+fn unreachable_cable_length_is_rejected() {
     // l_c within |l1 − l2| … l1 + l2.
     let leg = &robot().legs[0].leg;
     let pantograph = Pantograph::new(leg).unwrap();
@@ -86,9 +88,9 @@ fn a_cable_that_no_knee_can_have_is_refused() {
         };
         let setup = Setup {
             start: vec![("RH".to_owned(), command)].into(),
-            ..standing()
+            ..standing_setup()
         };
-        let error = refusal(&robot(), &setup);
+        let error = build_error(&robot(), &setup);
         assert!(
             matches!(&error, LcpError::Legged(LeggedError::Leg { leg, .. }) if leg == "RH"),
             "{length}: {error}"
@@ -97,7 +99,7 @@ fn a_cable_that_no_knee_can_have_is_refused() {
 }
 
 #[test]
-fn a_foot_out_of_reach_has_no_command() {
+fn foot_out_of_reach_is_an_error() {
     let pantograph = Pantograph::new(&robot().legs[0].leg).unwrap();
     for length in [
         1.01 * pantograph.length_max(),
@@ -111,28 +113,28 @@ fn a_foot_out_of_reach_has_no_command() {
 }
 
 #[test]
-fn a_start_beyond_a_stop_is_refused_by_how_much() {
-    // Extended by 2°, opened by −3°, bottomed out.
-    for (q, least, most) in [
+fn start_beyond_stop_is_rejected_with_distance() {
+    // Extended by 2°, compressed by 3°, bottomed out.
+    for (q, least, greatest) in [
         ([0.0, 2.0, 0.0], 1e-5, 2e-3),
         ([0.0, -20.0, 17.0], 0.5e-3, 1e-3),
         ([0.0, -100.0, 100.0], 1e-3, 2e-2),
     ] {
-        let error = refusal(&robot(), &hanging(pose(q, [0.0; 3])));
+        let error = build_error(&robot(), &suspended(pose(q, [0.0; 3])));
         let LcpError::Legged(LeggedError::StartBeyondStop { leg, by, .. }) = &error else {
             panic!("{error}");
         };
         assert_eq!(leg, "LF");
-        assert!((least..most).contains(by), "{q:?}: {error}");
+        assert!((least..greatest).contains(by), "{q:?}: {error}");
         assert!(error.to_string().contains(&format!("{by:.6} m")), "{error}");
     }
 }
 
 #[test]
-fn a_step_of_no_length_is_refused() {
+fn zero_step_is_rejected() {
     let setup = Setup {
         step: SimDuration::ZERO,
-        ..standing()
+        ..standing_setup()
     };
     let options = Options {
         setup,
@@ -148,24 +150,35 @@ fn a_step_of_no_length_is_refused() {
 }
 
 #[test]
-fn a_tolerance_that_is_none_is_refused() {
+fn invalid_tolerance_is_rejected() {
     for tolerance in [0.0, -1e-6, f64::NAN] {
-        let error = built(&robot(), &standing(), DEFAULT.within(tolerance)).err();
+        let error = build(
+            &robot(),
+            &standing_setup(),
+            DEFAULT.with_tolerance(tolerance),
+        )
+        .err();
         assert!(matches!(error, Some(LcpError::Tolerance(_))), "{error:?}");
     }
 }
 
 #[test]
-fn masses_and_inertias_that_are_none_are_refused() {
+fn invalid_masses_and_inertias_are_rejected() {
     let mass = |error: &LcpError| matches!(error, LcpError::Legged(LeggedError::Mass { .. }));
-    // Nothing at the end of the leg; or all that there is in one point of the line.
-    for bare in [
-        changed(|leg| (leg.mass.l3, leg.mass.foot) = (0.0, 0.0)),
-        changed(|leg| leg.mass.foot = f64::NAN),
-        changed(|leg| (leg.mass.l1, leg.mass.l2, leg.mass.l3) = (0.0, 0.0, 0.0)),
+    // No mass at the end of the leg, a NaN mass, or all mass at one point.
+    for invalid in [
+        with_legs(|leg| (leg.mass.l3, leg.mass.foot) = (0.0, 0.0)),
+        with_legs(|leg| leg.mass.foot = f64::NAN),
+        with_legs(|leg| (leg.mass.l1, leg.mass.l2, leg.mass.l3) = (0.0, 0.0, 0.0)),
     ] {
         for base in [Base::Fixed, Base::Free] {
-            let error = refusal(&bare, &Setup { base, ..standing() });
+            let error = build_error(
+                &invalid,
+                &Setup {
+                    base,
+                    ..standing_setup()
+                },
+            );
             assert!(mass(&error), "{error}");
         }
     }
@@ -179,14 +192,20 @@ fn masses_and_inertias_that_are_none_are_refused() {
         let mut robot = robot();
         change(&mut robot);
         for base in [Base::Free, Base::Planar] {
-            let error = refusal(&robot, &Setup { base, ..standing() });
+            let error = build_error(
+                &robot,
+                &Setup {
+                    base,
+                    ..standing_setup()
+                },
+            );
             assert!(mass(&error), "{error}");
         }
-        // A trunk that is held needs none.
-        let held = Setup {
+        // A fixed trunk needs no mass.
+        let fixed = Setup {
             base: Base::Fixed,
-            ..standing()
+            ..standing_setup()
         };
-        assert!(built(&robot, &held, DEFAULT).is_ok());
+        assert!(build(&robot, &fixed, DEFAULT).is_ok());
     }
 }

@@ -1,31 +1,34 @@
-//! Falls: all feet, all stops and the ground at once.
+//! Falls: simultaneous contacts of feet, stops and ground.
 
 use twinrig_lcp::Method;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Servo;
 use twinrig_runtime::{Plant, PlantEventKind};
 
-use crate::scene::{DEFAULT, LEGS, SERVO, Scene, WAYS, Way, below, flat, pose, robot, standing};
+use crate::harness::{
+    DEFAULT, Harness, INTEGRATIONS, Integration, LEGS, SERVO, flat, lowered_ground, pose, robot,
+    standing_setup,
+};
 
 fn drop(height: f64, friction: f64) -> Setup {
     Setup {
-        ground: Some(below(height, friction)),
-        ..standing()
+        ground: Some(lowered_ground(height, friction)),
+        ..standing_setup()
     }
 }
 
-/// Length of a leg's diagonal \[m\].
-fn diagonal(scene: &mut Scene, leg: &str) -> f64 {
+/// Returns the length of the diagonal of a leg \[m\].
+fn diagonal(harness: &mut Harness, leg: &str) -> f64 {
     let sizes = &robot().legs[0].leg;
-    let angles = scene.read(&format!("leg/{leg}/angles"));
+    let angles = harness.read(&format!("leg/{leg}/angles"));
     let (l2, ld) = (sizes.l2, sizes.l_delta);
     libm::sqrt(l2 * l2 + ld * ld + 2.0 * l2 * ld * libm::cos(angles[1] - angles[0]))
 }
 
 #[test]
-fn a_robot_that_falls_from_a_metre_bottoms_out_and_survives() {
+fn fall_from_one_metre_bottoms_out_within_stops() {
     let least = robot().legs[0].leg.diagonal_min;
-    // Hips that do not give way, and legs that give way to everything.
+    // Rigid hips, and legs without drives.
     let stiff = Drives::Servos {
         hip: Servo {
             torque: 40.0,
@@ -34,54 +37,57 @@ fn a_robot_that_falls_from_a_metre_bottoms_out_and_survives() {
         knee: SERVO,
     };
     for drives in [stiff, Drives::None] {
-        for way in &WAYS[..4] {
+        for integration in &INTEGRATIONS[..4] {
             let setup = Setup {
                 drives,
                 ..drop(1.0, 0.6)
             };
-            let mut scene = Scene::new(&robot(), &setup, *way);
+            let mut harness = Harness::new(&robot(), &setup, *integration);
             let mut shortest = f64::INFINITY;
             for _ in 0..300 {
-                scene.soundly(2e-3).unwrap();
+                harness.run_checked(2e-3).unwrap();
                 for leg in LEGS {
-                    shortest = shortest.min(diagonal(&mut scene, leg));
+                    shortest = shortest.min(diagonal(&mut harness, leg));
                 }
             }
-            assert!(shortest > least - 2e-3, "{way:?}: {shortest} of {least}");
+            assert!(
+                shortest > least - 2e-3,
+                "{integration:?}: {shortest} of {least}"
+            );
             assert!(
                 drives == Drives::None || shortest < least + 2e-3,
-                "{way:?}: {shortest} of {least}"
+                "{integration:?}: {shortest} of {least}"
             );
-            let balance = scene.energy();
+            let balance = harness.energy();
             assert!(
                 balance.residual.abs() < 2e-2 * balance.exchanged,
-                "{way:?}: {balance:?}"
+                "{integration:?}: {balance:?}"
             );
-            assert!(balance.impact > 0.5, "{way:?}: {balance:?}");
+            assert!(balance.impact > 0.5, "{integration:?}: {balance:?}");
         }
     }
 }
 
 #[test]
-fn the_methods_for_comparison_fall_soundly_too() {
-    for way in &WAYS[4..] {
-        let mut scene = Scene::new(&robot(), &drop(1.0, 0.6), *way);
-        scene.soundly(0.6).unwrap();
-        assert!(scene.energy().impact > 0.5);
+fn comparison_methods_complete_the_fall() {
+    for integration in &INTEGRATIONS[4..] {
+        let mut harness = Harness::new(&robot(), &drop(1.0, 0.6), *integration);
+        harness.run_checked(0.6).unwrap();
+        assert!(harness.energy().impact > 0.5);
     }
 }
 
 #[test]
-fn feet_that_land_in_the_same_instant_are_met_at_once() {
-    let mut scene = Scene::new(&robot(), &drop(0.1, 0.6), DEFAULT);
-    scene.plant.log_events(true);
-    scene.to_ms(200);
-    let events = scene.plant.events().iter();
+fn simultaneous_landings_are_located_together() {
+    let mut harness = Harness::new(&robot(), &drop(0.1, 0.6), DEFAULT);
+    harness.plant.log_events(true);
+    harness.advance_to_ms(200);
+    let events = harness.plant.events().iter();
     let landings =
         events.filter(|e| e.part.ends_with("ground") && e.kind == PlantEventKind::Reached);
     let landings: Vec<_> = landings.take(4).map(|e| e.at_s).collect();
     assert_eq!(landings.len(), 4);
-    // The motors hold the legs in their pose: it falls as a body does.
+    // The motors keep the legs in their pose: the robot falls as a rigid body.
     let expected = libm::sqrt(2.0 * 0.1 / 9.81);
     for at in landings {
         assert!((at - expected).abs() < 2e-3, "{at} of {expected}");
@@ -89,30 +95,31 @@ fn feet_that_land_in_the_same_instant_are_met_at_once() {
 }
 
 #[test]
-fn a_robot_that_lands_on_all_fours_neither_rolls_nor_turns() {
+fn symmetric_landing_causes_no_roll_or_yaw() {
     for base in [Base::Free, Base::Planar] {
-        for way in &WAYS[..4] {
-            let mut scene = Scene::new(
+        for integration in &INTEGRATIONS[..4] {
+            let mut harness = Harness::new(
                 &robot(),
                 &Setup {
                     base,
                     ..drop(0.1, 0.6)
                 },
-                *way,
+                *integration,
             );
-            scene.soundly(0.16).unwrap();
-            let rpy = scene.read("body/rpy");
-            let y = scene.read("body/position")[1];
+            harness.run_checked(0.16).unwrap();
+            let rpy = harness.read("body/rpy");
+            let y = harness.read("body/position")[1];
             assert!(
                 rpy[0].abs() + rpy[2].abs() + y.abs() < 1e-6,
-                "{way:?}: {rpy:?} {y}"
+                "{integration:?}: {rpy:?} {y}"
             );
             for [left, right] in [["LF", "RF"], ["LH", "RH"]] {
-                let feet = [left, right].map(|leg| scene.read(&format!("leg/{leg}/foot/position")));
+                let feet =
+                    [left, right].map(|leg| harness.read(&format!("leg/{leg}/foot/position")));
                 for axis in [0, 2] {
                     assert!(
                         (feet[0][axis] - feet[1][axis]).abs() < 1e-6,
-                        "{way:?}: {feet:?}"
+                        "{integration:?}: {feet:?}"
                     );
                 }
             }
@@ -121,47 +128,47 @@ fn a_robot_that_lands_on_all_fours_neither_rolls_nor_turns() {
 }
 
 #[test]
-fn ice_holds_nothing_back_and_glue_everything() {
+fn ground_forces_lie_in_friction_cone_from_ice_to_glue() {
     for friction in [0.0, 10.0] {
-        for (way, setup) in WAYS[..4].iter().flat_map(|way| {
+        for (integration, setup) in INTEGRATIONS[..4].iter().flat_map(|integration| {
             let stand = Setup {
                 ground: Some(flat(friction)),
-                ..standing()
+                ..standing_setup()
             };
             [
-                (way, stand),
-                (way, drop(0.1, friction)),
-                (way, drop(1.0, friction)),
+                (integration, stand),
+                (integration, drop(0.1, friction)),
+                (integration, drop(1.0, friction)),
             ]
         }) {
-            let mut scene = Scene::new(&robot(), &setup, *way);
+            let mut harness = Harness::new(&robot(), &setup, *integration);
             for _ in 0..300 {
-                scene.plant.begin_window();
-                scene.soundly(2e-3).unwrap();
+                harness.plant.begin_window();
+                harness.run_checked(2e-3).unwrap();
                 for leg in LEGS {
-                    let force = scene.read(&format!("leg/{leg}/foot/force"));
-                    let sideways = libm::hypot(force[0], force[1]);
-                    assert!(force[2] > -1e-3, "{way:?}: {force:?}");
+                    let force = harness.read(&format!("leg/{leg}/foot/force"));
+                    let tangential = libm::hypot(force[0], force[1]);
+                    assert!(force[2] > -1e-3, "{integration:?}: {force:?}");
                     assert!(
-                        sideways <= friction * force[2] + 1e-2,
-                        "{friction} {way:?}: {force:?}"
+                        tangential <= friction * force[2] + 1e-2,
+                        "{friction} {integration:?}: {force:?}"
                     );
                 }
             }
         }
-        // Those for comparison may say that there are no such forces.
-        for way in &WAYS[4..] {
+        // The comparison methods may report that no such forces exist.
+        for integration in &INTEGRATIONS[4..] {
             let setup = drop(0.1, friction);
-            let mut scene = Scene::new(&robot(), &setup, *way);
-            let _ = scene.soundly(0.3);
+            let mut harness = Harness::new(&robot(), &setup, *integration);
+            let _ = harness.run_checked(0.3);
         }
     }
 }
 
-/// A landing elsewhere moves a foot that sticks along the ground: its friction is still one force, whose halves are not let go
-/// one by one as if they were stops that open.
+/// The impact of another foot moves a sticking foot along the ground: its friction remains one
+/// force, whose components must not be released separately like opening stops.
 #[test]
-fn friction_of_a_foot_that_is_knocked_along_the_ground_stays_a_pair() {
+fn friction_of_displaced_foot_remains_in_cone() {
     let robot = robot();
     let (hip, knee) = (robot.actuators.hip, robot.actuators.knee);
     let setup = Setup {
@@ -169,15 +176,15 @@ fn friction_of_a_foot_that_is_knocked_along_the_ground_stays_a_pair() {
         start: pose([40.1049, -7.82852, 7.82852], [0.0; 3]),
         ..drop(0.15, 0.6)
     };
-    let mut scene = Scene::new(&robot, &setup, DEFAULT.with_toes());
+    let mut harness = Harness::new(&robot, &setup, DEFAULT.with_toes());
     for _ in 0..150 {
-        scene.plant.begin_window();
-        scene.soundly(2e-3).unwrap();
+        harness.plant.begin_window();
+        harness.run_checked(2e-3).unwrap();
         for leg in LEGS {
-            let force = scene.read(&format!("leg/{leg}/foot/force"));
-            let sideways = libm::hypot(force[0], force[1]);
+            let force = harness.read(&format!("leg/{leg}/foot/force"));
+            let tangential = libm::hypot(force[0], force[1]);
             assert!(
-                sideways <= 0.6 * force[2] * (1.0 + 1e-6) + 1e-6,
+                tangential <= 0.6 * force[2] * (1.0 + 1e-6) + 1e-6,
                 "{force:?}"
             );
         }
@@ -185,87 +192,91 @@ fn friction_of_a_foot_that_is_knocked_along_the_ground_stays_a_pair() {
 }
 
 #[test]
-fn on_ice_a_standing_robot_stands() {
+fn robot_stands_on_ice() {
     let setup = Setup {
         ground: Some(flat(0.0)),
-        ..standing()
+        ..standing_setup()
     };
-    let mut scene = Scene::new(&robot(), &setup, DEFAULT);
-    scene.soundly(1.0).unwrap();
-    assert_eq!(scene.plant.work().fallbacks, 0);
-    assert!(scene.energy().kinetic < 1e-12);
+    let mut harness = Harness::new(&robot(), &setup, DEFAULT);
+    harness.run_checked(1.0).unwrap();
+    assert_eq!(harness.plant.work().fallbacks, 0);
+    assert!(harness.energy().kinetic < 1e-12);
 }
 
 #[test]
-fn the_ground_s_force_is_its_impulse_over_the_time_that_it_is_told_for() {
-    // Weight and motion account for all of it, however short the steps and whatever struck within.
+fn mean_ground_force_matches_impulse_over_window() {
+    // The impulse balances weight and momentum, whatever the step size and the impacts within.
     const SECONDS: f64 = 0.3;
     let robot = robot();
     let mut mass = robot.trunk.mass;
     for mount in &robot.legs {
-        let parts = &mount.leg.mass;
-        mass += parts.l1 + parts.l2 + parts.l3 + parts.foot;
+        let masses = &mount.leg.mass;
+        mass += masses.l1 + masses.l2 + masses.l3 + masses.foot;
     }
-    for way in [
+    for integration in [
         DEFAULT,
-        Way::by(Method::Rk4, 500),
-        Way::by(Method::Rodas4, 2000),
-        Way::by(Method::Moreau, 2000),
-        Way::by(Method::Moreau, 500),
-        Way::by(Method::SemiImplicit, 1000),
-        Way::by(Method::SemiImplicit, 250),
-        Way::by(Method::ExplicitEuler, 50),
+        Integration::new(Method::Rk4, 500),
+        Integration::new(Method::Rodas4, 2000),
+        Integration::new(Method::Moreau, 2000),
+        Integration::new(Method::Moreau, 500),
+        Integration::new(Method::SemiImplicit, 1000),
+        Integration::new(Method::SemiImplicit, 250),
+        Integration::new(Method::ExplicitEuler, 50),
     ] {
-        let mut scene = Scene::new(&robot, &drop(0.1, 0.6), way);
-        scene.plant.begin_window();
-        scene.soundly(SECONDS - 2e-3).unwrap();
-        let before = scene.energy().gravity;
-        scene.soundly(2e-3).unwrap();
-        let forces = LEGS.map(|leg| scene.read(&format!("leg/{leg}/foot/force"))[2]);
+        let mut harness = Harness::new(&robot, &drop(0.1, 0.6), integration);
+        harness.plant.begin_window();
+        harness.run_checked(SECONDS - 2e-3).unwrap();
+        let before = harness.energy().gravity;
+        harness.run_checked(2e-3).unwrap();
+        let forces = LEGS.map(|leg| harness.read(&format!("leg/{leg}/foot/force"))[2]);
         let impulse = forces.iter().sum::<f64>() * SECONDS;
-        let at = scene.energy().gravity;
-        scene.soundly(2e-3).unwrap();
+        let at = harness.energy().gravity;
+        harness.run_checked(2e-3).unwrap();
         let weight = mass * 9.81;
-        let momentum = mass * (scene.energy().gravity - before) / (4e-3 * weight);
+        let momentum = mass * (harness.energy().gravity - before) / (4e-3 * weight);
         let expected = weight * SECONDS + momentum;
         assert!(at.is_finite());
         assert!(
             (impulse - expected).abs() < 1e-2 * expected,
-            "{way:?}: {impulse} of {expected}"
+            "{integration:?}: {impulse} of {expected}"
         );
     }
 }
 
 #[test]
-fn a_trunk_without_legs_falls_and_one_with_one_leg_stumbles() {
+fn trunks_with_zero_or_one_leg_fall() {
     for base in [Base::Free, Base::Planar, Base::Fixed] {
-        for way in &WAYS[..4] {
+        for integration in &INTEGRATIONS[..4] {
             let none = Setup {
                 base,
                 legs: Vec::new(),
-                ..standing()
+                ..standing_setup()
             };
-            let mut scene = Scene::new(&robot(), &none, *way);
-            let start = scene.read("body/position")[2];
-            scene.soundly(0.1).unwrap();
-            let fallen = start - scene.read("body/position")[2];
+            let mut harness = Harness::new(&robot(), &none, *integration);
+            let start = harness.read("body/position")[2];
+            harness.run_checked(0.1).unwrap();
+            let distance = start - harness.read("body/position")[2];
             let expected = if base == Base::Fixed { 0.0 } else { 0.049_05 };
-            assert!((fallen - expected).abs() < 1e-3, "{way:?}: {fallen}");
+            assert!(
+                (distance - expected).abs() < 1e-3,
+                "{integration:?}: {distance}"
+            );
             let one = Setup {
                 base,
                 legs: vec!["RH".to_owned()],
-                ..standing()
+                ..standing_setup()
             };
-            let mut scene = Scene::new(&robot(), &one, *way);
-            scene.soundly(0.3).unwrap();
+            let mut harness = Harness::new(&robot(), &one, *integration);
+            harness.run_checked(0.3).unwrap();
         }
     }
 }
 
-/// A foot that slides until its own friction presses it down by more than its normal force lifts it, which no force solves
-/// (Painlevé's paradox). The ground's normal mobility passes through zero at 0.223 s; an impulse stops the slide there.
+/// A foot slides until its friction presses it down by more than its normal force lifts it, which
+/// no force solves (Painlevé's paradox). The normal mobility at the ground passes through zero at
+/// 0.223 s; a tangential impact stops the slide there.
 #[test]
-fn a_foot_that_its_friction_presses_down_does_not_sink() {
+fn jammed_foot_does_not_sink() {
     let setup = Setup {
         base: Base::Planar,
         legs: vec!["LF".to_owned()],
@@ -274,17 +285,17 @@ fn a_foot_that_its_friction_presses_down_does_not_sink() {
         ..drop(0.05, 0.6)
     };
     for method in [Method::Rk4, Method::Rodas4] {
-        let way = Way::by(method, 100).with_toes();
-        let mut scene = Scene::new(&robot(), &setup, way);
+        let integration = Integration::new(method, 100).with_toes();
+        let mut harness = Harness::new(&robot(), &setup, integration);
         for _ in 0..260 {
-            scene.soundly(1e-3).unwrap();
-            let clearance = scene.value("leg/LF/foot/clearance");
+            harness.run_checked(1e-3).unwrap();
+            let clearance = harness.value("leg/LF/foot/clearance");
             assert!(
                 clearance > -1e-6,
                 "{method:?}: {clearance} at {} us",
-                scene.now_us
+                harness.now_us
             );
         }
-        assert_eq!(scene.plant.work().fallbacks, 0, "{method:?}");
+        assert_eq!(harness.plant.work().fallbacks, 0, "{method:?}");
     }
 }

@@ -1,105 +1,117 @@
-//! Springs and masses of other sizes; and none of the friction that hides errors.
+//! Extreme spring stiffnesses and masses, and motion without friction.
 
 use twinrig_lcp::Method;
 
-use crate::scene::{
-    DEFAULT, Scene, WAYS, Way, between, changed, hanging, hard, passive, rmse, standing, stiffened,
-    swinging,
+use crate::harness::{
+    DEFAULT, Harness, INTEGRATIONS, Integration, free_swinging_robot, hard_impact, passive_start,
+    rmse, standing_setup, suspended, swinging_start, with_legs, with_stiffness,
 };
 
 #[test]
-fn legs_of_a_millionth_of_their_mass_relax_as_springs_without_mass_do() {
-    let light = changed(|leg| {
+fn legs_of_a_millionth_of_the_mass_follow_stiff_reference() {
+    let light_robot = with_legs(|leg| {
         let mass = &mut leg.mass;
         for part in [&mut mass.l1, &mut mass.l2, &mut mass.l3, &mut mass.foot] {
             *part *= 1e-6;
         }
     });
-    for start in [passive(), swinging()] {
-        let setup = hanging(start);
-        let exact = Way::by(Method::Rodas4, 2000).within(1e-11);
-        let right = Scene::new(&light, &setup, exact).trace("LF", 100);
-        for way in &WAYS[..2] {
-            let mut scene = Scene::new(&light, &setup, *way);
-            scene.soundly(0.0).unwrap();
-            let error = rmse(&scene.trace("LF", 100), &right);
-            assert!(error < 1e-5, "{way:?}: {error:e}");
-            // The default leaves such a leg to the stiff method, and says so.
-            let fallbacks = twinrig_runtime::Plant::work(&scene.plant).fallbacks;
-            assert_eq!(fallbacks > 40, way.method == Method::Rk4, "{fallbacks}");
+    for start in [passive_start(), swinging_start()] {
+        let setup = suspended(start);
+        let exact = Integration::new(Method::Rodas4, 2000).with_tolerance(1e-11);
+        let reference = Harness::new(&light_robot, &setup, exact).trace("LF", 100);
+        for integration in &INTEGRATIONS[..2] {
+            let mut harness = Harness::new(&light_robot, &setup, *integration);
+            harness.run_checked(0.0).unwrap();
+            let error = rmse(&harness.trace("LF", 100), &reference);
+            assert!(error < 1e-5, "{integration:?}: {error:e}");
+            // The default method falls back to the stiff method for such legs and counts the
+            // fallbacks.
+            let fallbacks = twinrig_runtime::Plant::work(&harness.plant).fallbacks;
+            assert_eq!(
+                fallbacks > 40,
+                integration.method == Method::Rk4,
+                "{fallbacks}"
+            );
         }
-        // Methods of fixed steps cannot; they say so, or have it right in the end.
-        for way in &WAYS[2..] {
-            let mut scene = Scene::new(&light, &setup, *way);
-            if scene.soundly(0.1).is_ok() {
-                let foot = scene.read("leg/LF/foot/position");
-                let apart = (0..3).map(|i| (foot[i] - right[49][i]).abs());
-                assert!(apart.fold(0.0, f64::max) < 1e-3, "{way:?}: {foot:?}");
+        // Methods with fixed steps fail with a fault or have the correct final state.
+        for integration in &INTEGRATIONS[2..] {
+            let mut harness = Harness::new(&light_robot, &setup, *integration);
+            if harness.run_checked(0.1).is_ok() {
+                let foot = harness.read("leg/LF/foot/position");
+                let differences = (0..3).map(|i| (foot[i] - reference[49][i]).abs());
+                assert!(
+                    differences.fold(0.0, f64::max) < 1e-3,
+                    "{integration:?}: {foot:?}"
+                );
             }
         }
     }
 }
 
 #[test]
-fn springs_of_any_stiffness_move_legs_or_say_why_not() {
+fn legs_of_any_spring_stiffness_move_or_fault() {
     for times in [1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4] {
-        let robot = stiffened(times);
-        let setup = hanging(hard());
-        let exact = Way::by(Method::Rodas4, 2000).within(1e-11);
-        let right = Scene::new(&robot, &setup, exact).trace("LF", 200);
-        for way in &WAYS[..2] {
-            let error = rmse(&Scene::new(&robot, &setup, *way).trace("LF", 200), &right);
-            assert!(error < 1e-4, "× {times} by {way:?}: {error:e}");
+        let robot = with_stiffness(times);
+        let setup = suspended(hard_impact());
+        let exact = Integration::new(Method::Rodas4, 2000).with_tolerance(1e-11);
+        let reference = Harness::new(&robot, &setup, exact).trace("LF", 200);
+        for integration in &INTEGRATIONS[..2] {
+            let error = rmse(
+                &Harness::new(&robot, &setup, *integration).trace("LF", 200),
+                &reference,
+            );
+            assert!(error < 1e-4, "× {times} by {integration:?}: {error:e}");
         }
-        for way in &WAYS[2..5] {
-            let mut scene = Scene::new(&robot, &setup, *way);
-            let through = scene.soundly(0.2).is_ok();
-            assert!(through || times > 1.0, "× {times} by {way:?}");
-            let balance = scene.energy();
+        for integration in &INTEGRATIONS[2..5] {
+            let mut harness = Harness::new(&robot, &setup, *integration);
+            let completed = harness.run_checked(0.2).is_ok();
+            assert!(completed || times > 1.0, "× {times} by {integration:?}");
+            let balance = harness.energy();
             assert!(
-                !through || balance.residual < 0.1 * balance.exchanged + 1e-2,
-                "× {times} by {way:?}: {balance:?}"
+                !completed || balance.residual < 0.1 * balance.exchanged + 1e-2,
+                "× {times} by {integration:?}: {balance:?}"
             );
         }
-        for way in WAYS {
-            // On its feet: springs a thousand times as stiff throw the robot into the air.
-            let mut scene = Scene::new(&robot, &standing(), way);
-            let through = scene.soundly(0.2).is_ok();
+        for integration in INTEGRATIONS {
+            // On its feet: springs of a thousandfold stiffness throw the robot into the air.
+            let mut harness = Harness::new(&robot, &standing_setup(), integration);
+            let completed = harness.run_checked(0.2).is_ok();
             assert!(
-                through || times > 1e2 || (times > 1e1 && way.method != Method::Rk4),
-                "× {times} by {way:?}"
+                completed || times > 1e2 || (times > 1e1 && integration.method != Method::Rk4),
+                "× {times} by {integration:?}"
             );
         }
     }
 }
 
-/// Explicit steps at their limit of stability: velocities oscillate about the solution while positions follow it.
+/// Explicit steps at the stability limit: velocities oscillate about the solution while positions
+/// follow it.
 #[test]
-fn the_energy_balance_closes_under_strong_joint_friction() {
-    let damped = changed(|leg| {
+fn energy_balance_closes_under_strong_joint_friction() {
+    let damped_robot = with_legs(|leg| {
         let friction = &mut leg.joint_friction;
         for joint in [&mut friction.hip, &mut friction.knee, &mut friction.ankle] {
             *joint = 1.0;
         }
     });
-    let dissipated = |way: Way| {
-        let mut scene = Scene::new(&damped, &hanging(hard()), way);
-        scene.soundly(0.2).unwrap();
-        let energy = scene.energy();
+    let dissipated = |integration: Integration| {
+        let mut harness = Harness::new(&damped_robot, &suspended(hard_impact()), integration);
+        harness.run_checked(0.2).unwrap();
+        let energy = harness.energy();
         let share = energy.residual / energy.exchanged;
-        assert!(share.abs() < 1e-6, "{way:?}: {share:e}");
+        assert!(share.abs() < 1e-6, "{integration:?}: {share:e}");
         energy.dissipated
     };
-    let right = dissipated(Way::by(Method::Rodas4, 2000).within(1e-11));
+    let reference = dissipated(Integration::new(Method::Rodas4, 2000).with_tolerance(1e-11));
     for step_us in [100, 500, 2000] {
-        let error = dissipated(Way::by(Method::Rk4, step_us)) / right - 1.0;
+        let error = dissipated(Integration::new(Method::Rk4, step_us)) / reference - 1.0;
         assert!(error.abs() < 1e-5, "{step_us} us: {error:e}");
     }
 }
 
 #[test]
-fn without_friction_energy_stays_for_twenty_seconds() {
-    let mut robot = between();
+fn energy_is_conserved_for_twenty_seconds_without_friction() {
+    let mut robot = free_swinging_robot();
     for mount in &mut robot.legs {
         let friction = &mut mount.leg.joint_friction;
         for joint in [&mut friction.hip, &mut friction.knee, &mut friction.ankle] {
@@ -107,27 +119,30 @@ fn without_friction_energy_stays_for_twenty_seconds() {
         }
         mount.leg.parallel_travel = 0.02;
     }
-    for (way, most) in [
-        (DEFAULT.within(1e-9), 3e-5),
-        (Way::by(Method::Rodas4, 2000).within(1e-8), 1e-5),
+    for (integration, bound) in [
+        (DEFAULT.with_tolerance(1e-9), 3e-5),
+        (
+            Integration::new(Method::Rodas4, 2000).with_tolerance(1e-8),
+            1e-5,
+        ),
         (DEFAULT, 2e-2),
-        // Symplectic for constant inertia alone: legs that bend gain by them.
-        (Way::by(Method::Moreau, 500), 0.3),
-        (Way::by(Method::SemiImplicit, 500), 0.3),
+        // Symplectic for constant inertia only: bending legs gain energy.
+        (Integration::new(Method::Moreau, 500), 0.3),
+        (Integration::new(Method::SemiImplicit, 500), 0.3),
     ] {
-        let mut scene = Scene::new(&robot, &hanging(swinging()), way);
-        let start = scene.energy().stored();
+        let mut harness = Harness::new(&robot, &suspended(swinging_start()), integration);
+        let start = harness.energy().stored();
         let mut greatest = 0.0_f64;
         for ms in (10..=20_000).step_by(10) {
-            scene.to_ms(ms);
-            greatest = greatest.max(scene.energy().kinetic);
+            harness.advance_to_ms(ms);
+            greatest = greatest.max(harness.energy().kinetic);
         }
-        let balance = scene.energy();
+        let balance = harness.energy();
         assert_eq!(
             [balance.dissipated, balance.impact, balance.actuator],
             [0.0; 3]
         );
         let drift = (balance.stored() - start) / greatest;
-        assert!(drift.abs() < most, "{way:?}: {drift:e}");
+        assert!(drift.abs() < bound, "{integration:?}: {drift:e}");
     }
 }

@@ -1,45 +1,55 @@
-//! Steps that are too long say so, and soon.
+//! Detection of unstable step sizes.
 
 use twinrig_lcp::Method;
 use twinrig_legged::{Drives, Setup};
 use twinrig_robot::Robot;
 
-use crate::scene::{
-    Scene, WAYS, Way, below, between, hanging, hard, passive, robot, standing, swinging,
+use crate::harness::{
+    Harness, INTEGRATIONS, Integration, free_swinging_robot, hard_impact, lowered_ground,
+    passive_start, robot, standing_setup, suspended, swinging_start,
 };
 
-fn scenes() -> Vec<(&'static str, Robot, Setup)> {
-    let ground = Some(below(0.1, 0.6));
+fn cases() -> Vec<(&'static str, Robot, Setup)> {
+    let ground = Some(lowered_ground(0.1, 0.6));
     let drop = Setup {
         ground: ground.clone(),
-        ..standing()
+        ..standing_setup()
     };
-    let limp = Setup {
+    let undriven = Setup {
         ground,
         drives: Drives::None,
-        ..standing()
+        ..standing_setup()
     };
     vec![
-        ("passive", robot(), hanging(passive())),
-        ("hard", robot(), hanging(hard())),
-        ("between", between(), hanging(swinging())),
+        ("passive", robot(), suspended(passive_start())),
+        ("hard", robot(), suspended(hard_impact())),
+        (
+            "between",
+            free_swinging_robot(),
+            suspended(swinging_start()),
+        ),
         ("drop", robot(), drop),
-        ("limp", robot(), limp),
+        ("undriven", robot(), undriven),
     ]
 }
 
-/// What stopped it, and after how much of the time.
-fn stopped(robot: &Robot, setup: &Setup, way: Way, seconds: f64) -> Option<(String, f64)> {
-    let mut scene = Scene::new(robot, setup, way);
-    let fault = scene.soundly(seconds).err()?;
+/// Returns cause and time of the fault that ended a run, if any \[s\].
+fn fault_of_run(
+    robot: &Robot,
+    setup: &Setup,
+    integration: Integration,
+    seconds: f64,
+) -> Option<(String, f64)> {
+    let mut harness = Harness::new(robot, setup, integration);
+    let fault = harness.run_checked(seconds).err()?;
     assert_eq!(fault.part, "integrator", "{fault}");
     assert!(fault.energy.is_finite());
-    Some((fault.why, scene.now_us as f64 * 1e-6))
+    Some((fault.why, harness.now_us as f64 * 1e-6))
 }
 
 #[test]
-fn steps_beyond_the_limit_of_stability_end_in_a_fault_that_says_so() {
-    for (name, robot, setup) in scenes() {
+fn unstable_steps_end_in_instability_fault() {
+    for (name, robot, setup) in cases() {
         for (method, step_us) in [
             (Method::ExplicitEuler, 2000),
             (Method::ExplicitEuler, 5000),
@@ -49,34 +59,37 @@ fn steps_beyond_the_limit_of_stability_end_in_a_fault_that_says_so() {
             (Method::Thesis, 10_000),
             (Method::Thesis, 30_000),
         ] {
-            let way = Way::by(method, step_us);
-            let (why, at) = stopped(&robot, &setup, way, 1.0)
-                .unwrap_or_else(|| panic!("{name} by {way:?} ran through"));
-            assert!(why.contains("unstable"), "{name} by {way:?}: {why}");
-            // Before it has made a plausible curve: what falls has to land first.
+            let integration = Integration::new(method, step_us);
+            let (cause, at) = fault_of_run(&robot, &setup, integration, 1.0)
+                .unwrap_or_else(|| panic!("{name} by {integration:?} completed"));
+            assert!(
+                cause.contains("unstable"),
+                "{name} by {integration:?}: {cause}"
+            );
+            // The fault must precede a plausible trajectory; a falling robot has to land first.
             let landing = if name == "drop" { 0.25 } else { 0.0 };
-            assert!(at < landing + 0.1, "{name} by {way:?}: {at} s");
+            assert!(at < landing + 0.1, "{name} by {integration:?}: {at} s");
         }
     }
 }
 
 #[test]
-fn the_default_with_its_error_control_off_is_stopped_where_it_is_too_long() {
-    for (name, robot, setup) in &scenes()[1..3] {
-        let way = Way::by(Method::Rk4, 10_000).within(f64::INFINITY);
-        let (why, _) = stopped(robot, setup, way, 1.0).unwrap();
-        assert!(why.contains("unstable"), "{name}: {why}");
+fn default_without_error_control_faults_at_unstable_step() {
+    for (name, robot, setup) in &cases()[1..3] {
+        let integration = Integration::new(Method::Rk4, 10_000).with_tolerance(f64::INFINITY);
+        let (cause, _) = fault_of_run(robot, setup, integration, 1.0).unwrap();
+        assert!(cause.contains("unstable"), "{name}: {cause}");
     }
 }
 
 #[test]
-fn with_its_error_control_on_it_takes_any_step() {
-    for (name, robot, setup) in &scenes()[..3] {
+fn error_control_permits_any_step() {
+    for (name, robot, setup) in &cases()[..3] {
         for method in [Method::Rk4, Method::Rodas4] {
             let ends = [2000, 50_000].map(|step_us| {
-                let mut scene = Scene::new(robot, setup, Way::by(method, step_us));
-                scene.soundly(0.3).unwrap();
-                scene.read("leg/LF/foot/position")
+                let mut harness = Harness::new(robot, setup, Integration::new(method, step_us));
+                harness.run_checked(0.3).unwrap();
+                harness.read("leg/LF/foot/position")
             });
             for (a, b) in ends[0].iter().zip(&ends[1]) {
                 assert!((a - b).abs() < 1e-5, "{name} by {method:?}: {a} and {b}");
@@ -86,16 +99,16 @@ fn with_its_error_control_on_it_takes_any_step() {
 }
 
 #[test]
-fn steps_that_methods_are_good_for_are_let_through() {
+fn suitable_steps_complete_without_fault() {
     let shorter = [
-        Way::by(Method::SemiImplicit, 2000),
-        Way::by(Method::ExplicitEuler, 100),
-        Way::by(Method::Thesis, 20),
+        Integration::new(Method::SemiImplicit, 2000),
+        Integration::new(Method::ExplicitEuler, 100),
+        Integration::new(Method::Thesis, 20),
     ];
-    for (name, robot, setup) in scenes() {
-        for way in WAYS.iter().chain(&shorter) {
-            let stopped = stopped(&robot, &setup, *way, 0.5);
-            assert_eq!(stopped, None, "{name} by {way:?}");
+    for (name, robot, setup) in cases() {
+        for integration in INTEGRATIONS.iter().chain(&shorter) {
+            let fault_of_run = fault_of_run(&robot, &setup, *integration, 0.5);
+            assert_eq!(fault_of_run, None, "{name} by {integration:?}");
         }
     }
 }

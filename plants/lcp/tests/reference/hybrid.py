@@ -1,9 +1,10 @@
-"""Smooth motion between events, events where they happen, impulses at them.
+"""Event-driven integration: smooth motion between events, exact event location, impulses at events.
 
-A phase has a set of constraints that hold; they are kept on the level of accelerations, with their multipliers, and nothing
-is projected: how far a gap drifts while it should be closed is a measure of the error. A phase ends where another gap
-closes, where a multiplier of a stop or the ground vanishes, where friction is used up, or where a slide stops. Each event is
-found by Newton's method on its time, every iterate integrated anew from the last output: no dense output enters.
+A phase has a set of active constraints, enforced at the acceleration level with multipliers and
+without projection: the drift of a closed gap measures the error. A phase ends where another gap
+closes, where the multiplier of a stop or of the ground vanishes, where the friction limit is
+reached, or where a slide stops. Each event is located by Newton's method on its time, with every
+iterate integrated anew from the last output, without dense output.
 """
 
 import itertools
@@ -11,14 +12,16 @@ import itertools
 import numpy as np
 from scipy.integrate import solve_ivp
 
-# A gap [m, rad] and a rate [m/s, rad/s] below which a gap counts as closed and as standing still. What opens at such a rate
-# and is pushed back would be shut again within some 1e-8 s, having opened by 1e-14: that is not resolved.
+# Gap [m, rad] and rate [m/s, rad/s] below which a gap counts as closed and at rest. A gap that opens
+# at such a rate against a closing force would close again within some 1e-8 s, after opening by
+# 1e-14: this is not resolved.
 CLOSED = 1e-10
 STILL = 1e-6
 
 
 class Hybrid:
-    """`atol`: of places and angles [m, rad], of their rates [m/s, rad/s]; the latter feel the rounding of great forces."""
+    """`atol`: tolerances of positions and angles [m, rad], and of their rates [m/s, rad/s]; the
+    latter contain rounding errors of large forces."""
 
     def __init__(self, system, friction=0.0, method="DOP853", rtol=1e-13, atol=(1e-15, 1e-13), max_step=5e-4):
         self.system, self.mu = system, friction
@@ -26,277 +29,280 @@ class Hybrid:
         self.atol = atol
         self.names = list(system.stop_names) + (["ground"] if system.ground is not None else [])
         self.ground = len(self.names) - 1 if system.ground is not None else None
-        self.events, self.lost, self.drift, self.evaluations = [], 0.0, 0.0, 0
+        self.events, self.impact_losses, self.max_violation, self.evaluations = [], 0.0, 0.0, 0
 
-    # What holds: a stop's index maps to "on"; the ground's to "stick" or to +1, -1, the direction of its slide.
+    # Active constraints: the index of a stop maps to "on"; that of the ground to "stick" or to the
+    # direction of sliding, +1 or -1.
 
-    def rows(self, held, rows):
-        """Directions that are kept still, and directions of the forces that do so."""
-        still, pulls = [], []
-        for index, how in held.items():
-            if how == "on":
-                still.append(rows[index])
-                pulls.append(rows[index])
-            elif how == "stick":
-                still.extend([rows[index], rows[index + 1]])
-                pulls.extend([rows[index], rows[index + 1]])
+    def rows(self, active, rows):
+        """Returns the constrained directions, and the directions of the constraint forces."""
+        constrained, force_directions = [], []
+        for index, mode in active.items():
+            if mode == "on":
+                constrained.append(rows[index])
+                force_directions.append(rows[index])
+            elif mode == "stick":
+                constrained.extend([rows[index], rows[index + 1]])
+                force_directions.extend([rows[index], rows[index + 1]])
             else:
-                still.append(rows[index])
-                pulls.append(rows[index] - self.mu * how * rows[index + 1])
+                constrained.append(rows[index])
+                force_directions.append(rows[index] - self.mu * mode * rows[index + 1])
         size = self.system_size
-        return np.array(still).reshape(-1, size), np.array(pulls).reshape(-1, size)
+        return np.array(constrained).reshape(-1, size), np.array(force_directions).reshape(-1, size)
 
-    def places(self, held, values):
-        """`values` laid out as `rows` gives its rows."""
+    def layout(self, active, values):
+        """Returns `values` in the layout of the result of `rows`."""
         found = []
-        for index, how in held.items():
-            found.extend([values[index], values[index + 1]] if how == "stick" else [values[index]])
+        for index, mode in active.items():
+            found.extend([values[index], values[index + 1]] if mode == "stick" else [values[index]])
         return np.array(found)
 
     @property
     def system_size(self):
         return self.system.size
 
-    def motion(self, q, u, held):
-        """Accelerations and multipliers."""
+    def motion(self, q, u, active):
+        """Returns accelerations and multipliers."""
         self.evaluations += 1
         inertia, force = self.system.dynamics(q, u)
-        if not held:
+        if not active:
             return np.linalg.solve(inertia, force), np.zeros(0)
         rows, drifts = self.system.constraints(q, u)
-        still, pulls = self.rows(held, rows)
-        free = np.linalg.solve(inertia, np.column_stack([force, pulls.T]))
-        forces = np.linalg.solve(still @ free[:, 1:], -self.places(held, drifts) - still @ free[:, 0])
+        constrained, force_directions = self.rows(active, rows)
+        free = np.linalg.solve(inertia, np.column_stack([force, force_directions.T]))
+        forces = np.linalg.solve(constrained @ free[:, 1:], -self.layout(active, drifts) - constrained @ free[:, 0])
         return free[:, 0] + free[:, 1:] @ forces, forces
 
     def split(self, y):
         size = self.system_size
         return y[: len(y) - size - 1], y[len(y) - size - 1 : -1]
 
-    def derivative(self, held):
-        def of(_, y):
+    def derivative(self, active):
+        def function_of_state(_, y):
             q, u = self.split(y)
-            acceleration, _ = self.motion(q, u, held)
+            acceleration, _ = self.motion(q, u, active)
             return np.concatenate([self.system.rates(q, u), acceleration, [self.system.friction_power(u)]])
 
-        return of
+        return function_of_state
 
-    # Events of a phase: functions that are positive inside of it.
+    # Events of a phase: functions that are positive within it.
 
-    def watched(self, held):
+    def event_functions(self, active):
         def gap(index):
             return lambda _, y: self.system.gaps(self.split(y)[0])[index]
 
-        def multiplier(place):
-            return lambda _, y: self.motion(*self.split(y), held)[1][place]
+        def multiplier(row):
+            return lambda _, y: self.motion(*self.split(y), active)[1][row]
 
-        def reserve(place, sign):
-            def of(_, y):
-                forces = self.motion(*self.split(y), held)[1]
-                return self.mu * forces[place] + sign * forces[place + 1]
+        def friction_margin(row, sign):
+            def function_of_state(_, y):
+                forces = self.motion(*self.split(y), active)[1]
+                return self.mu * forces[row] + sign * forces[row + 1]
 
-            return of
+            return function_of_state
 
         def slide(direction):
-            def of(_, y):
+            def function_of_state(_, y):
                 q, u = self.split(y)
                 return direction * (self.system.constraints(q, u)[0][-1] @ u)
 
-            return of
+            return function_of_state
 
-        found = [(("reached", index), gap(index)) for index in range(len(self.names)) if index not in held]
-        place = 0
-        for index, how in held.items():
-            found.append((("released", index), multiplier(place)))
-            if how == "stick":
-                found += [(("slips", sign), reserve(place, sign)) for sign in (1, -1)]
-                place += 1
-            elif how != "on":
-                found.append((("stops", index), slide(how)))
-            place += 1
+        found = [(("reached", index), gap(index)) for index in range(len(self.names)) if index not in active]
+        row = 0
+        for index, mode in active.items():
+            found.append((("released", index), multiplier(row)))
+            if mode == "stick":
+                found += [(("slips", sign), friction_margin(row, sign)) for sign in (1, -1)]
+                row += 1
+            elif mode != "on":
+                found.append((("stops", index), slide(mode)))
+            row += 1
         return found
 
-    # Impulses, and what holds afterwards.
+    # Impulses, and active constraints afterwards.
 
-    def choices(self, candidates, speed=0.0):
-        """Every way in which the candidates can hold or not."""
-        ways = []
+    def active_sets(self, candidates, speed=0.0):
+        """Generates all combinations of active constraints of the candidates."""
+        modes = []
         for index in candidates:
             if index != self.ground:
-                ways.append([None, "on"])
+                modes.append([None, "on"])
             elif speed > STILL:
-                ways.append([None, 1])
+                modes.append([None, 1])
             elif speed < -STILL:
-                ways.append([None, -1])
+                modes.append([None, -1])
             else:
-                ways.append([None, "stick", 1, -1])
-        for way in itertools.product(*ways):
-            yield {index: how for index, how in zip(candidates, way) if how is not None}
+                modes.append([None, "stick", 1, -1])
+        for combination in itertools.product(*modes):
+            yield {index: mode for index, mode in zip(candidates, combination) if mode is not None}
 
-    def violation(self, held, forces, values, candidates, scale):
-        """How far signs of forces, of what the gaps do where nothing holds them, and of slides are missed; none if by too
-        much for rounding."""
-        slack, place, worst = scale * 1e-11, 0, 0.0
-        for index, how in held.items():
-            if forces[place] < 0.0:
+    def violation(self, active, forces, values, candidates, scale):
+        """Returns the violation of the sign conditions of forces, free gaps and slides; `None` beyond
+        rounding errors."""
+        slack, row, worst = scale * 1e-11, 0, 0.0
+        for index, mode in active.items():
+            if forces[row] < 0.0:
                 return None
-            if how == "stick":
-                if abs(forces[place + 1]) > self.mu * forces[place]:
+            if mode == "stick":
+                if abs(forces[row + 1]) > self.mu * forces[row]:
                     return None
-                place += 1
-            elif how != "on":
-                worst = max(worst, -how * values[index + 1])
-            place += 1
-        worst = max([worst, *(-values[index] for index in candidates if index not in held)])
+                row += 1
+            elif mode != "on":
+                worst = max(worst, -mode * values[index + 1])
+            row += 1
+        worst = max([worst, *(-values[index] for index in candidates if index not in active)])
         return worst if worst <= slack else None
 
     @staticmethod
-    def best(answers, different):
-        """The answer that misses least; they must all be the same but for rounding."""
-        assert answers, "nothing fits"
-        answers = sorted(answers, key=lambda answer: answer[0])
-        assert max(np.abs(answer[1] - answers[0][1]).max() for answer in answers) < different, "more than one way fits"
-        return answers[0][1:]
+    def best(solutions, tolerance):
+        """Returns the solution of least violation; all must agree up to rounding errors."""
+        assert solutions, "no consistent active set"
+        solutions = sorted(solutions, key=lambda solution: solution[0])
+        assert max(np.abs(solution[1] - solutions[0][1]).max() for solution in solutions) < tolerance, "the active set is not unique"
+        return solutions[0][1:]
 
     def impact(self, q, u, candidates):
-        """Velocities after the impulses of all gaps that are closed: 0 ≤ P ⊥ J u⁺ ≥ 0, Coulomb's cone on the ground's."""
+        """Returns velocities after the impulses of all closed gaps: 0 ≤ P ⊥ J u⁺ ≥ 0, with Coulomb's
+        cone at the ground."""
         inertia = self.system.inertia(q)
         rows, _ = self.system.constraints(q, u)
-        answers = []
-        for held in self.choices(candidates):
-            still, pulls = self.rows(held, rows)
-            moved = np.linalg.solve(inertia, pulls.T)
+        solutions = []
+        for active in self.active_sets(candidates):
+            constrained, force_directions = self.rows(active, rows)
+            response = np.linalg.solve(inertia, force_directions.T)
             try:
-                impulses = np.linalg.solve(still @ moved, -still @ u)
+                impulses = np.linalg.solve(constrained @ response, -constrained @ u)
             except np.linalg.LinAlgError:
                 continue
-            after = u + moved @ impulses
-            missed = self.violation(held, impulses, rows @ after, candidates, 1.0 + np.abs(rows @ u).max())
-            if missed is not None:
-                answers.append((missed, after))
-        (after,) = self.best(answers, 1e-6)
-        lost = 0.5 * u @ inertia @ u - 0.5 * after @ inertia @ after
-        assert lost > -1e-15, "an impact gains energy"
-        self.lost += lost
+            after = u + response @ impulses
+            residual = self.violation(active, impulses, rows @ after, candidates, 1.0 + np.abs(rows @ u).max())
+            if residual is not None:
+                solutions.append((residual, after))
+        (after,) = self.best(solutions, 1e-6)
+        impact_losses = 0.5 * u @ inertia @ u - 0.5 * after @ inertia @ after
+        assert impact_losses > -1e-15, "an impact gains energy"
+        self.impact_losses += impact_losses
         return after
 
-    def holding(self, q, u):
-        """Which of the closed gaps that do not move stay closed: 0 ≤ λ ⊥ acceleration ≥ 0."""
+    def active_set(self, q, u):
+        """Returns the closed gaps at rest that remain closed: 0 ≤ λ ⊥ acceleration ≥ 0."""
         rows, drifts = self.system.constraints(q, u)
         gaps = self.system.gaps(q)
         candidates = [i for i in range(len(gaps)) if abs(gaps[i]) < CLOSED and abs(rows[i] @ u) < STILL]
         speed = rows[-1] @ u if self.ground in candidates else 0.0
         inertia, force = self.system.dynamics(q, u)
         scale = np.abs(rows @ np.linalg.solve(inertia, force)).max() if candidates else 1.0
-        answers = []
-        for held in self.choices(candidates, speed):
+        solutions = []
+        for active in self.active_sets(candidates, speed):
             try:
-                acceleration, forces = self.motion(q, u, held)
+                acceleration, forces = self.motion(q, u, active)
             except np.linalg.LinAlgError:
                 continue
             values = rows @ acceleration + drifts
-            if abs(speed) > STILL and self.ground in held:
-                values[self.ground + 1] = held[self.ground]
-            missed = self.violation(held, forces, values, candidates, scale)
-            if missed is not None:
-                answers.append((missed, acceleration, held))
-        return self.best(answers, 1e-6 * scale)[1]
+            if abs(speed) > STILL and self.ground in active:
+                values[self.ground + 1] = active[self.ground]
+            residual = self.violation(active, forces, values, candidates, scale)
+            if residual is not None:
+                solutions.append((residual, acceleration, active))
+        return self.best(solutions, 1e-6 * scale)[1]
 
-    def stopped(self, q, u, held):
-        """Velocities without what the held gaps still have."""
+    def project_velocity(self, q, u, active):
+        """Returns velocities without the remaining rates of the active constraints."""
         inertia = self.system.inertia(q)
-        still, pulls = self.rows(held, self.system.constraints(q, u)[0])
-        moved = np.linalg.solve(inertia, pulls.T)
-        after = u - moved @ np.linalg.solve(still @ moved, still @ u)
-        self.lost += 0.5 * u @ inertia @ u - 0.5 * after @ inertia @ after
+        constrained, force_directions = self.rows(active, self.system.constraints(q, u)[0])
+        response = np.linalg.solve(inertia, force_directions.T)
+        after = u - response @ np.linalg.solve(constrained @ response, constrained @ u)
+        self.impact_losses += 0.5 * u @ inertia @ u - 0.5 * after @ inertia @ after
         return after
 
-    def note(self, time, index, what):
+    def record_event(self, time, index, what):
         self.events.append({"time": time, "what": index if isinstance(index, str) else self.names[index], "event": what})
 
-    def settle(self, time, q, u, before):
-        """Impulses where gaps close, then what holds; notes what has changed."""
+    def resolve_contacts(self, time, q, u, previous):
+        """Applies impulses at closing gaps, determines the active constraints, and records changes."""
         rows, _ = self.system.constraints(q, u)
         gaps = self.system.gaps(q)
         closed = [index for index in range(len(gaps)) if abs(gaps[index]) < CLOSED]
-        assert all(index in closed for index in before), "a gap that was held has drifted"
+        assert all(index in closed for index in previous), "a closed gap has drifted"
         if any(rows[index] @ u < -STILL for index in closed):
             u = self.impact(q, u, closed)
-        held = self.holding(q, u) if closed else {}
-        if held:
-            u = self.stopped(q, u, held)
-        for index in before.keys() - held.keys():
-            self.note(time, index, "released")
+        active = self.active_set(q, u) if closed else {}
+        if active:
+            u = self.project_velocity(q, u, active)
+        for index in previous.keys() - active.keys():
+            self.record_event(time, index, "released")
         for index in closed:
-            if index in held and index not in before:
-                self.note(time, index, "reached, holds")
-            elif index not in held and index not in before and time > 0.0 and rows[index] @ u >= -STILL:
-                self.note(time, index, "reached, leaves")
-        if self.ground in held:
-            self.note(time, index=self.ground, what=slide_name(held[self.ground]))
-        return u, held
+            if index in active and index not in previous:
+                self.record_event(time, index, "reached, holds")
+            elif index not in active and index not in previous and time > 0.0 and rows[index] @ u >= -STILL:
+                self.record_event(time, index, "reached, leaves")
+        if self.ground in active:
+            self.record_event(time, index=self.ground, what=slide_name(active[self.ground]))
+        return u, active
 
     # A run.
 
     def run(self, q, u, times):
-        """States at `times`, the first of which is the start."""
-        u, held = self.settle(times[0], q, u, {})
+        """Returns states at `times`, the first of which is the start."""
+        u, active = self.resolve_contacts(times[0], q, u, {})
         y = np.concatenate([q, u, [0.0]])
-        found, kept = [y], [dict(held)]
-        losses = [self.lost]
+        found, active_at_times = [y], [dict(active)]
+        losses = [self.impact_losses]
         for start, end in zip(times[:-1], times[1:]):
-            y, held = self.segment(start, end, y, held)
+            y, active = self.segment(start, end, y, active)
             gaps = self.system.gaps(self.split(y)[0])
             assert len(gaps) == 0 or gaps.min() > -1e-9, f"a gap is {gaps.min()} at {end}"
-            self.drift = max([self.drift, *(abs(gaps[index]) for index in held)])
+            self.max_violation = max([self.max_violation, *(abs(gaps[index]) for index in active)])
             found.append(y)
-            kept.append(dict(held))
-            losses.append(self.lost)
-        return np.array(found), kept, np.array(losses)
+            active_at_times.append(dict(active))
+            losses.append(self.impact_losses)
+        return np.array(found), active_at_times, np.array(losses)
 
-    def solve(self, start, end, y, held, events=()):
+    def solve(self, start, end, y, active, events=()):
         size = self.system_size
         atol = np.array([self.atol[0]] * (len(y) - size - 1) + [self.atol[1]] * size + [1e-16])
-        of = self.derivative(held)
-        solution = solve_ivp(of, (start, end), y, events=events, dense_output=bool(events), atol=atol, **self.settings)
+        function_of_state = self.derivative(active)
+        solution = solve_ivp(function_of_state, (start, end), y, events=events, dense_output=bool(events), atol=atol, **self.settings)
         assert solution.success, solution.message
         return solution
 
-    def segment(self, start, end, y, held):
-        left = {}
+    def segment(self, start, end, y, active):
+        unmonitored = {}
         while start < end:
-            # A gap that has just been left begins at zero: no sign change tells when it closes again. So it is let go
-            # unwatched for a while that is too short for it to come back.
-            until = min([end, *(start + moment for moment in left.values())])
-            watched = [entry for entry in self.watched(held) if entry[0] not in left]
-            events = [ending(function) for _, function in watched]
-            solution = self.solve(start, until, y, held, events)
-            dip = self.dip(solution, [index for (kind, index), _ in watched if kind == "reached"])
-            if dip is not None:
-                # To where it is closed; there the signs tell.
-                solution = self.solve(start, dip, y, held, events)
-                assert solution.status == 1, "a gap that closes and opens again is lost"
+            # A gap that has just opened starts at zero, so that no sign change indicates its closing.
+            # It is not monitored during an interval that is too short for it to close again.
+            until = min([end, *(start + unmonitored_time for unmonitored_time in unmonitored.values())])
+            event_functions = [entry for entry in self.event_functions(active) if entry[0] not in unmonitored]
+            events = [ending(function) for _, function in event_functions]
+            solution = self.solve(start, until, y, active, events)
+            closing_time = self.find_closure(solution, [index for (kind, index), _ in event_functions if kind == "reached"])
+            if closing_time is not None:
+                # Integrate to where it is closed, which makes the sign change visible.
+                solution = self.solve(start, closing_time, y, active, events)
+                assert solution.status == 1, "a gap that closes and opens again was missed"
             if solution.status == 0:
-                start, y, left = until, solution.y[:, -1], {}
+                start, y, unmonitored = until, solution.y[:, -1], {}
                 continue
             which = next(i for i, times in enumerate(solution.t_events) if len(times))
-            (kind, index), function = watched[which]
-            time, at = self.locate(start, until, y, held, function, solution)
+            (kind, index), function = event_functions[which]
+            time, at = self.locate(start, until, y, active, function, solution)
             q, u = self.split(at)
             if kind == "released":
-                held = {i: how for i, how in held.items() if i != index}
-                self.note(time, index, "released")
+                active = {i: mode for i, mode in active.items() if i != index}
+                self.record_event(time, index, "released")
             elif kind == "slips":
-                held = {**held, self.ground: int(index)}
-                self.note(time, self.ground, slide_name(int(index)))
+                active = {**active, self.ground: int(index)}
+                self.record_event(time, self.ground, slide_name(int(index)))
             else:
-                u, held = self.settle(time, q, u, held)
+                u, active = self.resolve_contacts(time, q, u, active)
             start, y = time, np.concatenate([q, u, at[-1:]])
-            left = self.just_left(q, u, held)
-        return y, held
+            unmonitored = self.just_opened(q, u, active)
+        return y, active
 
-    def dip(self, solution, indices):
-        """The first of some instants within the steps at which a gap is closed that is open at their ends; if there is one."""
+    def find_closure(self, solution, indices):
+        """Returns the first of several instants within the steps at which a gap is closed that is open
+        at the ends of the step, if any."""
         if not indices:
             return None
         ends = solution.t
@@ -307,27 +313,27 @@ class Hybrid:
                     return time
         return None
 
-    def just_left(self, q, u, held):
-        """What begins at zero and opens, with a time in which it does not come back [s]."""
+    def just_opened(self, q, u, active):
+        """Returns the gaps that open from zero, with an interval in which they cannot close again [s]."""
         rows, drifts = self.system.constraints(q, u)
-        changes = rows @ self.motion(q, u, held)[0] + drifts
+        changes = rows @ self.motion(q, u, active)[0] + drifts
         found, gaps = {}, self.system.gaps(q)
         for index, gap in enumerate(gaps):
-            if abs(gap) < CLOSED and index not in held:
-                found["reached", index] = moment(rows[index] @ u, changes[index])
-        if held.get(self.ground) in (1, -1) and abs(rows[-1] @ u) < STILL:
-            found["stops", self.ground] = moment(0.0, abs(changes[-1]))
+            if abs(gap) < CLOSED and index not in active:
+                found["reached", index] = unmonitored_time(rows[index] @ u, changes[index])
+        if active.get(self.ground) in (1, -1) and abs(rows[-1] @ u) < STILL:
+            found["stops", self.ground] = unmonitored_time(0.0, abs(changes[-1]))
         return found
 
-    def locate(self, start, end, y, held, function, solution):
-        """Time of the event and state there."""
+    def locate(self, start, end, y, active, function, solution):
+        """Returns the time of the event and the state there."""
         time = solution.t[-1]
         reach = 1e-7
         back, ahead = max(start, time - reach), min(end, time + reach)
         slope = (function(ahead, solution.sol(ahead)) - function(back, solution.sol(back))) / (ahead - back)
         at = y
         for _ in range(12):
-            at = self.solve(start, time, y, held).y[:, -1] if time > start else y
+            at = self.solve(start, time, y, active).y[:, -1] if time > start else y
             change = function(time, at) / slope
             if abs(change) < 1e-16 + 1e-16 * abs(time):
                 break
@@ -335,20 +341,20 @@ class Hybrid:
         return time, at
 
 
-def moment(rate, change):
-    """Half of the time in which something that opens at `rate` is stopped by `change`, and not long at all."""
+def unmonitored_time(rate, change):
+    """Returns half of the time in which an opening `rate` is stopped by `change`, at most 1e-5 s."""
     return 1e-5 if change >= 0.0 or rate < STILL else min(1e-5, 0.5 * rate / -change)
 
 
 def ending(function):
-    """An event of `solve_ivp` that ends a phase where `function` falls through zero."""
+    """Returns a terminal event of `solve_ivp` where `function` falls through zero."""
 
-    def of(t, y):
+    def function_of_state(t, y):
         return function(t, y)
 
-    of.terminal, of.direction = True, -1
-    return of
+    function_of_state.terminal, function_of_state.direction = True, -1
+    return function_of_state
 
 
-def slide_name(how):
-    return "sticks" if how == "stick" else ("slides forward" if how > 0 else "slides backward")
+def slide_name(mode):
+    return "sticks" if mode == "stick" else ("slides forward" if mode > 0 else "slides backward")

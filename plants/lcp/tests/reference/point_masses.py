@@ -1,8 +1,9 @@
-"""A leg as point masses on links, in *relative* joint angles; a thin rod is exactly three point masses.
+"""Leg as point masses on links, in *relative* joint angles; a thin rod equals three point masses.
 
-Coordinates of a planar mechanism: perhaps x, z and pitch of a trunk, then hip, knee, ankle (and toe) angle, each relative to
-the link before. Every point is a constant combination of the links' unit vectors; inertia is the sum of m JᵀJ (Kane's
-method), spring forces and stops' directions are complex steps of lengths.
+Coordinates of a planar mechanism: optionally x, z and pitch of a trunk, then hip, knee, ankle (and
+toe) angle, each relative to the previous link. Every point is a constant combination of the unit
+vectors of the links; inertia is the sum of m JᵀJ (Kane's method); spring forces and directions of
+stops are complex-step derivatives of lengths.
 """
 
 import numpy as np
@@ -14,7 +15,7 @@ STEP = 1e-30
 
 
 def rows_of_leg(leg, toe):
-    """Mass points, their masses, and named points, as combinations of the unit vectors of the leg's links."""
+    """Returns mass points, masses, and named points, as combinations of the link unit vectors."""
     l1, l2, b, ld = leg.l1, leg.l2, leg.b, leg.ld
     hip, knee, ankle = np.zeros(4), np.array([l1, 0, 0, 0]), np.array([l1, l2, 0, 0])
     foot = np.array([l1, l2, b, 0])
@@ -41,9 +42,11 @@ def rows_of_leg(leg, toe):
 
 
 class PlanarLeg:
-    """One leg on a fixed hip, or (`trunk` given: mass, inertia about y, hip's x) on a trunk that moves in x, z and pitch.
+    """One leg on a fixed hip, or with `trunk` (mass, inertia about y, x of the hip) on a trunk that
+    moves in x, z and pitch.
 
-    `ground` is the height of the ground, if there is any. World x forward, z up; an angle is zero straight down and positive forward, pitch is positive nose down.
+    `ground` is the height of the ground, if any. World x forward, z up; angles are zero straight
+    down and positive forward, pitch is positive nose down.
     """
 
     def __init__(self, leg, toe=False, trunk=None, stops=True, ground=None):
@@ -53,7 +56,7 @@ class PlanarLeg:
         self.free = 3 if trunk else 0
         self.size = self.free + self.joints
         points, masses, self.named = rows_of_leg(leg, toe)
-        # Links' angles by coordinates: running sums of the joints', less the pitch.
+        # Link angles by coordinates: cumulative sums of joint angles, minus the pitch.
         self.by = np.hstack([np.zeros((self.joints, self.free)), np.tril(np.ones((self.joints, self.joints)))])
         self.at = np.zeros(self.joints)
         names = ["inner", "outer", "ankle", "foot", "tip" if toe else "foot"]
@@ -61,18 +64,18 @@ class PlanarLeg:
         if trunk:
             mass, inertia, hip_x = trunk
             self.by[:, 2] = -1.0
-            # A link along the trunk: straight down and a quarter turn forward.
+            # A link along the trunk: straight down, rotated by a quarter turn forward.
             self.by = np.vstack([self.by, np.zeros(self.size)])
             self.by[-1, 2] = -1.0
             self.at = np.append(self.at, np.pi / 2)
 
-            def hung(rows):
+            def with_trunk_link(rows):
                 return np.hstack([rows, np.full((len(rows), 1), hip_x)])
 
             radius = np.sqrt(inertia / mass)
             body = np.zeros((2, self.joints + 1))
             body[:, -1] = [radius, -radius]
-            points, special = np.vstack([hung(points), body]), hung(special)
+            points, special = np.vstack([with_trunk_link(points), body]), with_trunk_link(special)
             masses = np.append(masses, [mass / 2, mass / 2])
         self.combination, self.masses, self.special = points, masses, special
         self.damping = np.zeros(self.size)
@@ -80,13 +83,13 @@ class PlanarLeg:
 
     # Kinematics of points.
 
-    def place(self, rows, q):
+    def positions(self, rows, q):
         angles = self.by @ q + self.at
-        places = rows @ np.stack([np.sin(angles), -np.cos(angles)], axis=1)
-        return places + q[:2] if self.trunk else places
+        positions = rows @ np.stack([np.sin(angles), -np.cos(angles)], axis=1)
+        return positions + q[:2] if self.trunk else positions
 
     def jacobians(self, rows, q):
-        """Of x and of z, each points × coordinates."""
+        """Returns the Jacobians of x and of z, each points × coordinates."""
         angles = self.by @ q + self.at
         x, z = (rows * np.cos(angles)) @ self.by, (rows * np.sin(angles)) @ self.by
         if self.trunk:
@@ -95,14 +98,14 @@ class PlanarLeg:
         return x, z
 
     def drift(self, rows, q, u):
-        """Accelerations of points at constant rates."""
+        """Returns accelerations of points at constant rates."""
         angles, squares = self.by @ q + self.at, (self.by @ u) ** 2
         return -rows @ np.stack([np.sin(angles) * squares, -np.cos(angles) * squares], axis=1)
 
     # Lengths, springs, stops.
 
     def lengths(self, q):
-        """Of diagonal and parallel rod, for one pose or for one in each row of `q`, which may be complex."""
+        """Returns lengths of diagonal and parallel rod, for a pose or rows of poses, real or complex."""
         angles = q @ self.by.T + self.at
         e = np.stack([np.sin(angles), -np.cos(angles)], axis=-1)
         inner, outer, ankle = (np.tensordot(row, e, axes=(0, -2)) for row in self.special[:3])
@@ -110,7 +113,7 @@ class PlanarLeg:
         return np.stack([np.sqrt((diagonal**2).sum(-1)), np.sqrt((parallel**2).sum(-1))], axis=-1)
 
     def slopes(self, q):
-        """Gradients of the two lengths, by the complex step: 2 × coordinates."""
+        """Returns gradients of the two lengths, by the complex step: 2 × coordinates."""
         return (self.lengths(q + 1j * STEP * np.eye(self.size)).imag / STEP).T
 
     def stretches(self, q):
@@ -118,18 +121,18 @@ class PlanarLeg:
         return diagonal - (leg.diagonal_max + leg.preload_d), parallel - (leg.l2 - leg.preload_p)
 
     def gaps(self, q):
-        """What every stop leaves, and the foot's height over the ground."""
+        """Returns the gaps of the stops, and the height of the foot over the ground."""
         leg, gaps = self.leg, []
         if self.stop_names:
             diagonal, parallel = self.lengths(q)
             opening = q[self.free + 1] + q[self.free + 2]
             gaps = [opening, leg.l2 + leg.travel - parallel, leg.diagonal_max - diagonal, diagonal - leg.diagonal_min]
         if self.ground is not None:
-            gaps.append(self.place(self.special[4:], q)[0, 1] - self.ground)
+            gaps.append(self.positions(self.special[4:], q)[0, 1] - self.ground)
         return np.array(gaps)
 
     def constraints(self, q, u):
-        """Directions and drifts of all gaps, then direction and drift of the foot's slide."""
+        """Returns directions and drifts of all gaps, then of the tangential motion of the foot."""
         rows, drifts = [], []
         if self.stop_names:
             opening = np.zeros(self.size)
@@ -144,16 +147,16 @@ class PlanarLeg:
         return np.array(rows).reshape(-1, self.size), np.array(drifts)
 
     def curvatures(self, q, u):
-        """Second derivatives of both lengths at constant rates."""
+        """Returns second derivatives of both lengths at constant rates."""
         special = self.special[:3]
-        places, (x, z), drift = self.place(special, q), self.jacobians(special, q), self.drift(special, q, u)
+        positions, (x, z), drift = self.positions(special, q), self.jacobians(special, q), self.drift(special, q, u)
         rates = np.stack([x @ u, z @ u], axis=1)
         found = []
         for end in (2, 1):
-            span, rate, bend = places[end] - places[0], rates[end] - rates[0], drift[end] - drift[0]
+            span, rate, acceleration = positions[end] - positions[0], rates[end] - rates[0], drift[end] - drift[0]
             length = np.sqrt(span @ span)
             speed = span @ rate / length
-            found.append((rate @ rate + span @ bend - speed**2) / length)
+            found.append((rate @ rate + span @ acceleration - speed**2) / length)
         return found
 
     # Dynamics.
@@ -163,7 +166,7 @@ class PlanarLeg:
         return x.T @ (self.masses[:, None] * x) + z.T @ (self.masses[:, None] * z)
 
     def dynamics(self, q, u):
-        """Inertia and generalised force: inertia · acceleration = force + what constraints add."""
+        """Returns inertia and force: inertia · acceleration = force + constraint forces."""
         x, z = self.jacobians(self.combination, q)
         drift = self.drift(self.combination, q, u) * self.masses[:, None]
         inertia = x.T @ (self.masses[:, None] * x) + z.T @ (self.masses[:, None] * z)
@@ -188,22 +191,22 @@ class PlanarLeg:
         spring = 0.5 * leg.k_d * d**2 + 0.5 * leg.k_p * p**2
         if self.toe:
             spring += 0.5 * leg.toe_stiffness * (q[-1] - leg.toe_rest) ** 2
-        gravity = GRAVITY * self.masses @ self.place(self.combination, q)[:, 1]
+        gravity = GRAVITY * self.masses @ self.positions(self.combination, q)[:, 1]
         return 0.5 * u @ self.inertia(q) @ u, spring, gravity
 
     # Poses.
 
     def joint_coordinates(self, q1, q2, q3, toe=0.0):
-        """Coordinates of the joints from the thesis' angles, which count from the extended, closed leg."""
+        """Returns joint coordinates from thesis angles, zero for the extended, closed leg."""
         leg = self.leg
         joints = [q1 + leg.hip_ref, q2 - leg.q2_ref, q3 + leg.q2_ref, toe]
         return np.array(joints[: self.joints])
 
     def absolute(self, q):
-        """Angles of the links against the trunk."""
+        """Returns the angles of the links against the trunk."""
         return np.cumsum(q[self.free :])
 
     def foot(self, q):
-        """Foot (end of the third segment) and the point that touches the ground (tip of the toe, where there is one)."""
-        places = self.place(self.special, q)
-        return places[3], places[4]
+        """Returns the foot (end of the third segment) and the contact point (tip of the toe, if any)."""
+        positions = self.positions(self.special, q)
+        return positions[3], positions[4]

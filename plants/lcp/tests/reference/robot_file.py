@@ -1,4 +1,4 @@
-"""A robot file as plain numbers in SI units, read without any of the Rust code."""
+"""Robot files as numbers in SI units, read independently of the Rust code."""
 
 import pathlib
 import tomllib
@@ -23,7 +23,7 @@ UNITS = {
 
 
 def si(value):
-    """`"44.2 mm"` in SI. Decimal first, so that the number is the one nearest to what is written."""
+    """Converts `"44.2 mm"` to SI, in decimal, so that the result is the nearest double."""
     if not isinstance(value, str):
         return float(value)
     number, unit = value.split(" ", 1)
@@ -33,7 +33,7 @@ def si(value):
 
 
 class Leg:
-    """Parameters of one leg, and the lengths that follow from its geometry."""
+    """Parameters of one leg, and derived lengths."""
 
     def __init__(self, table):
         self.l1, self.l2, self.l3, self.ld = (si(table[key]) for key in ("l1", "l2", "l3", "l_delta"))
@@ -54,7 +54,7 @@ class Leg:
 
     @property
     def hip_ref(self):
-        """Angle of the first segment from straight down where the extended, closed leg has its foot below the hip."""
+        """Absolute angle of the first segment of the extended, closed leg with its foot below the hip."""
         return np.arctan2(self.l2 * np.sin(self.q2_ref), self.l1 + self.b + self.l2 * np.cos(self.q2_ref))
 
     def parameters(self):

@@ -1,18 +1,19 @@
-//! What MuJoCo says of a model that it refuses, whole.
+//! MuJoCo's messages on refused models, untruncated.
 
 use mujoco_rs::error::{MjEditError, MjModelError};
 use mujoco_rs::wrappers::mj_editing::MjSpec;
 
 use crate::engine::EngineError;
 
-/// Room that the wrapper gives a message when it loads a model; a longer one is cut there \[bytes\].
-const ROOM: usize = 99;
+/// Capacity of the wrapper's buffer for messages on loading a model; longer ones are truncated
+/// \[bytes\].
+const CAPACITY: usize = 99;
 
-/// Where MuJoCo says the line, in its own words and in those of its XML parser.
-const LINES: [&str; 2] = ["line ", "Line number="];
+/// Texts before a line number, of MuJoCo and of its XML parser.
+const LINE_MARKERS: [&str; 2] = ["line ", "Line number="];
 
-/// Why MuJoCo refuses a model, which is what it says when it takes the model in two steps, `parse` and compile: the second has
-/// room for the whole of it, with the line at its end.
+/// Returns MuJoCo's reason to refuse a model, taken from a second attempt in two steps, `parse` and
+/// compile: compilation reports the complete message, with the line at its end.
 pub(crate) fn refused(
     why: &MjModelError,
     parse: impl FnOnce() -> Result<MjSpec, MjEditError>,
@@ -21,7 +22,7 @@ pub(crate) fn refused(
     let message = match (compiled, why) {
         (Err(MjEditError::CompileFailed(message)), _) => message,
         (_, MjModelError::LoadFailed(message)) => {
-            let end = if message.len() >= ROOM { "…" } else { "" };
+            let end = if message.len() >= CAPACITY { "…" } else { "" };
             format!("{message}{end}")
         }
         (_, why) => why.to_string(),
@@ -35,20 +36,20 @@ pub(crate) fn refused(
     )
 }
 
-/// A message of several lines in one.
+/// Returns a message of several lines in one.
 pub(crate) fn in_one_line(message: &str) -> String {
     message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The line that a message speaks of, counted from 1. One that may have lost digits is none.
+/// Returns the line number in a message, counted from 1; none if digits may have been truncated.
 pub(crate) fn line(message: &str) -> Option<usize> {
     let after = |word: &&str| Some(message.rfind(*word)? + word.len());
-    let start = LINES.iter().filter_map(after).max()?;
+    let start = LINE_MARKERS.iter().filter_map(after).max()?;
     let rest = &message[start..];
     let end = rest.find(|c: char| !c.is_ascii_digit());
     let (digits, rest) = rest.split_at(end.unwrap_or(rest.len()));
-    let whole = !rest.starts_with('…');
-    digits.parse().ok().filter(|&line| line > 0 && whole)
+    let complete = !rest.starts_with('…');
+    digits.parse().ok().filter(|&line| line > 0 && complete)
 }
 
 #[cfg(test)]
@@ -56,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_is_the_last_one_named_and_only_where_its_digits_are_whole() {
+    fn line_is_the_last_one_with_complete_digits() {
         assert_eq!(
             line("mass must be positive Element name 'line 7', id 1, line 32"),
             Some(32)

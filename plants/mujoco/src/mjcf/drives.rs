@@ -1,12 +1,13 @@
-//! What turns hips and pulleys.
+//! Drives of hips and pulleys.
 //!
-//! A pulley stands in the world, for nothing of it is felt by the trunk: a mass on a horizontal rail, as heavy as its inertia
-//! is at the radius of the pulley. The cable has two branches, from hip to ankle and from the pulley to the world; it is only
-//! ever too long, never too short, so it pulls and does not push.
+//! A pulley belongs to the world, since it has no reaction on the trunk: a mass on a horizontal
+//! slide, equivalent to its inertia at its radius. The cable has two branches, from hip to ankle
+//! and from the pulley to the world; its length has an upper limit only, so it pulls and does not
+//! push.
 //!
-//! A servo gives its joint the acceleration that it wants, as far as its torque goes. Here that is a flywheel that turns as the
-//! servo wants, and a clutch between the two that transmits its torque and no more. The flywheel is so heavy that it does not
-//! feel the joint.
+//! A servo accelerates its joint as it requests, up to its torque. It is modelled as a flywheel
+//! that turns at the requested rate, and a clutch that transmits the servo's torque at most. The
+//! flywheel is so heavy that the joint does not affect it.
 
 use core::fmt::Write;
 
@@ -16,14 +17,15 @@ use super::{LegModel, Sections, line, triple};
 use crate::model::{FLYWHEEL, UNLIMITED};
 use crate::options::Coordinates;
 
-/// From where the pulley's branch of the cable is held to where the pulley starts \[m\].
+/// Distance from the fixed end of the pulley's branch of the cable to the initial position of the
+/// pulley \[m\].
 const BRANCH: f64 = 1.0;
 
 /// Writes pulley, cable and drives of a leg.
 pub(super) fn write(leg: &LegModel, drives: &Fitted, coordinates: Coordinates, to: &mut Sections) {
     let (tag, radius) = (&leg.tag, leg.pulley_radius);
     let [_, inertia] = drives.inertias();
-    let [x, y, z] = leg.pulley_place;
+    let [x, y, z] = leg.pulley_position;
     line!(
         to.world,
         "    <site name=\"{tag}_anchor\" pos=\"{}\"/>",
@@ -32,7 +34,7 @@ pub(super) fn write(leg: &LegModel, drives: &Fitted, coordinates: Coordinates, t
     line!(
         to.world,
         "    <body name=\"{tag}_pulley\" pos=\"{}\">\n      <joint name=\"{tag}_pulley\" type=\"slide\" axis=\"1 0 0\"/>",
-        triple(&leg.pulley_place)
+        triple(&leg.pulley_position)
     );
     let mass = inertia / (radius * radius);
     line!(

@@ -1,36 +1,37 @@
-//! A leg as three bodies that pins hold together.
+//! A leg as three bodies connected by pins.
 //!
-//! A thin rod has no inertia about itself, so a body of six degrees of freedom would be singular. A leg moves in a plane of its
-//! trunk: each segment is a body that moves freely in that plane, by two slides and a hinge from the trunk. Three coordinates
-//! for each of twelve segments make 36 on a trunk that is held. The rods of the pantograph are springs without mass, whose
-//! stops are limits of their length.
+//! A thin rod has no axial inertia, so that a body of six degrees of freedom would be singular. A
+//! leg moves in a plane of its trunk: each segment is a free body in that plane, with two slides
+//! and a hinge from the trunk. Three coordinates for each of twelve segments make 36 on a fixed
+//! trunk. The rods of the pantograph are massless springs, whose stops are limits of their length.
 
 use core::fmt::Write;
 
 use twinrig_leg::Joints;
 
-use super::shape::{SEGMENTS, Turned, write as shape};
+use super::shape::{SEGMENTS, SegmentPlacement, write as shape};
 use super::{LegModel, Sections, line, springs, triple};
 use crate::model::Model;
 
-/// Writes the leg into its trunk, which is open.
+/// Writes the leg into the body element of its trunk.
 pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {
     let tag = &leg.tag;
     let reference = leg.pantograph.angles(0.0, Joints { q2: 0.0, q3: 0.0 });
     let mut joint = [leg.hip[0], leg.hip[2]];
-    for (which, name) in SEGMENTS.iter().enumerate() {
-        let angle = reference[which];
+    for (index, name) in SEGMENTS.iter().enumerate() {
+        let angle = reference[index];
         let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
-        let segment = leg.segments[which];
+        let segment = leg.segments[index];
         let centre = [
             joint[0] + segment.centre * sine,
             joint[1] - segment.centre * cosine,
         ];
-        let place = triple(&[centre[0], leg.hip[1], centre[1]]);
-        // The frame stands upright in the trunk, so that slides and hinge have the trunk's axes.
+        let position = triple(&[centre[0], leg.hip[1], centre[1]]);
+        // The body's frame has the trunk's orientation, so that slides and hinge have the trunk's
+        // axes.
         line!(
             to.world,
-            "      <body name=\"{tag}_{name}\" pos=\"{place}\">"
+            "      <body name=\"{tag}_{name}\" pos=\"{position}\">"
         );
         for (axis, along, from) in [("x", "1 0 0", centre[0]), ("z", "0 0 1", centre[1])] {
             line!(
@@ -38,7 +39,7 @@ pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {
                 "        <joint name=\"{tag}_{name}_{axis}\" type=\"slide\" axis=\"{along}\" ref=\"{from}\"/>"
             );
         }
-        let (damping, armature) = match (which, model.drives) {
+        let (damping, armature) = match (index, model.drives) {
             (0, Some(drives)) => (leg.friction[0], drives.inertias()[0]),
             (0, None) => (leg.friction[0], 0.0),
             _ => (0.0, 0.0),
@@ -47,32 +48,32 @@ pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {
             to.world,
             "        <joint name=\"{tag}_{name}_turn\" axis=\"0 -1 0\" ref=\"{angle}\" damping=\"{damping}\" armature=\"{armature}\"/>"
         );
-        let centred = Turned {
+        let placement = SegmentPlacement {
             top: -segment.centre,
             angle,
         };
-        shape(leg, which, centred, to);
+        shape(leg, index, placement, to);
         line!(to.world, "      </body>");
         joint[0] += segment.length * sine;
         joint[1] -= segment.length * cosine;
     }
     pins(leg, to);
-    let between = |least: f64, most: f64| format!(" range=\"{least} {most}\"");
-    let (diagonal, parallel) = if model.unbounded {
+    let range = |minimum: f64, maximum: f64| format!(" range=\"{minimum} {maximum}\"");
+    let (diagonal, parallel) = if model.without_stops {
         (String::new(), String::new())
     } else {
         (
-            between(leg.diagonal_min, leg.diagonal_max),
-            between(leg.parallel_min, leg.parallel_max),
+            range(leg.diagonal_min, leg.diagonal_max),
+            range(leg.parallel_min, leg.parallel_max),
         )
     };
     springs(leg, &diagonal, &parallel, to);
-    for (which, joint) in [(1, "knee"), (2, "ankle")] {
-        let (above, below) = (SEGMENTS[which - 1], SEGMENTS[which]);
+    for (index, joint) in [(1, "knee"), (2, "ankle")] {
+        let (above, below) = (SEGMENTS[index - 1], SEGMENTS[index]);
         line!(
             to.tendons,
             "    <fixed name=\"{tag}_{joint}_friction\" damping=\"{}\">\n      <joint joint=\"{tag}_{below}_turn\" coef=\"1\"/><joint joint=\"{tag}_{above}_turn\" coef=\"-1\"/>\n    </fixed>",
-            leg.friction[which]
+            leg.friction[index]
         );
     }
 }

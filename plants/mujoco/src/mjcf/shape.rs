@@ -1,4 +1,4 @@
-//! What a segment is, however it is hung up.
+//! Segments: inertia, shape and sites, in the frame of their body.
 
 use core::fmt::Write;
 
@@ -10,26 +10,25 @@ use crate::model::FOOT_RADIUS;
 /// The three segments from the hip down.
 pub(super) const SEGMENTS: [&str; 3] = ["upper", "middle", "lower"];
 
-/// A rod has no inertia about itself, and MuJoCo no body without: this much is none \[kg·m²\].
-const NEXT_TO_NOTHING: f64 = 1e-14;
+/// Axial moment of inertia: a thin rod has none, but MuJoCo requires a positive one \[kg·m²\].
+const AXIAL_MOMENT: f64 = 1e-14;
 
-/// Inertia, looks and sites of a segment, in a frame whose z points up the segment and in which the joint above it is at
-/// `top`.
-pub(super) fn write(leg: &LegModel, which: usize, turned: Turned, to: &mut Sections) {
+/// Writes inertia, shape and sites of a segment.
+pub(super) fn write(leg: &LegModel, index: usize, placement: SegmentPlacement, to: &mut Sections) {
     let Segment {
         length,
         above,
         mass,
         centre,
         moment,
-    } = leg.segments[which];
+    } = leg.segments[index];
     let tag = &leg.tag;
-    let at = |along: f64| triple(&turned.at(along));
+    let at = |along: f64| triple(&placement.at(along));
     line!(
         to.world,
-        "        <inertial pos=\"{}\" quat=\"{}\" mass=\"{mass}\" diaginertia=\"{moment} {moment} {NEXT_TO_NOTHING}\"/>",
+        "        <inertial pos=\"{}\" quat=\"{}\" mass=\"{mass}\" diaginertia=\"{moment} {moment} {AXIAL_MOMENT}\"/>",
         at(centre),
-        turned.quaternion()
+        placement.quaternion()
     );
     line!(
         to.world,
@@ -37,7 +36,7 @@ pub(super) fn write(leg: &LegModel, which: usize, turned: Turned, to: &mut Secti
         at(-above),
         at(length)
     );
-    let sites: &[(&str, f64)] = &match which {
+    let sites: &[(&str, f64)] = &match index {
         0 => [("inner", length - leg.l_delta), ("knee", length)],
         1 => [("knee_below", 0.0), ("ankle", length)],
         _ => [("ankle_below", 0.0), ("outer", -above)],
@@ -49,14 +48,14 @@ pub(super) fn write(leg: &LegModel, which: usize, turned: Turned, to: &mut Secti
             at(*along)
         );
     }
-    if which == 0 {
+    if index == 0 {
         line!(
             to.world,
             "        <site name=\"{tag}_hip_below\" pos=\"{}\"/>",
             at(0.0)
         );
     }
-    if which == 2 {
+    if index == 2 {
         line!(
             to.world,
             "        <site name=\"{tag}_foot\" pos=\"{}\"/>",
@@ -73,28 +72,27 @@ pub(super) fn write(leg: &LegModel, which: usize, turned: Turned, to: &mut Secti
     }
 }
 
-/// A segment as it is drawn in its body's frame: where the joint above it is, seen from the frame's origin along the segment,
-/// and the segment's angle in the frame.
+/// Placement of a segment in the frame of its body.
 #[derive(Clone, Copy)]
-pub(super) struct Turned {
-    /// Along the segment from the frame's origin to the joint above \[m\].
+pub(super) struct SegmentPlacement {
+    /// Distance along the segment from the frame's origin to the joint above \[m\].
     pub(super) top: f64,
-    /// Of the segment in the frame \[rad\].
+    /// Angle of the segment in the frame \[rad\].
     pub(super) angle: f64,
 }
 
-impl Turned {
-    /// The point that is so far along the segment from the joint above it.
+impl SegmentPlacement {
+    /// Returns the point at a distance along the segment from the joint above it.
     fn at(self, along: f64) -> [f64; 3] {
-        let far = self.top + along;
+        let distance = self.top + along;
         [
-            far * libm::sin(self.angle),
+            distance * libm::sin(self.angle),
             0.0,
-            -far * libm::cos(self.angle),
+            -distance * libm::cos(self.angle),
         ]
     }
 
-    /// About −y.
+    /// Returns the rotation about −y.
     fn quaternion(self) -> String {
         let half = 0.5 * self.angle;
         triple(&[libm::cos(half), 0.0, -libm::sin(half), 0.0])

@@ -1,4 +1,4 @@
-//! A model and what is wanted of it, checked against each other.
+//! A model bound to the signals of a scenario.
 
 use std::ops::Range;
 
@@ -10,10 +10,10 @@ use crate::model_file::file::ModelFile;
 use crate::model_file::legs::{Leg, legs, weight};
 use crate::model_file::plant::Mjcf;
 use crate::model_file::signals::{ElementKind, ModelSignals, Output};
-use crate::model_file::source::{SignalSource, Source, found, range};
+use crate::model_file::source::{SignalSource, Source, find_element, range};
 use crate::model_file::unit::{self, Control};
 
-/// Energies that every such plant has, as [`twinrig_runtime::EnergyBalance`] has them.
+/// Energy signals of every such plant, those of [`twinrig_runtime::EnergyBalance`].
 pub(crate) const ENERGIES: [&str; 8] = [
     "energy/kinetic",
     "energy/spring",
@@ -25,7 +25,7 @@ pub(crate) const ENERGIES: [&str; 8] = [
     "energy/residual",
 ];
 
-/// Signals that expectations and recordings know by name: of the body, then of a leg.
+/// Standard signals of expectations and recordings, with unit and size: of the body, then of a leg.
 const OF_BODY: [(&str, Unit, usize); 5] = [
     ("body/position", Unit::Meter, 3),
     ("body/orientation", Unit::One, 4),
@@ -41,44 +41,44 @@ const OF_LEG: [(&str, Unit, usize); 5] = [
     ("foot/clearance", Unit::Meter, 1),
 ];
 
-/// What a plant writes.
+/// Source of an output.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Written {
-    Of(Source),
+pub(crate) enum OutputSource {
+    Model(Source),
     /// One of [`ENERGIES`].
     Energy(usize),
 }
 
-/// A model whose signals are known.
+/// A model with its signals, checked against each other.
 pub struct BoundModel {
     file: ModelFile,
     keyframe: Option<usize>,
     inputs: Vec<(Port, Range<usize>)>,
-    outputs: Vec<(Port, Written)>,
+    outputs: Vec<(Port, OutputSource)>,
     legs: Vec<Leg>,
     weight: f64,
 }
 
 impl BoundModel {
-    /// Finds everything that `signals` names in the model.
+    /// Binds the elements that `signals` names in the model.
     ///
     /// # Errors
-    /// [`ModelFileError`] with everything that is not as it is wanted.
+    /// [`ModelFileError`] with all mismatches of the signals.
     pub fn new(file: ModelFile, signals: &ModelSignals) -> Result<Self, ModelFileError> {
-        let (inputs, mut misfits) = inputs(&file, signals);
+        let (inputs, mut mismatches) = inputs(&file, signals);
         let (mut outputs, others) = outputs(&file, signals);
-        misfits.extend(others);
-        if !misfits.is_empty() {
-            return Err(ModelFileError::Signals(misfits));
+        mismatches.extend(others);
+        if !mismatches.is_empty() {
+            return Err(ModelFileError::Signals(mismatches));
         }
         let energies = ENERGIES.iter().enumerate().map(|(i, name)| {
             let port = Port::output(*name, Unit::Joule, 1);
-            (port, Written::Energy(i))
+            (port, OutputSource::Energy(i))
         });
         outputs.extend(energies);
         let keyframe = signals.keyframe.as_deref();
         let keyframe = keyframe.map(|name| keyframe_of(&file, name)).transpose()?;
-        let mut wired = Self {
+        let mut bound = Self {
             file,
             keyframe,
             inputs,
@@ -86,49 +86,51 @@ impl BoundModel {
             legs: Vec::new(),
             weight: 0.0,
         };
-        let engine = wired.engine()?;
+        let engine = bound.engine()?;
         let found = legs(&engine, signals).map_err(|leg| ModelFileError::Nowhere { leg })?;
-        wired.weight = weight(engine.model(), &found.1);
-        wired.legs = found.0;
-        Ok(wired)
+        bound.weight = weight(engine.model(), &found.1);
+        bound.legs = found.0;
+        Ok(bound)
     }
 
-    /// The model.
+    /// Returns the model.
     pub fn file(&self) -> &ModelFile {
         &self.file
     }
 
-    /// Its inputs, then all its outputs.
+    /// Returns the input ports, then all output ports.
     pub fn ports(&self) -> Vec<Port> {
         let inputs = self.inputs.iter().map(|(port, _)| port);
         let outputs = self.outputs.iter().map(|(port, _)| port);
         inputs.chain(outputs).cloned().collect()
     }
 
-    /// Its legs, in the order in which outputs and then inputs name them.
+    /// Returns the legs in the order of their first occurrence in outputs and then inputs.
     pub fn legs(&self) -> &[Leg] {
         &self.legs
     }
 
-    /// Weight of what the legs carry, of everything if there are none \[N\].
+    /// Returns the weight of the trees that contain the legs, of all bodies if there are none
+    /// \[N\].
     pub fn weight(&self) -> f64 {
         self.weight
     }
 
-    /// The plant, in steps of `step` at most, the model's own if there is none, with those outputs that are wanted.
+    /// Builds the plant with steps of at most `step`, by default the model's own, and with the
+    /// outputs for which `selected` returns true.
     ///
     /// # Errors
-    /// [`ModelFileError`] if the model has no step, or MuJoCo no start for it.
+    /// [`ModelFileError`] if the model has no valid step, or MuJoCo cannot initialise it.
     pub fn plant(
         &self,
         step: Option<SimDuration>,
-        wanted: &dyn Fn(&str) -> bool,
+        selected: &dyn Fn(&str) -> bool,
     ) -> Result<Mjcf, ModelFileError> {
         let step = match step {
             Some(step) => step,
             None => self.file.step()?,
         };
-        let outputs = self.outputs.iter().filter(|(port, _)| wanted(&port.name));
+        let outputs = self.outputs.iter().filter(|(port, _)| selected(&port.name));
         let engine = self.engine()?;
         let plant = Mjcf::new(
             engine,
@@ -139,29 +141,29 @@ impl BoundModel {
         Ok(plant)
     }
 
-    /// An engine at the start, with servos that hold it there where no keyframe says otherwise.
+    /// Returns an engine in the initial state; without a keyframe position servos hold it there.
     fn engine(&self) -> Result<Engine, ModelFileError> {
         let mut engine = Engine::of_model(self.file.model().clone())?;
         if let Some(keyframe) = self.keyframe {
-            // Its number is that of one of the model's keyframes.
+            // The index is that of an existing keyframe.
             let _ = engine.data_mut().reset_keyframe(keyframe);
         }
         let refused = |why: crate::engine::EngineFault| EngineError::Model(why.to_string());
         engine.forward().map_err(refused)?;
         if self.keyframe.is_none() {
-            hold(&mut engine);
+            hold_position_servos(&mut engine);
             engine.forward().map_err(refused)?;
         }
         Ok(engine)
     }
 }
 
-/// Sets position servos to where they are.
-fn hold(engine: &mut Engine) {
+/// Sets the controls of position servos to their present positions.
+fn hold_position_servos(engine: &mut Engine) {
     for actuator in 0..engine.model().actuator_trntype().len() {
         let model = engine.model();
         let one = model.actuator_ctrlnum()[actuator] == 1 && model.actuator_outnum()[actuator] == 1;
-        if !one || unit::control(model, actuator) != Control::Place {
+        if !one || unit::control(model, actuator) != Control::Position {
             continue;
         }
         let control = range(model.actuator_ctrladr()[actuator], 1).start;
@@ -171,8 +173,8 @@ fn hold(engine: &mut Engine) {
         } else {
             [f64::NEG_INFINITY, f64::INFINITY]
         };
-        let place = engine.data().actuator_length()[out].max(min).min(max);
-        engine.data_mut().ctrl_mut()[control] = place;
+        let position = engine.data().actuator_length()[out].max(min).min(max);
+        engine.data_mut().ctrl_mut()[control] = position;
     }
 }
 
@@ -191,33 +193,33 @@ fn keyframe_of(file: &ModelFile, name: &str) -> Result<usize, ModelFileError> {
     })
 }
 
-/// Inputs with the controls that they are, and those that cannot be.
+/// Returns the inputs with their controls, and the mismatches.
 fn inputs(
     file: &ModelFile,
     signals: &ModelSignals,
 ) -> (Vec<(Port, Range<usize>)>, Vec<SignalMismatch>) {
     let model = file.model();
     let mut inputs: Vec<(Port, Range<usize>)> = Vec::new();
-    let mut misfits = Vec::new();
-    for (index, wish) in signals.inputs.iter().enumerate() {
+    let mut mismatches = Vec::new();
+    for (index, declaration) in signals.inputs.iter().enumerate() {
         let input = || {
-            named(&wish.signal)?;
-            let id = found(model, ElementKind::Actuator, &wish.actuator)?;
+            check_name(&declaration.signal)?;
+            let id = find_element(model, ElementKind::Actuator, &declaration.actuator)?;
             let size = usize::try_from(model.actuator_ctrlnum()[id]).unwrap_or(0);
             let control = range(model.actuator_ctrladr()[id], size);
             if let Some((port, _)) = inputs.iter().find(|(_, taken)| *taken == control) {
                 let driven = SignalError::Driven {
-                    actuator: wish.actuator.clone(),
+                    actuator: declaration.actuator.clone(),
                     other: port.name.clone(),
                 };
                 return Err((Place::ElementKind, driven));
             }
-            let unit = agreed(unit::of_control(model, id), wish.unit)?;
-            Ok((Port::input(&wish.signal, unit, size), control))
+            let unit = resolve_unit(unit::of_control(model, id), declaration.unit)?;
+            Ok((Port::input(&declaration.signal, unit, size), control))
         };
         match input() {
             Ok(input) => inputs.push(input),
-            Err((place, why)) => misfits.push(SignalMismatch {
+            Err((place, why)) => mismatches.push(SignalMismatch {
                 index,
                 input: true,
                 place,
@@ -225,27 +227,27 @@ fn inputs(
             }),
         }
     }
-    (inputs, misfits)
+    (inputs, mismatches)
 }
 
-/// Outputs with what is written to them, and those that cannot be.
+/// Returns the outputs with their sources, and the mismatches.
 fn outputs(
     file: &ModelFile,
     signals: &ModelSignals,
-) -> (Vec<(Port, Written)>, Vec<SignalMismatch>) {
-    let output = |wish: &Output| {
-        named(&wish.signal)?;
-        let meaning = SignalSource::of(file.model(), wish)?;
-        let unit = agreed(meaning.unit, wish.unit)?;
-        let port = Port::output(&wish.signal, unit, meaning.size);
-        as_everywhere(&port)?;
-        Ok((port, Written::Of(meaning.source)))
+) -> (Vec<(Port, OutputSource)>, Vec<SignalMismatch>) {
+    let output = |declaration: &Output| {
+        check_name(&declaration.signal)?;
+        let signal_source = SignalSource::of(file.model(), declaration)?;
+        let unit = resolve_unit(signal_source.unit, declaration.unit)?;
+        let port = Port::output(&declaration.signal, unit, signal_source.size);
+        check_standard(&port)?;
+        Ok((port, OutputSource::Model(signal_source.source)))
     };
-    let (mut outputs, mut misfits) = (Vec::new(), Vec::new());
-    for (index, wish) in signals.outputs.iter().enumerate() {
-        match output(wish) {
+    let (mut outputs, mut mismatches) = (Vec::new(), Vec::new());
+    for (index, declaration) in signals.outputs.iter().enumerate() {
+        match output(declaration) {
             Ok(output) => outputs.push(output),
-            Err((place, why)) => misfits.push(SignalMismatch {
+            Err((place, why)) => mismatches.push(SignalMismatch {
                 index,
                 input: false,
                 place,
@@ -253,25 +255,29 @@ fn outputs(
             }),
         }
     }
-    (outputs, misfits)
+    (outputs, mismatches)
 }
 
-/// The unit of the model and that of the wish, which must not contradict each other.
-fn agreed(known: Option<Unit>, wanted: Option<Unit>) -> Result<Unit, (Place, SignalError)> {
-    match (known, wanted) {
-        (Some(known), Some(wanted)) if known != wanted => {
-            Err((Place::Unit, SignalError::Unit { known, wanted }))
-        }
-        (known, wanted) => Ok(known.or(wanted).unwrap_or(Unit::One)),
+/// Returns the unit of the model or of the scenario, which must not contradict each other.
+fn resolve_unit(known: Option<Unit>, declared: Option<Unit>) -> Result<Unit, (Place, SignalError)> {
+    match (known, declared) {
+        (Some(known), Some(declared)) if known != declared => Err((
+            Place::Unit,
+            SignalError::Unit {
+                known,
+                wanted: declared,
+            },
+        )),
+        (known, declared) => Ok(known.or(declared).unwrap_or(Unit::One)),
     }
 }
 
-/// A signal's name is words between slashes, and none that the plant has anyway.
-fn named(signal: &str) -> Result<(), (Place, SignalError)> {
-    let sound = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    let word = |word: &str| !word.is_empty() && word.chars().all(sound);
+/// Checks the name of a signal: words between slashes, and no built-in signal of the plant.
+fn check_name(signal: &str) -> Result<(), (Place, SignalError)> {
+    let valid_char = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    let valid_word = |word: &str| !word.is_empty() && word.chars().all(valid_char);
     let signal = signal.to_owned();
-    if !signal.split('/').all(word) {
+    if !signal.split('/').all(valid_word) {
         return Err((Place::Signal, SignalError::Name { signal }));
     }
     if signal.starts_with("energy/") {
@@ -280,8 +286,8 @@ fn named(signal: &str) -> Result<(), (Place, SignalError)> {
     Ok(())
 }
 
-/// What expectations know by name is what they take it for.
-fn as_everywhere(port: &Port) -> Result<(), (Place, SignalError)> {
+/// Checks unit and size of a standard signal.
+fn check_standard(port: &Port) -> Result<(), (Place, SignalError)> {
     let mut leg = port.name.splitn(3, '/').skip(2);
     let of_leg = port.name.starts_with("leg/").then(|| leg.next()).flatten();
     let known = match of_leg {
@@ -290,14 +296,14 @@ fn as_everywhere(port: &Port) -> Result<(), (Place, SignalError)> {
     };
     match known {
         Some(&(_, unit, size)) if (unit, size) != (port.unit, port.size) => {
-            let words = |unit: Unit, size: usize| match size {
+            let describe = |unit: Unit, size: usize| match size {
                 1 => format!("one number in {unit}"),
                 size => format!("{size} numbers in {unit}"),
             };
             let standard = SignalError::Standard {
                 signal: port.name.clone(),
-                expected: words(unit, size),
-                found: words(port.unit, port.size),
+                expected: describe(unit, size),
+                found: describe(port.unit, port.size),
             };
             Err((Place::Signal, standard))
         }

@@ -1,22 +1,22 @@
-//! What is a mean over the window of observation: forces, which jump from step to step.
+//! Outputs that are means over the observation window: forces, which jump from step to step.
 
 use std::ops::Range;
 
 use mujoco_rs::prelude::{MjData, MjModel};
 
-/// What a mean is of.
+/// Quantity of a mean.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Mean {
     /// Sum of the normal forces of all contacts of these geoms \[N\].
     Load(Vec<i32>),
     /// Sum of all forces on these geoms, world axes \[N\].
     Force(Vec<i32>),
-    /// A sensor.
+    /// Values of a sensor.
     Sensor(Range<usize>),
 }
 
 impl Mean {
-    /// How many numbers it has.
+    /// Returns the number of values.
     pub(crate) fn size(&self) -> usize {
         match self {
             Self::Load(_) => 1,
@@ -25,7 +25,7 @@ impl Mean {
         }
     }
 
-    /// Writes what there is now.
+    /// Writes the present values.
     pub(crate) fn write(&self, data: &MjData<Box<MjModel>>, out: &mut [f64]) {
         out.fill(0.0);
         match self {
@@ -38,14 +38,15 @@ impl Mean {
             }
             Self::Force(geoms) => {
                 for (id, contact) in data.contact().iter().enumerate() {
-                    // A contact's force is that on its second geom; within the set, it is none.
+                    // MuJoCo's contact force acts on the second geom; contacts within the set
+                    // cancel.
                     let sign = match contact.geom.map(|geom| geoms.contains(&geom)) {
                         [false, true] => 1.0,
                         [true, false] => -1.0,
                         _ => continue,
                     };
                     let force = data.contact_force(id);
-                    // Its axes, each a row.
+                    // Axes of the contact frame, one per row.
                     let axes = contact.frame.as_chunks::<3>().0.iter();
                     for (along, axis) in force.iter().zip(axes) {
                         for (out, axis) in out.iter_mut().zip(axis) {

@@ -1,4 +1,4 @@
-//! What can be wrong with a model, or with what is wanted of it.
+//! Errors of models and of their signals.
 
 use thiserror::Error;
 use twinrig_kernel::Unit;
@@ -7,45 +7,46 @@ use crate::engine::EngineError;
 use crate::engine::refusal::line;
 use crate::model_file::signals::ElementKind;
 
-/// Why there is no plant.
+/// Reason why a plant cannot be built.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelFileError {
-    /// The library is not the right one, or refuses the model.
+    /// The library has another version, or refuses the model.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The path has what no path can have.
-    #[error("this is no path of a file")]
+    /// The path is not UTF-8 or contains a NUL.
+    #[error("this is not a file path")]
     Path,
-    /// The bytes are no compiled model of this version.
-    #[error("this is no compiled model of MuJoCo 3.17.0")]
+    /// The bytes are not a compiled model of this version.
+    #[error("this is not a compiled model of MuJoCo 3.17.0")]
     Binary,
-    /// There is no such keyframe.
+    /// The model has no keyframe of this name.
     #[error("the model has no keyframe `{name}`")]
     Keyframe {
-        /// The name.
+        /// The requested name.
         name: String,
-        /// Those that there are.
+        /// Names of the model's keyframes.
         known: Vec<String>,
     },
-    /// The model has no step, or none that a plant could take.
-    #[error("the model's own timestep is {seconds} s")]
+    /// The model's timestep is not a valid step.
+    #[error("the model's own timestep, {seconds} s, is not between 1 ns and 1 h")]
     Step {
-        /// It.
+        /// The timestep \[s\].
         seconds: f64,
     },
-    /// A leg whose side nobody can tell.
-    #[error("nothing of leg `{leg}` has a place in the model, so it is neither fore nor hind")]
+    /// The side of a leg cannot be determined.
+    #[error("no element of leg `{leg}` has a position in the model, so its side is unknown")]
     Nowhere {
         /// The leg.
         leg: String,
     },
-    /// Signals cannot be what they are wanted to be.
+    /// Signals do not match the model.
     #[error("{}", .0.iter().map(|one| one.why.to_string()).collect::<Vec<_>>().join("; "))]
     Signals(Vec<SignalMismatch>),
 }
 
 impl ModelFileError {
-    /// The line of the model's file that MuJoCo says it refuses, counted from 1; of a file that it includes, if it does.
+    /// Returns the line of the model's file in MuJoCo's message, counted from 1; for an error in an
+    /// included file, the line of that file.
     pub fn line(&self) -> Option<usize> {
         match self {
             Self::Engine(EngineError::Model(message)) => line(message),
@@ -54,89 +55,89 @@ impl ModelFileError {
     }
 }
 
-/// A signal that cannot be what it is wanted to be.
+/// Mismatch of a signal and the model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SignalMismatch {
-    /// Its number among the inputs, or else among the outputs.
+    /// Index among the inputs, or else among the outputs.
     pub index: usize,
     /// Whether it is an input.
     pub input: bool,
-    /// What of the wish is wrong.
+    /// The wrong part of the declaration.
     pub place: Place,
-    /// How.
+    /// The reason.
     pub why: SignalError,
 }
 
-/// What of a wish is wrong.
+/// Part of a signal's declaration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// The name of the signal.
     Signal,
-    /// The name of the thing.
+    /// The name of the element.
     ElementKind,
-    /// What of the thing.
+    /// The measured quantity of the element.
     Word,
     /// The unit.
     Unit,
 }
 
-/// Why a signal cannot be what it is wanted to be.
+/// Reason why a signal does not match the model.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum SignalError {
-    /// The model has no such thing.
+    /// The model has no element of this kind and name.
     #[error("the model has no {thing} `{name}`")]
     Unknown {
-        /// What kind of thing.
+        /// Kind of the element.
         thing: ElementKind,
-        /// Its name.
+        /// Requested name.
         name: String,
-        /// The names there are.
+        /// Names of the model's elements of this kind.
         known: Vec<String>,
-        /// What else has the name.
+        /// Another kind of element with this name.
         other: Option<ElementKind>,
     },
-    /// A thing of that kind has no such measurement.
+    /// An element of this kind has no such quantity.
     #[error("a {what} has no `{word}`")]
     Word {
-        /// What kind of thing, in words.
+        /// Kind of the element, in words.
         what: &'static str,
-        /// What is wanted of it.
+        /// Requested quantity.
         word: String,
-        /// What it has.
+        /// Available quantities.
         known: &'static [&'static str],
     },
-    /// It is in another unit.
+    /// The units of model and scenario differ.
     #[error("it is in {known}, not in {wanted}")]
     Unit {
-        /// As the model has it.
+        /// Unit in the model.
         known: Unit,
-        /// As it is wanted.
+        /// Unit in the scenario.
         wanted: Unit,
     },
-    /// The signal is one that everybody knows, and is not this.
-    #[error("`{signal}` is {expected} everywhere, and this is {found}")]
+    /// A standard signal has another unit or size than required.
+    #[error("the standard signal `{signal}` is {expected}, but this is {found}")]
     Standard {
         /// The signal.
         signal: String,
-        /// Unit and size that it has.
+        /// Required unit and size.
         expected: String,
-        /// Those of the thing.
+        /// Unit and size of the element.
         found: String,
     },
-    /// It is no name of a signal.
-    #[error("`{signal}` is no name of a signal")]
+    /// The name of the signal is invalid.
+    #[error("`{signal}` is not a valid signal name")]
     Name {
         /// The name.
         signal: String,
     },
-    /// The plant has a signal of that name anyway.
-    #[error("`{signal}` is a signal of every such plant already")]
+    /// The name is that of a built-in signal.
+    #[error("`{signal}` is a built-in signal of the plant")]
     Taken {
         /// The signal.
         signal: String,
     },
     /// Two signals drive one actuator.
-    #[error("the actuator `{actuator}` is driven by `{other}` already")]
+    #[error("the actuator `{actuator}` is already driven by `{other}`")]
     Driven {
         /// The actuator.
         actuator: String,

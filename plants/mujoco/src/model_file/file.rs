@@ -1,4 +1,4 @@
-//! A model, compiled.
+//! Compiled models.
 
 use std::path::Path;
 
@@ -10,23 +10,23 @@ use crate::engine::Engine;
 use crate::engine::refusal::refused;
 use crate::model_file::error::ModelFileError;
 
-/// What a compiled model begins with: whose it is. Then comes a checksum.
+/// Header of a serialised model with the engine's version. A checksum follows.
 const HEADER: &[u8] = b"MuJoCo 3.17.0 model\n";
 
-/// A model, compiled.
+/// A compiled model.
 pub struct ModelFile {
     model: MjModel,
 }
 
 impl ModelFile {
-    /// Compiles the model in the file at `path`; what it includes is seen from there.
+    /// Compiles the model in the file at `path`; includes are relative to it.
     ///
     /// # Errors
-    /// [`ModelFileError`], with what MuJoCo says of it.
+    /// [`ModelFileError`] with MuJoCo's message.
     pub fn read(path: &Path) -> Result<Self, ModelFileError> {
         Engine::check_version()?;
-        let sound = path.to_str().is_some_and(|path| !path.contains('\0'));
-        if !sound {
+        let valid = path.to_str().is_some_and(|path| !path.contains('\0'));
+        if !valid {
             return Err(ModelFileError::Path);
         }
         let model = MjModel::from_xml(path);
@@ -34,13 +34,14 @@ impl ModelFile {
         Ok(Self::of(model))
     }
 
-    /// Takes back what [`ModelFile::binary`] gave.
+    /// Restores a model from the bytes of [`ModelFile::binary`].
     ///
     /// # Errors
     /// [`ModelFileError::Binary`] for other bytes, or those of another version.
     pub fn of_binary(bytes: &[u8]) -> Result<Self, ModelFileError> {
         Engine::check_version()?;
-        // MuJoCo would say of what it cannot read that it cannot, in a file and on standard error.
+        // MuJoCo reports unreadable bytes to a file and to standard error; these checks prevent
+        // that.
         let rest = bytes.strip_prefix(HEADER);
         let (sum, model) = rest
             .and_then(<[u8]>::split_first_chunk)
@@ -53,23 +54,27 @@ impl ModelFile {
     }
 
     fn of(mut model: MjModel) -> Self {
-        // Whether energies are computed changes nothing else.
+        // Computing energies has no other effect.
         model.opt_mut().enableflags |= MjtEnableBit::mjENBL_ENERGY as i32;
         Self { model }
     }
 
-    /// The compiled model with all that it included: the same in every respect, for the same version of MuJoCo.
+    /// Returns the compiled model with all its includes. It is identical for the same version of
+    /// MuJoCo.
     pub fn binary(&self) -> Vec<u8> {
         let mut model = vec![0; self.model.size()];
         let saved = self.model.save_to_buffer(&mut model);
-        debug_assert!(saved.is_ok(), "it has the size that the model said");
+        debug_assert!(
+            saved.is_ok(),
+            "the buffer has the size that the model reports"
+        );
         [HEADER, &checksum(&model).to_le_bytes(), &model].concat()
     }
 
-    /// The model's own step, in whole nanoseconds.
+    /// Returns the model's own step, in whole nanoseconds.
     ///
     /// # Errors
-    /// [`ModelFileError::Step`] if that is no time, or longer than an hour.
+    /// [`ModelFileError::Step`] if it is less than 1 ns, an hour or more, or NaN.
     pub fn step(&self) -> Result<SimDuration, ModelFileError> {
         let seconds = self.model.opt().timestep;
         let nanos = libm::round(seconds * 1e9);
@@ -77,7 +82,7 @@ impl ModelFile {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "it is a whole number, and in range"
+                reason = "an integer in range"
             )]
             return Ok(SimDuration::from_nanos(nanos as u64));
         }
@@ -89,7 +94,7 @@ impl ModelFile {
     }
 }
 
-/// FNV-1a: tells what is damaged or cut off.
+/// Returns the FNV-1a checksum, which detects damaged or truncated bytes.
 fn checksum(bytes: &[u8]) -> u64 {
     let mix = |sum: u64, byte: &u8| (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, mix)

@@ -1,4 +1,4 @@
-//! The legs that the names of signals speak of, and where they are in the model.
+//! Legs of a model, from the names of its signals.
 
 use mujoco_rs::prelude::{MjModel, MjtObjBase, MjtTrn};
 
@@ -6,38 +6,38 @@ use crate::engine::Engine;
 use crate::model_file::signals::{ElementKind, ModelSignals};
 use crate::model_file::source::position;
 
-/// A leg, as the names of its signals have it: `leg/LF/…`.
+/// A leg in the names of signals: `leg/LF/…`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Leg {
     /// `LF`.
     pub name: String,
-    /// Whether it is before the centre of mass at the start, along x.
+    /// Whether it is ahead of the centre of mass at the start, along x.
     pub fore: bool,
     /// Whether it is to the left of it, along y.
     pub left: bool,
 }
 
-/// The legs of the signals of `signals`, in the order in which these name them, and the bodies that they are at. `Err` is one
-/// of which nothing has a place.
+/// Returns the legs in the order of their first occurrence in `signals`, and their bodies. `Err` is
+/// the name of a leg none of whose elements has a position.
 pub(crate) fn legs(
     engine: &Engine,
     signals: &ModelSignals,
 ) -> Result<(Vec<Leg>, Vec<usize>), String> {
     let (mut legs, mut bodies): (Vec<Leg>, Vec<usize>) = (Vec::new(), Vec::new());
-    let things: Vec<(&str, ElementKind, &str)> = things(signals).collect();
-    for &(signal, ..) in &things {
+    let elements: Vec<(&str, ElementKind, &str)> = elements(signals).collect();
+    for &(signal, ..) in &elements {
         let Some(name) = leg_of(signal) else {
             continue;
         };
         if legs.iter().any(|leg| leg.name == name) {
             continue;
         }
-        let mut of_leg = things
+        let mut of_leg = elements
             .iter()
             .filter(|(signal, ..)| leg_of(signal) == Some(name));
-        let found = of_leg.find_map(|&(_, thing, called)| {
-            let id = thing.find(engine.model(), called)?;
-            placed(engine, thing, id)
+        let found = of_leg.find_map(|&(_, kind, name)| {
+            let id = kind.find(engine.model(), name)?;
+            location(engine, kind, id)
         });
         let (body, at) = found.ok_or_else(|| name.to_owned())?;
         let centre = engine.data().subtree_com()[root(engine.model(), body)];
@@ -51,7 +51,7 @@ pub(crate) fn legs(
     Ok((legs, bodies))
 }
 
-/// Weight of the trees that `bodies` are in, of all if there are none \[N\].
+/// Returns the weight of the trees that contain `bodies`, of all bodies if the list is empty \[N\].
 pub(crate) fn weight(model: &MjModel, bodies: &[usize]) -> f64 {
     let [x, y, z] = model.opt().gravity;
     let gravity = (x * x + y * y + z * z).sqrt();
@@ -59,14 +59,14 @@ pub(crate) fn weight(model: &MjModel, bodies: &[usize]) -> f64 {
     roots.sort_unstable();
     roots.dedup();
     if roots.is_empty() {
-        // The world is body 0, and everything is in its tree.
+        // Body 0 is the world, the root of all trees.
         roots.push(0);
     }
     let masses = roots.iter().map(|&root| model.body_subtreemass()[root]);
     gravity * masses.sum::<f64>()
 }
 
-fn things(signals: &ModelSignals) -> impl Iterator<Item = (&str, ElementKind, &str)> {
+fn elements(signals: &ModelSignals) -> impl Iterator<Item = (&str, ElementKind, &str)> {
     let outputs = signals.outputs.iter();
     let outputs =
         outputs.map(|output| (output.signal.as_str(), output.thing, output.name.as_str()));
@@ -90,28 +90,28 @@ fn root(model: &MjModel, body: usize) -> usize {
     usize::try_from(model.body_rootid()[body]).unwrap_or(0)
 }
 
-/// The body of a thing, and where the thing is now; none for what is nowhere.
-fn placed(engine: &Engine, thing: ElementKind, id: usize) -> Option<(usize, [f64; 3])> {
+/// Returns the body and the present position of an element; none for elements without a position.
+fn location(engine: &Engine, kind: ElementKind, id: usize) -> Option<(usize, [f64; 3])> {
     let (model, data) = (engine.model(), engine.data());
     let body = |bodies: &[i32]| usize::try_from(*bodies.get(id)?).ok();
-    match thing {
+    match kind {
         ElementKind::Joint => Some((body(model.jnt_bodyid())?, data.xanchor()[id])),
-        ElementKind::Body => Some((id, position(data, thing, id))),
-        ElementKind::Site => Some((body(model.site_bodyid())?, position(data, thing, id))),
-        ElementKind::Geom => Some((body(model.geom_bodyid())?, position(data, thing, id))),
+        ElementKind::Body => Some((id, position(data, kind, id))),
+        ElementKind::Site => Some((body(model.site_bodyid())?, position(data, kind, id))),
+        ElementKind::Geom => Some((body(model.geom_bodyid())?, position(data, kind, id))),
         ElementKind::Actuator => {
             let on = usize::try_from(model.actuator_trnid()[id][0]).ok()?;
-            let thing = match model.actuator_trntype()[id] {
+            let kind = match model.actuator_trntype()[id] {
                 MjtTrn::mjTRN_JOINT | MjtTrn::mjTRN_JOINTINPARENT => ElementKind::Joint,
                 MjtTrn::mjTRN_SITE => ElementKind::Site,
                 MjtTrn::mjTRN_BODY => ElementKind::Body,
                 _ => return None,
             };
-            placed(engine, thing, on)
+            location(engine, kind, on)
         }
         ElementKind::Sensor => {
             let on = usize::try_from(model.sensor_objid()[id]).ok()?;
-            let thing = match model.sensor_objtype()[id] {
+            let kind = match model.sensor_objtype()[id] {
                 MjtObjBase::mjOBJ_JOINT => ElementKind::Joint,
                 MjtObjBase::mjOBJ_SITE => ElementKind::Site,
                 MjtObjBase::mjOBJ_GEOM => ElementKind::Geom,
@@ -119,7 +119,7 @@ fn placed(engine: &Engine, thing: ElementKind, id: usize) -> Option<(usize, [f64
                 MjtObjBase::mjOBJ_ACTUATOR => ElementKind::Actuator,
                 _ => return None,
             };
-            placed(engine, thing, on)
+            location(engine, kind, on)
         }
     }
 }

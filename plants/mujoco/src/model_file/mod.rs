@@ -1,7 +1,7 @@
-//! Any MJCF model as a plant: its actuators, joints, bodies and sensors under the names of signals.
+//! Plants from any MJCF model: its actuators, joints, bodies and sensors as signals.
 //!
-//! [`ModelFile`] is the model, compiled; [`ModelSignals`] say which signal is what of it; [`BoundModel`] is both, checked against each
-//! other; [`Mjcf`] is the plant.
+//! [`ModelFile`] is the compiled model; [`ModelSignals`] declare the signals; [`BoundModel`] is
+//! both, checked against each other; [`Mjcf`] is the plant.
 
 mod bound;
 mod contact;

@@ -1,4 +1,4 @@
-//! The plant as the rig sees it.
+//! The plant of the rig: signals, steps, faults and snapshots.
 
 use std::ops::Range;
 
@@ -11,65 +11,70 @@ use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use mujoco_rs::prelude::MjtDisableBit;
 
 use crate::engine::{Engine, EngineFault};
-use crate::model_file::bound::Written;
+use crate::model_file::bound::OutputSource;
 use crate::model_file::contact::Mean;
 use crate::model_file::source::Source;
 
-/// What dampers may be said to give, beyond which the step is too long, as a share of what was exchanged, or of a joule where
-/// that is less.
-const DAMPED: f64 = 0.05;
+/// Limit of the energy gain by dampers, above which the step is too long, as a share of the energy
+/// exchanged, or of a joule if that is more.
+const GAIN_SHARE: f64 = 0.05;
 
-/// Any model in MuJoCo.
+/// A plant from any MuJoCo model.
 ///
-/// After every [`Plant::advance`], and so whenever somebody looks, all that MuJoCo derives from the state is that of the
-/// present one.
+/// After every [`Plant::advance`], all quantities that MuJoCo derives from the state are those of
+/// the present state.
 pub struct Mjcf {
     engine: Engine,
     now: SimTime,
     step: SimDuration,
-    /// The step that the forces at hand were found for \[s\]; none: they are those of a state before this one.
-    found_for: Option<f64>,
+    /// Step for which the present forces were computed \[s\]; none if they belong to an earlier
+    /// state.
+    forces_step: Option<f64>,
     ports: Vec<Port>,
     inputs: Vec<Range<usize>>,
-    first: Vec<f64>,
-    outputs: Vec<(Written, usize)>,
+    first_inputs: Vec<f64>,
+    outputs: Vec<(OutputSource, usize)>,
     means: Vec<Mean>,
-    /// Sums over the window of what is a mean, times time.
+    /// Time integrals of the means over the window.
     sums: Vec<f64>,
-    begun: SimTime,
+    window_start: SimTime,
     ledger: Ledger,
-    /// What there is of the means now, and forces by degree of freedom: of actuators, dampers, constraints; velocities.
+    /// Present values of the means.
     rates: Vec<f64>,
-    powers: [Vec<f64>; 3],
+    /// Generalised forces of actuators, dampers and constraints at the beginning of the step, and
+    /// velocities.
+    forces: [Vec<f64>; 3],
     qvel: Vec<f64>,
 }
 
-/// Everything the way ahead depends on.
+/// Saved state.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     now: SimTime,
-    begun: SimTime,
-    found_for: Option<f64>,
+    window_start: SimTime,
+    forces_step: Option<f64>,
     sums: Vec<f64>,
     ledger: Ledger,
     state: Vec<f64>,
 }
 
 impl Mjcf {
-    /// Of an engine whose forces are found.
+    /// Builds the plant from an engine with computed forces.
     pub(crate) fn new(
         engine: Engine,
         step: SimDuration,
         inputs: Vec<(Port, Range<usize>)>,
-        outputs: Vec<(Port, Written)>,
+        outputs: Vec<(Port, OutputSource)>,
     ) -> Self {
         let controls = |range: &Range<usize>| engine.data().ctrl()[range.clone()].to_vec();
-        let first = inputs.iter().flat_map(|(_, range)| controls(range));
-        let first: Vec<f64> = first.collect();
-        let means = outputs.iter().filter_map(|(_, written)| match written {
-            Written::Of(Source::Mean(mean)) => Some(mean.clone()),
-            _ => None,
-        });
+        let first_inputs = inputs.iter().flat_map(|(_, range)| controls(range));
+        let first_inputs: Vec<f64> = first_inputs.collect();
+        let means = outputs
+            .iter()
+            .filter_map(|(_, source_of_output)| match source_of_output {
+                OutputSource::Model(Source::Mean(mean)) => Some(mean.clone()),
+                _ => None,
+            });
         let means: Vec<Mean> = means.collect();
         let numbers: usize = means.iter().map(Mean::size).sum();
         let dofs = engine.data().qvel().len();
@@ -80,19 +85,19 @@ impl Mjcf {
         let mut plant = Self {
             now: SimTime::ZERO,
             step,
-            found_for: None,
+            forces_step: None,
             ports,
             inputs,
-            first,
+            first_inputs,
             outputs: outputs
-                .map(|(port, written)| (written, port.size))
+                .map(|(port, source_of_output)| (source_of_output, port.size))
                 .collect(),
             means,
             sums: vec![0.0; numbers],
-            begun: SimTime::ZERO,
+            window_start: SimTime::ZERO,
             ledger: Ledger::default(),
             rates: vec![0.0; numbers],
-            powers: std::array::from_fn(|_| vec![0.0; dofs]),
+            forces: std::array::from_fn(|_| vec![0.0; dofs]),
             qvel: vec![0.0; dofs],
             engine,
         };
@@ -100,7 +105,7 @@ impl Mjcf {
         plant
     }
 
-    /// Kinetic, spring and gravity energy of the state that forces were found for \[J\].
+    /// Returns kinetic, spring and gravity energy of the state of the last force computation \[J\].
     fn stored(&self) -> Stored {
         let (model, data) = (self.engine.model(), self.engine.data());
         let [potential, kinetic] = *data.energy();
@@ -113,14 +118,15 @@ impl Mjcf {
         [kinetic, potential - gravity, gravity]
     }
 
-    /// Finds the forces of the present state, if they are not at hand, for a step of `seconds`.
-    fn find(&mut self, seconds: f64) -> Result<(), EngineFault> {
-        if self.found_for == Some(seconds) {
+    /// Computes the forces of the present state for a step of `seconds`, if they are not up to
+    /// date.
+    fn update_forces(&mut self, seconds: f64) -> Result<(), EngineFault> {
+        if self.forces_step == Some(seconds) {
             return Ok(());
         }
         self.engine.set_timestep(seconds);
         self.engine.forward()?;
-        self.found_for = Some(seconds);
+        self.forces_step = Some(seconds);
         let stored = self.stored();
         self.ledger.close_step(stored);
         Ok(())
@@ -128,45 +134,46 @@ impl Mjcf {
 
     fn step_to(&mut self, next: SimTime) -> Result<(), EngineFault> {
         let seconds = (next - self.now).as_secs_f64();
-        self.find(seconds)?;
-        self.note();
-        self.found_for = None;
+        self.update_forces(seconds)?;
+        self.record_forces();
+        self.forces_step = None;
         self.engine.integrate(seconds)?;
         for (sum, rate) in self.sums.iter_mut().zip(&self.rates) {
             *sum += seconds * rate;
         }
         let after = self.engine.data().qvel();
-        // A force that is constant over a step works along its mean velocity, if inertia is constant, too: to second order.
+        // Second order for constant inertia: the work of a constant force is force times mean
+        // velocity.
         let mean = |i: usize| 0.5 * (self.qvel[i] + after[i]);
         let work = |force: &[f64]| -> f64 {
             let terms = force.iter().enumerate();
             seconds * terms.map(|(i, force)| force * mean(i)).sum::<f64>()
         };
-        let [actuator, damped, held] = [0, 1, 2].map(|i| work(&self.powers[i]));
+        let [actuator, damper, constraint] = [0, 1, 2].map(|i| work(&self.forces[i]));
         self.ledger.actuator += actuator;
-        self.ledger.dissipated -= damped;
-        self.ledger.impact -= held;
+        self.ledger.dissipated -= damper;
+        self.ledger.impact -= constraint;
         self.now = next;
         Ok(())
     }
 
-    /// Keeps what the coming step is made with: some integrators put other numbers there.
-    fn note(&mut self) {
+    /// Stores the values at the beginning of the step, which some integrators overwrite.
+    fn record_forces(&mut self) {
         let data = self.engine.data();
-        let mut rest = self.rates.as_mut_slice();
+        let mut remaining = self.rates.as_mut_slice();
         for mean in &self.means {
-            let (front, back) = rest.split_at_mut(mean.size());
+            let (front, back) = remaining.split_at_mut(mean.size());
             mean.write(data, front);
-            rest = back;
+            remaining = back;
         }
         self.qvel.copy_from_slice(data.qvel());
-        let [actuator, damped, held] = &mut self.powers;
-        held.copy_from_slice(data.qfrc_constraint());
+        let [actuator, damper, constraint] = &mut self.forces;
+        constraint.copy_from_slice(data.qfrc_constraint());
         for i in 0..self.qvel.len() {
-            damped[i] = data.qfrc_damper()[i] + data.qfrc_fluid()[i];
-            // What else is passive, and no spring, is compensation of gravity: a force from outside.
-            let rest = data.qfrc_passive()[i] - data.qfrc_spring()[i] - damped[i];
-            actuator[i] = data.qfrc_actuator()[i] + rest;
+            damper[i] = data.qfrc_damper()[i] + data.qfrc_fluid()[i];
+            // The remaining passive force is gravity compensation, an external force.
+            let remaining = data.qfrc_passive()[i] - data.qfrc_spring()[i] - damper[i];
+            actuator[i] = data.qfrc_actuator()[i] + remaining;
         }
     }
 
@@ -190,70 +197,71 @@ impl Plant for Mjcf {
     }
 
     fn first_inputs(&self, inputs: &mut [f64]) {
-        inputs.copy_from_slice(&self.first);
+        inputs.copy_from_slice(&self.first_inputs);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        debug_assert_eq!(inputs.len(), self.first.len());
-        let mut rest = inputs;
+        debug_assert_eq!(inputs.len(), self.first_inputs.len());
+        let mut remaining = inputs;
         for range in &self.inputs {
-            let (front, back) = rest.split_at(range.len());
+            let (front, back) = remaining.split_at(range.len());
             let control = &mut self.engine.data_mut().ctrl_mut()[range.clone()];
             if *control != *front {
                 control.copy_from_slice(front);
-                self.found_for = None;
+                self.forces_step = None;
             }
-            rest = back;
+            remaining = back;
         }
         let start = self.now;
         let (span, step) = ((to - start).as_nanos(), self.step.as_nanos());
-        // As few steps of one length as there is room for.
+        // The fewest steps of equal length.
         let steps = span.div_ceil(step);
         let mut seconds = self.step.as_secs_f64();
-        let mut turns = LongLoop::default();
+        let mut interruption = LongLoop::default();
         for k in 1..=steps {
-            if turns.is_interrupted() {
+            if interruption.is_interrupted() {
                 return Err(PlantFault::interrupted(self, self.now));
             }
             let part = u128::from(span) * u128::from(k) / u128::from(steps);
             let next = start + SimDuration::from_nanos(u64::try_from(part).unwrap_or(span));
             seconds = (next - self.now).as_secs_f64();
-            let done = self.step_to(next);
-            done.map_err(|why| self.fault(&why))?;
+            let completed = self.step_to(next);
+            completed.map_err(|why| self.fault(&why))?;
         }
-        let found = self.find(seconds);
+        let found = self.update_forces(seconds);
         found.map_err(|why| self.fault(&why))?;
-        // A damper's force is that of a step's beginning, and works along its mean velocity.
+        // Work of dampers is the initial force of the step times the mean velocity, and may be
+        // negative.
         let checked = self
             .ledger
-            .check_within(DAMPED * self.energy().exchanged.max(1.0));
+            .check_within(GAIN_SHARE * self.energy().exchanged.max(1.0));
         checked.map_err(|why| self.fault(&why))
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
-        let elapsed = (self.now - self.begun).as_secs_f64();
+        let elapsed = (self.now - self.window_start).as_secs_f64();
         let balance = self.ledger.balance();
-        let (mut rest, mut sums) = (outputs, self.sums.as_slice());
-        for (written, size) in &self.outputs {
-            let (front, back) = rest.split_at_mut(*size);
-            match written {
-                Written::Energy(i) => front[0] = energies(&balance)[*i],
-                Written::Of(Source::Mean(_)) => {
+        let (mut remaining, mut sums) = (outputs, self.sums.as_slice());
+        for (source_of_output, size) in &self.outputs {
+            let (front, back) = remaining.split_at_mut(*size);
+            match source_of_output {
+                OutputSource::Energy(i) => front[0] = energies(&balance)[*i],
+                OutputSource::Model(Source::Mean(_)) => {
                     let (sum, others) = sums.split_at(*size);
                     for (out, sum) in front.iter_mut().zip(sum) {
                         *out = if elapsed > 0.0 { sum / elapsed } else { 0.0 };
                     }
                     sums = others;
                 }
-                Written::Of(source) => source.write(self.engine.data(), front),
+                OutputSource::Model(source) => source.write(self.engine.data(), front),
             }
-            rest = back;
+            remaining = back;
         }
     }
 
     fn begin_window(&mut self) {
         self.sums.fill(0.0);
-        self.begun = self.now;
+        self.window_start = self.now;
     }
 
     fn energy(&self) -> EnergyBalance {
@@ -270,7 +278,7 @@ impl Plant for Mjcf {
         }
     }
 
-    /// How deep the worst of the contacts is.
+    /// Returns the largest penetration of a contact.
     fn constraint_violation(&self) -> Option<f64> {
         let contacts = self.engine.data().contact().iter();
         Some(contacts.map(|contact| -contact.dist).fold(0.0, f64::max))
@@ -279,8 +287,8 @@ impl Plant for Mjcf {
     fn save(&self) -> Snapshot {
         Snapshot::of(&Saved {
             now: self.now,
-            begun: self.begun,
-            found_for: self.found_for,
+            window_start: self.window_start,
+            forces_step: self.forces_step,
             sums: self.sums.clone(),
             ledger: self.ledger,
             state: self.engine.save(),
@@ -294,17 +302,18 @@ impl Plant for Mjcf {
             found,
         };
         if saved.sums.len() != self.sums.len() {
-            return Err(other("the same with other outputs".to_owned()));
+            return Err(other("this model with other outputs".to_owned()));
         }
         let restored = self.engine.restore(&saved.state);
         restored.map_err(|why| other(why.to_string()))?;
         self.now = saved.now;
-        self.begun = saved.begun;
+        self.window_start = saved.window_start;
         self.sums = saved.sums;
-        self.found_for = None;
-        let seconds = saved.found_for.unwrap_or(self.step.as_secs_f64());
-        let found = self.find(seconds);
-        // Finding the forces strikes a balance, which the books have struck before.
+        self.forces_step = None;
+        let seconds = saved.forces_step.unwrap_or(self.step.as_secs_f64());
+        let found = self.update_forces(seconds);
+        // Computing the forces closes a step of the energy balance, which the saved ledger contains
+        // already.
         self.ledger = saved.ledger;
         found.map_err(|why| other(why.to_string()))
     }

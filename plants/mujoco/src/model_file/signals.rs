@@ -1,18 +1,18 @@
-//! What somebody wants of a model.
+//! Declarations of the signals of a model.
 
 use std::fmt;
 
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_kernel::Unit;
 
-/// Which signal is what of a model.
+/// Signals of a model.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ModelSignals {
-    /// The keyframe to start in; none: the reference pose.
+    /// Initial keyframe; none: the reference pose.
     pub keyframe: Option<String>,
-    /// Signals that drive it.
+    /// Signals that control actuators.
     pub inputs: Vec<Input>,
-    /// Signals that are measured.
+    /// Measured signals.
     pub outputs: Vec<Output>,
 }
 
@@ -23,26 +23,26 @@ pub struct Input {
     pub signal: String,
     /// The actuator.
     pub actuator: String,
-    /// Its unit; none: as the model has it, and a pure number where it does not say.
+    /// Its unit; none: that of the model, or a plain number if the model does not define one.
     pub unit: Option<Unit>,
 }
 
-/// A signal that is something of a thing.
+/// A signal that measures a quantity of an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Output {
     /// The signal.
     pub signal: String,
-    /// What kind of thing.
+    /// Kind of the element.
     pub thing: ElementKind,
-    /// Its name.
+    /// Name of the element.
     pub name: String,
-    /// What of it; none: what the last part of the signal's name says.
+    /// Measured quantity; none: the last part of the signal's name.
     pub word: Option<String>,
-    /// Its unit; none: as the model has it, and a pure number where it does not say.
+    /// Its unit; none: that of the model, or a plain number if the model does not define one.
     pub unit: Option<Unit>,
 }
 
-/// A kind of named thing in a model.
+/// Kind of a named element of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementKind {
     /// A joint.
@@ -70,7 +70,7 @@ impl ElementKind {
         Self::Sensor,
     ];
 
-    /// What it is called.
+    /// Returns the name of the kind.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Joint => "joint",
@@ -93,7 +93,7 @@ impl ElementKind {
         }
     }
 
-    /// How many of them a model has.
+    /// Returns the number of elements of this kind in a model.
     pub(crate) fn count(self, model: &MjModel) -> usize {
         match self {
             Self::Joint => model.jnt_type().len(),
@@ -105,7 +105,7 @@ impl ElementKind {
         }
     }
 
-    /// The names of those that have one, with their numbers.
+    /// Returns the named elements with their indices.
     pub(crate) fn named(self, model: &MjModel) -> impl Iterator<Item = (usize, &str)> {
         let all = 0..self.count(model);
         all.filter_map(move |id| {
@@ -114,7 +114,7 @@ impl ElementKind {
         })
     }
 
-    /// The one of that name.
+    /// Returns the index of the element of that name.
     pub(crate) fn find(self, model: &MjModel, name: &str) -> Option<usize> {
         let mut named = self.named(model);
         named.find(|(_, known)| *known == name).map(|(id, _)| id)

@@ -1,42 +1,43 @@
-//! The units of what MuJoCo measures, where the model says them.
+//! Units of MuJoCo's quantities, if the model defines them.
 
 use mujoco_rs::prelude::{MjModel, MjtBias, MjtDyn, MjtGain, MjtJoint, MjtSensor, MjtTrn};
 use twinrig_kernel::Unit;
 
-/// Units of a coordinate: of itself, its rate, its acceleration, and the force along it.
+/// Units of a coordinate, its rate, its acceleration, and its generalised force.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Along {
-    pub(crate) place: Unit,
+pub(crate) struct CoordinateUnits {
+    pub(crate) position: Unit,
     pub(crate) rate: Unit,
     pub(crate) acceleration: Unit,
     pub(crate) force: Unit,
 }
 
-const TURNING: Along = Along {
-    place: Unit::Radian,
+const ROTATIONAL: CoordinateUnits = CoordinateUnits {
+    position: Unit::Radian,
     rate: Unit::RadianPerSecond,
     acceleration: Unit::RadianPerSecondSquared,
     force: Unit::NewtonMeter,
 };
 
-const SLIDING: Along = Along {
-    place: Unit::Meter,
+const TRANSLATIONAL: CoordinateUnits = CoordinateUnits {
+    position: Unit::Meter,
     rate: Unit::MeterPerSecond,
     acceleration: Unit::MeterPerSecondSquared,
     force: Unit::Newton,
 };
 
-/// Those of a joint with one or three degrees of freedom; none of a free one, which has both.
-pub(crate) fn of_joint(model: &MjModel, joint: usize) -> Option<Along> {
+/// Returns the units of a joint of one or three degrees of freedom; none for a free joint, whose
+/// coordinates have different units.
+pub(crate) fn of_joint(model: &MjModel, joint: usize) -> Option<CoordinateUnits> {
     match model.jnt_type().get(joint)? {
-        MjtJoint::mjJNT_HINGE | MjtJoint::mjJNT_BALL => Some(TURNING),
-        MjtJoint::mjJNT_SLIDE => Some(SLIDING),
+        MjtJoint::mjJNT_HINGE | MjtJoint::mjJNT_BALL => Some(ROTATIONAL),
+        MjtJoint::mjJNT_SLIDE => Some(TRANSLATIONAL),
         MjtJoint::mjJNT_FREE => None,
     }
 }
 
-/// Those of what an actuator acts along; none where the model leaves them open.
-pub(crate) fn of_actuator(model: &MjModel, actuator: usize) -> Option<Along> {
+/// Returns the units of an actuator's coordinate; none if the model does not define them.
+pub(crate) fn of_actuator(model: &MjModel, actuator: usize) -> Option<CoordinateUnits> {
     let joints = [MjtTrn::mjTRN_JOINT, MjtTrn::mjTRN_JOINTINPARENT];
     if !joints.contains(model.actuator_trntype().get(actuator)?) {
         return None;
@@ -47,17 +48,17 @@ pub(crate) fn of_actuator(model: &MjModel, actuator: usize) -> Option<Along> {
     )
 }
 
-/// What an actuator's control is a set-point of.
+/// Quantity of an actuator's control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Control {
-    Place,
+    Position,
     Rate,
     Force,
     Other,
 }
 
-/// What the control of an actuator is, as far as its formula shows: a gain against a bias of the same size is a servo, a gain
-/// of one without a bias is the force itself.
+/// Returns the quantity of an actuator's control as far as its parameters show: a gain with a bias
+/// of the same size is a servo, a gain of one without a bias is the force itself.
 pub(crate) fn control(model: &MjModel, actuator: usize) -> Control {
     let (gain, bias) = (
         model.actuator_gainprm()[actuator],
@@ -75,7 +76,7 @@ pub(crate) fn control(model: &MjModel, actuator: usize) -> Control {
     .contains(&model.actuator_dyntype()[actuator]);
     if servo && bias[1] == -gain[0] {
         return match (direct, integrated) {
-            (true, _) => Control::Place,
+            (true, _) => Control::Position,
             (_, true) => Control::Rate,
             _ => Control::Other,
         };
@@ -91,23 +92,23 @@ pub(crate) fn control(model: &MjModel, actuator: usize) -> Control {
     Control::Other
 }
 
-/// The unit of an actuator's control; none where the model leaves it open.
+/// Returns the unit of an actuator's control; none if the model does not define it.
 pub(crate) fn of_control(model: &MjModel, actuator: usize) -> Option<Unit> {
-    let along = of_actuator(model, actuator)?;
+    let units = of_actuator(model, actuator)?;
     match control(model, actuator) {
-        Control::Place => Some(along.place),
-        Control::Rate => Some(along.rate),
-        Control::Force => Some(along.force),
+        Control::Position => Some(units.position),
+        Control::Rate => Some(units.rate),
+        Control::Force => Some(units.force),
         Control::Other => None,
     }
 }
 
-/// The unit of a sensor; none where the model leaves it open.
+/// Returns the unit of a sensor; none if the model does not define it.
 pub(crate) fn of_sensor(model: &MjModel, sensor: usize) -> Option<Unit> {
     use MjtSensor as S;
     let object = || usize::try_from(model.sensor_objid()[sensor]).ok();
-    let joint = |unit: fn(Along) -> Unit| of_joint(model, object()?).map(unit);
-    let actuator = |unit: fn(Along) -> Unit| of_actuator(model, object()?).map(unit);
+    let joint = |unit: fn(CoordinateUnits) -> Unit| of_joint(model, object()?).map(unit);
+    let actuator = |unit: fn(CoordinateUnits) -> Unit| of_actuator(model, object()?).map(unit);
     match model.sensor_type().get(sensor)? {
         S::mjSENS_TOUCH | S::mjSENS_FORCE => Some(Unit::Newton),
         S::mjSENS_TORQUE => Some(Unit::NewtonMeter),
@@ -131,12 +132,12 @@ pub(crate) fn of_sensor(model: &MjModel, sensor: usize) -> Option<Unit> {
         | S::mjSENS_FRAMEZAXIS
         | S::mjSENS_GEOMNORMAL
         | S::mjSENS_INSIDESITE => Some(Unit::One),
-        S::mjSENS_JOINTPOS | S::mjSENS_JOINTLIMITPOS => joint(|along| along.place),
-        S::mjSENS_JOINTVEL | S::mjSENS_JOINTLIMITVEL => joint(|along| along.rate),
-        S::mjSENS_JOINTACTFRC | S::mjSENS_JOINTLIMITFRC => joint(|along| along.force),
-        S::mjSENS_ACTUATORPOS => actuator(|along| along.place),
-        S::mjSENS_ACTUATORVEL => actuator(|along| along.rate),
-        S::mjSENS_ACTUATORFRC => actuator(|along| along.force),
+        S::mjSENS_JOINTPOS | S::mjSENS_JOINTLIMITPOS => joint(|units| units.position),
+        S::mjSENS_JOINTVEL | S::mjSENS_JOINTLIMITVEL => joint(|units| units.rate),
+        S::mjSENS_JOINTACTFRC | S::mjSENS_JOINTLIMITFRC => joint(|units| units.force),
+        S::mjSENS_ACTUATORPOS => actuator(|units| units.position),
+        S::mjSENS_ACTUATORVEL => actuator(|units| units.rate),
+        S::mjSENS_ACTUATORFRC => actuator(|units| units.force),
         S::mjSENS_E_POTENTIAL | S::mjSENS_E_KINETIC => Some(Unit::Joule),
         S::mjSENS_CLOCK => Some(Unit::Second),
         _ => None,

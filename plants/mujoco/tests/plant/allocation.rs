@@ -1,25 +1,25 @@
-//! A run asks for no memory on this side of the engine once it is under way.
+//! A running plant allocates no memory outside the engine.
 
-use crate::scene::{Scene, standing};
+use crate::fixture::{Fixture, standing};
 use twinrig_mujoco::Coordinates;
 use twinrig_runtime::Plant;
 
 #[test]
-fn a_robot_that_stands_asks_for_no_memory() {
+fn standing_robot_does_not_allocate() {
     for coordinates in Coordinates::ALL {
-        let mut scene = Scene::of(standing(), coordinates);
+        let mut fixture = Fixture::of(standing(), coordinates);
         for _ in 0..100 {
-            scene.go(2000);
+            fixture.advance_us(2000);
         }
         let counted = allocation_counter::measure(|| {
             for _ in 0..100 {
-                scene.go(2000);
-                scene.all();
-                scene.plant.begin_window();
+                fixture.advance_us(2000);
+                fixture.all();
+                fixture.plant.begin_window();
             }
         });
         assert_eq!(counted.count_total, 0, "{coordinates:?}");
-        // The counter does count.
-        assert!(allocation_counter::measure(|| drop(scene.plant.save())).count_total > 0);
+        // Checks that the counter counts.
+        assert!(allocation_counter::measure(|| drop(fixture.plant.save())).count_total > 0);
     }
 }

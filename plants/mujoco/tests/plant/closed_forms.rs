@@ -1,4 +1,4 @@
-//! What a robot on the ground does that can be worked out by hand.
+//! A robot on the ground against closed forms.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_legged::{Base, Drives, Setup};
@@ -6,21 +6,22 @@ use twinrig_mujoco::{Coordinates, Options};
 use twinrig_robot::GRAVITY;
 use twinrig_runtime::Plant;
 
-use crate::scene::{LEGS, Scene, flat, robot, standing};
+use crate::fixture::{Fixture, LEGS, flat, robot, standing};
 
-/// Lets a robot stand for a second, and takes the mean over the next tenth of a second of the sum of its feet's forces.
-fn carried(setup: Setup, coordinates: Coordinates) -> [f64; 3] {
-    let mut scene = Scene::of(setup, coordinates);
+/// Returns the sum of the mean forces on the feet over 0.1 s, after the robot has stood for a
+/// second.
+fn mean_ground_force(setup: Setup, coordinates: Coordinates) -> [f64; 3] {
+    let mut fixture = Fixture::of(setup, coordinates);
     for _ in 0..500 {
-        scene.go(2000);
+        fixture.advance_us(2000);
     }
-    scene.plant.begin_window();
+    fixture.plant.begin_window();
     for _ in 0..50 {
-        scene.go(2000);
+        fixture.advance_us(2000);
     }
     let mut sum = [0.0; 3];
     for leg in LEGS {
-        let force = scene.read(&format!("leg/{leg}/foot/force"));
+        let force = fixture.read(&format!("leg/{leg}/foot/force"));
         for (sum, force) in sum.iter_mut().zip(force) {
             *sum += force;
         }
@@ -29,12 +30,13 @@ fn carried(setup: Setup, coordinates: Coordinates) -> [f64; 3] {
 }
 
 #[test]
-fn the_ground_carries_the_robots_weight() {
+fn ground_carries_the_weight() {
     let weight = robot().weight();
     for coordinates in Coordinates::ALL {
         for base in [Base::Free, Base::Planar] {
-            let [x, y, z] = carried(Setup { base, ..standing() }, coordinates);
-            // It still sways a little: a thousandth of its weight is a velocity that changes by 1 mm/s in this time.
+            let [x, y, z] = mean_ground_force(Setup { base, ..standing() }, coordinates);
+            // The robot still sways: a thousandth of its weight changes its velocity by 1 mm/s in
+            // this time.
             assert!(
                 (z - weight).abs() < 2e-3 * weight,
                 "{coordinates:?} {base:?}: {z} N"
@@ -48,7 +50,7 @@ fn the_ground_carries_the_robots_weight() {
 }
 
 #[test]
-fn every_ground_carries_the_robot_and_at_its_own_height() {
+fn feet_rest_at_the_height_of_every_terrain() {
     let field = || HeightField::new([-0.5; 2], 0.25, 5, vec![0.03; 25]).unwrap();
     for (terrain, height) in [
         (Terrain::Flat, 0.0),
@@ -70,7 +72,7 @@ fn every_ground_carries_the_robot_and_at_its_own_height() {
     ] {
         let ground = Some(Ground::new(terrain, 0.6, 0.0).unwrap());
         for coordinates in Coordinates::ALL {
-            let mut scene = Scene::of(
+            let mut fixture = Fixture::of(
                 Setup {
                     ground: ground.clone(),
                     ..standing()
@@ -78,11 +80,11 @@ fn every_ground_carries_the_robot_and_at_its_own_height() {
                 coordinates,
             );
             for _ in 0..500 {
-                scene.go(2000);
+                fixture.advance_us(2000);
             }
             for leg in LEGS {
-                let foot = scene.read(&format!("leg/{leg}/foot/position"))[2];
-                // A foot sinks in by micrometres.
+                let foot = fixture.read(&format!("leg/{leg}/foot/position"))[2];
+                // A foot penetrates the ground by micrometres.
                 assert!(
                     (foot - height).abs() < 5e-5,
                     "{coordinates:?} {height}: {foot}"
@@ -93,38 +95,39 @@ fn every_ground_carries_the_robot_and_at_its_own_height() {
 }
 
 #[test]
-fn a_robot_slides_to_a_stop_as_friction_has_it() {
-    // v²/(2 µ g), the legs held by their drives.
+fn sliding_distance_agrees_with_coulomb_friction() {
+    // v²/(2 µ g), with the legs held by their drives.
     let (friction, speed) = (0.2, 0.3);
     for coordinates in Coordinates::ALL {
         let setup = Setup {
             ground: Some(flat(friction)),
             ..standing()
         };
-        let mut scene = Scene::of(setup, coordinates);
+        let mut fixture = Fixture::of(setup, coordinates);
         for _ in 0..500 {
-            scene.go(2000);
+            fixture.advance_us(2000);
         }
-        let mut state = scene.plant.state().unwrap();
-        // Sideways: the legs do not give in that direction.
+        let mut state = fixture.plant.state().unwrap();
+        // Sideways: the legs do not yield in that direction.
         state = state.with("body/velocity", &[0.0, speed, 0.0]);
-        scene.plant.resume_from(&state).unwrap();
-        let start = scene.read("body/position")[1];
+        fixture.plant.resume_from(&state).unwrap();
+        let start = fixture.read("body/position")[1];
         for _ in 0..300 {
-            scene.go(2000);
+            fixture.advance_us(2000);
         }
-        let slid = scene.read("body/position")[1] - start;
+        let distance = fixture.read("body/position")[1] - start;
         let expected = speed * speed / (2.0 * friction * GRAVITY);
-        // The trunk rolls, and load wanders between the feet, but all of them slide.
+        // The trunk rolls, and the load shifts between the feet, but all of them slide.
         assert!(
-            (slid - expected).abs() < 0.1 * expected,
-            "{coordinates:?}: {slid} {expected}"
+            (distance - expected).abs() < 0.1 * expected,
+            "{coordinates:?}: {distance} {expected}"
         );
     }
 }
 
-/// How far feet leave the ground on which a robot slides sideways \[m\], and the steps in which one of them carries nothing.
-fn lifted(coordinates: Coordinates, sliding_rounds: Option<u32>) -> (f64, u32) {
+/// Returns the largest height of the feet of a robot that slides sideways \[m\], and the number of
+/// steps of feet without load.
+fn max_lift(coordinates: Coordinates, sliding_rounds: Option<u32>) -> (f64, u32) {
     let setup = Setup {
         ground: Some(flat(0.2)),
         ..standing()
@@ -133,36 +136,36 @@ fn lifted(coordinates: Coordinates, sliding_rounds: Option<u32>) -> (f64, u32) {
     if let Some(rounds) = sliding_rounds {
         options.numerics.sliding_rounds = rounds;
     }
-    let mut scene = Scene::new(&robot(), &options);
+    let mut fixture = Fixture::new(&robot(), &options);
     for _ in 0..500 {
-        scene.go(2000);
+        fixture.advance_us(2000);
     }
-    let state = scene.plant.state().unwrap();
+    let state = fixture.plant.state().unwrap();
     let state = state.with("body/velocity", &[0.0, 0.5, 0.0]);
-    scene.plant.resume_from(&state).unwrap();
+    fixture.plant.resume_from(&state).unwrap();
     let (mut highest, mut free) = (0.0_f64, 0);
     for _ in 0..50 {
-        scene.plant.begin_window();
-        scene.go(2000);
+        fixture.plant.begin_window();
+        fixture.advance_us(2000);
         for leg in LEGS {
-            highest = highest.max(scene.read(&format!("leg/{leg}/foot/position"))[2]);
-            free += u32::from(scene.read(&format!("leg/{leg}/foot/load"))[0] <= 0.0);
+            highest = highest.max(fixture.read(&format!("leg/{leg}/foot/position"))[2]);
+            free += u32::from(fixture.read(&format!("leg/{leg}/foot/load"))[0] <= 0.0);
         }
     }
     (highest, free)
 }
 
 #[test]
-fn feet_that_slide_stay_on_the_ground() {
+fn sliding_feet_stay_on_the_ground() {
     for coordinates in Coordinates::ALL {
-        let (highest, free) = lifted(coordinates, None);
+        let (highest, free) = max_lift(coordinates, None);
         // Braking unloads the feet of one side for a moment, some steps of 200.
         assert!(
             highest < 2e-5 && free < 30,
             "{coordinates:?}: {highest} m, {free} steps"
         );
-        // MuJoCo's own friction lifts them at µ times what they slide at, and drops them again.
-        let (highest, free) = lifted(coordinates, Some(0));
+        // MuJoCo's own friction lifts them at µ times their sliding velocity, and they fall back.
+        let (highest, free) = max_lift(coordinates, Some(0));
         assert!(
             highest > 1e-4 && free > 60,
             "{coordinates:?}: {highest} m, {free} steps"
@@ -171,32 +174,32 @@ fn feet_that_slide_stay_on_the_ground() {
 }
 
 #[test]
-fn a_robot_without_ground_falls_as_a_stone() {
+fn robot_without_ground_falls_freely() {
     for coordinates in Coordinates::ALL {
         let setup = Setup {
             ground: None,
             drives: Drives::None,
             ..standing()
         };
-        let mut scene = Scene::of(setup, coordinates);
-        let centre = |scene: &mut Scene| scene.plant.energy().gravity / robot().weight();
-        let start = centre(&mut scene);
+        let mut fixture = Fixture::of(setup, coordinates);
+        let centre = |fixture: &mut Fixture| fixture.plant.energy().gravity / robot().weight();
+        let start = centre(&mut fixture);
         for _ in 0..100 {
-            scene.go(1000);
+            fixture.advance_us(1000);
         }
-        let fallen = start - centre(&mut scene);
-        // Steps of first order fall by half a step's velocity more: g t h/2.
+        let fall = start - centre(&mut fixture);
+        // First-order steps fall by half a step's velocity more: g t h/2.
         let expected = 0.5 * GRAVITY * 0.1 * 0.1;
-        let more = GRAVITY * 0.1 * 0.5e-3 + 1e-6;
+        let excess = GRAVITY * 0.1 * 0.5e-3 + 1e-6;
         assert!(
-            (fallen - expected).abs() <= more * 1.01,
-            "{coordinates:?}: {fallen} {expected}"
+            (fall - expected).abs() <= excess * 1.01,
+            "{coordinates:?}: {fall} {expected}"
         );
     }
 }
 
 #[test]
-fn the_model_that_is_written_weighs_what_the_robot_weighs() {
+fn exported_model_has_the_mass_of_the_robot() {
     for coordinates in Coordinates::ALL {
         let setup = Setup {
             drives: Drives::None,
@@ -206,11 +209,11 @@ fn the_model_that_is_written_weighs_what_the_robot_weighs() {
         let engine = twinrig_mujoco::Engine::compile(&text).unwrap();
         let mass: f64 = engine.model().body_mass().iter().sum();
         assert!((mass - robot().mass()).abs() < 1e-12);
-        let freedoms = engine.data().qvel().len();
+        let dofs = engine.data().qvel().len();
         let expected = match coordinates {
             Coordinates::Minimal => 6 + 12,
             Coordinates::Maximal => 6 + 36,
         };
-        assert_eq!(freedoms, expected);
+        assert_eq!(dofs, expected);
     }
 }

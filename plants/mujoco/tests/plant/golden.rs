@@ -1,4 +1,4 @@
-//! Trajectories of the full plant's reference: other coordinates, other integrators, another language.
+//! Trajectories of the full plant's reference: other coordinates, integrators and language.
 
 use std::fs;
 use std::path::Path;
@@ -10,9 +10,9 @@ use twinrig_mujoco::Options;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, hanging, robot};
+use crate::fixture::{Fixture, hanging, robot};
 
-/// A trajectory.
+/// A reference trajectory.
 pub struct Golden(Value);
 
 fn flat(value: &Value) -> Vec<f64> {
@@ -34,15 +34,16 @@ impl Golden {
         self.0[key].as_array().unwrap().iter().map(flat).collect()
     }
 
-    /// The robot and the leg of it that the trajectory is of.
+    /// Returns the robot with the leg of the trajectory.
     pub fn robot(&self) -> Robot {
         let mut robot = robot();
-        let given = |key: &str| self.0["leg"][key].as_f64().unwrap();
+        let parameter = |key: &str| self.0["leg"][key].as_f64().unwrap();
         let leg = &mut robot.legs[0].leg;
-        assert!((given("l2") - leg.l2).abs() < 1e-15, "another robot");
-        (leg.diagonal.stiffness, leg.parallel.stiffness) = (given("k_d"), given("k_p"));
-        (leg.diagonal.preload, leg.parallel.preload) = (given("preload_d"), given("preload_p"));
-        leg.parallel_travel = given("travel");
+        assert!((parameter("l2") - leg.l2).abs() < 1e-15, "another robot");
+        (leg.diagonal.stiffness, leg.parallel.stiffness) = (parameter("k_d"), parameter("k_p"));
+        (leg.diagonal.preload, leg.parallel.preload) =
+            (parameter("preload_d"), parameter("preload_p"));
+        leg.parallel_travel = parameter("travel");
         let friction = flat(&self.0["leg"]["friction"]);
         let joints = &mut leg.joint_friction;
         (joints.hip, joints.knee, joints.ankle) = (friction[0], friction[1], friction[2]);
@@ -63,53 +64,57 @@ impl Golden {
     }
 }
 
-/// How far a leg is from its reference.
+/// Deviation of a leg from its reference.
 #[derive(Debug)]
 pub struct Deviation {
-    /// Of the foot, root of the mean square \[m\].
+    /// Root mean square of the foot \[m\].
     pub rms: f64,
-    /// Lost in impacts, and by the reference \[J\].
+    /// Energy lost in impacts, and in those of the reference \[J\].
     pub lost: [f64; 2],
-    /// Greatest of what should be closed and was open \[m\].
-    pub drift: f64,
-    /// What the books lack at the end, over what was exchanged \[1\].
+    /// Maximum constraint violation \[m\].
+    pub violation: f64,
+    /// Final residual of the energy balance over the energy exchanged \[1\].
     pub residual: f64,
 }
 
-pub fn far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Deviation {
-    try_far(name, with, step_us).unwrap()
+pub fn deviation(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Deviation {
+    try_deviation(name, with, step_us).unwrap()
 }
 
-/// The same; none where the plant gives up.
-pub fn try_far(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Option<Deviation> {
+/// Returns the deviation; none if the plant diverges.
+pub fn try_deviation(
+    name: &str,
+    with: impl Fn(Setup) -> Options,
+    step_us: u64,
+) -> Option<Deviation> {
     let golden = Golden::read(name);
     let robot = golden.robot();
-    let mut scene = Scene::new(&robot, &with(golden.setup(step_us)));
-    let every = golden.0["step_s"].as_f64().unwrap();
-    let us = SimDuration::try_from_secs_f64(every).unwrap().as_nanos() / 1000;
+    let mut fixture = Fixture::new(&robot, &with(golden.setup(step_us)));
+    let interval = golden.0["step_s"].as_f64().unwrap();
+    let us = SimDuration::try_from_secs_f64(interval).unwrap().as_nanos() / 1000;
     let hip = robot.legs[0].hip;
-    let (mut sum, mut count, mut drift) = (0.0, 0, 0.0_f64);
+    let (mut sum, mut count, mut violation) = (0.0, 0, 0.0_f64);
     let feet = golden.rows("foot");
     for (k, foot) in feet.iter().enumerate() {
         if k > 0 {
-            scene.try_go(us).ok()?;
+            fixture.try_advance_us(us).ok()?;
         }
-        let found = scene.read("leg/LF/foot/position");
-        let trunk = scene.read("body/position");
-        let apart = [0, 2].map(|axis| found[axis] - trunk[axis] - hip[axis]);
-        let [x, z] = [apart[0] - foot[0], apart[1] - foot[1]];
+        let found = fixture.read("leg/LF/foot/position");
+        let trunk = fixture.read("body/position");
+        let relative = [0, 2].map(|axis| found[axis] - trunk[axis] - hip[axis]);
+        let [x, z] = [relative[0] - foot[0], relative[1] - foot[1]];
         let square = x * x + z * z;
         assert!(square.is_finite());
         sum += square;
-        drift = drift.max(scene.plant.constraint_violation().unwrap());
+        violation = violation.max(fixture.plant.constraint_violation().unwrap());
         count += 1;
     }
     let lost = golden.rows("impact").concat();
-    let balance = scene.plant.energy();
+    let balance = fixture.plant.energy();
     Some(Deviation {
         rms: (sum / f64::from(count)).sqrt(),
         lost: [balance.impact, lost[lost.len() - 1]],
-        drift,
+        violation,
         residual: balance.residual.abs() / balance.exchanged.max(1e-12),
     })
 }

@@ -1,11 +1,11 @@
-//! The plant, seen from outside.
+//! Tests of the plant through its public interface.
 
 mod accuracy;
 mod allocation;
 mod closed_forms;
 mod drives;
+mod fixture;
 mod golden;
 mod properties;
 mod refusals;
-mod scene;
 mod state;

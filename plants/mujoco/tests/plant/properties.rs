@@ -1,11 +1,11 @@
-//! Robots and starts of all kinds.
+//! Random robots and initial states.
 
 use proptest::prelude::*;
 use twinrig_legged::{Base, Setup, StartPose};
 use twinrig_mujoco::{Coordinates, Mujoco, Options};
 use twinrig_runtime::Plant;
 
-use crate::scene::{LEGS, hanging, robot};
+use crate::fixture::{LEGS, hanging, robot};
 
 fn bases() -> impl Strategy<Value = Base> {
     prop_oneof![Just(Base::Free), Just(Base::Planar), Just(Base::Fixed)]
@@ -15,7 +15,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn what_hangs_together_stays_together(
+    fn constraints_stay_closed(
         scale in 0.7..1.5_f64,
         mass in 0.5..3.0_f64,
         stiffness in 0.3..1.5_f64,
@@ -31,8 +31,8 @@ proptest! {
             for length in [&mut leg.l1, &mut leg.l2, &mut leg.l3, &mut leg.l_delta, &mut leg.diagonal_min, &mut leg.parallel_travel] {
                 *length *= scale;
             }
-            for own in [&mut leg.mass.l1, &mut leg.mass.l2, &mut leg.mass.l3, &mut leg.mass.foot] {
-                *own *= mass;
+            for part_mass in [&mut leg.mass.l1, &mut leg.mass.l2, &mut leg.mass.l3, &mut leg.mass.foot] {
+                *part_mass *= mass;
             }
             leg.diagonal.stiffness *= stiffness;
             leg.parallel.stiffness *= stiffness;
@@ -50,7 +50,7 @@ proptest! {
             let mut plant = match plant {
                 Ok(plant) => plant,
                 Err(error) => {
-                    // The start may be beyond a stop, and nothing else be wrong.
+                    // The initial state may be beyond a stop; no other error is expected.
                     prop_assert!(error.to_string().contains("start"), "{error}");
                     continue;
                 }
@@ -58,13 +58,13 @@ proptest! {
             for ms in 1..=100 {
                 let to = twinrig_kernel::SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(ms);
                 plant.advance(to, &[]).unwrap();
-                let drift = plant.constraint_violation().unwrap();
-                // A stop that is hit at 6 m/s is overrun by that many steps' worth.
-                prop_assert!(drift < 1.5e-3, "{coordinates:?}: {drift} m after {ms} ms");
+                let violation = plant.constraint_violation().unwrap();
+                // A stop that is hit at 6 m/s is exceeded by the motion of a step.
+                prop_assert!(violation < 1.5e-3, "{coordinates:?}: {violation} m after {ms} ms");
             }
             let balance = plant.energy();
-            let lacking = balance.residual.abs() / balance.exchanged;
-            prop_assert!(lacking < 0.1, "{coordinates:?}: {balance:?}");
+            let residual_share = balance.residual.abs() / balance.exchanged;
+            prop_assert!(residual_share < 0.1, "{coordinates:?}: {balance:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What the plant refuses, and how it says so.
+//! Refused options and states, and their messages.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimTime;
@@ -6,7 +6,7 @@ use twinrig_legged::Setup;
 use twinrig_mujoco::{Closing, Coordinates, Mujoco, MujocoError, Numerics, Options};
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, robot, standing};
+use crate::fixture::{Fixture, robot, standing};
 
 fn refused(setup: Setup, change: impl Fn(&mut Numerics)) -> String {
     let mut options = Options::new(setup, Coordinates::Maximal);
@@ -18,7 +18,7 @@ fn refused(setup: Setup, change: impl Fn(&mut Numerics)) -> String {
 }
 
 #[test]
-fn settings_that_are_none_are_refused_by_name() {
+fn invalid_settings_are_refused_by_name() {
     for (setting, change) in [
         (
             "solref_steps",
@@ -41,7 +41,7 @@ fn settings_that_are_none_are_refused_by_name() {
 }
 
 #[test]
-fn a_ground_that_gives_back_is_refused_with_what_to_do() {
+fn ground_with_restitution_is_refused_with_a_remedy() {
     let setup = Setup {
         ground: Some(Ground::new(Terrain::Flat, 0.6, 0.3).unwrap()),
         ..standing()
@@ -51,13 +51,13 @@ fn a_ground_that_gives_back_is_refused_with_what_to_do() {
 }
 
 #[test]
-fn a_body_that_cannot_be_is_refused_before_mujoco_sees_it() {
+fn invalid_inertia_is_refused_before_compilation() {
     let mut robot = robot();
     robot.trunk.inertia = [1e-3, 1e-3, 1.0];
     let options = Options::new(standing(), Coordinates::Minimal);
     let error = Mujoco::new(&robot, &options, &|_| true).err().unwrap();
     assert!(matches!(error, MujocoError::Together(_)), "{error}");
-    let mut robot = crate::scene::robot();
+    let mut robot = crate::fixture::robot();
     robot.legs[0].leg.mass.l2 = 0.0;
     let error = Mujoco::new(&robot, &options, &|_| true).err().unwrap();
     assert!(
@@ -67,21 +67,21 @@ fn a_body_that_cannot_be_is_refused_before_mujoco_sees_it() {
 }
 
 #[test]
-fn a_foot_that_leaves_the_height_field_is_a_fault() {
+fn foot_outside_the_height_field_is_a_fault() {
     let field = HeightField::new([-0.15, -0.1], 0.05, 7, vec![0.0; 35]).unwrap();
     let setup = Setup {
         ground: Some(Ground::new(Terrain::Heights(field), 0.6, 0.0).unwrap()),
         ..standing()
     };
-    let mut scene = Scene::of(setup, Coordinates::Minimal);
-    let state = scene.plant.state().unwrap();
+    let mut fixture = Fixture::of(setup, Coordinates::Minimal);
+    let state = fixture.plant.state().unwrap();
     let state = state.with("body/velocity", &[2.0, 0.0, 0.3]);
-    scene.plant.resume_from(&state).unwrap();
-    let inputs = scene.inputs.clone();
+    fixture.plant.resume_from(&state).unwrap();
+    let inputs = fixture.inputs.clone();
     let mut fault = None;
     for ms in 1..300 {
         let to = SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(ms);
-        if let Err(found) = scene.plant.advance(to, &inputs) {
+        if let Err(found) = fixture.plant.advance(to, &inputs) {
             fault = Some(found);
             break;
         }
@@ -94,7 +94,7 @@ fn a_foot_that_leaves_the_height_field_is_a_fault() {
 }
 
 #[test]
-fn a_step_beyond_all_stability_is_a_fault_with_time_and_energy() {
+fn unstable_step_is_a_fault_with_time_and_energy() {
     let mut robot = robot();
     for mount in &mut robot.legs {
         mount.leg.diagonal.stiffness *= 1e6;
@@ -114,11 +114,11 @@ fn a_step_beyond_all_stability_is_a_fault_with_time_and_energy() {
 }
 
 #[test]
-fn an_input_that_is_no_number_is_a_fault_that_names_it() {
-    let mut scene = Scene::of(standing(), Coordinates::Minimal);
-    let mut inputs = scene.inputs.clone();
+fn non_finite_input_is_a_fault_that_names_it() {
+    let mut fixture = Fixture::of(standing(), Coordinates::Minimal);
+    let mut inputs = fixture.inputs.clone();
     inputs[3] = f64::NAN;
     let to = SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(2);
-    let fault = scene.plant.advance(to, &inputs).unwrap_err();
+    let fault = fixture.plant.advance(to, &inputs).unwrap_err();
     assert_eq!(fault.part, "leg/RF/knee/command");
 }

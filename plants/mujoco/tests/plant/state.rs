@@ -1,31 +1,31 @@
-//! Saved, restored, run twice, handed over.
+//! Saved, restored, repeated and resumed runs.
 
 use twinrig_kernel::{SimTime, Snapshot};
 use twinrig_legged::{Base, Setup};
 use twinrig_mujoco::{Coordinates, Integrator, Options};
 use twinrig_runtime::{Plant, PlantState};
 
-use crate::scene::{Scene, hanging, pose, robot, standing};
+use crate::fixture::{Fixture, hanging, pose, robot, standing};
 
-/// A robot that is pulled about: its commands go up and down.
-fn pulled(scene: &mut Scene, from: u32, steps: u32) -> Vec<u64> {
-    let first = scene.inputs.clone();
+/// Runs the robot with oscillating commands. Returns the bits of all outputs.
+fn run_oscillating(fixture: &mut Fixture, from: u32, steps: u32) -> Vec<u64> {
+    let first = fixture.inputs.clone();
     let mut bits = Vec::new();
     for step in from..from + steps {
-        for (i, input) in scene.inputs.iter_mut().enumerate() {
+        for (i, input) in fixture.inputs.iter_mut().enumerate() {
             *input = first[i] + 0.02 * libm::sin(0.05 * f64::from(step) + i as f64);
         }
-        scene.go(2000);
-        bits.extend(scene.all().iter().map(|x| x.to_bits()));
+        fixture.advance_us(2000);
+        bits.extend(fixture.all().iter().map(|x| x.to_bits()));
         if step % 7 == 0 {
-            scene.plant.begin_window();
+            fixture.plant.begin_window();
         }
     }
-    scene.inputs = first;
+    fixture.inputs = first;
     bits
 }
 
-fn every() -> impl Iterator<Item = Options> {
+fn all_options() -> impl Iterator<Item = Options> {
     Coordinates::ALL.into_iter().flat_map(|coordinates| {
         Integrator::ALL.into_iter().map(move |integrator| {
             let mut options = Options::new(standing(), coordinates);
@@ -36,24 +36,24 @@ fn every() -> impl Iterator<Item = Options> {
 }
 
 #[test]
-fn a_run_is_the_same_twice_and_from_its_middle_on_another_thread() {
-    for options in every() {
-        let mut scene = Scene::new(&robot(), &options);
-        let before = pulled(&mut scene, 0, 60);
-        let saved: Snapshot = scene.plant.save();
-        let after = pulled(&mut scene, 60, 60);
-        scene.plant.restore(&saved).unwrap();
-        let restored = scene.plant.save();
+fn runs_are_repeatable_and_restorable_on_another_thread() {
+    for options in all_options() {
+        let mut fixture = Fixture::new(&robot(), &options);
+        let before = run_oscillating(&mut fixture, 0, 60);
+        let saved: Snapshot = fixture.plant.save();
+        let after = run_oscillating(&mut fixture, 60, 60);
+        fixture.plant.restore(&saved).unwrap();
+        let restored = fixture.plant.save();
         assert_eq!(restored, saved);
 
-        let own = options.clone();
+        let thread_options = options.clone();
         let other = std::thread::Builder::new().spawn(move || {
-            let mut twice = Scene::new(&robot(), &own);
-            let before = pulled(&mut twice, 0, 60);
-            let mut fresh = Scene::new(&robot(), &own);
+            let mut twice = Fixture::new(&robot(), &thread_options);
+            let before = run_oscillating(&mut twice, 0, 60);
+            let mut fresh = Fixture::new(&robot(), &thread_options);
             fresh.plant.restore(&saved).unwrap();
-            fresh.skip(60 * 2000);
-            (before, pulled(&mut fresh, 60, 60))
+            fresh.shift_time_us(60 * 2000);
+            (before, run_oscillating(&mut fresh, 60, 60))
         });
         let (twice, on) = other.unwrap().join().unwrap();
         assert!(twice == before, "{:?}", options.numerics.integrator);
@@ -62,18 +62,18 @@ fn a_run_is_the_same_twice_and_from_its_middle_on_another_thread() {
 }
 
 #[test]
-fn a_posture_goes_over_from_one_kind_of_coordinates_to_the_other() {
+fn posture_is_preserved_between_kinds_of_coordinates() {
     for base in [Base::Free, Base::Planar, Base::Fixed] {
         let setup = || Setup {
             base,
             ..hanging(pose([10.0, -25.0, 37.0], [6.0, -4.0, 3.0]))
         };
-        let mut from = Scene::of(setup(), Coordinates::Minimal);
+        let mut from = Fixture::of(setup(), Coordinates::Minimal);
         for _ in 0..20 {
-            from.go(1000);
+            from.advance_us(1000);
         }
         let state = from.plant.state().unwrap();
-        let mut to = Scene::of(setup(), Coordinates::Maximal);
+        let mut to = Fixture::of(setup(), Coordinates::Maximal);
         let lines = to.plant.resume_from(&state).unwrap();
         assert_eq!(lines, Vec::<String>::new());
         let (expected, found) = (state, to.plant.state().unwrap());
@@ -84,7 +84,7 @@ fn a_posture_goes_over_from_one_kind_of_coordinates_to_the_other() {
                 assert!((a - b).abs() < 1e-12, "{base:?} {name}: {a} {b}");
             }
         }
-        // Its springs and heights are those of the other.
+        // Spring and kinetic energies are those of the other plant.
         let (there, here) = (from.plant.energy(), to.plant.energy());
         for (a, b) in [(there.kinetic, here.kinetic), (there.spring, here.spring)] {
             assert!((a - b).abs() < 1e-12, "{base:?}: {a} {b}");
@@ -94,21 +94,21 @@ fn a_posture_goes_over_from_one_kind_of_coordinates_to_the_other() {
 }
 
 #[test]
-fn what_cannot_be_taken_over_is_refused_and_moves_nothing() {
-    let mut scene = Scene::of(
+fn incompatible_state_is_refused_without_change() {
+    let mut fixture = Fixture::of(
         hanging(pose([10.0, -25.0, 37.0], [0.0; 3])),
         Coordinates::Minimal,
     );
-    let before = scene.plant.save();
+    let before = fixture.plant.save();
     for state in [
         PlantState::at(SimTime::ZERO).with("leg/LF/angles", &[f64::NAN, 0.0, 0.0]),
         PlantState::at(SimTime::ZERO).with("body/position", &[1.0, 0.0, 0.0]),
         PlantState::at(SimTime::ZERO).with("body/orientation", &[2.0, 0.0, 0.0, 0.0]),
     ] {
-        assert!(scene.plant.resume_from(&state).is_err());
+        assert!(fixture.plant.resume_from(&state).is_err());
     }
-    assert_eq!(scene.plant.save(), before);
-    let lines = scene
+    assert_eq!(fixture.plant.save(), before);
+    let lines = fixture
         .plant
         .resume_from(&PlantState::at(SimTime::ZERO).with("mood", &[1.0]));
     let lines = lines.unwrap();
@@ -116,8 +116,8 @@ fn what_cannot_be_taken_over_is_refused_and_moves_nothing() {
 }
 
 #[test]
-fn the_snapshot_of_another_robot_is_refused() {
-    let mut scene = Scene::of(standing(), Coordinates::Minimal);
-    let other = Scene::of(standing(), Coordinates::Maximal);
-    assert!(scene.plant.restore(&other.plant.save()).is_err());
+fn snapshot_of_another_robot_is_refused() {
+    let mut fixture = Fixture::of(standing(), Coordinates::Minimal);
+    let other = Fixture::of(standing(), Coordinates::Maximal);
+    assert!(fixture.plant.restore(&other.plant.save()).is_err());
 }

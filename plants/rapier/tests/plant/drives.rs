@@ -4,7 +4,7 @@ use twinrig_legged::{Base, Drives, Setup, StartPose};
 use twinrig_rapier::Joints;
 use twinrig_robot::{Motor, Servo};
 
-use crate::scene::{Scene, hanging, robot};
+use crate::fixture::{Fixture, hanging, robot};
 
 fn servo(torque: f64) -> Servo {
     Servo {
@@ -16,7 +16,7 @@ fn servo(torque: f64) -> Servo {
     }
 }
 
-fn hung(drives: Drives, step_us: u64) -> Setup {
+fn hanging_leg(drives: Drives, step_us: u64) -> Setup {
     let q = [0.0, -0.3, 0.3];
     let start = StartPose { q, rates: [0.0; 3] };
     Setup {
@@ -27,21 +27,21 @@ fn hung(drives: Drives, step_us: u64) -> Setup {
 }
 
 #[test]
-fn a_servo_with_torque_to_spare_follows_a_ramp_by_its_lag() {
+fn unsaturated_servo_follows_a_ramp_with_its_lag() {
     for joints in Joints::ALL {
         let drives = Drives::Servos {
             hip: servo(50.0),
             knee: servo(50.0),
         };
-        let mut scene = Scene::of(&robot(), hung(drives, 1000), joints);
-        let start = scene.commands.clone();
+        let mut fixture = Fixture::of(&robot(), hanging_leg(drives, 1000), joints);
+        let start = fixture.commands.clone();
         for k in 1..=200_u64 {
-            scene.commands[0] = start[0] + 2.0 * 1e-3 * k as f64;
-            scene.run_to_us(1000 * k);
+            fixture.commands[0] = start[0] + 2.0 * 1e-3 * k as f64;
+            fixture.run_to_us(1000 * k);
         }
-        // Behind a ramp of 2 rad/s by 5 ms, whose last command was held for its millisecond.
-        let hip = scene.read("leg/LF/hip/position")[0];
-        let expected = scene.commands[0] - 2.0 * (5e-3 - 0.5e-3);
+        // The lag behind a ramp of 2 rad/s is 5 ms; the last command was held for its millisecond.
+        let hip = fixture.read("leg/LF/hip/position")[0];
+        let expected = fixture.commands[0] - 2.0 * (5e-3 - 0.5e-3);
         assert!(
             (hip - expected).abs() < 1e-3,
             "{joints:?}: {hip} {expected}"
@@ -50,47 +50,47 @@ fn a_servo_with_torque_to_spare_follows_a_ramp_by_its_lag() {
 }
 
 #[test]
-fn a_cable_is_pulled_with_what_the_knees_servo_has() {
+fn saturated_knee_servo_sets_the_cable_tension() {
     let robot = robot();
     for joints in Joints::ALL {
         let drives = Drives::Servos {
             hip: servo(50.0),
             knee: servo(0.4),
         };
-        let mut scene = Scene::of(&robot, hung(drives, 1000), joints);
-        // Farther than the leg can bend: it winds until its torque is used up.
-        scene.commands[1] += 3.0;
-        scene.run_to_us(1_500_000);
-        let tension = scene.read("leg/LF/cable/tension")[0];
+        let mut fixture = Fixture::of(&robot, hanging_leg(drives, 1000), joints);
+        // Beyond the range of the leg: the servo winds until its torque saturates.
+        fixture.commands[1] += 3.0;
+        fixture.run_to_us(1_500_000);
+        let tension = fixture.read("leg/LF/cable/tension")[0];
         let expected = 0.4 / robot.legs[0].leg.pulley_radius;
         assert!(
             (tension - expected).abs() < 0.02 * expected,
             "{joints:?}: {tension} {expected}"
         );
-        let torque = scene.read("leg/LF/knee/torque")[0];
+        let torque = fixture.read("leg/LF/knee/torque")[0];
         assert!((torque - 0.4).abs() < 8e-3, "{joints:?}: {torque}");
     }
 }
 
 #[test]
-fn a_cable_pulls_and_never_pushes() {
+fn cable_tension_is_never_negative() {
     let drives = Drives::Servos {
         hip: servo(50.0),
         knee: servo(50.0),
     };
-    let mut scene = Scene::of(&robot(), hung(drives, 2000), Joints::Impulse);
-    let start = scene.commands.clone();
+    let mut fixture = Fixture::of(&robot(), hanging_leg(drives, 2000), Joints::Impulse);
+    let start = fixture.commands.clone();
     for k in 1..=200_u64 {
         let phase = 0.05 * k as f64;
-        scene.commands[1] = start[1] + 0.3 * libm::sin(phase);
-        scene.run_to_us(2000 * k);
-        let tension = scene.read("leg/LF/cable/tension")[0];
+        fixture.commands[1] = start[1] + 0.3 * libm::sin(phase);
+        fixture.run_to_us(2000 * k);
+        let tension = fixture.read("leg/LF/cable/tension")[0];
         assert!(tension >= 0.0, "{tension}");
     }
 }
 
 #[test]
-fn a_motor_without_load_turns_as_fast_as_its_voltage_lets_it() {
+fn unloaded_motor_reaches_its_no_load_speed() {
     let motor = Motor {
         resistance: 0.593,
         torque_constant: 14.05e-3,
@@ -102,11 +102,11 @@ fn a_motor_without_load_turns_as_fast_as_its_voltage_lets_it() {
         hip: motor,
         knee: motor,
     };
-    let mut scene = Scene::of(&robot(), hung(drives, 1000), Joints::Impulse);
-    // The pulley unwinds, so no cable holds it; the hip's bridge is open.
-    scene.commands = vec![0.0, 0.0, -6.0, 1.0];
-    scene.run_to_us(100_000);
-    let rate = scene.read("leg/LF/knee/rate")[0];
+    let mut fixture = Fixture::of(&robot(), hanging_leg(drives, 1000), Joints::Impulse);
+    // The pulley unwinds, so that the cable is slack; the bridge of the hip is open.
+    fixture.commands = vec![0.0, 0.0, -6.0, 1.0];
+    fixture.run_to_us(100_000);
+    let rate = fixture.read("leg/LF/knee/rate")[0];
     let expected = -6.0 / (14.05e-3 * 14.0);
     assert!(
         (rate - expected).abs() < 1e-9 * expected.abs(),

@@ -1,34 +1,34 @@
-//! Energy: what the books lack falls with the step, and where nothing takes any none is lost.
+//! Energy balance: the residual falls with the step, and without friction energy is conserved.
 
 use twinrig_legged::StartPose;
 use twinrig_rapier::Joints;
 use twinrig_runtime::Plant;
 
-use crate::scene::{Golden, Scene, hanging, robot, standing};
+use crate::fixture::{Fixture, Golden, hanging, robot, standing};
 
-/// What is missing after 0.2 s, as a share of what was moved.
-fn missing(name: &str, joints: Joints, step_us: u64) -> f64 {
+/// Returns the residual after 0.2 s as a share of the energy exchanged.
+fn residual_share(name: &str, joints: Joints, step_us: u64) -> f64 {
     let golden = Golden::read(name);
     let setup = hanging(&["LF"], golden.start(), step_us);
-    let mut scene = Scene::of(&golden.robot(), setup, joints);
-    scene.run_to_us(200_000);
-    let balance = scene.plant.energy();
+    let mut fixture = Fixture::of(&golden.robot(), setup, joints);
+    fixture.run_to_us(200_000);
+    let balance = fixture.plant.energy();
     balance.residual.abs() / balance.exchanged
 }
 
 #[test]
-fn what_the_books_lack_falls_with_the_step() {
+fn energy_residual_falls_with_the_step() {
     for name in ["between", "passive", "hard-hit"] {
-        let [coarse, fine] = [2000, 200].map(|step| missing(name, Joints::Impulse, step));
-        // Kinetic energy is that of half a step ago: an error of first order.
+        let [coarse, fine] = [2000, 200].map(|step| residual_share(name, Joints::Impulse, step));
+        // Kinetic energy is that of half a step before: an error of first order.
         assert!(coarse > 3.0 * fine, "{name}: {coarse:e}, then {fine:e}");
         assert!(coarse < 0.1, "{name}: {coarse:e}");
     }
 }
 
 #[test]
-fn a_leg_without_friction_swings_on() {
-    // Off its stops: only springs and gravity are at work, and energy does nothing but swing.
+fn frictionless_leg_conserves_energy() {
+    // Off its stops: springs and gravity alone, so that energy only changes form.
     let mut robot = robot();
     let leg = &mut robot.legs[0].leg;
     (leg.diagonal.preload, leg.parallel.preload) = (-4e-3, -4e-3);
@@ -36,15 +36,15 @@ fn a_leg_without_friction_swings_on() {
     (friction.hip, friction.knee, friction.ankle) = (0.0, 0.0, 0.0);
     let q = [10.0_f64, -26.0, 44.0].map(f64::to_radians);
     let start = StartPose { q, rates: [0.0; 3] };
-    let mut scene = Scene::of(&robot, hanging(&["LF"], start, 500), Joints::Impulse);
+    let mut fixture = Fixture::of(&robot, hanging(&["LF"], start, 500), Joints::Impulse);
     let mut worst = 0.0_f64;
     for k in 1..=100 {
-        scene.run_to_us(20_000 * k);
-        worst = worst.max(scene.plant.energy().residual.abs());
+        fixture.run_to_us(20_000 * k);
+        worst = worst.max(fixture.plant.energy().residual.abs());
     }
-    let balance = scene.plant.energy();
+    let balance = fixture.plant.energy();
     assert_eq!(balance.dissipated, 0.0);
-    // Measured after 2 s: 0.15 % of 0.17 J; a drift would have made more of it.
+    // Measured after 2 s: 0.15 % of 0.17 J; a drift would give more.
     assert!(
         worst < 5e-3 * balance.exchanged,
         "{worst:e} of {}",
@@ -53,13 +53,13 @@ fn a_leg_without_friction_swings_on() {
 }
 
 #[test]
-fn a_robot_that_stands_spends_nothing() {
-    let mut scene = Scene::of(&robot(), standing(2000), Joints::Impulse);
-    scene.run_to_us(1_500_000);
-    let before = scene.plant.energy();
-    scene.run_to_us(2_000_000);
-    let after = scene.plant.energy();
-    // Half a joule a second would lift it by 46 mm.
+fn standing_robot_conserves_energy() {
+    let mut fixture = Fixture::of(&robot(), standing(2000), Joints::Impulse);
+    fixture.run_to_us(1_500_000);
+    let before = fixture.plant.energy();
+    fixture.run_to_us(2_000_000);
+    let after = fixture.plant.energy();
+    // Half a joule per second would lift the robot by 46 mm.
     assert!((after.stored() - before.stored()).abs() < 1e-4);
     assert!((after.impact - before.impact).abs() < 1e-3);
     assert!((after.dissipated - before.dissipated).abs() < 1e-3);

@@ -1,23 +1,23 @@
-//! What cannot be is refused with a reason.
+//! Invalid options, commands and states are refused with a reason.
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{LeggedError, StartPose};
 use twinrig_rapier::{Joints, Options, Rapier, RapierError, Softness};
 use twinrig_runtime::{Plant, PlantState};
 
-use crate::scene::{Scene, hanging, robot, standing};
+use crate::fixture::{Fixture, hanging, robot, standing};
 
 fn refused(change: impl FnOnce(&mut Options)) -> RapierError {
     let mut options = Options::new(standing(2000), Joints::Impulse);
     change(&mut options);
     let Err(error) = Rapier::new(&robot(), &options, &|_| true) else {
-        panic!("it was built");
+        panic!("the plant was built");
     };
     error
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused_by_name() {
+fn invalid_settings_are_refused_by_name() {
     assert_eq!(
         refused(|o| o.solver.substeps = 0),
         RapierError::Count("substeps")
@@ -57,7 +57,7 @@ fn settings_that_cannot_be_are_refused_by_name() {
 }
 
 #[test]
-fn setups_that_cannot_be_are_refused_as_by_every_plant() {
+fn invalid_setups_are_refused() {
     let none = refused(|o| o.setup.legs = vec!["XX".to_owned()]);
     assert!(matches!(
         none,
@@ -65,16 +65,16 @@ fn setups_that_cannot_be_are_refused_as_by_every_plant() {
     ));
     let step = refused(|o| o.setup.step = SimDuration::ZERO);
     assert_eq!(step, RapierError::Legged(LeggedError::Step));
-    let beyond = StartPose {
+    let invalid = StartPose {
         q: [0.0, 0.2, 0.0],
         rates: [0.0; 3],
     };
-    let beyond = refused(|o| o.setup.start = beyond.into());
-    assert!(matches!(beyond, RapierError::Legged(_)));
+    let invalid = refused(|o| o.setup.start = invalid.into());
+    assert!(matches!(invalid, RapierError::Legged(_)));
 }
 
 #[test]
-fn segments_without_mass_are_refused() {
+fn massless_segments_are_refused() {
     let mut robot = robot();
     robot.legs[0].leg.mass.l2 = 0.0;
     let start = StartPose {
@@ -83,7 +83,7 @@ fn segments_without_mass_are_refused() {
     };
     let options = Options::new(hanging(&["LF"], start, 2000), Joints::Impulse);
     let Err(error) = Rapier::new(&robot, &options, &|_| true) else {
-        panic!("it was built");
+        panic!("the plant was built");
     };
     assert!(
         error.to_string().contains("second segment of leg LF"),
@@ -92,19 +92,19 @@ fn segments_without_mass_are_refused() {
 }
 
 #[test]
-fn a_command_that_is_no_number_is_a_fault_that_names_it() {
-    let mut scene = Scene::of(&robot(), standing(2000), Joints::Impulse);
-    scene.commands[3] = f64::NAN;
+fn non_finite_command_is_a_fault_that_names_it() {
+    let mut fixture = Fixture::of(&robot(), standing(2000), Joints::Impulse);
+    fixture.commands[3] = f64::NAN;
     let at = SimTime::ZERO + SimDuration::from_millis(2);
-    let fault = scene.plant.advance(at, &scene.commands).unwrap_err();
+    let fault = fixture.plant.advance(at, &fixture.commands).unwrap_err();
     assert_eq!(fault.part, "leg/RF/knee/command");
 }
 
 #[test]
-fn no_state_without_an_attitude_is_taken_over() {
-    let mut scene = Scene::of(&robot(), standing(2000), Joints::Impulse);
+fn state_with_invalid_attitude_or_velocity_is_refused() {
+    let mut fixture = Fixture::of(&robot(), standing(2000), Joints::Impulse);
     let flat = PlantState::at(SimTime::ZERO).with("body/orientation", &[0.0; 4]);
-    assert!(scene.plant.resume_from(&flat).is_err());
-    let odd = PlantState::at(SimTime::ZERO).with("body/velocity", &[f64::NAN; 3]);
-    assert!(scene.plant.resume_from(&odd).is_err());
+    assert!(fixture.plant.resume_from(&flat).is_err());
+    let non_finite = PlantState::at(SimTime::ZERO).with("body/velocity", &[f64::NAN; 3]);
+    assert!(fixture.plant.resume_from(&non_finite).is_err());
 }

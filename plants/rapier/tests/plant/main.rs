@@ -1,12 +1,12 @@
-//! The plant as a whole.
+//! Tests of the plant.
 
-mod cuts;
 mod drives;
 mod energy;
 mod errors;
 mod faults;
+mod fixture;
 mod ground;
-mod passive;
+mod hanging_legs;
+mod initial_states;
+mod partial_steps;
 mod restore;
-mod scene;
-mod starts;

@@ -1,49 +1,53 @@
-//! How far one signal of two runs is apart, in the course of time.
+//! Difference of one signal between two runs, as a function of time.
 
 use super::warp::Warp;
 
-/// Shares of a signal's range whose first excess is noted.
+/// Thresholds, as shares of a signal's range, whose first excess is recorded.
 pub const SHARES: [f64; 2] = [0.01, 0.1];
 
-/// Parts of a run whose differences are summed up each for itself.
+/// Number of equal segments of the time window with a separate RMS each.
 pub const PARTS: usize = 10;
 
-/// A signal that varies by less has no range by which to measure a difference, in its unit of the International System: a
-/// nanometre, a nanonewton.
-const STILL: f64 = 1e-9;
+/// Minimum range (in the SI unit of the signal) by which a difference is normalised: a nanometre, a
+/// nanonewton. A signal with a smaller range counts as constant.
+const RANGE_MIN: f64 = 1e-9;
 
-/// The differences of a signal in two runs, second less first, over the time that both have.
+/// Differences of a signal between two runs, second minus first, over the common time window.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drift {
-    /// The greatest magnitude, in the signal's unit; infinite where one run has a number and the other has none.
+    /// Maximum magnitude, in the signal's unit; infinite where exactly one of the values is not
+    /// finite.
     pub max: f64,
-    /// When that was, in the time of the first run \[s\].
+    /// Time of the maximum, in the time of the first run \[s\].
     pub max_at_s: f64,
-    /// Root of the mean square, in the signal's unit.
+    /// Root mean square, in the signal's unit.
     pub rms: f64,
-    /// Greatest magnitude as a share of the range that the signal has in the first run; in the second where it stands still
-    /// in the first; of how large it is where it does in both. None where it is nothing in both.
+    /// Maximum magnitude relative to the range of the signal in the first run; if the signal is
+    /// constant there, to its range in the second run; if it is constant in both, to its largest
+    /// magnitude. `None` if it is zero in both.
     pub share: Option<f64>,
-    /// When it first was more than each of [`SHARES`] of that range, in the time of the first run \[s\].
+    /// Time of the first excess of each of [`SHARES`] of that range, in the time of the first run
+    /// \[s\].
     pub exceeds_at_s: [Option<f64>; 2],
-    /// Root of the mean square over each of ten equal parts of the time.
+    /// Root mean square over each of ten equal segments of the window.
     pub rms_of_parts: [f64; PARTS],
-    /// How fast those grow, by the straight line that fits them best, in the signal's unit a second.
+    /// Growth of those: slope of the least-squares line, in the signal's unit per second.
     pub growth_per_s: f64,
 }
 
-/// What a signal is in two runs at the first and at the last sample of the first run that lies in the time of both.
+/// Values of a signal in both runs at the first and at the last sample of the first run within the
+/// common time window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ends {
-    /// When those are \[s\].
+    /// Times of the two samples \[s\].
     pub at_s: [f64; 2],
-    /// In the first run, in the signal's unit.
+    /// Values in the first run, in the signal's unit.
     pub a: [f64; 2],
-    /// In the second.
+    /// Values in the second run.
     pub b: [f64; 2],
 }
 
-/// Samples of one number in one run.
+/// Samples of one component in one run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<'a> {
     pub(super) times_s: &'a [f64],
@@ -51,8 +55,8 @@ pub(super) struct Samples<'a> {
 }
 
 impl Samples<'_> {
-    /// The value at a time, straight between samples; none before the first and behind the last. `cursor` is as for
-    /// [`Warp::at`].
+    /// Returns the value at a time by linear interpolation; `None` before the first sample and
+    /// after the last. `cursor` is used as in [`Warp::at`].
     fn at(&self, at: f64, cursor: &mut usize) -> Option<f64> {
         let next = |n: usize| self.times_s.get(n).copied();
         while next(*cursor + 1).is_some_and(|time| time <= at) {
@@ -67,7 +71,8 @@ impl Samples<'_> {
         Some(value + share * (self.values.get(*cursor + 1)? - value))
     }
 
-    /// How far apart least and greatest are, and how large the largest is, of those at times in a window.
+    /// Returns the range (maximum minus minimum) and the largest magnitude of the finite samples
+    /// within a time window.
     fn extent(&self, window: [f64; 2]) -> [f64; 2] {
         let all = self.times_s.iter().zip(self.values);
         let within = |(time, value): &(&f64, &f64)| {
@@ -85,11 +90,12 @@ impl Samples<'_> {
     }
 }
 
-/// The differences of two runs' samples, those of the second taken at the warped time; over `window` \[s\] of the first.
+/// Computes the differences of two runs over `window` \[s\] of the first, with the second sampled
+/// at the warped times.
 pub(super) fn drift(a: Samples<'_>, b: Samples<'_>, warp: &Warp, window: [f64; 2]) -> Drift {
     let [[range_a, size_a], [range_b, size_b]] = [a, b].map(|of| of.extent(window));
     let range = [range_a, range_b, size_a, size_b];
-    let range = range.into_iter().find(|range| *range >= STILL);
+    let range = range.into_iter().find(|range| *range >= RANGE_MIN);
     let mut drift = Drift::default();
     let (mut cursor, mut knot) = (0, 0);
     let mut sums = [(0.0, 0_u32); PARTS];
@@ -116,20 +122,20 @@ pub(super) fn drift(a: Samples<'_>, b: Samples<'_>, warp: &Warp, window: [f64; 2
                 }
             }
         }
-        let (sum, count) = &mut sums[part(time - window[0], length)];
+        let (sum, count) = &mut sums[segment(time - window[0], length)];
         *sum += size * size;
         *count += 1;
     }
     let mean = |(sum, count): (f64, u32)| libm::sqrt(sum / f64::from(count.max(1)));
-    let whole = sums.iter();
-    drift.rms = mean(whole.fold((0.0, 0), |(s, n), &(sum, count)| (s + sum, n + count)));
+    let segments = sums.iter();
+    drift.rms = mean(segments.fold((0.0, 0), |(s, n), &(sum, count)| (s + sum, n + count)));
     drift.share = range.map(|range| drift.max / range);
     drift.rms_of_parts = sums.map(mean);
     drift.growth_per_s = slope(&drift.rms_of_parts, length / PARTS as f64);
     drift
 }
 
-/// What both are in the beginning and in the end of `window` \[s\].
+/// Returns the values of both runs at the first and last sample within `window` \[s\].
 pub(super) fn ends(a: Samples<'_>, b: Samples<'_>, window: [f64; 2]) -> Option<Ends> {
     let mut cursor = 0;
     let mut ends: Option<Ends> = None;
@@ -150,18 +156,18 @@ pub(super) fn ends(a: Samples<'_>, b: Samples<'_>, window: [f64; 2]) -> Option<E
     ends
 }
 
-/// The part of a time that something falls into.
+/// Returns the index of the segment that contains a time.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "a small number, clamped"
 )]
-fn part(since: f64, length: f64) -> usize {
+fn segment(since: f64, length: f64) -> usize {
     let share = if length > 0.0 { since / length } else { 0.0 };
     ((share * PARTS as f64) as usize).min(PARTS - 1)
 }
 
-/// The slope of the straight line through equidistant values that fits them best.
+/// Returns the slope of the least-squares line through equidistant values.
 fn slope(values: &[f64; PARTS], distance: f64) -> f64 {
     let middle = (PARTS - 1) as f64 / 2.0;
     let (mut product, mut square) = (0.0, 0.0);

@@ -1,19 +1,20 @@
-//! The footsteps that a recording holds, leg by leg.
+//! Footsteps of a recording, by leg.
 
 use crate::{FootstepMessage, RecordError, Recording};
 
-/// A footstep as a recording holds it.
+/// A footstep read from a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordedFootstep {
-    /// When the foot came down, since the start of the run \[s\].
+    /// Time of touch-down, since the start of the run \[s\].
     pub touch_down_s: f64,
-    /// When it left the ground \[s\].
+    /// Time of lift-off \[s\].
     pub lift_off_s: f64,
-    /// Where it came down, world frame \[m\]; none if the recording does not say.
+    /// Position of the foot at touch-down, world frame \[m\]; `None` if it was not recorded.
     pub position_m: Option<[f64; 3]>,
 }
 
-/// The footsteps of each leg in order of time; legs in the order in which they first came down.
+/// Returns the footsteps of each leg in order of time; legs in the order of their first footstep
+/// message.
 pub(super) fn footsteps(
     recording: &Recording,
 ) -> Result<Vec<(String, Vec<RecordedFootstep>)>, RecordError> {

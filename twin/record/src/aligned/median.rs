@@ -1,6 +1,7 @@
-//! The middle of several numbers.
+//! Median of a sample.
 
-/// The median: the middle one in order of size, of an even count the mean of the middle two; none of none.
+/// Returns the median (of an even count the mean of the two middle values); `None` of an empty
+/// slice.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -19,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_an_even_count_it_is_between_the_middle_two() {
+    fn median_of_an_even_count_is_the_mean_of_the_middle_two() {
         assert_eq!(median(&[]), None);
         assert_eq!(median(&[3.0]), Some(3.0));
         assert_eq!(median(&[4.0, 1.0]), Some(2.5));
@@ -29,14 +30,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn as_many_are_above_as_below(values in prop::collection::vec(-1e3..1e3_f64, 1..30)) {
-            let middle = median(&values).unwrap();
-            let above = values.iter().filter(|value| **value > middle).count();
-            let below = values.iter().filter(|value| **value < middle).count();
+        fn equal_numbers_are_above_and_below(values in prop::collection::vec(-1e3..1e3_f64, 1..30)) {
+            let median_value = median(&values).unwrap();
+            let above = values.iter().filter(|value| **value > median_value).count();
+            let below = values.iter().filter(|value| **value < median_value).count();
             prop_assert_eq!(above, below);
             let mirrored: Vec<f64> = values.iter().map(|value| -value).collect();
-            // One rounding of a sum below 2000 either way.
-            prop_assert!((median(&mirrored).unwrap() + middle).abs() < 1e-12);
+            // Tolerance: one rounding of a sum below 2000 for either median.
+            prop_assert!((median(&mirrored).unwrap() + median_value).abs() < 1e-12);
         }
     }
 }

@@ -1,9 +1,10 @@
-//! Two runs that are not meant to be the same bit for bit, compared footstep by footstep: two plants, two builds, before and
-//! after a change.
+//! Footstep-aligned comparison of runs that are not expected to be bit-identical: two plants, two
+//! builds, before and after a change.
 //!
-//! Footsteps are paired ([`pair_footsteps`], [`EventComparison::legs`]); between pairs, the second run is stretched onto the
-//! first, and what signals differ by then is not that the same thing happens a little later. A signal of a leg goes by the
-//! touch-downs and lift-offs of that leg, every other one by the touch-downs of the leg that has most pairs.
+//! Footsteps are paired ([`pair_footsteps`], [`EventComparison::legs`]); the time of the second run
+//! is warped onto the first so that paired events coincide, which removes mere delays from the
+//! signal differences. A leg's signals are aligned by the touch-downs and lift-offs of that leg,
+//! all others by the touch-downs of the leg with the most pairs.
 
 mod drift;
 mod footstep;
@@ -24,63 +25,66 @@ use warp::Warp;
 
 use crate::{RecordError, Recording, SampledGroup};
 
-/// What two runs have in common and what not, by their footsteps.
+/// Footstep-aligned comparison of two runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EventComparison {
-    /// From when to when both runs are recorded \[s\]; nothing outside is compared.
+    /// Common time window of both recordings \[s\]; nothing outside it is compared.
     pub window_s: [f64; 2],
-    /// The stride of the legs \[s\]; none where no leg comes down twice.
+    /// Stride of the legs \[s\]; `None` if no leg has two touch-downs.
     pub stride_s: Option<f64>,
-    /// The legs that have footsteps in either.
+    /// Legs with footsteps in either run.
     pub legs: Vec<LegFootsteps>,
-    /// Every number that both have sampled.
+    /// Components of the signals sampled in both runs.
     pub signals: Vec<SignalDrift>,
-    /// Signals, as `group: name`, that only the first recording has, or that differ in size or unit.
+    /// Signals, as `group: name`, that only the first recording has, or that differ in size or
+    /// unit.
     pub only_in_a: Vec<String>,
-    /// The same of the second.
+    /// The same for the second recording.
     pub only_in_b: Vec<String>,
 }
 
-/// The footsteps of a leg in both runs.
+/// Footsteps of a leg in both runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LegFootsteps {
-    /// The leg.
+    /// Name of the leg.
     pub leg: String,
-    /// Its footsteps, in order of time. Those under way when the later recording began are left out.
+    /// Footsteps of the first run, in order of time, without those already in progress at the start
+    /// of the later recording.
     pub a: Vec<RecordedFootstep>,
-    /// The same of the second run.
+    /// Footsteps of the second run.
     pub b: Vec<RecordedFootstep>,
-    /// Which are the same, as indices into both.
+    /// Pairing of the footsteps, as indices into both.
     pub pairing: Pairing,
 }
 
-/// How far apart two runs are in one number.
+/// Difference of two runs in one signal component.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalDrift {
-    /// The group of the signal.
+    /// Group of the signal.
     pub group: String,
-    /// The signal.
+    /// Name of the signal.
     pub signal: String,
-    /// Its unit.
+    /// Unit of the signal.
     pub unit: String,
-    /// Which component of it, counted from 0.
+    /// Index of the component, from 0.
     pub component: usize,
-    /// How many it has.
+    /// Number of components of the signal.
     pub components: usize,
-    /// The leg by whose footsteps it is aligned; none if there are no pairs.
+    /// Leg whose footsteps align the signal; `None` if there are no pairs.
     pub by_leg: Option<String>,
-    /// The differences of what happens at the same footstep, and as far from the next.
+    /// Differences after alignment by footsteps.
     pub aligned: Drift,
-    /// The differences of what happens at the same time.
+    /// Differences at equal times.
     pub plain: Drift,
-    /// What it is in both when they begin and when they end; none if they share no time.
+    /// Values in both runs at the first and last common sample; `None` if the runs share no time.
     pub ends: Option<Ends>,
 }
 
-/// Compares two recordings by their footsteps. `ends` is when either run ended: no footstep is missed behind it.
+/// Compares two recordings by their footsteps. `ends` are the end times of the runs; a footstep
+/// beyond the end of the other run does not count as missing.
 ///
 /// # Errors
-/// [`RecordError::Decode`] if the footsteps of a recording do not read.
+/// [`RecordError::Decode`] if the footsteps of a recording cannot be decoded.
 pub fn compare_events(
     a: &Recording,
     b: &Recording,
@@ -106,39 +110,43 @@ pub fn compare_events(
     for group in a.groups() {
         match b.group(&group.name) {
             Some(other) => compare_group((a, group), (b, other), &warps, &mut comparison),
-            None => comparison.only_in_a.extend(named(group, |_| true)),
+            None => comparison
+                .only_in_a
+                .extend(qualified_names(group, |_| true)),
         }
     }
     for group in b.groups() {
         if a.group(&group.name).is_none() {
-            comparison.only_in_b.extend(named(group, |_| true));
+            comparison
+                .only_in_b
+                .extend(qualified_names(group, |_| true));
         }
     }
     Ok(comparison)
 }
 
-/// The stride, and the legs' footsteps in pairs.
+/// Pairs the footsteps of each leg; also returns the stride.
 fn legs(
     a: Vec<(String, Vec<RecordedFootstep>)>,
     mut b: Vec<(String, Vec<RecordedFootstep>)>,
     begins: [f64; 2],
     ends: [f64; 2],
 ) -> (Option<f64>, Vec<LegFootsteps>) {
-    // The touch-down of a footstep that was under way when a recording began is not known.
-    let whole = |footsteps: Vec<RecordedFootstep>| {
+    // The touch-down time of a footstep in progress at the start of a recording is unknown.
+    let fully_recorded = |footsteps: Vec<RecordedFootstep>| {
         let from = begins[0].max(begins[1]);
         let known = |step: &RecordedFootstep| begins[0] == begins[1] || step.touch_down_s > from;
         footsteps.into_iter().filter(known).collect::<Vec<_>>()
     };
     let mut both = Vec::new();
     for (leg, of_a) in a {
-        let twin = b.iter().position(|(other, _)| *other == leg);
-        let of_b = twin.map_or_else(Vec::new, |twin| b.remove(twin).1);
-        both.push((leg, whole(of_a), whole(of_b)));
+        let index = b.iter().position(|(other, _)| *other == leg);
+        let of_b = index.map_or_else(Vec::new, |index| b.remove(index).1);
+        both.push((leg, fully_recorded(of_a), fully_recorded(of_b)));
     }
     both.extend(
         b.into_iter()
-            .map(|(leg, of_b)| (leg, Vec::new(), whole(of_b))),
+            .map(|(leg, of_b)| (leg, Vec::new(), fully_recorded(of_b))),
     );
     let footsteps: Vec<_> = both.iter().map(|(_, a, b)| [&a[..], &b[..]]).collect();
     let pairings = pair_footsteps(&footsteps, ends);
@@ -147,15 +155,15 @@ fn legs(
     (pairings.stride_s, legs.collect())
 }
 
-/// How time is stretched: for each leg, and for what belongs to none.
+/// Time warps of the legs and of all other signals.
 struct Warps {
     legs: Vec<(String, Warp)>,
-    /// The leg whose touch-downs all else goes by.
+    /// Leg whose touch-downs align the signals of no leg.
     body: Option<(String, Warp)>,
 }
 
 impl Warps {
-    /// Both runs begin together at `from`.
+    /// Creates the warps of runs that begin together at `from`.
     fn of(legs: &[LegFootsteps], from: f64) -> Self {
         let knots = |leg: &LegFootsteps, lift_offs: bool| {
             let pairs = leg.pairing.pairs.iter().map(|&(i, j)| (leg.a[i], leg.b[j]));
@@ -168,7 +176,7 @@ impl Warps {
             Warp::through(std::iter::once([from; 2]).chain(knots))
         };
         let paired = legs.iter().filter(|leg| !leg.pairing.pairs.is_empty());
-        // Of several the first, since only more is better.
+        // On a tie the first leg is used.
         let most = paired.clone().reduce(|most, leg| {
             if leg.pairing.pairs.len() > most.pairing.pairs.len() {
                 leg
@@ -184,29 +192,29 @@ impl Warps {
         }
     }
 
-    /// How the time of a signal is stretched, and by which leg.
+    /// Returns the time warp of a signal, with its leg.
     fn for_signal(&self, signal: &str) -> Option<&(String, Warp)> {
-        let own = signal.strip_prefix("leg/").and_then(|rest| {
+        let leg_warp = signal.strip_prefix("leg/").and_then(|rest| {
             let (leg, _) = rest.split_once('/')?;
             self.legs.iter().find(|(name, _)| name == leg)
         });
-        own.or(self.body.as_ref())
+        leg_warp.or(self.body.as_ref())
     }
 }
 
-fn named(group: &SampledGroup, wanted: impl Fn(&crate::Signal) -> bool) -> Vec<String> {
-    let signals = group.signals.iter().filter(|signal| wanted(signal));
-    let named = signals.map(|signal| format!("{}: {}", group.name, signal.name));
-    named.collect()
+fn qualified_names(group: &SampledGroup, include: impl Fn(&crate::Signal) -> bool) -> Vec<String> {
+    let signals = group.signals.iter().filter(|signal| include(signal));
+    let qualified_names = signals.map(|signal| format!("{}: {}", group.name, signal.name));
+    qualified_names.collect()
 }
 
-/// A signal that is the same kind of thing in a group.
-fn twin<'g>(
+/// Returns the signal of `group` with the same name, size and unit.
+fn matching_signal<'g>(
     group: &'g SampledGroup,
     signal: &crate::Signal,
 ) -> Option<(&'g crate::Signal, core::ops::Range<usize>)> {
     let found = group.find(&signal.name);
-    found.filter(|(twin, _)| twin.size == signal.size && twin.unit == signal.unit)
+    found.filter(|(other, _)| other.size == signal.size && other.unit == signal.unit)
 }
 
 fn compare_group(
@@ -215,21 +223,23 @@ fn compare_group(
     warps: &Warps,
     into: &mut EventComparison,
 ) {
-    into.only_in_a
-        .extend(named(in_a, |signal| twin(in_b, signal).is_none()));
-    into.only_in_b
-        .extend(named(in_b, |signal| twin(in_a, signal).is_none()));
+    into.only_in_a.extend(qualified_names(in_a, |signal| {
+        matching_signal(in_b, signal).is_none()
+    }));
+    into.only_in_b.extend(qualified_names(in_b, |signal| {
+        matching_signal(in_a, signal).is_none()
+    }));
     let (times_a, times_b) = (times(a, in_a), times(b, in_b));
     let mut start = 0;
     for signal in &in_a.signals {
-        let own = start..start + signal.size;
-        start = own.end;
-        let Some((_, theirs)) = twin(in_b, signal) else {
+        let range_a = start..start + signal.size;
+        start = range_a.end;
+        let Some((_, range_b)) = matching_signal(in_b, signal) else {
             continue;
         };
         let warp = warps.for_signal(&signal.name);
-        for (component, (place_a, place_b)) in own.zip(theirs).enumerate() {
-            let (values_a, values_b) = (values(a, in_a, place_a), values(b, in_b, place_b));
+        for (component, (index_a, index_b)) in range_a.zip(range_b).enumerate() {
+            let (values_a, values_b) = (values(a, in_a, index_a), values(b, in_b, index_b));
             let of_a = Samples {
                 times_s: &times_a,
                 values: &values_a,
@@ -260,8 +270,8 @@ fn times(recording: &Recording, group: &SampledGroup) -> Vec<f64> {
     samples.map(|sample| sample.time.as_secs_f64()).collect()
 }
 
-fn values(recording: &Recording, group: &SampledGroup, place: usize) -> Vec<f64> {
+fn values(recording: &Recording, group: &SampledGroup, index: usize) -> Vec<f64> {
     let samples = recording.samples(group);
-    let values = samples.map(|sample| sample.values(place..place + 1).next());
+    let values = samples.map(|sample| sample.values(index..index + 1).next());
     values.map(|value| value.unwrap_or(f64::NAN)).collect()
 }

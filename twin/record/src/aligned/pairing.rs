@@ -1,54 +1,56 @@
-//! Which footstep of a leg is which in another run.
+//! Pairing of the footsteps of a leg in two runs.
 //!
-//! Given the lag D of the second run behind the first ([`Lag`]), which all legs have in common, the pairs of a leg are those
-//! that make
+//! Given the lag D of the second run behind the first ([`Lag`]), common to all legs, the pairs of a
+//! leg, in order of time in both runs, minimise
 //!
 //! ```text
-//! Σ ½ (|δ_touch-down − D| + |δ_lift-off − D|)  +  ½ c S · (footsteps without a partner)       δ = b − a
+//! Σ ½ (|δ_touch-down − D| + |δ_lift-off − D|)  +  ½ c S · (unpaired footsteps),    δ = b − a,
 //! ```
 //!
-//! least, in order of time in both runs, where S is the stride and c = 0.5. Every pair pays for its own distance, so an
-//! extra footstep costs once, and a shift of all footsteps behind it by one stride costs a stride each.
+//! where S is the stride and c = 0.5. Each pair contributes its own distance; an extra footstep
+//! therefore costs once, whereas a shift of all later footsteps by one stride costs a stride each.
 
 use super::footstep::RecordedFootstep;
 use super::lag::{Lag, Leg, distance, within};
 use super::median::median;
 
-/// c: the distance at which two footsteps are no pair, in strides.
-const APART: f64 = 0.5;
+/// c: maximum distance of a pair, in strides.
+const PAIR_DISTANCE_MAX: f64 = 0.5;
 
-/// A stride where none is known: so long that any two footsteps are a pair \[s\].
-const AGES: f64 = 1e9;
+/// Stride used if none is known: so long that any two footsteps can be paired \[s\].
+const UNKNOWN_STRIDE: f64 = 1e9;
 
-/// How much earlier than a recording ends a footstep has to end to be missed in it, in strides.
-const NEAR_THE_END: f64 = 0.25;
+/// Time by which a footstep must end before the end of a recording to count as missing in it, in
+/// strides.
+const END_MARGIN: f64 = 0.25;
 
-/// Which footsteps of a leg in two runs are the same, and which have no partner.
+/// Pairs of footsteps of a leg in two runs, and the unpaired ones.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pairing {
-    /// Those that are the same, as indices into both, in order.
+    /// Pairs, as indices into both runs, in order.
     pub pairs: Vec<(usize, usize)>,
-    /// Those of the first run that the second does not have.
+    /// Footsteps of the first run without a counterpart in the second.
     pub only_in_a: Vec<usize>,
-    /// Those of the second run that the first does not have.
+    /// Footsteps of the second run without a counterpart in the first.
     pub only_in_b: Vec<usize>,
-    /// How many at the end of the first run the second had no time for.
+    /// Number of footsteps of the first run beyond the end of the second.
     pub beyond_b: usize,
-    /// How many at the end of the second run the first had no time for.
+    /// Number of footsteps of the second run beyond the end of the first.
     pub beyond_a: usize,
 }
 
-/// The footsteps of all legs of two runs, paired.
+/// Paired footsteps of all legs of two runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pairings {
-    /// The stride of the legs \[s\]; none where no leg comes down twice.
+    /// Stride of the legs \[s\]; `None` if no leg has two touch-downs.
     pub stride_s: Option<f64>,
-    /// Of each leg, in the order in which they were given.
+    /// Pairing of each leg, in the order of the arguments.
     pub legs: Vec<Pairing>,
 }
 
-/// Pairs the footsteps of two runs that began together: of each leg those of the first run and those of the second, in order
-/// of time. `ends_s` is when either run ended: no footstep is missed behind it \[s\].
+/// Pairs the footsteps of two runs that began together; `legs` contains for each leg the footsteps
+/// of the first and of the second run, in order of time. `ends_s` are the end times of the runs
+/// \[s\]; a footstep beyond the end of the other run does not count as missing.
 pub fn pair_footsteps(legs: &[[&[RecordedFootstep]; 2]], ends_s: [f64; 2]) -> Pairings {
     let stride_s = stride(legs);
     let lag = stride_s.map_or_else(Lag::default, |stride| {
@@ -67,8 +69,8 @@ pub fn pair_footsteps(legs: &[[&[RecordedFootstep]; 2]], ends_s: [f64; 2]) -> Pa
     }
 }
 
-/// The stride that the legs have in common: the median time from one touch-down of a leg to its next, in the run in which it
-/// is longer, since many extra footsteps make it shorter \[s\].
+/// Returns the common stride of the legs \[s\]: median time between successive touch-downs of a
+/// leg, in the run in which it is longer, because extra footsteps shorten it.
 fn stride(legs: &[Leg<'_>]) -> Option<f64> {
     let of_run = |run: usize| {
         let pairs = legs.iter().flat_map(|leg| leg[run].windows(2));
@@ -81,33 +83,34 @@ fn stride(legs: &[Leg<'_>]) -> Option<f64> {
         .reduce(f64::max)
 }
 
-/// The pairs of a leg. A pair is worth what it costs less than two footsteps without a partner; the most valuable chain of
-/// pairs that rises in both runs is found.
+/// Returns the pairs of a leg. The gain of a pair is its cost advantage over two unpaired
+/// footsteps; the chain of pairs, increasing in both runs, with the largest total gain is found.
 fn pairs([a, b]: Leg<'_>, lag: &Lag, stride: f64) -> Vec<(usize, usize)> {
-    /// The best chain of those that end before a footstep of b.
+    /// Best chain among those that end before a footstep of b.
     #[derive(Clone, Copy)]
     struct Best {
-        worth: f64,
+        gain: f64,
         link: Option<usize>,
     }
     let mut links: Vec<((usize, usize), Option<usize>)> = Vec::new();
-    // By footstep of b, as far as one is in a chain; behind that the last entry holds.
+    // Indexed by footstep of b, up to the last one in a chain; the last entry is valid for all
+    // later ones.
     let mut best = vec![Best {
-        worth: 0.0,
+        gain: 0.0,
         link: None,
     }];
     for (i, step) in a.iter().enumerate() {
         let shift = lag.at(step.touch_down_s);
-        let [expected, reach] = [step.touch_down_s + shift, 2.0 * APART * stride];
-        // From the last to the first, since a chain has one pair of this footstep only.
+        let [expected, reach] = [step.touch_down_s + shift, 2.0 * PAIR_DISTANCE_MAX * stride];
+        // In descending order, because a chain contains at most one pair of this footstep.
         for j in within(b, [expected - reach, expected + reach]).rev() {
-            let worth = APART * stride - distance(step, &b[j], shift);
+            let gain = PAIR_DISTANCE_MAX * stride - distance(step, &b[j], shift);
             let before = best[j.min(best.len() - 1)];
-            if worth <= 0.0 {
+            if gain <= 0.0 {
                 continue;
             }
             let chain = Best {
-                worth: before.worth + worth,
+                gain: before.gain + gain,
                 link: Some(links.len()),
             };
             links.push(((i, j), before.link));
@@ -115,7 +118,7 @@ fn pairs([a, b]: Leg<'_>, lag: &Lag, stride: f64) -> Vec<(usize, usize)> {
                 best.resize(best.len().max(j + 2), last);
             }
             let worse = best[j + 1..].iter_mut();
-            for entry in worse.take_while(|entry| entry.worth < chain.worth) {
+            for entry in worse.take_while(|entry| entry.gain < chain.gain) {
                 *entry = chain;
             }
         }
@@ -131,21 +134,21 @@ fn pairs([a, b]: Leg<'_>, lag: &Lag, stride: f64) -> Vec<(usize, usize)> {
 }
 
 impl Pairing {
-    /// The pairs of a leg at a lag, and the rest.
+    /// Pairs the footsteps of a leg at the given lag and classifies the rest.
     fn of(leg: Leg<'_>, lag: &Lag, stride_s: Option<f64>, ends_s: [f64; 2]) -> Self {
-        let pairs = pairs(leg, lag, stride_s.unwrap_or(AGES));
-        let slack = NEAR_THE_END * stride_s.unwrap_or(0.0);
+        let pairs = pairs(leg, lag, stride_s.unwrap_or(UNKNOWN_STRIDE));
+        let slack = END_MARGIN * stride_s.unwrap_or(0.0);
         let [a, b] = leg;
-        let lonely = |steps: &[RecordedFootstep], paired: Vec<usize>| {
+        let unpaired = |steps: &[RecordedFootstep], paired: Vec<usize>| {
             let all = 0..steps.len();
             all.filter(move |n| paired.binary_search(n).is_err())
         };
         let (beyond_b, only_in_a): (Vec<usize>, Vec<usize>) =
-            lonely(a, pairs.iter().map(|pair| pair.0).collect())
+            unpaired(a, pairs.iter().map(|pair| pair.0).collect())
                 .partition(|&i| a[i].lift_off_s + lag.at(a[i].touch_down_s) > ends_s[1] - slack);
         let last_lag = lag.at(ends_s[0]);
         let (beyond_a, only_in_b): (Vec<usize>, Vec<usize>) =
-            lonely(b, pairs.iter().map(|pair| pair.1).collect())
+            unpaired(b, pairs.iter().map(|pair| pair.1).collect())
                 .partition(|&j| b[j].lift_off_s - last_lag > ends_s[0] - slack);
         Self {
             pairs,
@@ -171,22 +174,22 @@ mod tests {
         }
     }
 
-    /// What a choice of pairs costs, straight from the sum in the documentation.
+    /// Cost of a set of pairs, evaluated directly from the sum in the module documentation.
     fn cost([a, b]: Leg<'_>, lag: &Lag, stride: f64, pairs: &Pairs) -> f64 {
-        let gap = 0.5 * APART * stride;
-        let lonely = (a.len() + b.len() - 2 * pairs.len()) as f64;
+        let gap = 0.5 * PAIR_DISTANCE_MAX * stride;
+        let unpaired = (a.len() + b.len() - 2 * pairs.len()) as f64;
         let of_pair = |&(i, j): &(usize, usize)| {
             let lag = lag.at(a[i].touch_down_s);
             let touch_down = b[j].touch_down_s - a[i].touch_down_s - lag;
             let lift_off = b[j].lift_off_s - a[i].lift_off_s - lag;
             0.5 * (touch_down.abs() + lift_off.abs())
         };
-        gap * lonely + pairs.iter().map(of_pair).sum::<f64>()
+        gap * unpaired + pairs.iter().map(of_pair).sum::<f64>()
     }
 
     type Pairs = [(usize, usize)];
 
-    /// Every choice of pairs there is, and the cost of the cheapest.
+    /// Minimum cost over all possible sets of pairs.
     fn cheapest([a, b]: Leg<'_>, cost: impl Fn(&Pairs) -> f64) -> f64 {
         fn all(
             [i, j]: [usize; 2],
@@ -223,17 +226,17 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_other_pairs_would_cost_less(a in steps(6), b in steps(6), stride in 0.1..0.6_f64) {
+        fn pairs_have_minimum_cost(a in steps(6), b in steps(6), stride in 0.1..0.6_f64) {
             let leg: Leg<'_> = [&a, &b];
             let lag = Lag::between(&[leg], stride);
-            let mine = cost(leg, &lag, stride, &pairs(leg, &lag, stride));
+            let actual = cost(leg, &lag, stride, &pairs(leg, &lag, stride));
             let least = cheapest(leg, |pairs| cost(leg, &lag, stride, pairs));
-            // Sums of a dozen times, taken in another order.
-            prop_assert!((mine - least).abs() <= 1e-12 * least.max(1.0), "{mine} where {least} will do");
+            // Tolerance for sums of a dozen times in different order.
+            prop_assert!((actual - least).abs() <= 1e-12 * least.max(1.0), "cost {actual}, minimum {least}");
         }
 
         #[test]
-        fn every_footstep_is_in_a_pair_or_named_as_without_or_beyond(
+        fn footsteps_are_partitioned_into_paired_missing_and_beyond_the_end(
             a in steps(40), b in steps(40), ends in [0.0..20.0_f64, 0.0..20.0_f64],
         ) {
             let pairing = &pair_footsteps(&[[&a, &b]], ends).legs[0];
@@ -245,9 +248,9 @@ mod tests {
             prop_assert!(pairing.only_in_b.iter().all(|j| pairs.iter().all(|pair| pair.1 != *j)));
         }
 
-        /// A file may hold any number that JSON can write.
+        /// A file may contain any number that JSON can represent.
         #[test]
-        fn absurd_times_are_no_panic(
+        fn arbitrary_times_cause_no_panic(
             a in prop::collection::vec((any::<f64>(), any::<f64>()), 0..8),
             b in prop::collection::vec((any::<f64>(), any::<f64>()), 0..8),
         ) {
@@ -262,12 +265,12 @@ mod tests {
     }
 
     #[test]
-    fn footsteps_that_the_other_had_no_time_for_are_not_missed() {
+    fn footsteps_beyond_the_end_of_the_other_run_are_not_missing() {
         let all: Vec<_> = (0..10).map(|i| step(0.3 * f64::from(i), 0.15)).collect();
         let pairing = &pair_footsteps(&[[&all, &all[..6]]], [3.0, 1.7]).legs[0];
         assert_eq!(pairing.pairs.len(), 6);
         assert_eq!((pairing.beyond_b, pairing.only_in_a.len()), (4, 0));
-        // It had time enough for two of them.
+        // The second run lasts long enough for two of them.
         let pairing = &pair_footsteps(&[[&all, &all[..4]]], [3.0, 1.75]).legs[0];
         assert_eq!(pairing.only_in_a, [4, 5]);
     }

@@ -1,20 +1,20 @@
-//! Which time of one run is which of another.
+//! Map from the time of one run to that of another.
 
-/// Times of one run and the same times of another, straight between the instants that are known; before the first and behind
-/// the last it goes on as far ahead, or behind, as there.
+/// Piecewise-linear time map between two runs; the offset is constant before the first knot and
+/// after the last.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Warp {
     knots: Vec<[f64; 2]>,
 }
 
 impl Warp {
-    /// Equal times.
+    /// The identity map.
     pub(super) fn none() -> Self {
         Self { knots: Vec::new() }
     }
 
-    /// With these instants the same \[s\]. One that would turn time back is left out: it is later than the one before it in
-    /// one run, and not in the other.
+    /// Creates the map through pairs of corresponding instants \[s\]. A pair that would make the
+    /// map non-monotonic is omitted.
     pub(super) fn through(knots: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let mut rising: Vec<[f64; 2]> = Vec::new();
         for knot in knots {
@@ -26,8 +26,8 @@ impl Warp {
         Self { knots: rising }
     }
 
-    /// The time in the second run that is `at` in the first. `cursor` is where to begin to look: 0, or what an earlier time
-    /// left there.
+    /// Returns the time in the second run that corresponds to `at` in the first. `cursor` is the
+    /// knot at which the search begins: 0, or its value after a call with an earlier time.
     pub(super) fn at(&self, at: f64, cursor: &mut usize) -> f64 {
         let (Some(first), Some(last)) = (self.knots.first(), self.knots.last()) else {
             return at;
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_is_straight_between_knots_and_never_goes_back() {
+    fn map_is_linear_between_knots_and_monotonic() {
         let warp = Warp::through([[0.0, 0.0], [1.0, 1.5], [1.2, 1.4], [2.0, 2.0]]);
         let mut cursor = 0;
         let of: Vec<f64> = [-1.0, 0.5, 1.0, 1.5, 2.0, 3.0]

@@ -3,10 +3,10 @@
 use super::{BODY, Signals, WORLD};
 use crate::cdr::{CdrWriter, Template};
 
-/// What of a robot a viewer shows: where its legs hang and how long their segments are.
+/// Geometry of a robot for display: hip positions and segment lengths.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Skeleton {
-    /// The legs.
+    /// Legs of the robot.
     pub legs: Vec<SkeletonLeg>,
 }
 
@@ -15,26 +15,27 @@ pub struct Skeleton {
 pub struct SkeletonLeg {
     /// Name of the leg, as in its signals: `LF` for `leg/LF/angles`.
     pub name: String,
-    /// The hip in the trunk frame: x forward, y left, z up \[m\].
+    /// Position of the hip in the trunk frame: x forward, y left, z up \[m\].
     pub hip: [f64; 3],
-    /// Hip to knee, knee to ankle, ankle to foot \[m\].
+    /// Lengths from hip to knee, knee to ankle, ankle to foot \[m\].
     pub segments: [f64; 3],
 }
 
-const UNTURNED: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// world → body, and for every leg whose angles are among the signals body → hip → knee → ankle → foot.
+/// Frames world → body, and for each leg with recorded angles body → hip → knee → ankle →
+/// foot.
 #[derive(Debug, Clone)]
 pub(super) struct Frames {
     position: Option<usize>,
     orientation: Option<usize>,
-    /// Where the angles of each leg are, in the order of the transforms.
+    /// Offset of each leg's angles in a sample, in the order of the transforms.
     angles: Vec<usize>,
     message: Template,
     transforms: Vec<Transform>,
 }
 
-/// Where a transform is in the message.
+/// Offsets of a transform in the message.
 #[derive(Debug, Clone, Copy)]
 struct Transform {
     stamp: usize,
@@ -77,10 +78,10 @@ impl Frames {
             let stamp = to.stamp([0; 8]);
             to.text(&parent);
             to.text(&child);
-            let translation = to.place(8);
+            let translation = to.align(8);
             to.f64s(&at);
-            let rotation = to.place(8);
-            to.f64s(&UNTURNED);
+            let rotation = to.align(8);
+            to.f64s(&IDENTITY);
             Transform {
                 stamp,
                 translation,
@@ -97,7 +98,7 @@ impl Frames {
         }
     }
 
-    /// The frames, from a sample of the plant.
+    /// Returns the frames of a sample of the plant.
     pub(super) fn at(&mut self, stamp: [u8; 8], values: &[f64]) -> &[u8] {
         let message = &mut self.message;
         for transform in &self.transforms {
@@ -112,12 +113,12 @@ impl Frames {
             message.put_all(body.rotation, &[x, y, z, w]);
         }
         for (leg, &start) in self.angles.iter().enumerate() {
-            // The angles are absolute, a child frame turns against its parent.
+            // The angles are absolute; the rotation of a child frame is relative to its parent.
             let mut parent = 0.0;
             for joint in 0..3 {
                 let angle = values[start + joint];
                 let rotation = self.transforms[1 + 4 * leg + joint].rotation;
-                message.put_all(rotation, &swung(angle - parent));
+                message.put_all(rotation, &segment_rotation(angle - parent));
                 parent = angle;
             }
         }
@@ -125,9 +126,9 @@ impl Frames {
     }
 }
 
-/// A segment that hangs straight down, swung forward by `angle` \[rad\]: that is a turn by
-/// −angle about y, which points left.
-fn swung(angle: f64) -> [f64; 4] {
+/// Returns the rotation of a segment that hangs vertically at 0 and forward at positive `angle`
+/// \[rad\]: a rotation by −angle about y, which points left.
+fn segment_rotation(angle: f64) -> [f64; 4] {
     let (sin, cos) = libm::sincos(-0.5 * angle);
     [0.0, sin, 0.0, cos]
 }
@@ -159,7 +160,7 @@ mod tests {
         )
     }
 
-    /// Parent, child, translation and rotation of each transform, and the one time of all.
+    /// Parent, child, translation and rotation of each transform.
     type Links = Vec<(String, String, [f64; 3], [f64; 4])>;
 
     fn read(message: &[u8]) -> ([u32; 2], Links) {
@@ -178,7 +179,7 @@ mod tests {
         (times[0], links)
     }
 
-    /// Where the foot is according to the chain of frames.
+    /// Position of the foot by forward kinematics through the frames.
     fn foot(links: &Links) -> [f64; 3] {
         let mut point = [0.0; 3];
         for (_, _, at, [x, y, z, w]) in links.iter().rev() {
@@ -220,8 +221,8 @@ mod tests {
             2.0 + turn_sin * x + turn_cos * 0.05,
             z,
         ];
-        for (seen, expected) in foot(&links).into_iter().zip(expected) {
-            assert!((seen - expected).abs() < 1e-14, "{seen} for {expected}");
+        for (actual, expected) in foot(&links).into_iter().zip(expected) {
+            assert!((actual - expected).abs() < 1e-14, "{actual} for {expected}");
         }
         assert_eq!(time, [2, 9]);
         assert_eq!(

@@ -1,26 +1,26 @@
-//! The driven joints, as a `sensor_msgs/JointState`.
+//! Driven joints, as a `sensor_msgs/JointState`.
 
 use twinrig_kernel::Unit;
 
 use super::Signals;
 use crate::cdr::{CdrWriter, Template};
 
-/// How a joint's signals end, and what each is of it.
+/// Suffixes of the signals of a joint.
 const POSITION: &str = "/position";
 const RATE: &str = "/rate";
 const TORQUE: &str = "/torque";
 
 #[derive(Debug, Clone)]
 pub(super) struct Joints {
-    /// Where a number is in a sample, and where it goes in the message.
+    /// Offset of each number in a sample and in the message.
     numbers: Vec<(usize, usize)>,
     message: Template,
     stamp: usize,
 }
 
 impl Joints {
-    /// Of every signal `PATH/position` that is an angle. Rates and torques are in it if all of the joints have them: where
-    /// one has not, the message has none. None if there are no joints.
+    /// Creates the message from all signals `PATH/position` that are angles. Rates and torques are
+    /// included only if all of the joints have them. `None` if there are no joints.
     pub(super) fn new(signals: &Signals<'_>) -> Option<Self> {
         let positions = signals.of_unit(Unit::Radian);
         let joints: Vec<(&str, usize)> = positions
@@ -41,7 +41,7 @@ impl Joints {
         let mut message = Template::default();
         let mut to = CdrWriter::new(&mut message.bytes);
         let stamp = to.stamp([0; 8]);
-        to.text(""); // joints are of no frame
+        to.text(""); // joints have no frame
         to.count(joints.len());
         for (path, _) in &joints {
             to.text(path.strip_prefix("leg/").unwrap_or(path));
@@ -50,7 +50,7 @@ impl Joints {
         for column in columns {
             to.count(column.len());
             for start in column {
-                numbers.push((start, to.place(8)));
+                numbers.push((start, to.align(8)));
                 to.f64(0.0);
             }
         }
@@ -63,8 +63,8 @@ impl Joints {
 
     pub(super) fn at(&mut self, stamp: [u8; 8], values: &[f64]) -> &[u8] {
         self.message.put_stamp(self.stamp, stamp);
-        for (start, place) in &self.numbers {
-            self.message.put(*place, values[*start]);
+        for (start, offset) in &self.numbers {
+            self.message.put(*offset, values[*start]);
         }
         &self.message.bytes
     }
@@ -78,7 +78,7 @@ mod tests {
     use crate::cdr::CdrReader;
 
     #[test]
-    fn a_column_is_of_all_joints_or_empty() {
+    fn columns_contain_all_joints_or_none() {
         let ports = [
             Port::output("leg/LF/hip/position", Unit::Radian, 1),
             Port::output("leg/LF/foot/position", Unit::Meter, 3),

@@ -1,5 +1,6 @@
-//! The state of the robot in standard messages, so that viewers and tools of ROS 2 show it: coordinate frames, odometry,
-//! joints. They are made of signals that a sample of the plant holds, and none is computed for them.
+//! State of the robot in standard messages for ROS 2 viewers and tools: coordinate frames,
+//! odometry, joints. All numbers are taken from recorded samples of the plant; none is computed
+//! additionally.
 
 mod frames;
 mod joints;
@@ -14,13 +15,13 @@ use frames::Frames;
 use joints::Joints;
 use odometry::Odometry;
 
-/// The frame that does not move.
+/// Fixed frame.
 const WORLD: &str = "world";
-/// The frame of the trunk.
+/// Frame of the trunk.
 const BODY: &str = "body";
 
-/// Turns samples of the plant into messages. It allocates nothing: each message is made once, and the numbers in it are
-/// replaced.
+/// Converts samples of the plant to messages without allocation: each message is created once and
+/// its numbers are overwritten.
 #[derive(Debug, Clone)]
 pub(crate) struct Poses {
     frames: Frames,
@@ -29,8 +30,8 @@ pub(crate) struct Poses {
 }
 
 impl Poses {
-    /// Of a plant whose samples are laid out as `layout`. Odometry and joints are of recorded signals, those that `keep`
-    /// wants.
+    /// Creates the messages of a plant whose samples have the given layout. Odometry and joints use
+    /// recorded signals only, which `keep` selects.
     pub(crate) fn new(skeleton: &Skeleton, layout: &Layout, keep: &dyn Fn(&str) -> bool) -> Self {
         let signals = Signals { layout, keep };
         Self {
@@ -40,14 +41,14 @@ impl Poses {
         }
     }
 
-    /// The topics that it has messages for.
+    /// Topics for which there are messages.
     pub(crate) fn topics(&self) -> impl Iterator<Item = Topic> {
         let odometry = self.odometry.as_ref().map(|_| Topic::Odometry);
         let joints = self.joints.as_ref().map(|_| Topic::Joints);
         [Topic::Frames].into_iter().chain(odometry).chain(joints)
     }
 
-    /// The message of one of its topics, from a sample; none if it has none.
+    /// Returns the message of `topic` for a sample; `None` if there is none.
     pub(crate) fn message(
         &mut self,
         topic: Topic,
@@ -63,29 +64,29 @@ impl Poses {
     }
 }
 
-/// The signals of a sample of the plant.
+/// Signals in a sample of the plant.
 struct Signals<'a> {
     layout: &'a Layout,
     keep: &'a dyn Fn(&str) -> bool,
 }
 
 impl Signals<'_> {
-    /// Where the `size` components of the signal `name` start.
+    /// Returns the offset of the signal `name` if it has `size` components.
     fn start(&self, name: &str, size: usize) -> Option<usize> {
         let range = self.layout.find(name)?;
         (range.len() == size).then_some(range.start)
     }
 
-    /// The same of a signal that is recorded.
+    /// As [`Signals::start`], for recorded signals only.
     fn recorded(&self, name: &str, size: usize) -> Option<usize> {
         self.start(name, size).filter(|_| (self.keep)(name))
     }
 
-    /// Signals that are recorded, of one component in `unit`, and where that is.
+    /// Returns the names and offsets of the recorded signals with one component in `unit`.
     fn of_unit(&self, unit: Unit) -> impl Iterator<Item = (&str, usize)> {
         let fields = self.layout.fields();
-        let meant = fields.filter(move |field| field.port.unit == unit && field.port.size == 1);
-        let meant = meant.map(|field| (field.port.name.as_str(), field.range().start));
-        meant.filter(|(name, _)| (self.keep)(name))
+        let scalars = fields.filter(move |field| field.port.unit == unit && field.port.size == 1);
+        let scalars = scalars.map(|field| (field.port.name.as_str(), field.range().start));
+        scalars.filter(|(name, _)| (self.keep)(name))
     }
 }

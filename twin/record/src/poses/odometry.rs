@@ -1,9 +1,9 @@
-//! Where the trunk is and how it moves, as a `nav_msgs/Odometry`.
+//! Pose and twist of the trunk, as a `nav_msgs/Odometry`.
 
 use super::{BODY, Signals, WORLD};
 use crate::cdr::{CdrWriter, Template};
 
-/// Elements of a covariance matrix. All are zero: a simulation knows where the trunk is.
+/// Covariance matrix: zero, because the simulated state is exact.
 const COVARIANCE: [f64; 36] = [0.0; 36];
 
 #[derive(Debug, Clone)]
@@ -19,17 +19,17 @@ pub(super) struct Odometry {
 }
 
 impl Odometry {
-    /// None if a signal that it takes is not recorded.
+    /// Creates the message; `None` if one of its signals is not recorded.
     pub(super) fn new(signals: &Signals<'_>) -> Option<Self> {
         let mut message = Template::default();
         let mut to = CdrWriter::new(&mut message.bytes);
         let stamp = to.stamp([0; 8]);
         to.text(WORLD);
         to.text(BODY);
-        let pose = to.place(8);
+        let pose = to.align(8);
         to.f64s(&[0.0; 7]);
         to.f64s(&COVARIANCE);
-        let twist = to.place(8);
+        let twist = to.align(8);
         to.f64s(&[0.0; 6]);
         to.f64s(&COVARIANCE);
         Some(Self {
@@ -51,16 +51,16 @@ impl Odometry {
         message.put_stamp(self.stamp, stamp);
         message.put_all(self.pose, &three(self.position));
         message.put_all(self.pose + 24, &[x, y, z, w]);
-        // A twist is in the frame of the trunk, as the signal of the angular velocity is.
-        let velocity = turned([w, -x, -y, -z], three(self.velocity));
+        // The twist is in the frame of the trunk, as is the signal of the angular velocity.
+        let velocity = rotate([w, -x, -y, -z], three(self.velocity));
         message.put_all(self.twist, &velocity);
         message.put_all(self.twist + 24, &three(self.angular_velocity));
         &message.bytes
     }
 }
 
-/// The vector `v` turned by the quaternion `[w, x, y, z]`.
-fn turned([w, x, y, z]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
+/// Rotates the vector `v` by the quaternion `[w, x, y, z]`.
+fn rotate([w, x, y, z]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let cross = |[a, b, c]: [f64; 3]| [y * c - z * b, z * a - x * c, x * b - y * a];
     let once = cross(v);
     let twice = cross(once);
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_twist_is_in_the_frame_of_the_trunk() {
+    fn twist_is_in_the_trunk_frame() {
         let layout = layout();
         let keep = |_: &str| true;
         let signals = Signals {
@@ -93,11 +93,11 @@ mod tests {
             keep: &keep,
         };
         let mut odometry = Odometry::new(&signals).unwrap();
-        // Turned to the left by 90°, and going that way, in the world along y.
+        // Yaw of 90° to the left and a velocity in that direction, along the y axis of the world.
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let mut values = vec![0.0; 13];
-        let mut set = |name: &str, given: &[f64]| {
-            values[layout.find(name).unwrap()].copy_from_slice(given);
+        let mut set = |name: &str, components: &[f64]| {
+            values[layout.find(name).unwrap()].copy_from_slice(components);
         };
         set("body/velocity", &[0.0, 2.0, 0.0]);
         set("body/position", &[1.0, 2.0, 3.0]);
@@ -111,15 +111,15 @@ mod tests {
         assert_eq!(pose, [1.0, 2.0, 3.0, 0.0, 0.0, half, half]);
         assert_eq!(from.f64s::<36>(), Some([0.0; 36]));
         let twist: [f64; 6] = from.f64s().unwrap();
-        for (seen, expected) in twist.into_iter().zip([2.0, 0.0, 0.0, 0.1, 0.2, 0.3]) {
-            assert!((seen - expected).abs() < 1e-15, "{twist:?}");
+        for (actual, expected) in twist.into_iter().zip([2.0, 0.0, 0.0, 0.1, 0.2, 0.3]) {
+            assert!((actual - expected).abs() < 1e-15, "{twist:?}");
         }
         assert_eq!(from.f64s::<36>(), Some([0.0; 36]));
         assert!(from.is_at_end());
     }
 
     #[test]
-    fn there_is_none_of_signals_that_are_not_recorded() {
+    fn odometry_requires_all_its_signals_to_be_recorded() {
         let layout = layout();
         let keep = |name: &str| name != "body/velocity";
         let signals = Signals {

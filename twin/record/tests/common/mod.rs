@@ -1,4 +1,4 @@
-//! A small made-up run, for the tests of recordings.
+//! A small synthetic run for the tests of recordings.
 #![allow(dead_code, reason = "no test file uses all of it")]
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Unit};
@@ -61,7 +61,7 @@ pub fn cadence() -> Cadence {
 
 pub const PERIOD_NS: u64 = 2_000_000;
 
-/// What the plant shows at `step`.
+/// Plant signals at `step`.
 pub fn plant_values(step: u64) -> Vec<f64> {
     let t = step as f64 * 2e-3;
     let mut values = vec![
@@ -101,7 +101,8 @@ pub fn footstep(step: u64) -> FootstepMessage {
     }
 }
 
-/// Records `steps` samples; `change` may falsify some, `keep` chooses among the signals of the plant.
+/// Records `steps` samples; `change` may modify samples, `keep` selects the recorded signals of the
+/// plant.
 pub fn record<W: std::io::Write>(
     out: W,
     steps: u64,

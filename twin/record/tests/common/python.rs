@@ -1,4 +1,5 @@
-//! The Python with the packages of others that `ci/setup` installs in `target/venv`, or that `TWINRIG_PYTHON` names.
+//! Python with the third-party packages that `ci/setup` installs in `target/venv`, or the
+//! interpreter in `TWINRIG_PYTHON`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,9 +7,10 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// Python, if it can import `modules`. Without them a test says so and passes, except on CI.
+/// Returns the Python interpreter if it can import `modules`. Otherwise the calling test prints a
+/// notice and passes, except on CI.
 pub fn python(modules: &str) -> Option<PathBuf> {
-    // Tests stand in `FOLDER/CRATE/tests`.
+    // Tests are in `FOLDER/CRATE/tests`.
     let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
     let named = std::env::var_os("TWINRIG_PYTHON").map(PathBuf::from);
     let python = named.unwrap_or(venv);
@@ -23,8 +25,8 @@ pub fn python(modules: &str) -> Option<PathBuf> {
     None
 }
 
-/// The JSON that `script` of this crate's tests (or a path from there) prints, given `words` and, on its standard input,
-/// `input`.
+/// Runs `script`, a path relative to this crate's tests, with arguments `words` and standard input
+/// `input`, and returns the JSON that it prints.
 pub fn run(python: &Path, script: &str, words: &[&Path], input: &Value) -> Value {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let mut child = Command::new(python)
@@ -35,10 +37,10 @@ pub fn run(python: &Path, script: &str, words: &[&Path], input: &Value) -> Value
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // A script that does not read ends with an error of its own, or does without.
+    // A script that does not read its input may have exited; its status is checked below.
     let _ = write!(child.stdin.take().unwrap(), "{input}");
     let output = child.wait_with_output().unwrap();
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{script}: {complaint}");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{script}: {errors}");
     serde_json::from_slice(&output.stdout).unwrap()
 }

@@ -1,5 +1,5 @@
-//! A plant that is an oscilloscope and a signal generator: it keeps every voltage that the boards put on, and what it lets them
-//! measure says which leg and when.
+//! Probe plant: records all voltages applied by the boards, and provides measurements that encode
+//! leg and time.
 
 use core::f64::consts::TAU;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -8,47 +8,49 @@ use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
-/// Radians of a count of a motor's encoder.
+/// Angle per count of a motor encoder \[rad\].
 pub const COUNT: f64 = TAU / 4_096.0;
-/// Radians of a count of a magnetic encoder.
+/// Angle per count of a magnetic encoder \[rad\].
 const MAGNETIC: f64 = TAU / 16_384.0;
-/// Newtons of a count of a force sensor, and its count without load.
+/// Force per count of a force sensor \[N\], and its count without load.
 const FORCE: (f64, f64) = (0.05, 2_048.0);
-/// Volts of a unit of duty. With a proportional gain of 4 and motors that stand at count 0, the duty is the set-point \[counts\].
+/// Voltage per unit of duty \[V\]. With a proportional gain of 4 and motors at count 0, the duty
+/// equals the set-point \[counts\].
 const DUTY: f64 = 24.0 / 32_768.0;
-/// How often what the boards measure changes \[ns\].
+/// Interval at which the measurements change \[ns\].
 const STAMP_NS: u64 = 250_000;
-/// Values of a leg that the process gets.
+/// Number of values per leg in the process inputs.
 pub const MEASURED: usize = 8;
 
-/// What a board puts on its two motors from an instant on: set-points in counts, none while the bridge is open.
+/// Set-points \[counts\] that a board applies to its two motors from a given time; `None` while the
+/// bridge is open.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown {
+pub struct AppliedSetPoints {
     pub from: SimTime,
-    pub goals: [Option<i64>; 2],
+    pub set_points: [Option<i64>; 2],
 }
 
-/// What is seen on the scope, leg by leg.
-pub type Screen = Arc<Mutex<[Vec<Shown>; 4]>>;
+/// Applied set-points by leg.
+pub type SetPointLog = Arc<Mutex<[Vec<AppliedSetPoints>; 4]>>;
 
-pub fn look(screen: &Screen) -> MutexGuard<'_, [Vec<Shown>; 4]> {
-    screen.lock().unwrap()
+pub fn lock_log(log: &SetPointLog) -> MutexGuard<'_, [Vec<AppliedSetPoints>; 4]> {
+    log.lock().unwrap()
 }
 
-pub struct Scope {
+pub struct ProbePlant {
     now: SimTime,
-    screen: Screen,
+    log: SetPointLog,
 }
 
-impl Scope {
-    pub fn new(screen: Screen) -> Self {
+impl ProbePlant {
+    pub fn new(log: SetPointLog) -> Self {
         let now = SimTime::ZERO;
-        Self { now, screen }
+        Self { now, log }
     }
 }
 
-/// A number that has nothing to do with those next to it.
-pub fn scramble(a: u64, b: u64, c: u64) -> u64 {
+/// Returns a hash of three numbers.
+pub fn hash(a: u64, b: u64, c: u64) -> u64 {
     let mut x = a
         ^ b.wrapping_mul(0x9E37_79B9_7F4A_7C15)
         ^ c.wrapping_mul(0xC2B2_AE3D_27D4_EB4F).rotate_left(31);
@@ -59,7 +61,8 @@ pub fn scramble(a: u64, b: u64, c: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Left legs count the other way; hips are at 0 in the middle of their range, knees where the leg is extended.
+/// Converts counts to an angle: left legs count in the opposite direction; the zero of a hip is the
+/// middle of its range, that of a knee the extended leg.
 pub fn angle(leg: usize, joint: usize, count: i64) -> f64 {
     let left = leg.is_multiple_of(2);
     let zero = match (joint, left) {
@@ -71,27 +74,28 @@ pub fn angle(leg: usize, joint: usize, count: i64) -> f64 {
     COUNT * if left { -counts } else { counts }
 }
 
-/// What a board measures at a stamp, in the order in which the process gets it.
-fn measured(leg: usize, stamp: u64) -> [f64; MEASURED] {
+/// Measurements of a board at a time stamp, in the order of the process inputs.
+fn measure(leg: usize, stamp: u64) -> [f64; MEASURED] {
     let words = [
         stamp & 0xFFF,
         stamp >> 12,
-        scramble(stamp, leg as u64, 7) & 0xFFF,
+        hash(stamp, leg as u64, 7) & 0xFFF,
     ];
     let force = words.map(|word| (word as f64 - FORCE.1) * FORCE.0);
-    let turned = [0, 1, 2].map(|n| (scramble(stamp, leg as u64, n) % 16_001) as f64 - 8_000.0);
-    let turned = turned.map(|counts| counts * MAGNETIC);
+    let angles = [0, 1, 2].map(|n| (hash(stamp, leg as u64, n) % 16_001) as f64 - 8_000.0);
+    let angles = angles.map(|counts| counts * MAGNETIC);
     let mut values = [0.0; MEASURED];
     values[..2].copy_from_slice(&[0, 1].map(|joint| angle(leg, joint, 0)));
-    values[2..5].copy_from_slice(&turned);
+    values[2..5].copy_from_slice(&angles);
     values[5..].copy_from_slice(&force);
     values
 }
 
-/// When the board of that leg measured what the process got: the beginning of the quarter of a millisecond. None if it never did.
-pub fn stamp_of(leg: usize, got: &[f64]) -> Option<SimTime> {
+/// Decodes the time at which the board of a leg took `measurements`, rounded down to a
+/// quarter of a millisecond; `None` if it never took them.
+pub fn stamp_of(leg: usize, measurements: &[f64]) -> Option<SimTime> {
     let word = |newtons: f64| (newtons / FORCE.0 + FORCE.1).round();
-    let (low, high) = (word(got[5]), word(got[6]));
+    let (low, high) = (word(measurements[5]), word(measurements[6]));
     if !(0.0..4_096.0).contains(&low) || !(0.0..4_096.0).contains(&high) {
         return None;
     }
@@ -101,12 +105,15 @@ pub fn stamp_of(leg: usize, got: &[f64]) -> Option<SimTime> {
         reason = "whole and within 12 bits"
     )]
     let stamp = low as u64 + ((high as u64) << 12);
-    let told = measured(leg, stamp);
-    let alike = got.iter().zip(told).all(|(a, b)| (a - b).abs() < 1e-7);
-    alike.then(|| SimTime::from_nanos(stamp * STAMP_NS))
+    let expected = measure(leg, stamp);
+    let matches = measurements
+        .iter()
+        .zip(expected)
+        .all(|(a, b)| (a - b).abs() < 1e-7);
+    matches.then(|| SimTime::from_nanos(stamp * STAMP_NS))
 }
 
-impl Plant for Scope {
+impl Plant for ProbePlant {
     fn name(&self) -> &'static str {
         "scope"
     }
@@ -131,16 +138,22 @@ impl Plant for Scope {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        let mut screen = look(&self.screen);
-        for (leg, (shown, held)) in screen.iter_mut().zip(inputs.chunks_exact(4)).enumerate() {
+        let mut log = lock_log(&self.log);
+        for (leg, (applied, inputs_of_leg)) in
+            log.iter_mut().zip(inputs.chunks_exact(4)).enumerate()
+        {
             let sign = if leg.is_multiple_of(2) { -1.0 } else { 1.0 };
             #[expect(clippy::cast_possible_truncation, reason = "a few thousand at most")]
             let counts = |volts: f64| (sign * volts / DUTY).round() as i64;
-            let goals = [0, 1].map(|n| (held[2 * n + 1] != 0.0).then(|| counts(held[2 * n])));
-            if shown.last().is_none_or(|last| last.goals != goals) {
-                shown.push(Shown {
+            let set_points = [0, 1]
+                .map(|n| (inputs_of_leg[2 * n + 1] != 0.0).then(|| counts(inputs_of_leg[2 * n])));
+            if applied
+                .last()
+                .is_none_or(|last| last.set_points != set_points)
+            {
+                applied.push(AppliedSetPoints {
                     from: self.now,
-                    goals,
+                    set_points,
                 });
             }
         }
@@ -151,7 +164,7 @@ impl Plant for Scope {
     fn observe(&mut self, outputs: &mut [f64]) {
         let stamp = self.now.as_nanos() / STAMP_NS;
         for (leg, values) in outputs.chunks_exact_mut(MEASURED).enumerate() {
-            values.copy_from_slice(&measured(leg, stamp));
+            values.copy_from_slice(&measure(leg, stamp));
         }
     }
 

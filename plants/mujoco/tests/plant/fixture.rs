@@ -1,4 +1,4 @@
-//! The robot in motion: what the tests drive and read.
+//! Fixture: the robot in motion, with its inputs and outputs.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use twinrig_runtime::{Plant, PlantFault};
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
-/// A servo that a trot needs.
+/// A servo sufficient for a trot.
 pub const SERVO: Servo = Servo {
     torque: 5.0,
     speed: 20.0,
@@ -20,17 +20,17 @@ pub const SERVO: Servo = Servo {
     inertia: 1e-4,
 };
 
-/// A robot of `robots/`.
+/// Returns a robot of `robots/`.
 pub fn robot_named(name: &str) -> Robot {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    RobotFile::find(name, beside).unwrap().robot().unwrap()
+    let near = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    RobotFile::find(name, near).unwrap().robot().unwrap()
 }
 
 pub fn robot() -> Robot {
     robot_named("cheetah-cub")
 }
 
-/// Angles in degrees, rates in rad/s.
+/// Returns a pose from angles in degrees and rates in rad/s.
 pub fn pose(q: [f64; 3], rates: [f64; 3]) -> Start {
     let q = q.map(f64::to_radians);
     StartPose { q, rates }.into()
@@ -40,7 +40,7 @@ pub fn flat(friction: f64) -> Ground {
     Ground::new(Terrain::Flat, friction, 0.0).unwrap()
 }
 
-/// Legs that hang from a trunk that is held, without drives.
+/// Returns the setup of legs that hang from a fixed trunk, without drives.
 pub fn hanging(start: Start) -> Setup {
     Setup {
         base: Base::Fixed,
@@ -52,7 +52,7 @@ pub fn hanging(start: Start) -> Setup {
     }
 }
 
-/// All of the robot, free, on flat ground, driven.
+/// Returns the setup of the free robot on flat ground, with servos.
 pub fn standing() -> Setup {
     Setup {
         base: Base::Free,
@@ -65,8 +65,8 @@ pub fn standing() -> Setup {
     }
 }
 
-/// A plant and its outputs.
-pub struct Scene {
+/// A plant with its inputs and outputs.
+pub struct Fixture {
     pub plant: Mujoco,
     pub inputs: Vec<f64>,
     layout: Layout,
@@ -74,7 +74,7 @@ pub struct Scene {
     now: SimTime,
 }
 
-impl Scene {
+impl Fixture {
     pub fn new(robot: &Robot, options: &Options) -> Self {
         let plant = Mujoco::new(robot, options, &|_| true).unwrap();
         let layout = Layout::of(&plant.ports(), Direction::Output);
@@ -94,18 +94,18 @@ impl Scene {
         Self::new(&robot(), &Options::new(setup, coordinates))
     }
 
-    /// Takes it to be so many microseconds later than it was built.
-    pub fn skip(&mut self, us: u64) {
+    /// Shifts the time of the fixture, for a plant that was restored.
+    pub fn shift_time_us(&mut self, us: u64) {
         self.now += SimDuration::from_micros(us);
     }
 
-    /// Goes on by so many microseconds.
-    pub fn go(&mut self, us: u64) {
-        self.try_go(us).unwrap();
+    /// Advances by a number of microseconds.
+    pub fn advance_us(&mut self, us: u64) {
+        self.try_advance_us(us).unwrap();
     }
 
-    /// The same, as far as the plant can.
-    pub fn try_go(&mut self, us: u64) -> Result<(), PlantFault> {
+    /// Advances by a number of microseconds. Returns the fault, if any.
+    pub fn try_advance_us(&mut self, us: u64) -> Result<(), PlantFault> {
         self.now += SimDuration::from_micros(us);
         self.plant.advance(self.now, &self.inputs)
     }

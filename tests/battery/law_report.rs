@@ -1,4 +1,4 @@
-//! What a battery found, law by law and method by method.
+//! Violations found by the battery, by law and method.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,29 +8,29 @@ use crate::case::{Case, Method};
 use crate::law::{Finding, Law, applies};
 use crate::run::Run;
 
-/// Violations of a law by a method that are printed; all are counted and written.
+/// Number of violations printed per law and method; all are counted and written.
 const SHOWN: usize = 5;
 
-/// Violations that are known, a line for each tally, law and method: `battery Momentum rk4: 20 29`. The list is exact both ways:
-/// a violation that is not on it fails the test, and so does one on it that is none any more.
+/// Known violations, one line per test, law and method: `battery Momentum rk4: 20 29`. The list is
+/// exact: an unlisted violation fails the test, and so does a listed one that does not occur.
 const KNOWN: &str = include_str!("known.txt");
 
 #[derive(Default)]
-struct Count {
+struct LawCount {
     judged: u64,
     broken: Vec<(u64, Finding)>,
 }
 
-/// Counts of what was judged and broken.
-pub struct Tally {
+/// Counts of evaluated and violated laws.
+pub struct LawReport {
     name: String,
     folder: PathBuf,
     cases: u64,
-    counts: BTreeMap<(Law, Method), Count>,
+    counts: BTreeMap<(Law, Method), LawCount>,
 }
 
-impl Tally {
-    /// Files of cases that break a law go to a folder of that name.
+impl LawReport {
+    /// Creates an empty report; scenario files of violations are written to a folder `name`.
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -40,28 +40,28 @@ impl Tally {
         }
     }
 
-    /// Judges a run by laws.
-    pub fn take(&mut self, laws: &[Law], run: &Result<Run, String>) {
+    /// Evaluates laws on a run.
+    pub fn check(&mut self, laws: &[Law], run: &Result<Run, String>) {
         self.cases += 1;
         let run = run.as_ref().unwrap_or_else(|error| panic!("{error}"));
         for &law in laws {
             let Some(finding) = law.judge(run) else {
                 continue;
             };
-            self.enter(law, run, finding);
+            self.add(law, run, finding);
         }
     }
 
-    /// Enters comparisons of methods on one case.
-    pub fn compared(&mut self, case: &Case, comparisons: Vec<Comparison>) {
+    /// Adds comparisons of methods on one case.
+    pub fn add_comparisons(&mut self, case: &Case, comparisons: Vec<Comparison>) {
         self.cases += 1;
         for Comparison { run, finding } in comparisons {
             assert_eq!(run.case.seed, case.seed);
-            self.enter(Law::Agreement, &run, finding);
+            self.add(Law::Agreement, &run, finding);
         }
     }
 
-    fn enter(&mut self, law: Law, run: &Run, finding: Finding) {
+    fn add(&mut self, law: Law, run: &Run, finding: Finding) {
         let (method, seed) = (run.case.method, run.case.seed);
         let count = self.counts.entry((law, method)).or_default();
         count.judged += 1;
@@ -80,7 +80,7 @@ impl Tally {
         count.broken.push((seed, finding));
     }
 
-    /// The table, and the first violations with the command that repeats each.
+    /// Formats the table and the first violations, each with the command that repeats it.
     fn report(&self) -> String {
         let mut lines = vec![format!("{} cases; violations / judged:", self.cases)];
         for law in Law::ALL {
@@ -110,13 +110,13 @@ impl Tally {
         lines.join("\n")
     }
 
-    /// The violations as lines of [`KNOWN`].
+    /// Formats the violations as lines of [`KNOWN`].
     fn found(&self) -> Vec<String> {
         let broken = self
             .counts
             .iter()
             .filter(|(_, count)| !count.broken.is_empty());
-        let line = |((law, method), count): (&(Law, Method), &Count)| {
+        let line = |((law, method), count): (&(Law, Method), &LawCount)| {
             let mut seeds: Vec<u64> = count.broken.iter().map(|(seed, _)| *seed).collect();
             seeds.sort_unstable();
             let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
@@ -126,17 +126,17 @@ impl Tally {
         broken.map(line).collect()
     }
 
-    /// Prints the report. Where the cases are those that everybody judges, the violations must be those that are known.
-    pub fn close(&self, everybodys: bool) {
+    /// Prints the report. For the default cases, asserts that the violations are the known ones.
+    pub fn finish(&self, is_default: bool) {
         let report = self.report();
         println!("{report}");
-        if !everybodys {
+        if !is_default {
             return;
         }
-        let own = format!("{} ", self.name);
+        let prefix = format!("{} ", self.name);
         let known: Vec<&str> = KNOWN
             .lines()
-            .filter(|line| line.starts_with(&own))
+            .filter(|line| line.starts_with(&prefix))
             .collect();
         let found = self.found();
         assert!(

@@ -1,4 +1,4 @@
-//! The robot in motion: what the tests drive and read.
+//! Test harness: robots, setups, integration options, and a plant with its inputs and outputs.
 
 use std::path::Path;
 
@@ -9,15 +9,15 @@ use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_robot::{Robot, RobotFile, Servo};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
 
-/// The robot of `robots/cheetah-cub.toml`.
+/// Returns the robot of `robots/cheetah-cub.toml`.
 pub fn robot() -> Robot {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let file = RobotFile::find("cheetah-cub", beside).unwrap();
+    let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let file = RobotFile::find("cheetah-cub", workspace).unwrap();
     file.robot().unwrap()
 }
 
-/// The same with springs so many times as stiff, which push as hard at the stops as before.
-pub fn stiffened(times: f64) -> Robot {
+/// Returns the robot with springs of `times` the stiffness, with unchanged forces at the stops.
+pub fn with_stiffness(times: f64) -> Robot {
     let mut robot = robot();
     for mount in &mut robot.legs {
         for spring in [&mut mount.leg.diagonal, &mut mount.leg.parallel] {
@@ -28,8 +28,8 @@ pub fn stiffened(times: f64) -> Robot {
     robot
 }
 
-/// The same with another of each leg.
-pub fn changed(change: impl Fn(&mut twinrig_robot::Leg)) -> Robot {
+/// Returns the robot with modified legs.
+pub fn with_legs(change: impl Fn(&mut twinrig_robot::Leg)) -> Robot {
     let mut robot = robot();
     for mount in &mut robot.legs {
         change(&mut mount.leg);
@@ -37,7 +37,7 @@ pub fn changed(change: impl Fn(&mut twinrig_robot::Leg)) -> Robot {
     robot
 }
 
-/// A servo that a trot needs.
+/// Servo parameters sufficient for a trot.
 pub const SERVO: Servo = Servo {
     torque: 4.0,
     speed: 25.0,
@@ -48,30 +48,30 @@ pub const SERVO: Servo = Servo {
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
-/// Angles in degrees, rates in rad/s.
+/// Returns a start at joint angles in degrees and rates in rad/s.
 pub fn pose(q: [f64; 3], rates: [f64; 3]) -> Start {
     let q = q.map(f64::to_radians);
     StartPose { q, rates }.into()
 }
 
-/// The thesis' passive legs: at rest on their lower stop.
-pub fn passive() -> Start {
+/// Returns the start of the passive legs of the thesis: at rest on their lower stop.
+pub fn passive_start() -> Start {
     pose([10.0, -9.5, 9.5], [0.0; 3])
 }
 
-/// A start that hits the stops hard.
-pub fn hard() -> Start {
+/// Returns a start with hard impacts on the stops.
+pub fn hard_impact() -> Start {
     pose([20.0, -40.0, 62.0], [-10.0, 15.0, 30.0])
 }
 
-/// A start between the stops of [`between`].
-pub fn swinging() -> Start {
+/// Returns a start within the stops of [`free_swinging_robot`].
+pub fn swinging_start() -> Start {
     pose([10.0, -25.0, 37.0], [6.0, -4.0, 3.0])
 }
 
-/// The robot with springs that let its legs swing between their stops and never reach them.
-pub fn between() -> Robot {
-    changed(|leg| {
+/// Returns the robot with springs that keep its swinging legs off their stops.
+pub fn free_swinging_robot() -> Robot {
+    with_legs(|leg| {
         leg.diagonal.preload = -0.004;
         leg.parallel.preload = -0.004;
         leg.parallel_travel = 0.014;
@@ -82,8 +82,8 @@ pub fn flat(friction: f64) -> Ground {
     Ground::new(Terrain::Flat, friction, 0.0).unwrap()
 }
 
-/// A ground that is lower than the feet start.
-pub fn below(height: f64, friction: f64) -> Ground {
+/// Returns flat ground `height` below the starting feet.
+pub fn lowered_ground(height: f64, friction: f64) -> Ground {
     let terrain = Terrain::StepDown {
         at: -10.0,
         drop: height,
@@ -91,8 +91,8 @@ pub fn below(height: f64, friction: f64) -> Ground {
     Ground::new(terrain, friction, 0.0).unwrap()
 }
 
-/// Legs that hang from a trunk that is held, without drives.
-pub fn hanging(start: Start) -> Setup {
+/// Returns a setup of legs suspended from a fixed trunk, without drives.
+pub fn suspended(start: Start) -> Setup {
     Setup {
         base: Base::Fixed,
         legs: LEGS.map(str::to_owned).to_vec(),
@@ -103,8 +103,8 @@ pub fn hanging(start: Start) -> Setup {
     }
 }
 
-/// All of the robot, free, on flat ground, driven.
-pub fn standing() -> Setup {
+/// Returns a setup of the free robot on flat ground, with servos.
+pub fn standing_setup() -> Setup {
     Setup {
         base: Base::Free,
         legs: LEGS.map(str::to_owned).to_vec(),
@@ -118,26 +118,26 @@ pub fn standing() -> Setup {
     }
 }
 
-/// How time is integrated.
+/// Integration options.
 #[derive(Clone, Copy, Debug)]
-pub struct Way {
+pub struct Integration {
     pub method: Method,
     pub step_us: u64,
     pub tolerance: f64,
-    /// Whether legs have a joint in the toe.
+    /// Whether legs have a toe joint.
     pub toe: bool,
 }
 
-/// As scenarios have it that do not say.
-pub const DEFAULT: Way = Way {
+/// Defaults of scenarios.
+pub const DEFAULT: Integration = Integration {
     method: Method::Rk4,
     step_us: 2000,
     tolerance: Options::TOLERANCE,
     toe: false,
 };
 
-impl Way {
-    pub const fn by(method: Method, step_us: u64) -> Self {
+impl Integration {
+    pub const fn new(method: Method, step_us: u64) -> Self {
         Self {
             method,
             step_us,
@@ -150,46 +150,46 @@ impl Way {
         Self { toe: true, ..self }
     }
 
-    pub const fn within(self, tolerance: f64) -> Self {
+    pub const fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 }
 
-/// Every method at a step that it is good for; the thesis' is the last.
-pub const WAYS: [Way; 6] = [
+/// Every method at a suitable step; the last is that of the thesis.
+pub const INTEGRATIONS: [Integration; 6] = [
     DEFAULT,
-    Way::by(Method::Rodas4, 2000),
-    Way::by(Method::Moreau, 2000),
-    Way::by(Method::SemiImplicit, 1000),
-    Way::by(Method::ExplicitEuler, 50),
-    Way::by(Method::Thesis, 50),
+    Integration::new(Method::Rodas4, 2000),
+    Integration::new(Method::Moreau, 2000),
+    Integration::new(Method::SemiImplicit, 1000),
+    Integration::new(Method::ExplicitEuler, 50),
+    Integration::new(Method::Thesis, 50),
 ];
 
-/// The plant, or why there is none.
-pub fn built(robot: &Robot, setup: &Setup, way: Way) -> Result<Lcp, LcpError> {
-    wanting(robot, setup, way, &|_| true)
+/// Builds the plant with all signals.
+pub fn build(robot: &Robot, setup: &Setup, integration: Integration) -> Result<Lcp, LcpError> {
+    with_signals(robot, setup, integration, &|_| true)
 }
 
-fn wanting(
+fn with_signals(
     robot: &Robot,
     setup: &Setup,
-    way: Way,
-    wanted: &dyn Fn(&str) -> bool,
+    integration: Integration,
+    selected: &dyn Fn(&str) -> bool,
 ) -> Result<Lcp, LcpError> {
     let options = Options {
         setup: Setup {
-            step: SimDuration::from_micros(way.step_us),
+            step: SimDuration::from_micros(integration.step_us),
             ..setup.clone()
         },
-        method: way.method,
-        tolerance: way.tolerance,
-        toe: way.toe,
+        method: integration.method,
+        tolerance: integration.tolerance,
+        toe: integration.toe,
     };
-    Lcp::new(robot, &options, wanted)
+    Lcp::new(robot, &options, selected)
 }
 
-/// A plant with what is needed to drive and read it.
-pub struct Scene {
+/// Plant with its inputs and outputs.
+pub struct Harness {
     pub plant: Lcp,
     pub commands: Vec<f64>,
     layout: Layout,
@@ -198,14 +198,19 @@ pub struct Scene {
     pub now_us: u64,
 }
 
-impl Scene {
-    pub fn new(robot: &Robot, setup: &Setup, way: Way) -> Self {
-        Self::wanting(robot, setup, way, &|_| true)
+impl Harness {
+    pub fn new(robot: &Robot, setup: &Setup, integration: Integration) -> Self {
+        Self::with_signals(robot, setup, integration, &|_| true)
     }
 
-    /// With the signals that are wanted.
-    pub fn wanting(robot: &Robot, setup: &Setup, way: Way, wanted: &dyn Fn(&str) -> bool) -> Self {
-        let plant = wanting(robot, setup, way, wanted).unwrap();
+    /// Creates a harness whose plant has the selected signals.
+    pub fn with_signals(
+        robot: &Robot,
+        setup: &Setup,
+        integration: Integration,
+        selected: &dyn Fn(&str) -> bool,
+    ) -> Self {
+        let plant = with_signals(robot, setup, integration, selected).unwrap();
         let layout = |direction| Layout::of(&plant.ports(), direction);
         let mut commands = vec![0.0; layout(Direction::Input).len()];
         plant.first_inputs(&mut commands);
@@ -216,45 +221,45 @@ impl Scene {
             commands,
             layout,
             outputs,
-            step_us: way.step_us,
+            step_us: integration.step_us,
             now_us: 0,
         }
     }
 
-    /// Advances to an instant, by whole steps and what is left.
-    pub fn try_to_us(&mut self, us: u64) -> Result<(), PlantFault> {
+    /// Advances to an instant, by whole steps and a remainder.
+    pub fn try_advance_to_us(&mut self, us: u64) -> Result<(), PlantFault> {
         self.plant
             .advance(SimTime::ZERO + SimDuration::from_micros(us), &self.commands)?;
         self.now_us = us;
         Ok(())
     }
 
-    #[expect(clippy::wrong_self_convention, reason = "it goes there")]
-    pub fn to_ms(&mut self, ms: u64) {
-        self.try_to_us(1000 * ms).unwrap();
+    pub fn advance_to_ms(&mut self, ms: u64) {
+        self.try_advance_to_us(1000 * ms).unwrap();
     }
 
-    /// One step.
+    /// Advances by one step.
     pub fn step(&mut self) -> Result<(), PlantFault> {
-        self.try_to_us(self.now_us + self.step_us)
+        self.try_advance_to_us(self.now_us + self.step_us)
     }
 
-    /// Steps for so long, and looks at every number on the way; what stopped it before.
+    /// Runs for a duration and checks every output for NaN after each step. Returns the fault of a
+    /// failed step, after checking that the outputs are unchanged.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "scenes last seconds"
+        reason = "runs last seconds"
     )]
-    pub fn soundly(&mut self, seconds: f64) -> Result<(), PlantFault> {
+    pub fn run_checked(&mut self, seconds: f64) -> Result<(), PlantFault> {
         let until = self.now_us + (seconds * 1e6).round() as u64;
         while self.now_us < until {
             let before = self.observe().to_vec();
-            let moved = self.step();
+            let result = self.step();
             let now = self.now_us;
             let after = self.observe();
             assert!(after.iter().all(|x| !x.is_nan()), "at {now} µs");
-            if let Err(fault) = moved {
-                assert_eq!(after, before, "it stays where it last was");
+            if let Err(fault) = result {
+                assert_eq!(after, before, "outputs are unchanged after a fault");
                 assert_eq!(fault.time.as_nanos(), 1000 * now);
                 assert!(!fault.part.is_empty() && !fault.why.is_empty());
                 return Err(fault);
@@ -263,19 +268,19 @@ impl Scene {
         Ok(())
     }
 
-    /// Every signal now.
+    /// Returns all signals.
     pub fn observe(&mut self) -> &[f64] {
         self.plant.observe(&mut self.outputs);
         &self.outputs
     }
 
-    /// A signal now.
+    /// Returns a signal.
     pub fn read(&mut self, signal: &str) -> Vec<f64> {
         self.plant.observe(&mut self.outputs);
         self.outputs[self.layout.find(signal).unwrap()].to_vec()
     }
 
-    /// A signal with one number now.
+    /// Returns a scalar signal.
     pub fn value(&mut self, signal: &str) -> f64 {
         let values = self.read(signal);
         assert_eq!(values.len(), 1, "{signal}");
@@ -286,19 +291,19 @@ impl Scene {
         self.plant.energy()
     }
 
-    /// Places of a foot every 2 ms for so many milliseconds.
+    /// Returns the positions of a foot every 2 ms for a duration in milliseconds.
     pub fn trace(&mut self, leg: &str, ms: u64) -> Vec<[f64; 3]> {
         let signal = format!("leg/{leg}/foot/position");
         (1..=ms / 2)
             .map(|k| {
-                self.to_ms(2 * k);
+                self.advance_to_ms(2 * k);
                 self.read(&signal).try_into().unwrap()
             })
             .collect()
     }
 }
 
-/// Root mean square distance of two traces.
+/// Returns the root mean square distance of two traces.
 pub fn rmse(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     assert_eq!(a.len(), b.len());
     let square =

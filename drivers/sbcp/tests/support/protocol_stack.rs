@@ -1,5 +1,4 @@
-//! Master, bus controller and four boards that hear everything, without any bus between them: what the
-//! protocol itself costs.
+//! Master, bus controller and four boards, connected without a bus: the cost of the protocol alone.
 
 use twinrig_kernel::{HostTime, SimDuration, SimTime};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
@@ -9,18 +8,18 @@ use twinrig_sbcp::{
 };
 use twinrig_wire::{Arrivals, Piece};
 
-pub struct Parties {
+pub struct ProtocolStack {
     pub master: Master,
     controller: Controller,
     slaves: Vec<Slave>,
     frame: [Request; 4],
     now: SimTime,
     bytes: Vec<u8>,
-    said: Vec<u8>,
+    tx: Vec<u8>,
     arrivals: Arrivals,
 }
 
-impl Parties {
+impl ProtocolStack {
     pub fn new() -> Self {
         let board = |id| Address::new(CLASS_MOTORDRIVER, id).unwrap();
         let request = |id| Request::new(board(id), Instruction::LOW_LATENCY, &[1, 2, 3, 4]);
@@ -35,12 +34,12 @@ impl Parties {
             frame: [1, 2, 3, 4].map(|id| request(id).unwrap()),
             now: SimTime::ZERO,
             bytes: Vec::with_capacity(256),
-            said: Vec::with_capacity(256),
+            tx: Vec::with_capacity(256),
             arrivals: Arrivals::default(),
         }
     }
 
-    /// A cycle, 2 ms after the last one.
+    /// Runs a cycle, 2 ms after the last one.
     pub fn cycle(&mut self) {
         self.now += SimDuration::from_millis(2);
         let host = HostTime::from_nanos(self.now.as_nanos());
@@ -73,21 +72,21 @@ impl Parties {
                 slave.receive(piece);
             }
         });
-        for talker in 0..self.slaves.len() {
-            self.said.clear();
-            let slave = &mut self.slaves[talker];
+        for transmitter in 0..self.slaves.len() {
+            self.tx.clear();
+            let slave = &mut self.slaves[transmitter];
             while slave.poll_event().is_some() {}
-            let Some(start) = slave.poll_transmit(&mut self.said) else {
+            let Some(start) = slave.poll_transmit(&mut self.tx) else {
                 continue;
             };
             let piece = Piece {
                 first: start + BYTE_TIME,
                 spacing: BYTE_TIME,
-                bytes: &self.said,
+                bytes: &self.tx,
                 framing_error: false,
             };
             for (other, slave) in self.slaves.iter_mut().enumerate() {
-                if other != talker {
+                if other != transmitter {
                     slave.receive(piece);
                 }
             }

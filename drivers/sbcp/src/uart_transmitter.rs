@@ -4,16 +4,15 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::{Arrivals, Piece};
 
-/// The sending side of a UART: bytes that are, or will be, on their way, with the instants at which they are
-/// complete.
+/// Transmitter of a UART: bytes that are or will be transmitted, with their completion times.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Outbox {
+pub(crate) struct UartTransmitter {
     byte_time: SimDuration,
     /// Bytes from `done` on are those of `runs`, end to end.
     bytes: Vec<u8>,
     done: usize,
     runs: VecDeque<Run>,
-    /// When the last byte is complete.
+    /// Completion time of the last byte.
     end: SimTime,
 }
 
@@ -23,7 +22,7 @@ struct Run {
     count: usize,
 }
 
-impl Outbox {
+impl UartTransmitter {
     pub(crate) fn new(byte_time: SimDuration) -> Self {
         Self {
             byte_time,
@@ -34,12 +33,12 @@ impl Outbox {
         }
     }
 
-    /// When it has sent everything.
+    /// Time at which all bytes are transmitted.
     pub(crate) fn end(&self) -> SimTime {
         self.end
     }
 
-    /// Sends bytes one after another, from `start` on or when it has sent what is before them.
+    /// Transmits contiguous bytes from `start` on, or after the previous ones.
     pub(crate) fn send(&mut self, start: SimTime, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
@@ -54,7 +53,8 @@ impl Outbox {
         self.end = first + self.byte_time * (count as u64 - 1);
     }
 
-    /// Passes on what comes in, not before `start` and so that it never runs dry within the piece.
+    /// Relays received bytes, not before `start` and late enough that there is no pause within the
+    /// piece.
     pub(crate) fn relay(&mut self, start: SimTime, piece: Piece<'_>) {
         self.send(
             start.max(unbroken_start(piece, self.byte_time)),
@@ -62,13 +62,13 @@ impl Outbox {
         );
     }
 
-    /// When the first bit of what it sends next goes out, or went.
+    /// Start of the first bit of the next bytes, which may be in the past.
     pub(crate) fn next_start(&self) -> Option<SimTime> {
         let first = self.runs.front()?.first.as_nanos();
         Some(SimTime::from_nanos(first - self.byte_time.as_nanos()))
     }
 
-    /// Hands over the next bytes that go out without a break, if their first bit does by `now`.
+    /// Passes the next contiguous bytes to `send` if their first bit is out by `now`.
     pub(crate) fn take_started(&mut self, now: SimTime, send: &mut dyn FnMut(Piece<'_>)) -> bool {
         if self.next_start().is_none_or(|start| start > now) {
             return false;
@@ -86,7 +86,7 @@ impl Outbox {
         true
     }
 
-    /// Hands over everything, complete or not.
+    /// Takes all bytes, complete or not.
     pub(crate) fn take_all(&mut self, arrivals: &mut Arrivals) {
         while let Some(run) = self.runs.pop_front() {
             let bytes = &self.bytes[self.done..self.done + run.count];
@@ -104,8 +104,8 @@ impl Outbox {
     }
 }
 
-/// The earliest start of bytes that follow one another every `byte_time` and are never sent before they
-/// have come.
+/// Returns the earliest start at which the piece can be transmitted every `byte_time` without a
+/// pause and with no byte before its reception.
 pub(crate) fn unbroken_start(piece: Piece<'_>, byte_time: SimDuration) -> SimTime {
     if piece.spacing <= byte_time {
         return piece.first;

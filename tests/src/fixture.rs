@@ -1,4 +1,4 @@
-//! Short scenes on the real robot.
+//! Short trots of the real robot.
 
 use twinrig::kernel::SimTime;
 use twinrig::runtime::Rig;
@@ -7,30 +7,30 @@ use twinrig_record::{Digest, Fingerprint};
 
 const ROBOT: &str = include_str!("../../robots/cheetah-cub.toml");
 
-/// A trot of which some things can be left out.
+/// A configurable short trot.
 #[derive(Clone, Debug)]
-pub struct Scene {
-    /// Length of the run.
+pub struct TrotFixture {
+    /// Duration of the run \[ms\].
     pub duration_ms: u64,
     /// Seed of the run.
     pub seed: u64,
     /// `free`, `planar` or `fixed`.
     pub base: &'static str,
-    /// The legs that are there.
+    /// Names of the legs.
     pub legs: &'static [&'static str],
     /// Whether there is ground.
     pub ground: bool,
-    /// Lines of the `[io]` table: nothing takes any time without.
+    /// Lines of the `[io]` table; by default nothing takes time.
     pub io: &'static str,
-    /// Lines of the `[record]` table: everything is recorded without.
+    /// Lines of the `[record]` table; by default everything is recorded.
     pub record: &'static str,
-    /// The plant.
+    /// Model of the plant.
     pub model: &'static str,
     /// Lines of the `[plant]` table.
     pub plant: &'static str,
 }
 
-impl Default for Scene {
+impl Default for TrotFixture {
     fn default() -> Self {
         Self {
             duration_ms: 600,
@@ -46,17 +46,17 @@ impl Default for Scene {
     }
 }
 
-impl Scene {
-    /// The same with all the inertia of the legs.
+impl TrotFixture {
+    /// The same trot with the inertia of the legs.
     #[must_use]
-    pub fn of_full_legs(self) -> Self {
+    pub fn with_leg_inertia(self) -> Self {
         Self {
             model: "lcp",
             ..self
         }
     }
 
-    /// As a scenario file has it.
+    /// Formats the fixture as a scenario file.
     pub fn text(&self) -> String {
         let ground = if self.ground {
             "ground = { friction = 0.6 }"
@@ -97,10 +97,10 @@ impl Scene {
         )
     }
 
-    /// The scene, of the parts of `registry`.
+    /// Assembles the fixture with the parts of `registry`.
     ///
     /// # Panics
-    /// If it cannot be: then the test is wrong.
+    /// If the scenario is invalid.
     pub fn assembly<'r>(&self, registry: &'r Registry) -> Assembly<'r> {
         match Assembly::of_texts(registry, &self.text(), ROBOT, &[]) {
             Ok(assembly) => assembly,
@@ -109,10 +109,10 @@ impl Scene {
     }
 }
 
-/// The fingerprint of a run to its end.
+/// Returns the fingerprint of a complete run.
 ///
 /// # Panics
-/// If it does not come to its end.
+/// If the run does not complete.
 pub fn run(assembly: &Assembly<'_>) -> Digest {
     match assembly.rig() {
         Ok(mut rig) => run_from(&mut rig, assembly.end()),
@@ -120,10 +120,10 @@ pub fn run(assembly: &Assembly<'_>) -> Digest {
     }
 }
 
-/// The fingerprint of everything that happens from now to `end`.
+/// Returns the fingerprint of the run from now to `end`.
 ///
 /// # Panics
-/// If the run does not come to its end.
+/// If the run does not complete.
 pub fn run_from(rig: &mut Rig, end: SimTime) -> Digest {
     let mut fingerprint = Fingerprint::new();
     if let Err(error) = rig.run_until(end, &mut fingerprint) {
@@ -132,10 +132,10 @@ pub fn run_from(rig: &mut Rig, end: SimTime) -> Digest {
     fingerprint.digest()
 }
 
-/// Runs and records; the file is gone when the recording has been read.
+/// Runs and records; returns the report and the contents of the temporary recording.
 ///
 /// # Panics
-/// If that cannot be done.
+/// If the run or the recording fails.
 pub fn record(assembly: &Assembly<'_>, name: &str) -> (Report, Vec<u8>) {
     let path = std::env::temp_dir().join(format!("twinrig-{}-{name}.mcap", std::process::id()));
     let execution = Execution {

@@ -1,4 +1,4 @@
-//! What the properties are asked of: any bus within stated ranges. Prints itself as a scenario.
+//! Bus configurations with faults, formatted as a scenario.
 
 use std::fmt;
 use std::time::Duration;
@@ -10,23 +10,23 @@ use twinrig_runtime::Timing;
 use twinrig_sbcp::{ControllerConfig, Passing};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
 
-use crate::bench::{Commands, Drive};
-use crate::scope::LEGS;
+use crate::harness::{Commands, ProcessConfig};
+use crate::probe_plant::LEGS;
 
-/// Longest that a fault may last.
+/// Maximum duration of a fault.
 pub const FAULT_MAX: SimDuration = SimDuration::from_millis(100);
 
-/// What is between USB converter and boards.
+/// Connection of the USB converter to the boards.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Between {
-    Nothing,
+pub enum Topology {
+    Direct,
     CutThrough,
     StoreAndForward,
 }
 
-/// A fault, by the time after the boards are ready.
+/// A fault, timed relative to the readiness of the boards.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trouble {
+pub struct TimedFault {
     pub after: SimDuration,
     /// `wire/sbcp`, `wire/sbcp/link`, or the stub of a board.
     pub on: String,
@@ -34,10 +34,10 @@ pub struct Trouble {
     pub lasts: SimDuration,
 }
 
-/// A bus with everything about it that matters.
+/// Complete configuration of a bus, its process and its faults.
 #[derive(Clone, PartialEq)]
-pub struct Setting {
-    pub between: Between,
+pub struct BusScenario {
+    pub topology: Topology,
     pub preset: UsbPreset,
     pub latency_timer: SimDuration,
     pub turnaround: SimDuration,
@@ -51,9 +51,9 @@ pub struct Setting {
     pub free_running: bool,
     pub period: SimDuration,
     pub compute: Timing,
-    pub troubles: Vec<Trouble>,
+    pub timed_faults: Vec<TimedFault>,
     pub seed: u64,
-    /// When the boards are ready, where it is known.
+    /// Time at which the boards are ready; zero if unknown.
     pub opened: SimTime,
 }
 
@@ -65,10 +65,10 @@ pub const fn millis(n: u64) -> SimDuration {
     SimDuration::from_millis(n)
 }
 
-/// Any jitter of at most that long.
-pub fn jitter(most: SimDuration) -> BoxedStrategy<Timing> {
-    let most = most.as_nanos();
-    let duration = move || (0..=most).prop_map(SimDuration::from_nanos);
+/// Jitter of at most `max`.
+pub fn jitter(max: SimDuration) -> BoxedStrategy<Timing> {
+    let jitter_max = max.as_nanos();
+    let duration = move || (0..=jitter_max).prop_map(SimDuration::from_nanos);
     prop_oneof![
         Just(Timing::ZERO),
         duration().prop_map(Timing::Constant),
@@ -86,7 +86,7 @@ pub fn jitter(most: SimDuration) -> BoxedStrategy<Timing> {
     .boxed()
 }
 
-impl Setting {
+impl BusScenario {
     pub fn usb(&self) -> UsbTiming {
         UsbTiming {
             latency_timer: self.latency_timer,
@@ -99,33 +99,36 @@ impl Setting {
         }
     }
 
-    /// Longest that a transfer without faults takes from its first write to its end, from the microframes up: OUT, the bytes, IN,
-    /// latency timer, completion, turnaround and both jitters, for each of its round trips.
+    /// Maximum duration of a transfer without faults, from its first write to its end, summed over
+    /// microframes: for each round trip OUT, the bytes, IN, latency timer, completion, turnaround
+    /// and both jitters.
     pub fn transfer_max(&self) -> SimDuration {
         let (trips, grid) = self.round_trips();
-        let each = grid + self.late_max();
+        let each = grid + self.host_delay_max();
         each * trips
     }
 
-    /// Longest that the host's software is late in a round trip.
-    pub fn late_max(&self) -> SimDuration {
+    /// Maximum delay of the host software in a round trip.
+    pub fn host_delay_max(&self) -> SimDuration {
         self.turnaround + self.jitter.longest() + self.write_jitter.longest()
     }
 
-    /// How many round trips a cycle has, and how long each takes from the start of the microframe of its write to that of its
-    /// completion: (4 + ⌈bus / microframe⌉) microframes with a latency timer of 0, and what the timer has beyond one more.
+    /// Returns the number of round trips per cycle, and the duration of each from the start of the
+    /// microframe of its write to that of its completion: (4 + ⌈bus / microframe⌉) microframes
+    /// with a latency timer of 0, plus the microframes of the timer beyond the first.
     pub fn round_trips(&self) -> (u64, SimDuration) {
         let usb = self.usb();
         // A request of 10 bytes, 10 µs, an answer of 22: 106 µs.
-        let (trips, bus) = match self.between {
-            Between::Nothing => (4, 106),
-            // Four of them and three gaps of 2 µs; four bytes until the first request's address is known, and one for the
-            // last byte to pass.
-            Between::CutThrough => (1, 4 * 106 + 3 * 2 + 12 + 3),
-            // A whole request before the first goes out, a whole answer before the last goes back.
-            Between::StoreAndForward => (1, 4 * 106 + 3 * 2 + 30 + 66),
+        let (trips, bus) = match self.topology {
+            Topology::Direct => (4, 106),
+            // Four of them and three gaps of 2 µs; four bytes until the address of the first
+            // request is received, and one for the transmission of the last byte.
+            Topology::CutThrough => (1, 4 * 106 + 3 * 2 + 12 + 3),
+            // The whole first request before its transmission, the whole last answer before its
+            // return.
+            Topology::StoreAndForward => (1, 4 * 106 + 3 * 2 + 30 + 66),
         };
-        // Frames that are slow by a thousandth at most.
+        // Frames are slow by at most a thousandth.
         let frame = usb.microframe + usb.microframe / 500;
         let bus = micros(bus).as_nanos().div_ceil(usb.microframe.as_nanos());
         let timer = usb
@@ -133,26 +136,27 @@ impl Setting {
             .as_nanos()
             .div_ceil(usb.microframe.as_nanos())
             .max(1);
-        // An answer of several packets from the converter: the last one waits for a whole timer after a full one.
+        // An answer of several packets of the converter: the last one waits for the full timer
+        // after a full one.
         let full = trips == 1 && usb.payload < 4 * 22;
         (trips, frame * (4 + bus + timer - u64::from(!full)))
     }
 
-    /// When the last fault is over.
+    /// Time at which the last fault ends.
     pub fn last_fault(&self) -> SimTime {
         let ends = self
-            .troubles
+            .timed_faults
             .iter()
-            .map(|trouble| trouble.after + trouble.lasts);
+            .map(|timed_fault| timed_fault.after + timed_fault.lasts);
         self.opened + ends.max().unwrap_or_default()
     }
 
     pub fn schedule(&self) -> FaultSchedule {
-        let faults = self.troubles.iter().map(|trouble| Fault {
-            at: self.opened + trouble.after,
-            on: trouble.on.clone(),
-            kind: trouble.kind.clone(),
-            lasts: trouble.lasts,
+        let faults = self.timed_faults.iter().map(|timed_fault| Fault {
+            at: self.opened + timed_fault.after,
+            on: timed_fault.on.clone(),
+            kind: timed_fault.kind.clone(),
+            lasts: timed_fault.lasts,
         });
         FaultSchedule {
             faults: faults.collect(),
@@ -162,10 +166,10 @@ impl Setting {
 
     pub fn config(&self) -> BusConfig {
         let mut config = BusConfig {
-            topology: match self.between {
-                Between::Nothing => BusTopology::Direct,
-                Between::CutThrough => BusTopology::Controller(ControllerConfig::default()),
-                Between::StoreAndForward => BusTopology::Controller(ControllerConfig {
+            topology: match self.topology {
+                Topology::Direct => BusTopology::Direct,
+                Topology::CutThrough => BusTopology::Controller(ControllerConfig::default()),
+                Topology::StoreAndForward => BusTopology::Controller(ControllerConfig {
                     passing: Passing::StoreAndForward,
                     ..ControllerConfig::default()
                 }),
@@ -184,22 +188,22 @@ impl Setting {
         session.period = Duration::from_nanos(self.period.as_nanos());
         session.error_threshold = -1;
         session.free_running = self.free_running;
-        // With these, duties are set-points; and no set-point is too far from the last.
+        // With these gains the duty equals the set-point, and no step of the set-point is limited.
         session.gains.p = 4;
         (session.gains.i, session.gains.d) = (0, 0);
         session.gains.max_speed = u16::MAX;
         config
     }
 
-    /// Greatest way of a set-point \[counts\] in a cycle that the boards do not clip.
-    pub fn walk(&self) -> Commands {
+    /// Random walk whose steps \[counts per cycle\] the boards do not clip.
+    pub fn random_walk(&self) -> Commands {
         let ticks = self.period.as_nanos() / 1_000_000;
-        // Nor does it leave the range of a motor.
+        // Nor does it leave the motor's range.
         Commands::Walk((30 * (ticks - 1)).min(190))
     }
 
-    pub fn drive(&self, commands: Commands) -> Drive {
-        Drive {
+    pub fn process_config(&self, commands: Commands) -> ProcessConfig {
+        ProcessConfig {
             period: self.period,
             compute: self.compute.clone(),
             commands,
@@ -208,7 +212,7 @@ impl Setting {
     }
 }
 
-fn timed(timing: &Timing) -> String {
+fn format_timing(timing: &Timing) -> String {
     match timing {
         Timing::Constant(duration) => format!("\"{} ns\"", duration.as_nanos()),
         Timing::Uniform { min, max } => {
@@ -234,7 +238,7 @@ fn timed(timing: &Timing) -> String {
     }
 }
 
-impl fmt::Display for Setting {
+impl fmt::Display for BusScenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let each = |of: &dyn Fn(usize) -> String| {
             let of = LEGS
@@ -245,10 +249,10 @@ impl fmt::Display for Setting {
         };
         let end = self.last_fault() + millis(500);
         let duration = end.as_nanos().div_ceil(1_000_000);
-        let (topology, passing) = match self.between {
-            Between::Nothing => ("direct", ""),
-            Between::CutThrough => ("controller", "passing = \"cut-through\"\n"),
-            Between::StoreAndForward => ("controller", "passing = \"store-and-forward\"\n"),
+        let (topology, passing) = match self.topology {
+            Topology::Direct => ("direct", ""),
+            Topology::CutThrough => ("controller", "passing = \"cut-through\"\n"),
+            Topology::StoreAndForward => ("controller", "passing = \"store-and-forward\"\n"),
         };
         let following = match self.following {
             Following::Smooth => "smooth",
@@ -266,12 +270,12 @@ impl fmt::Display for Setting {
              gains = {{ p = 4, i = 0, d = 0 }}\nmax_speed = {}\nerror_threshold = -1\nfree_running = {}\n",
             self.seed,
             self.period.as_nanos(),
-            timed(&self.compute),
+            format_timing(&self.compute),
             self.preset.name(),
             self.latency_timer.as_nanos(),
             self.turnaround.as_nanos(),
-            timed(&self.jitter),
-            timed(&self.write_jitter),
+            format_timing(&self.jitter),
+            format_timing(&self.write_jitter),
             self.frame_offset.as_nanos(),
             self.frame_rate_ppb as f64 * 1e-9,
             each(&|n| format!("{} ppm", self.rates_ppb[n] as f64 * 1e-3)),
@@ -279,19 +283,19 @@ impl fmt::Display for Setting {
             u16::MAX,
             self.free_running,
         )?;
-        if !self.troubles.is_empty() {
+        if !self.timed_faults.is_empty() {
             write!(f, "\n{}", self.schedule())?;
         }
         Ok(())
     }
 }
 
-/// What a failure prints.
-impl fmt::Debug for Setting {
+/// Output of a failed property.
+impl fmt::Debug for BusScenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "a scenario, the boards being ready at {}:\n\n{self}",
+            "a scenario whose boards are ready at {}:\n\n{self}",
             self.opened
         )
     }

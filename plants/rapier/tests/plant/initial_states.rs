@@ -1,11 +1,11 @@
-//! Whatever the start: joints stay closed, stops hold, and nothing is made up.
+//! Random initial states: joints stay closed, stops hold, and energy does not grow.
 
 use proptest::prelude::*;
 use twinrig_legged::StartPose;
 use twinrig_rapier::{Joints, Options, Rapier};
 use twinrig_runtime::Plant;
 
-use crate::scene::{Scene, hanging, robot};
+use crate::fixture::{Fixture, hanging, robot};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
@@ -21,18 +21,19 @@ proptest! {
         let joints = if multibody { Joints::Multibody } else { Joints::Impulse };
         let start = StartPose { q: [q1, q2, opening - q2], rates };
         let options = Options::new(hanging(&["LF"], start, 1000), joints);
-        // Some starts are beyond a stop, which is refused as by every plant.
+        // Some initial states are beyond a stop, which every plant refuses.
         prop_assume!(Rapier::new(&robot(), &options, &|_| true).is_ok());
-        let mut scene = Scene::new(&robot(), &options);
-        let energy = scene.plant.energy().stored();
+        let mut fixture = Fixture::new(&robot(), &options);
+        let energy = fixture.plant.energy().stored();
         for k in 1..=100 {
-            scene.run_to_us(2000 * k);
-            let drift = scene.plant.constraint_violation().unwrap();
-            // A link at 30 rad/s leaves its circle by ½ (ωh)² l = 0.03 mm in a step of 1 ms, and a stop is met with as much.
+            fixture.run_to_us(2000 * k);
+            let drift = fixture.plant.constraint_violation().unwrap();
+            // A link at 30 rad/s leaves its circle by ½ (ωh)² l = 0.03 mm in a step of 1 ms, and
+            // reaches a stop with as much.
             prop_assert!(drift < 1e-3, "{:?}: {} m open after {} ms", joints, drift, 2 * k);
         }
-        // Nothing drives the leg: it has no more than it began with, but for what half a step's velocity misreads.
-        let now = scene.plant.energy().stored();
+        // Without drives the energy does not grow, but for the error of velocities half a step old.
+        let now = fixture.plant.energy().stored();
         prop_assert!(now < energy + 0.05 * energy.abs().max(0.02), "{energy} J, then {now} J");
     }
 }

@@ -1,4 +1,4 @@
-//! Robots, setups and plants for the other tests.
+//! Fixture: robots, setups and plants of the tests.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,8 @@ use twinrig_rapier::{Joints, Options, Rapier};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
-/// A trajectory of `plants/lcp/tests/reference`: other coordinates, other integrators, another language; right to 1e-9 m.
+/// A trajectory of `plants/lcp/tests/reference`: other coordinates, integrators and language, with
+/// errors below 1e-9 m.
 pub struct Golden(pub Value);
 
 impl Golden {
@@ -25,12 +26,12 @@ impl Golden {
         self.0[key].as_f64().unwrap()
     }
 
-    /// Rows of numbers, one for each instant; what is nested deeper is flattened.
+    /// Returns rows of numbers, one for each instant; deeper nesting is flattened.
     pub fn rows(&self, key: &str) -> Vec<Vec<f64>> {
         self.0[key].as_array().unwrap().iter().map(flat).collect()
     }
 
-    /// Joint angles and rates at the start.
+    /// Returns joint angles and rates at the start.
     pub fn start(&self) -> StartPose {
         let three = |value: &Value| <[f64; 3]>::try_from(flat(value)).unwrap();
         StartPose {
@@ -39,14 +40,15 @@ impl Golden {
         }
     }
 
-    /// The robot with the leg of a passive scene.
+    /// Returns the robot with the leg of a passive reference.
     pub fn robot(&self) -> Robot {
         let mut robot = robot();
-        let given = |key: &str| self.0["leg"][key].as_f64().unwrap();
+        let parameter = |key: &str| self.0["leg"][key].as_f64().unwrap();
         let leg = &mut robot.legs[0].leg;
-        (leg.diagonal.stiffness, leg.parallel.stiffness) = (given("k_d"), given("k_p"));
-        (leg.diagonal.preload, leg.parallel.preload) = (given("preload_d"), given("preload_p"));
-        leg.parallel_travel = given("travel");
+        (leg.diagonal.stiffness, leg.parallel.stiffness) = (parameter("k_d"), parameter("k_p"));
+        (leg.diagonal.preload, leg.parallel.preload) =
+            (parameter("preload_d"), parameter("preload_p"));
+        leg.parallel_travel = parameter("travel");
         let friction = flat(&self.0["leg"]["friction"]);
         let joints = &mut leg.joint_friction;
         (joints.hip, joints.knee, joints.ankle) = (friction[0], friction[1], friction[2]);
@@ -66,11 +68,11 @@ pub fn robot() -> Robot {
 }
 
 pub fn named(name: &str) -> Robot {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    RobotFile::find(name, beside).unwrap().robot().unwrap()
+    let near = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    RobotFile::find(name, near).unwrap().robot().unwrap()
 }
 
-/// Legs that hang from a trunk that is held.
+/// Returns the setup of legs that hang from a fixed trunk.
 pub fn hanging(legs: &[&str], start: StartPose, step_us: u64) -> Setup {
     Setup {
         base: Base::Fixed,
@@ -82,7 +84,7 @@ pub fn hanging(legs: &[&str], start: StartPose, step_us: u64) -> Setup {
     }
 }
 
-/// The robot on flat ground, its drives holding it.
+/// Returns the setup of the robot on flat ground with ideal drives.
 pub fn standing(step_us: u64) -> Setup {
     Setup {
         base: Base::Free,
@@ -94,15 +96,15 @@ pub fn standing(step_us: u64) -> Setup {
     }
 }
 
-/// A plant, its signals by name, and where it is in time.
-pub struct Scene {
+/// A plant with its signals by name, its time and its commands.
+pub struct Fixture {
     pub plant: Rapier,
     layout: Layout,
     pub now_us: u64,
     pub commands: Vec<f64>,
 }
 
-impl Scene {
+impl Fixture {
     pub fn new(robot: &Robot, options: &Options) -> Self {
         let plant = Rapier::new(robot, options, &|_| true).unwrap();
         let ports = plant.ports();
@@ -120,15 +122,15 @@ impl Scene {
         Self::new(robot, &Options::new(setup, joints))
     }
 
-    /// Goes on; says whether the plant got there.
+    /// Advances to an instant. Returns whether the plant reached it without a fault.
     pub fn reaches_us(&mut self, us: u64) -> bool {
         let at = SimTime::ZERO + SimDuration::from_micros(us);
-        let sound = us <= self.now_us || self.plant.advance(at, &self.commands).is_ok();
+        let reached = us <= self.now_us || self.plant.advance(at, &self.commands).is_ok();
         self.now_us = us;
-        sound
+        reached
     }
 
-    /// Goes on to an instant that is no microsecond.
+    /// Advances to an instant of nanosecond resolution.
     pub fn run_to_ns(&mut self, ns: u64) {
         let at = SimTime::ZERO + SimDuration::from_nanos(ns);
         self.plant.advance(at, &self.commands).unwrap();

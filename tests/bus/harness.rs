@@ -1,4 +1,5 @@
-//! The whole stack at work: a process that commands something new each cycle, driver, wire, boards, and the scope behind them.
+//! Test harness of the complete stack: a process with new commands in each cycle, driver, wire,
+//! boards, and the probe plant.
 
 use std::collections::BTreeMap;
 
@@ -8,45 +9,48 @@ use twinrig_runtime::{
     Driver, Group, Observer, Process, Rig, RunEvent, Schedule, Timing, WiredTask,
 };
 
-use crate::scope::{LEGS, MEASURED, Scope, Screen, Shown, angle, look, scramble};
+use crate::probe_plant::{
+    AppliedSetPoints, LEGS, MEASURED, ProbePlant, SetPointLog, angle, hash, lock_log,
+};
 
-/// What the process commands.
+/// Commands of the process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Commands {
-    /// Anything, and nothing twice.
+    /// Random set-points without repetition.
     Random,
-    /// Not more than so many counts from one cycle to the next, and always somewhere else.
+    /// Random walk: each set-point differs from the previous one by at most this many counts, and
+    /// by at least one.
     Walk(u64),
 }
 
-/// Set-points of a leg in counts.
-pub type Goals = [i64; 2];
+/// Set-points of a leg \[counts\].
+pub type SetPoints = [i64; 2];
 
 struct Script {
     ports: Vec<Port>,
     seed: u64,
     commands: Commands,
     cycle: u64,
-    at: [Goals; 4],
+    at: [SetPoints; 4],
 }
 
 impl Script {
-    fn goals(&self, leg: usize) -> Goals {
+    fn set_points(&self, leg: usize) -> SetPoints {
         let draw = |n: u64, below: u64| {
-            let drawn = scramble(self.seed ^ (n << 32), self.cycle, leg as u64) % below;
+            let drawn = hash(self.seed ^ (n << 32), self.cycle, leg as u64) % below;
             i64::try_from(drawn).unwrap()
         };
         match self.commands {
-            // The cycle in the knee makes pairs that come only once.
+            // The cycle number in the knee set-point makes each pair unique.
             Commands::Random => {
                 let turn = i64::try_from(self.cycle % 1_349).unwrap();
                 [1 + draw(0, 1_199), 1 + turn]
             }
-            Commands::Walk(most) => [0, 1].map(|joint| {
-                let way = 1 + draw(joint as u64, most);
+            Commands::Walk(step_max) => [0, 1].map(|joint| {
+                let step = 1 + draw(joint as u64, step_max);
                 let at = self.at[leg][joint];
                 let up = draw(2 + joint as u64, 2) == 0 && at < 1_000 || at < 200;
-                if up { at + way } else { at - way }
+                if up { at + step } else { at - step }
             }),
         }
     }
@@ -63,7 +67,7 @@ impl Process for Script {
 
     fn step(&mut self, _elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
         for (leg, commands) in outputs.chunks_exact_mut(2).enumerate() {
-            self.at[leg] = self.goals(leg);
+            self.at[leg] = self.set_points(leg);
             for (joint, command) in commands.iter_mut().enumerate() {
                 *command = angle(leg, joint, self.at[leg][joint]);
             }
@@ -81,55 +85,59 @@ impl Process for Script {
     }
 }
 
-/// A set-point on its way: what the master wrote for a leg, and when.
+/// A set-point written by the master for a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sent {
+pub struct SentSetPoints {
     pub at: SimTime,
-    pub goals: Goals,
+    pub set_points: SetPoints,
 }
 
-/// A transfer, from its beginning to its end.
+/// A transfer, from begin to end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cycle {
     pub begun: SimTime,
     pub ended: Option<SimTime>,
-    /// What the master had counted as errors when it began.
+    /// Error count of the master at the begin.
     pub errors_before: f64,
 }
 
-/// Everything that can be seen from outside.
+/// Observer of all externally visible quantities.
 #[derive(Default)]
-pub struct Watch {
+pub struct BusMonitor {
     pub opened: Option<SimTime>,
     pub cycles: Vec<Cycle>,
     pub skipped: u64,
-    /// Leg by leg.
-    pub sent: [Vec<Sent>; 4],
-    /// When the process looked, and what it got.
-    pub got: Vec<(SimTime, Vec<f64>)>,
+    /// By leg.
+    pub sent: [Vec<SentSetPoints>; 4],
+    /// Time and values of each sample of the process inputs.
+    pub measurements: Vec<(SimTime, Vec<f64>)>,
     diagnostics: Vec<f64>,
     errors: Option<usize>,
 }
 
-impl Watch {
-    /// What the master writes is one whole packet after the other.
-    fn written(&mut self, now: SimTime, mut bytes: &[u8]) {
+impl BusMonitor {
+    /// Decodes bytes written by the master, which are complete packets.
+    fn decode_written(&mut self, now: SimTime, mut bytes: &[u8]) {
         while let [0xFF, _, id, length, instruction, rest @ ..] = bytes {
             let body = usize::from(*length) - 2;
             if let (0x10, [a, b, c, d]) = (*instruction, &rest[..body]) {
-                let goals = [[*a, *b], [*c, *d]].map(|word| i64::from(u16::from_le_bytes(word)));
-                self.sent[usize::from(*id) - 1].push(Sent { at: now, goals });
+                let set_points =
+                    [[*a, *b], [*c, *d]].map(|word| i64::from(u16::from_le_bytes(word)));
+                self.sent[usize::from(*id) - 1].push(SentSetPoints {
+                    at: now,
+                    set_points,
+                });
             }
             bytes = &rest[body + 1..];
         }
-        assert!(bytes.is_empty(), "the master writes whole packets");
+        assert!(bytes.is_empty(), "the master writes complete packets");
     }
 }
 
-impl Observer for Watch {
+impl Observer for BusMonitor {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         match group {
-            Group::ProcessInputs => self.got.push((now, values.to_vec())),
+            Group::ProcessInputs => self.measurements.push((now, values.to_vec())),
             Group::Diagnostics => {
                 self.diagnostics.clear();
                 self.diagnostics.extend_from_slice(values);
@@ -144,7 +152,7 @@ impl Observer for Watch {
             RunEvent::TaskBegin { .. } => self.cycles.push(Cycle {
                 begun: now,
                 ended: None,
-                errors_before: self.errors.map_or(0.0, |place| self.diagnostics[place]),
+                errors_before: self.errors.map_or(0.0, |offset| self.diagnostics[offset]),
             }),
             RunEvent::TaskEnd { .. } => self.cycles.last_mut().unwrap().ended = Some(now),
             RunEvent::TaskSkipped { .. } => self.skipped += 1,
@@ -154,122 +162,125 @@ impl Observer for Watch {
 
     fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         if trace == 0 {
-            self.written(now, bytes);
+            self.decode_written(now, bytes);
         }
     }
 }
 
-/// How the bench is driven.
+/// Configuration of the process and of the schedule.
 #[derive(Clone, Debug)]
-pub struct Drive {
+pub struct ProcessConfig {
     pub period: SimDuration,
     pub compute: Timing,
     pub commands: Commands,
     pub seed: u64,
 }
 
-pub struct Bench {
+pub struct Harness {
     pub rig: Rig,
-    pub watch: Watch,
-    screen: Screen,
+    pub monitor: BusMonitor,
+    log: SetPointLog,
     names: BTreeMap<String, usize>,
 }
 
-/// How finely gauges are looked at; no cycle ends so shortly before the next begins.
+/// Observation period of the diagnostics; every cycle ends at least this long before the next
+/// begins.
 pub const GRID: SimDuration = SimDuration::from_micros(500);
 
-impl Bench {
-    pub fn new(config: &BusConfig, drive: &Drive) -> Self {
+impl Harness {
+    pub fn new(config: &BusConfig, process_config: &ProcessConfig) -> Self {
         let driver = Bus::driver(config).unwrap();
         let wire = Bus::wire(config).unwrap();
         let script = Script {
             ports: driver.ports().iter().map(Port::mirrored).collect(),
-            seed: drive.seed,
-            commands: drive.commands,
+            seed: process_config.seed,
+            commands: process_config.commands,
             cycle: 0,
             at: [[0; 2]; 4],
         };
         let schedule = Schedule {
-            compute: drive.compute.clone(),
+            compute: process_config.compute.clone(),
             observe: GRID,
-            seed: drive.seed,
-            ..Schedule::with_period(drive.period)
+            seed: process_config.seed,
+            ..Schedule::with_period(process_config.period)
         };
-        let screen = Screen::default();
+        let log = SetPointLog::default();
         let task = WiredTask::new(Box::new(driver), Box::new(wire));
-        let plant = Box::new(Scope::new(screen.clone()));
+        let plant = Box::new(ProbePlant::new(log.clone()));
         let rig = Rig::new(&schedule, Box::new(script), vec![Box::new(task)], plant).unwrap();
         let layout = rig.layout(Group::Diagnostics);
         let names: BTreeMap<String, usize> = layout
             .fields()
             .map(|field| (field.port.name.clone(), field.range().start))
             .collect();
-        let watch = Watch {
+        let monitor = BusMonitor {
             errors: names.get("sbcp/errors").copied(),
-            ..Watch::default()
+            ..BusMonitor::default()
         };
         Self {
             rig,
-            watch,
-            screen,
+            monitor,
+            log,
             names,
         }
     }
 
-    /// Runs; why that ended, if it did before its time.
+    /// Runs until `to`; the error is the reason for an earlier end.
     pub fn run_until(&mut self, to: SimTime) -> Result<(), String> {
-        let run = self.rig.run_until(to, &mut self.watch);
+        let run = self.rig.run_until(to, &mut self.monitor);
         run.map_err(|error| error.to_string())
     }
 
-    /// Runs until all devices are open, and says when that was.
+    /// Runs until all devices are open and returns the time.
     pub fn open(&mut self) -> Result<SimTime, String> {
         let limit = SimTime::ZERO + SimDuration::from_secs(20);
-        while self.watch.opened.is_none() {
-            let step = self.rig.step(limit, &mut self.watch);
+        while self.monitor.opened.is_none() {
+            let step = self.rig.step(limit, &mut self.monitor);
             if step.map_err(|error| error.to_string())?.is_none() {
-                return Err("it did not open".into());
+                return Err("the devices are not open after 20 s".into());
             }
         }
-        Ok(self.watch.opened.unwrap())
+        Ok(self.monitor.opened.unwrap())
     }
 
-    /// The gauge, as it was last seen.
+    /// Returns the last value of a diagnostic.
     pub fn diagnostic(&self, name: &str) -> f64 {
         match self.names.get(name) {
-            Some(place) => self.watch.diagnostics[*place],
-            None => panic!("no gauge {name}"),
+            Some(offset) => self.monitor.diagnostics[*offset],
+            None => panic!("no diagnostic {name}"),
         }
     }
 
-    /// The gauges that end like that, added up.
+    /// Returns the sum of all diagnostics whose names end with `end`.
     pub fn sum(&self, end: &str) -> f64 {
-        let named = self.names.iter().filter(|(name, _)| name.ends_with(end));
-        named.map(|(_, place)| self.watch.diagnostics[*place]).sum()
+        let matching = self.names.iter().filter(|(name, _)| name.ends_with(end));
+        matching
+            .map(|(_, offset)| self.monitor.diagnostics[*offset])
+            .sum()
     }
 
-    /// The gauge of a leg's board.
-    pub fn of_leg(&self, leg: usize, what: &str) -> f64 {
+    /// Returns a diagnostic of the board of a leg.
+    pub fn leg_diagnostic(&self, leg: usize, what: &str) -> f64 {
         self.diagnostic(&format!("sbcp/{}/{what}", LEGS[leg]))
     }
 
-    /// What the board of a leg showed, by the time of the run.
-    pub fn shown(&self, leg: usize) -> Vec<Shown> {
-        let held = self.watch.opened.unwrap_or(SimTime::ZERO).since_start();
-        let screen = look(&self.screen);
-        let shown = screen[leg].iter();
-        let at = |shown: &Shown| Shown {
-            from: shown.from + held,
-            ..*shown
+    /// Returns the set-points applied by the board of a leg, with times since the start of the run.
+    pub fn applied(&self, leg: usize) -> Vec<AppliedSetPoints> {
+        let opening_time = self.monitor.opened.unwrap_or(SimTime::ZERO).since_start();
+        let log = lock_log(&self.log);
+        let applied = log[leg].iter();
+        let at = |applied: &AppliedSetPoints| AppliedSetPoints {
+            from: applied.from + opening_time,
+            ..*applied
         };
-        shown.map(at).collect()
+        applied.map(at).collect()
     }
 
-    /// What the process got of a leg.
-    pub fn got(&self, leg: usize) -> impl Iterator<Item = (SimTime, Vec<f64>)> {
-        let own = MEASURED * leg..MEASURED * (leg + 1);
+    /// Returns the measurements of a leg received by the process.
+    pub fn measurements(&self, leg: usize) -> impl Iterator<Item = (SimTime, Vec<f64>)> {
+        let range = MEASURED * leg..MEASURED * (leg + 1);
         let of_leg =
-            move |(at, values): &'_ (SimTime, Vec<f64>)| (*at, values[own.clone()].to_vec());
-        self.watch.got.iter().map(of_leg)
+            move |(at, values): &'_ (SimTime, Vec<f64>)| (*at, values[range.clone()].to_vec());
+        self.monitor.measurements.iter().map(of_leg)
     }
 }

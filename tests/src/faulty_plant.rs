@@ -1,31 +1,33 @@
-//! A part that is broken on purpose.
+//! A plant with an injected fault.
 
 use twinrig::kernel::{Port, SimTime, Snapshot, SnapshotError};
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig::{PlantKind, Registry, massless};
 
-/// A plant that is looked at wrongly once: from one instant to the next look, the last bit of its first output is flipped.
-pub struct Broken<P> {
+/// Plant with a single wrong observation: in the first observation at or after `fault_at`, the
+/// last bit of the first output is flipped.
+pub struct FaultyPlant<P> {
     plant: P,
     now: SimTime,
-    breaks_at: SimTime,
+    fault_at: SimTime,
     done: bool,
 }
 
-/// The standard registry, its mass-less plant replaced by one that is broken at `breaks_at`.
-pub fn with_broken_plant(breaks_at: SimTime) -> Registry {
+/// Returns the standard registry with the mass-less plant replaced by one that is faulty from
+/// `fault_at`.
+pub fn with_faulty_plant(fault_at: SimTime) -> Registry {
     let build = move |context: &twinrig::PlantContext<'_>| {
-        Ok(Broken {
+        Ok(FaultyPlant {
             plant: massless(context)?,
             now: SimTime::ZERO,
-            breaks_at,
+            fault_at,
             done: false,
         })
     };
-    Registry::standard().with_plant(PlantKind::new("massless", "broken on purpose", build))
+    Registry::standard().with_plant(PlantKind::new("massless", "with an injected fault", build))
 }
 
-impl<P: Plant> Plant for Broken<P> {
+impl<P: Plant> Plant for FaultyPlant<P> {
     fn name(&self) -> &str {
         self.plant.name()
     }
@@ -45,7 +47,7 @@ impl<P: Plant> Plant for Broken<P> {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         self.plant.observe(outputs);
-        if self.now >= self.breaks_at && !self.done {
+        if self.now >= self.fault_at && !self.done {
             self.done = true;
             outputs[0] = f64::from_bits(outputs[0].to_bits() ^ 1);
         }
