@@ -6,7 +6,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use twinrig_kernel::HostTime;
-use twinrig_optoforce::{OptoForce, Take};
+use twinrig_optoforce::{OptoForce, SampleChoice};
 use twinrig_phidget::{Board, Phidget};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110};
 use twinrig_runtime::Driver;
@@ -18,7 +18,7 @@ fn drivers() -> Option<[Box<dyn Driver>; 4]> {
         analog_source: None,
     }];
     let mut sensor = OptoForce::new("optoforce", "force");
-    sensor.take = Take::Fresh;
+    sensor.take = SampleChoice::Fresh;
     Some([
         Box::new(servos.driver().ok()?),
         Box::new(sensor.driver().ok()?),

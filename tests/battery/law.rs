@@ -41,7 +41,7 @@ impl Law {
     /// `None` if the law does not apply to the run.
     pub fn judge(self, run: &Run) -> Option<Finding> {
         let mut finding = match self {
-            Self::Refusal => Some(refusal(run)),
+            Self::Refusal => Some(open_failure(run)),
             Self::Penetration => penetration(run),
             Self::Dissipation => dissipation(run),
             Self::Energy => energy(run),
@@ -122,7 +122,7 @@ fn worst(findings: impl Iterator<Item = Finding>) -> Option<Finding> {
     findings.fold(None, |worst, finding| Some(finding.worst(worst)))
 }
 
-fn refusal(run: &Run) -> Finding {
+fn open_failure(run: &Run) -> Finding {
     let at_s = run.samples.last().map_or(0.0, |sample| sample.time_s);
     let why = run.refused.clone().unwrap_or_default();
     let refused = f64::from(u8::from(run.refused.is_some()));

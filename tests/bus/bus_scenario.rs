@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology, Following};
 use twinrig_runtime::Timing;
-use twinrig_sbcp::{ControllerConfig, Passing};
+use twinrig_sbcp::{ControllerConfig, ForwardingMode};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
 
 use crate::harness::{Commands, ProcessConfig};
@@ -170,7 +170,7 @@ impl BusScenario {
                 Topology::Direct => BusTopology::Direct,
                 Topology::CutThrough => BusTopology::Controller(ControllerConfig::default()),
                 Topology::StoreAndForward => BusTopology::Controller(ControllerConfig {
-                    passing: Passing::StoreAndForward,
+                    passing: ForwardingMode::StoreAndForward,
                     ..ControllerConfig::default()
                 }),
             },

@@ -259,7 +259,7 @@ impl Process for Cpg {
             let step_length = ramp_fraction * self.variables[STEP_LENGTH].value();
             let crouch = (1.0 - ramp_fraction) * self.variables[CROUCH].value();
             for (locus, _) in &mut ends {
-                *locus = locus.with_step_length(step_length).lowered(crouch);
+                *locus = locus.with_step_length(step_length).with_lowered_hip(crouch);
             }
         }
         let State {

@@ -163,7 +163,7 @@ impl FootLocus {
 
     /// Returns the curve with the hip lowered by `by` \[m\].
     #[must_use]
-    pub fn lowered(mut self, by: f64) -> Self {
+    pub fn with_lowered_hip(mut self, by: f64) -> Self {
         self.hip_height -= by;
         self
     }

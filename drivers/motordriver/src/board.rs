@@ -48,7 +48,7 @@ pub struct MotorBoard {
     name: String,
     /// Prefix of the diagnostics: `sbcp/LF`.
     prefix: String,
-    attentive: bool,
+    with_bytewise_reception: bool,
     signals: Signals,
     state: State,
 }
@@ -125,7 +125,7 @@ impl MotorBoard {
         Ok(Self {
             name: config.name.clone(),
             prefix: format!("{bus}/{}", config.name),
-            attentive: false,
+            with_bytewise_reception: false,
             signals: Signals::default(),
             state: State {
                 clock,
@@ -147,8 +147,8 @@ impl MotorBoard {
     /// each byte that may complete a packet then is processed on its arrival. This costs time and
     /// makes no difference otherwise, because master and bus controller send single packets.
     #[must_use]
-    pub fn attentive(self, attentive: bool) -> Self {
-        Self { attentive, ..self }
+    pub fn with_bytewise_reception(self, with_bytewise_reception: bool) -> Self {
+        Self { with_bytewise_reception, ..self }
     }
 
     /// Sets the nominal period of requests, the grid of `request/phase/deviation`. `None`, the
@@ -309,8 +309,8 @@ impl Node for MotorBoard {
         self.state.process_events();
     }
 
-    fn attention(&self) -> Option<usize> {
-        self.attentive.then(|| self.state.slave.attention())
+    fn min_bytes_needed(&self) -> Option<usize> {
+        self.with_bytewise_reception.then(|| self.state.slave.min_bytes_needed())
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use twinrig_kernel::SimDuration;
-use twinrig_sbcp::{Controlled, ControllerConfig, FRAME_MAX, MasterConfig, OVERHEAD, Topology};
+use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX, MasterConfig, OVERHEAD, Topology};
 use twinrig_wire::{Faulty, FaultyNode, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
@@ -41,7 +41,7 @@ impl Bus {
             // Duplicated or delayed bytes may form one burst of two packets.
             let faulty = !config.faults.faults.is_empty();
             let node = MotorBoard::new(&config.name, board)?
-                .attentive(faulty)
+                .with_bytewise_reception(faulty)
                 .with_nominal_period(config.session.nominal_period());
             nodes.push(if has_faults(config, &place) {
                 let faults = &config.faults;
@@ -61,7 +61,7 @@ impl Bus {
                 byte_time,
                 ..controller
             };
-            line = Stack::new(Controlled::new(name, controller, line)?);
+            line = Stack::new(ControlledBus::new(name, controller, line)?);
         }
         line = with_faults(config, &config.link_place(), line)?;
         Ok(UsbSerial::new(

@@ -200,7 +200,7 @@ impl State {
             }
         }
         if let Some((leg, failure)) = last
-            && self.master.is_out_of_errors()
+            && self.master.error_threshold_reached()
         {
             let errors = self.master.counters().errors;
             let threshold = self.master.config().error_threshold;

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::HostTime;
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
-use twinrig_sbcp::{Address, Failure, Instruction, Master, Outcome, Request};
+use twinrig_sbcp::{Address, RequestError, Instruction, Master, Outcome, Request};
 
 use crate::config::{BoardConfig, Following, SessionConfig};
 use crate::error::BusError;
@@ -147,7 +147,7 @@ impl Session {
             if self.in_flight {
                 self.in_flight = false;
                 let outcome = master.outcomes().first().copied();
-                let outcome = outcome.unwrap_or(Err(Failure::NoAnswer));
+                let outcome = outcome.unwrap_or(Err(RequestError::NoAnswer));
                 self.handle_outcome(outcome, config, master, legs)?;
             }
             if let Some(job) = self.next_job(config) {
@@ -249,7 +249,7 @@ impl Session {
                 self.step += 1;
                 self.tries = 0;
             }
-        } else if self.tries >= TRIES || master.is_out_of_errors() {
+        } else if self.tries >= TRIES || master.error_threshold_reached() {
             let errors = master.counters().errors;
             return Err(format!(
                 "{leg} failed during initialisation, after {errors} errors in total: {reason}"

@@ -20,7 +20,7 @@ pub struct OptoForce {
     /// Whether the force at the start is subtracted as offset.
     pub zero: bool,
     /// Sample that a transfer returns.
-    pub take: Take,
+    pub take: SampleChoice,
     /// Sensitivity of the individual sensor \[counts/N\].
     pub sensitivity: f64,
     /// Signal of the measured force in the plant \[N, 3\]. Not used by the driver.
@@ -31,7 +31,7 @@ pub struct OptoForce {
 
 /// Sample that a transfer returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Take {
+pub enum SampleChoice {
     /// The newest one available: the transfer takes no time.
     #[default]
     Newest,
@@ -72,7 +72,7 @@ impl OptoForce {
             speed: Speed::default(),
             cutoff: Cutoff::default(),
             zero: false,
-            take: Take::default(),
+            take: SampleChoice::default(),
             sensitivity: assumed::NOMINAL_COUNTS / assumed::NOMINAL_FORCE,
             signal: signal.into(),
             clock: BoardClock::IDEAL,

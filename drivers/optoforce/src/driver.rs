@@ -4,7 +4,7 @@ use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind
 
 use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
 use crate::protocol::{Counts, Frame, Health, Message, Status, match_frame};
-use crate::{OptoForce, Speed, Take};
+use crate::{OptoForce, Speed, SampleChoice};
 
 /// Driver of the sensor: configures it and keeps the newest sample.
 ///
@@ -110,7 +110,7 @@ impl Protocol for OptoForceProtocol {
             // The next sample is sent without a request.
             RequestKind::Transfer => {
                 let period = SimDuration::from_millis(u64::from(self.0.speed.code()));
-                return (self.0.take == Take::Fresh).then(|| period * 2);
+                return (self.0.take == SampleChoice::Fresh).then(|| period * 2);
             }
         };
         state.acknowledged = false;
@@ -123,7 +123,7 @@ impl Protocol for OptoForceProtocol {
         Some(ANSWER_TIMEOUT)
     }
 
-    fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         match (Frame::new(frame).and_then(Message::try_from), kind) {
             (
                 Ok(Message::Data {
@@ -167,7 +167,7 @@ impl Protocol for OptoForceProtocol {
         state.counters.stale += u64::from(kind == RequestKind::Transfer);
     }
 
-    fn refusal(&self, state: &State) -> String {
+    fn open_failure(&self, state: &State) -> String {
         let name = &self.0.name;
         match state.refused {
             Some(status) => {

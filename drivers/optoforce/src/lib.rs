@@ -3,7 +3,7 @@
 //! with the filter, the resolution and the rate of the real one.
 //!
 //! The sensor streams by its own clock, without requests. A transfer returns the newest sample
-//! without waiting, unless it is configured to wait for a fresh one ([`Take`]).
+//! without waiting, unless it is configured to wait for a fresh one ([`SampleChoice`]).
 //!
 //! ```
 //! use twinrig_optoforce::{OptoForce, Speed};
@@ -27,7 +27,7 @@ mod driver;
 pub mod protocol;
 mod sensor;
 
-pub use config::{OptoForce, OptoForceError, Take};
+pub use config::{OptoForce, OptoForceError, SampleChoice};
 pub use driver::{OptoForceDriver, OptoForceProtocol};
 pub use protocol::{Cutoff, Speed};
 pub use sensor::{OptoForceEmulation, OptoForceSensor};

@@ -222,7 +222,7 @@ pub enum Message {
 pub enum FrameError {
     /// Header, length or checksum is wrong.
     #[error("not a frame: header, length or checksum is wrong")]
-    NoFrame,
+    NotAFrame,
     /// Undefined code of speed, filter or zero.
     #[error("{what} {code} is not defined")]
     Code {
@@ -263,11 +263,11 @@ impl<'a> Frame<'a> {
     /// Checks that `bytes` are exactly one frame.
     ///
     /// # Errors
-    /// [`FrameError::NoFrame`] if they are not.
+    /// [`FrameError::NotAFrame`] if they are not.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match match_frame(bytes) {
             FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
-            _ => Err(FrameError::NoFrame),
+            _ => Err(FrameError::NotAFrame),
         }
     }
 
@@ -319,7 +319,7 @@ impl TryFrom<Frame<'_>> for Message {
                 from_fn(|n| frame.force(3 * sensor + n))
             }))),
             (header, _) if header == DATA_SIX => data(Counts::Six(from_fn(|n| frame.force(n)))),
-            _ => return Err(FrameError::NoFrame),
+            _ => return Err(FrameError::NotAFrame),
         })
     }
 }

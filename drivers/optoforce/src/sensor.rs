@@ -134,7 +134,7 @@ impl Emulation for OptoForceEmulation {
         Ok(())
     }
 
-    fn receive(
+    fn handle_frame(
         &self,
         state: &mut State,
         now: SimTime,

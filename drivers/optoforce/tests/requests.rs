@@ -6,7 +6,7 @@ mod hands;
 use hands::{Host, Still, plant, says};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_optoforce::protocol::{Counts, Cutoff, Message, Speed, Status};
-use twinrig_optoforce::{OptoForce, OptoForceDriver, Take};
+use twinrig_optoforce::{OptoForce, OptoForceDriver, SampleChoice};
 use twinrig_runtime::Driver;
 use twinrig_wire::Node;
 
@@ -39,7 +39,7 @@ fn configuration(speed: Speed) -> Vec<u8> {
     })
 }
 
-fn host(take: Take) -> Host<OptoForceDriver> {
+fn host(take: SampleChoice) -> Host<OptoForceDriver> {
     let config = OptoForce {
         take,
         ..OptoForce::new("foot", "force")
@@ -47,7 +47,7 @@ fn host(take: Take) -> Host<OptoForceDriver> {
     Host::new(config.driver().unwrap())
 }
 
-fn opened(take: Take) -> Host<OptoForceDriver> {
+fn opened(take: SampleChoice) -> Host<OptoForceDriver> {
     let mut host = host(take);
     host.open();
     host.reads(SHORT_DELAY, &done());
@@ -58,7 +58,7 @@ fn opened(take: Take) -> Host<OptoForceDriver> {
 
 #[test]
 fn opening_requires_an_acknowledgement_and_then_a_sample() {
-    let mut host = host(Take::Newest);
+    let mut host = host(SampleChoice::Newest);
     assert_eq!(host.open(), configuration(Speed::Hz100));
     assert_eq!(host.waits(), Some(ANSWER_TIMEOUT));
     host.reads(SHORT_DELAY, &sample(1));
@@ -78,7 +78,7 @@ fn opening_requires_an_acknowledgement_and_then_a_sample() {
 
 #[test]
 fn repeated_opening_requires_a_new_acknowledgement() {
-    let mut host = host(Take::Newest);
+    let mut host = host(SampleChoice::Newest);
     host.open();
     host.reads(SHORT_DELAY, &done());
     assert_eq!(host.waits_in_vain(), configuration(Speed::Hz100));
@@ -92,7 +92,7 @@ fn repeated_opening_requires_a_new_acknowledgement() {
 
 #[test]
 fn rejected_configuration_is_reported_with_its_status() {
-    let mut host = host(Take::Newest);
+    let mut host = host(SampleChoice::Newest);
     host.open();
     for _ in 0..3 {
         host.reads(SHORT_DELAY, &frame(&Message::Acknowledgement { status: 4 }));
@@ -104,10 +104,10 @@ fn rejected_configuration_is_reported_with_its_status() {
 
 #[test]
 fn newest_sample_is_immediate_and_fresh_one_is_awaited_for_two_periods() {
-    let mut newest = opened(Take::Newest);
+    let mut newest = opened(SampleChoice::Newest);
     assert!(newest.begin(&[]).is_empty());
     assert!(newest.is_done());
-    let mut fresh = opened(Take::Fresh);
+    let mut fresh = opened(SampleChoice::Fresh);
     assert!(fresh.begin(&[]).is_empty());
     assert_eq!(fresh.waits(), Some(SimDuration::from_millis(20)));
     fresh.reads(SHORT_DELAY, &sample(7));
@@ -123,7 +123,7 @@ fn newest_sample_is_immediate_and_fresh_one_is_awaited_for_two_periods() {
 
 #[test]
 fn closing_stops_the_sensor_and_awaits_its_acknowledgement() {
-    let mut host = opened(Take::Newest);
+    let mut host = opened(SampleChoice::Newest);
     assert_eq!(host.close(), configuration(Speed::Stop));
     host.reads(SHORT_DELAY, &sample(8));
     assert!(!host.is_done());

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use toys::{PlantAccess, diagnostic, rig, run};
 use twinrig_kernel::{BoardClock, LocalDuration, Port, SimDuration, SimTime, Unit};
-use twinrig_optoforce::{Cutoff, OptoForce, Speed, Take};
+use twinrig_optoforce::{Cutoff, OptoForce, Speed, SampleChoice};
 use twinrig_runtime::{Rig, RunEvent};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
@@ -129,7 +129,7 @@ fn zeroed_sensor_subtracts_its_offset() {
 #[test]
 fn fresh_sample_is_awaited() {
     let mut sensor = sensor();
-    sensor.take = Take::Fresh;
+    sensor.take = SampleChoice::Fresh;
     sensor.speed = Speed::Hz333;
     let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
     let (log, result) = run(&mut rig, 600);

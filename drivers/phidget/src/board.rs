@@ -178,7 +178,7 @@ impl Emulation for PhidgetEmulation {
     }
 
     /// The answer to a set-up is transmitted at the next poll.
-    fn receive(
+    fn handle_frame(
         &self,
         state: &mut State,
         _now: SimTime,

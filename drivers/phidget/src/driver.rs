@@ -128,7 +128,7 @@ impl Protocol for PhidgetProtocol {
         }
     }
 
-    fn receive(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Ok(message) = Frame::new(frame).and_then(Message::try_from) else {
             return FrameOutcome::Incomplete;
         };
@@ -170,7 +170,7 @@ impl Protocol for PhidgetProtocol {
         }
     }
 
-    fn refusal(&self, state: &State) -> String {
+    fn open_failure(&self, state: &State) -> String {
         let name = &self.0.name;
         if state.refused {
             format!("the board of {name} rejects its set-up: it is a board of another type")

@@ -146,7 +146,7 @@ pub enum Message {
 pub enum FrameError {
     /// Header, length or checksum is wrong.
     #[error("not a frame: header, length or checksum is wrong")]
-    NoFrame,
+    NotAFrame,
     /// A number is out of range.
     #[error("a number in the frame is out of range")]
     Range,
@@ -185,11 +185,11 @@ impl<'a> Frame<'a> {
     /// Checks that `bytes` are exactly one frame.
     ///
     /// # Errors
-    /// [`FrameError::NoFrame`] if they are not.
+    /// [`FrameError::NotAFrame`] if they are not.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match match_frame(bytes) {
             FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
-            _ => Err(FrameError::NoFrame),
+            _ => Err(FrameError::NotAFrame),
         }
     }
 

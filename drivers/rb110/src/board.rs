@@ -213,7 +213,7 @@ impl Emulation for Rb110Emulation {
         Ok(())
     }
 
-    fn receive(
+    fn handle_frame(
         &self,
         state: &mut State,
         now: SimTime,

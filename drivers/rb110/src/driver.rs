@@ -139,7 +139,7 @@ impl Protocol for Rb110Protocol {
         Some(timeout)
     }
 
-    fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Ok(answer) = Frame::new(frame).and_then(Answer::try_from) else {
             return FrameOutcome::Incomplete;
         };
@@ -166,7 +166,7 @@ impl Protocol for Rb110Protocol {
         state.counters.transfers += u64::from(kind == RequestKind::Transfer);
     }
 
-    fn refusal(&self, _state: &State) -> String {
+    fn open_failure(&self, _state: &State) -> String {
         format!(
             "the servo board of {} answered none of {ATTEMPTS} requests within {ANSWER_TIMEOUT} each: check the connection and the port",
             self.0.name

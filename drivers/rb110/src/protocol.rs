@@ -78,10 +78,10 @@ pub struct Frame<'a>(&'a [u8]);
 pub enum FrameError {
     /// Header, length or checksum is wrong.
     #[error("not a frame: header, length or checksum is wrong")]
-    NoFrame,
+    NotAFrame,
     /// The frame is of the other direction.
     #[error("the frame is of the other direction")]
-    OtherWay,
+    WrongDirection,
     /// The length does not match the bits of lines or inputs.
     #[error("the length of the frame does not match its content")]
     Length,
@@ -94,11 +94,11 @@ impl<'a> Frame<'a> {
     /// Checks that `bytes` are exactly one frame.
     ///
     /// # Errors
-    /// [`FrameError::NoFrame`] if they are not.
+    /// [`FrameError::NotAFrame`] if they are not.
     pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match match_frame(bytes) {
             FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
-            _ => Err(FrameError::NoFrame),
+            _ => Err(FrameError::NotAFrame),
         }
     }
 
@@ -179,7 +179,7 @@ impl TryFrom<Frame<'_>> for Request {
 
     fn try_from(frame: Frame<'_>) -> Result<Self, FrameError> {
         if !frame.is_request() {
-            return Err(FrameError::OtherWay);
+            return Err(FrameError::WrongDirection);
         }
         let &[range, low, high, inputs, ref ticks @ ..] = frame.body() else {
             return Err(FrameError::Length);
@@ -213,7 +213,7 @@ impl TryFrom<Frame<'_>> for Answer {
 
     fn try_from(frame: Frame<'_>) -> Result<Self, FrameError> {
         if frame.is_request() {
-            return Err(FrameError::OtherWay);
+            return Err(FrameError::WrongDirection);
         }
         let &[status, inputs, ref rest @ ..] = frame.body() else {
             return Err(FrameError::Length);

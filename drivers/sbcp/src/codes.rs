@@ -116,7 +116,7 @@ impl ErrorCode {
     /// Bus controller: the board transmitted beyond the limit without completing a response.
     pub const BABBLE: Self = Self(0x13);
     /// Bus controller: the received bytes are not a response of that board.
-    pub const STRANGE: Self = Self(0x14);
+    pub const UNEXPECTED: Self = Self(0x14);
     /// Bus controller: the buffer was full and the request was dropped.
     pub const OVERFLOW: Self = Self(0x15);
 }
@@ -126,4 +126,4 @@ named!(ErrorCode, "error {:#04x}",
     BAD_LENGTH => "bad length", READ_ONLY => "read-only", BAD_VALUE => "bad value",
     NOT_READY => "no reply ready yet", CHECKSUM => "wrong checksum",
     TIMEOUT => "silent", TRUNCATED => "truncated response", BABBLE => "response beyond the time limit",
-    STRANGE => "not a response of that board", OVERFLOW => "buffer of the bus controller is full");
+    UNEXPECTED => "not a response of that board", OVERFLOW => "buffer of the bus controller is full");

@@ -9,7 +9,7 @@ use crate::error::SbcpError;
 
 /// Bus behind a bus controller. The near end is the link to the host; the far end is the near end
 /// of the bus.
-pub struct Controlled<L> {
+pub struct ControlledBus<L> {
     name: String,
     controller: Controller,
     bus: L,
@@ -35,7 +35,7 @@ const DIAGNOSTICS: [&str; 6] = [
     "framing_errors",
 ];
 
-impl<L: Line> Controlled<L> {
+impl<L: Line> ControlledBus<L> {
     /// Puts a controller in front of `bus`. `name` is that of the bus; the diagnostics are
     /// `NAME/controller/requests`, `answers`, `failures`, `timeouts`, `overflows` and
     /// `framing_errors`.
@@ -63,7 +63,7 @@ impl<L: Line> Controlled<L> {
     }
 }
 
-impl<L: Line> Line for Controlled<L> {
+impl<L: Line> Line for ControlledBus<L> {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.bus.connect(owner, plant)
     }

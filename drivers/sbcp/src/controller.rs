@@ -4,7 +4,7 @@ use twinrig_wire::{Arrivals, Piece, earlier};
 
 use crate::answer::{Answer, AnswerProgress};
 use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_BESIDE, PACKET_MAX};
-use crate::controller_config::{ControllerConfig, ControllerCounters, Passing};
+use crate::controller_config::{ControllerConfig, ControllerCounters, ForwardingMode};
 use crate::error::SbcpError;
 use crate::link_receiver::{Entry, LinkReceiver, split_off};
 use crate::packet::{Address, Payload, Request, checksum, emit};
@@ -231,8 +231,8 @@ impl Controller {
         }
         let for_self = to.class() == CLASS_CONTROLLER && to.is_for(self.address);
         let ready = match self.config.passing {
-            Passing::CutThrough => entry.addressed,
-            Passing::StoreAndForward => entry.last,
+            ForwardingMode::CutThrough => entry.addressed,
+            ForwardingMode::StoreAndForward => entry.last,
         };
         let start = self.bus_free.max(self.now).max(ready).max(entry.unbroken);
         if entry.packet().is_none() && (for_self || entry.last <= start) {
@@ -252,7 +252,7 @@ impl Controller {
             return;
         };
         let for_self = to.class() == CLASS_CONTROLLER && to.is_for(self.address);
-        if for_self || self.config.passing == Passing::StoreAndForward {
+        if for_self || self.config.passing == ForwardingMode::StoreAndForward {
             return;
         }
         let start = self.bus_free.max(self.now);
@@ -344,7 +344,7 @@ impl Controller {
             Bus::Answering(answer) => Some(answer.deadline(timeout, response_limit, byte_time)),
             Bus::Draining { first, last } => {
                 let end = (*last + timeout).min(*first + response_limit);
-                Some((end, ErrorCode::STRANGE))
+                Some((end, ErrorCode::UNEXPECTED))
             }
         }
     }
@@ -360,7 +360,7 @@ impl Controller {
                 noise: Some((first, last)),
                 ..
             } => {
-                self.send_error(to, ErrorCode::STRANGE, at);
+                self.send_error(to, ErrorCode::UNEXPECTED, at);
                 self.bus = Bus::Draining { first, last };
                 return;
             }
@@ -407,7 +407,7 @@ impl Controller {
         };
         let (part, progress) = answer.receive(rest);
         let (from, at) = (answer.from(), part.last());
-        if self.config.passing == Passing::CutThrough {
+        if self.config.passing == ForwardingMode::CutThrough {
             if progress != AnswerProgress::Unexpected {
                 self.to_link.relay(part.first, part);
             }
@@ -418,7 +418,7 @@ impl Controller {
             AnswerProgress::Incomplete => return,
             AnswerProgress::Unexpected => {
                 let first = answer.first();
-                self.send_error(from, ErrorCode::STRANGE, at);
+                self.send_error(from, ErrorCode::UNEXPECTED, at);
                 self.bus = Bus::Draining { first, last: at };
                 return;
             }

@@ -6,7 +6,7 @@ use crate::error::SbcpError;
 
 /// Forwarding mode of the bus controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Passing {
+pub enum ForwardingMode {
     /// Bytes are relayed as they arrive, once the address is known.
     CutThrough,
     /// Packets are forwarded when they are complete, in both directions.
@@ -19,7 +19,7 @@ pub struct ControllerConfig {
     /// Id of the controller.
     pub id: u8,
     /// Forwarding mode: cut-through.
-    pub passing: Passing,
+    pub passing: ForwardingMode,
     /// Maximum time from a request's last bit to the end of the answer's first byte, and maximum
     /// delay of an answer's end relative to its length byte: 20 µs (thesis, section 5.3.2).
     pub timeout: SimDuration,
@@ -39,7 +39,7 @@ impl Default for ControllerConfig {
     fn default() -> Self {
         Self {
             id: 1,
-            passing: Passing::CutThrough,
+            passing: ForwardingMode::CutThrough,
             timeout: SimDuration::from_micros(20),
             response_limit: SimDuration::from_micros(130),
             gap: SimDuration::from_micros(2),

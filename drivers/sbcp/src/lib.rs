@@ -35,7 +35,7 @@
 //! | side | types | connected to |
 //! |---|---|---|
 //! | host | [`Master`]: requests out, outcomes in | a `twinrig_runtime::Driver` |
-//! | bus controller | [`Controller`], and [`Controlled`] as a `twinrig_wire::Line` | link and bus |
+//! | bus controller | [`Controller`], and [`ControlledBus`] as a `twinrig_wire::Line` | link and bus |
 //! | board | [`Slave`] with its [`RegisterTable`] | a `twinrig_wire::Node` |
 //!
 //! Out of scope: motors, legs and units; registers besides the standard head; ports, collisions and
@@ -62,12 +62,12 @@ mod standard;
 mod uart_transmitter;
 
 pub use codes::{BYTE_TIME, ErrorCode, FRAME_MAX, Instruction, OVERHEAD, PACKET_MAX, PAYLOAD_MAX};
-pub use controlled::Controlled;
+pub use controlled::ControlledBus;
 pub use controller::Controller;
-pub use controller_config::{ControllerConfig, ControllerCounters, Passing};
+pub use controller_config::{ControllerConfig, ControllerCounters, ForwardingMode};
 pub use error::SbcpError;
 pub use master::Master;
-pub use master_config::{Failure, GRACE, MasterConfig, MasterCounters, Outcome, Topology};
+pub use master_config::{RequestError, GRACE, MasterConfig, MasterCounters, Outcome, Topology};
 pub use packet::{Address, Packet, Payload, Request, Response};
 pub use parser::Parser;
 pub use registers::{Access, Register, RegisterTable, Width};

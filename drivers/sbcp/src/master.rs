@@ -7,7 +7,7 @@ use twinrig_kernel::HostTime;
 use crate::codes::{ErrorCode, FRAME_MAX};
 use crate::error::SbcpError;
 use crate::late_answers::LateAnswers;
-use crate::master_config::{Failure, MasterConfig, MasterCounters, Outcome, Topology};
+use crate::master_config::{MasterConfig, MasterCounters, Outcome, RequestError, Topology};
 use crate::packet::{Payload, Request, Response};
 use crate::parser::Parser;
 
@@ -78,11 +78,6 @@ pub struct Master {
     counters: MasterCounters,
 }
 
-fn later(now: HostTime, by: Duration) -> HostTime {
-    let by = u64::try_from(by.as_nanos()).unwrap_or(u64::MAX);
-    HostTime::from_nanos(now.as_nanos().saturating_add(by))
-}
-
 impl Master {
     /// A master without a transfer.
     pub fn new(config: MasterConfig) -> Self {
@@ -117,7 +112,7 @@ impl Master {
     }
 
     /// Whether the number of errors has reached [`MasterConfig::error_threshold`].
-    pub fn is_out_of_errors(&self) -> bool {
+    pub fn error_threshold_reached(&self) -> bool {
         let threshold = u64::try_from(self.config.error_threshold);
         threshold.is_ok_and(|threshold| self.counters.errors >= threshold.max(1))
     }
@@ -226,7 +221,7 @@ impl Master {
             request.emit(bytes);
         }
         self.written = self.now;
-        self.state = State::Waiting(later(self.now, self.timeout()));
+        self.state = State::Waiting(self.now + self.timeout());
         self.complete_broadcasts();
         true
     }
@@ -268,9 +263,9 @@ impl Master {
         self.count = packets;
         self.open = 0;
         self.outcomes.clear();
-        self.outcomes.resize(packets, Err(Failure::NoAnswer));
+        self.outcomes.resize(packets, Err(RequestError::NoAnswer));
         if self.quiet_from().is_some_and(|from| now < from) {
-            self.state = State::Draining(later(now, self.config.drain_timeout));
+            self.state = State::Draining(now + self.config.drain_timeout);
         } else {
             self.start_requests();
         }
@@ -279,7 +274,7 @@ impl Master {
 
     /// Returns the time from which the line counts as quiet, if there were unsolicited bytes.
     fn quiet_from(&self) -> Option<HostTime> {
-        self.unsolicited.map(|last| later(last, self.config.quiet))
+        self.unsolicited.map(|last| last + self.config.quiet)
     }
 
     /// Starts the requests when the line is quiet or the wait for it has timed out.
@@ -318,7 +313,7 @@ impl Master {
 
     /// Abandons the open requests; their answers may still arrive.
     fn abandon(&mut self) {
-        let until = later(self.written, self.timeout() + self.config.grace);
+        let until = self.written + self.timeout() + self.config.grace;
         for index in self.outstanding() {
             if let Some(request) = self.requests[index] {
                 self.late.add(self.now, request.to, until);
@@ -332,7 +327,7 @@ impl Master {
         let open = self.requests[self.outstanding()].first().copied().flatten();
         let matches_open =
             |(class, id)| open.is_some_and(|open| (open.to.class(), open.to.id()) == (class, id));
-        let over = self.config.topology == Topology::Direct && !self.parser.is_amid();
+        let over = self.config.topology == Topology::Direct && !self.parser.is_partial();
         if over && self.parser.damaged().is_some_and(matches_open) {
             self.counters.damaged += 1;
             self.open += 1;
@@ -357,7 +352,7 @@ impl Master {
         };
         self.outcomes[index] = match response.error {
             ErrorCode::OK => Ok(response.payload),
-            error => Err(Failure::Refused(error)),
+            error => Err(RequestError::Refused(error)),
         };
         self.open = index + 1;
         self.proceed();
@@ -392,7 +387,7 @@ impl Master {
     fn finish(&mut self) {
         self.state = State::Idle;
         // Bytes behind the answers are unsolicited.
-        if self.parser.is_amid() {
+        if self.parser.is_partial() {
             self.unsolicited = Some(self.now);
         }
         let answers = self.outcomes.iter().filter(|outcome| outcome.is_ok());

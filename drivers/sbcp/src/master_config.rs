@@ -30,7 +30,7 @@ pub struct MasterConfig {
     pub quiet: Duration,
     /// Maximum wait of a transfer for that; then it begins in any case: 2 ms.
     pub drain_timeout: Duration,
-    /// Number of errors from which [`crate::Master::is_out_of_errors`] is true; negative: never. 1,
+    /// Number of errors from which [`crate::Master::error_threshold_reached`] is true; negative: never. 1,
     /// as in the original software.
     pub error_threshold: i64,
 }
@@ -81,7 +81,7 @@ impl MasterConfig {
 
 /// Reason why a request failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-pub enum Failure {
+pub enum RequestError {
     /// No answer within the time-out, or a damaged one.
     #[error("no answer")]
     NoAnswer,
@@ -91,7 +91,7 @@ pub enum Failure {
 }
 
 /// Result of a request: the payload of the answer.
-pub type Outcome = Result<Payload, Failure>;
+pub type Outcome = Result<Payload, RequestError>;
 
 /// Counters of a master.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

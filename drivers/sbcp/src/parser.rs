@@ -133,7 +133,7 @@ impl Parser {
     }
 
     /// Whether it holds a possible beginning of a packet.
-    pub fn is_amid(&self) -> bool {
+    pub fn is_partial(&self) -> bool {
         self.len > self.taken
     }
 

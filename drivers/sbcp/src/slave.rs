@@ -230,8 +230,8 @@ impl Slave {
     }
 
     /// Returns the minimum number of further bytes before a reaction, for
-    /// `twinrig_wire::Node::attention`.
-    pub fn attention(&self) -> usize {
+    /// `twinrig_wire::Node::min_bytes_needed`.
+    pub fn min_bytes_needed(&self) -> usize {
         self.parser.missing()
     }
 

@@ -145,7 +145,7 @@ fn next_request_waits_for_silence_after_noise() {
     controller.handle_timeout(silence);
     let next = on_bus(&mut controller, end + 200);
     assert_eq!(at(next[0].0), silence + micros(2) + micros(3));
-    assert_eq!(responses(&mut controller), [(1, ErrorCode::STRANGE)]);
+    assert_eq!(responses(&mut controller), [(1, ErrorCode::UNEXPECTED)]);
 }
 
 #[test]

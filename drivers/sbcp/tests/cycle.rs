@@ -9,8 +9,8 @@ use support::{Rig, Transmitter, frame, micros, slave_with};
 use twinrig_kernel::stream;
 use twinrig_sbcp::codes::{CLASS_CONTROLLER, CLASS_MOTORDRIVER};
 use twinrig_sbcp::{
-    Address, AnswerPolicy, ControllerConfig, ErrorCode, Failure, Instruction, MasterConfig,
-    Passing, Request, SlaveConfig, Topology,
+    Address, AnswerPolicy, ControllerConfig, ErrorCode, RequestError, Instruction, MasterConfig,
+    ForwardingMode, Request, SlaveConfig, Topology,
 };
 
 /// Latency of the host in both directions.
@@ -42,7 +42,7 @@ fn cycle_through_the_controller_takes_four_exchanges_three_gaps_and_five_bytes()
 #[test]
 fn store_and_forward_adds_a_request_and_a_response_to_the_bus_time() {
     let config = ControllerConfig {
-        passing: Passing::StoreAndForward,
+        passing: ForwardingMode::StoreAndForward,
         ..ControllerConfig::default()
     };
     let mut rig = Rig::with(MasterConfig::new(Topology::Controller), config);
@@ -65,18 +65,18 @@ fn silent_board_costs_only_its_time_out() {
     let mut rig = Rig::new(Topology::Controller);
     rig.slaves.remove(1);
     let (outcomes, took) = rig.cycle(&frame());
-    assert_eq!(outcomes[1], Err(Failure::Refused(ErrorCode::TIMEOUT)));
+    assert_eq!(outcomes[1], Err(RequestError::Refused(ErrorCode::TIMEOUT)));
     assert!([0, 2, 3].iter().all(|index| outcomes[*index].is_ok()));
     // The error packet is on the link while the next request is on the bus.
     let bus = 3 * 106 + 30 + 20 + 3 * 2 + 4 * 3 + 3;
     assert_eq!(took, LATENCIES + Duration::from_micros(bus));
     assert_eq!(rig.master.counters().errors, 1);
-    assert!(rig.master.is_out_of_errors());
+    assert!(rig.master.error_threshold_reached());
 
     let mut rig = Rig::new(Topology::Direct);
     rig.slaves.remove(1);
     let (outcomes, _) = rig.cycle(&frame());
-    assert_eq!(outcomes[1], Err(Failure::NoAnswer));
+    assert_eq!(outcomes[1], Err(RequestError::NoAnswer));
     assert!([0, 2, 3].iter().all(|index| outcomes[*index].is_ok()));
 }
 
@@ -103,7 +103,7 @@ fn truncated_response_is_replaced_by_an_error_packet() {
         (transmitter != Transmitter::Board(0) || sent <= 9).then_some(byte)
     });
     let (outcomes, _) = rig.cycle(&frame());
-    assert_eq!(outcomes[0], Err(Failure::Refused(ErrorCode::TRUNCATED)));
+    assert_eq!(outcomes[0], Err(RequestError::Refused(ErrorCode::TRUNCATED)));
     assert!(outcomes[1..].iter().all(Result::is_ok), "{outcomes:?}");
     rig.filter = Box::new(|_, _, byte| Some(byte));
     assert!(all_good(&rig.cycle(&frame()).0));
@@ -118,7 +118,7 @@ fn error_packet_behind_the_last_truncated_answer_is_found_at_the_time_out() {
         (transmitter != Transmitter::Board(3) || sent <= 9).then_some(byte)
     });
     let (outcomes, took) = rig.cycle(&frame());
-    assert_eq!(outcomes[3], Err(Failure::Refused(ErrorCode::TRUNCATED)));
+    assert_eq!(outcomes[3], Err(RequestError::Refused(ErrorCode::TRUNCATED)));
     assert_eq!(took, BOUND);
 }
 
@@ -126,9 +126,9 @@ fn error_packet_behind_the_last_truncated_answer_is_found_at_the_time_out() {
 fn controller_reports_damaged_answers_and_the_next_cycle_is_good() {
     // Byte of the response, and the error code of the controller.
     for (byte_no, code) in [
-        (0, ErrorCode::STRANGE),
-        (1, ErrorCode::STRANGE),
-        (2, ErrorCode::STRANGE),
+        (0, ErrorCode::UNEXPECTED),
+        (1, ErrorCode::UNEXPECTED),
+        (2, ErrorCode::UNEXPECTED),
         (7, ErrorCode::CHECKSUM),
         (21, ErrorCode::CHECKSUM),
     ] {
@@ -140,7 +140,7 @@ fn controller_reports_damaged_answers_and_the_next_cycle_is_good() {
             Some(byte ^ u8::from(hit) << 3)
         });
         let (outcomes, _) = rig.cycle(&frame());
-        assert_eq!(outcomes[2], Err(Failure::Refused(code)), "byte {byte_no}");
+        assert_eq!(outcomes[2], Err(RequestError::Refused(code)), "byte {byte_no}");
         assert!(
             [0, 1, 3].iter().all(|n| outcomes[*n].is_ok()),
             "{outcomes:?}"
@@ -161,7 +161,7 @@ fn requests_beyond_the_buffer_are_answered_with_errors_in_order() {
     // The first request is on the bus until 118 µs; the second is complete at 60 µs, the third at
     // 90 µs, the fourth at 120 µs.
     assert!(outcomes[0].is_ok() && outcomes[1].is_ok() && outcomes[3].is_ok());
-    assert_eq!(outcomes[2], Err(Failure::Refused(ErrorCode::OVERFLOW)));
+    assert_eq!(outcomes[2], Err(RequestError::Refused(ErrorCode::OVERFLOW)));
     assert_eq!(rig.controller.unwrap().counters().overflows, 1);
 }
 
@@ -174,7 +174,7 @@ fn controller_answers_requests_to_itself() {
     let id = Request::new(controller, Instruction::GET, &[0]).unwrap();
     assert_eq!(rig.transfer(&id).unwrap()[..], [1]);
     let absent = Request::new(controller, Instruction::GET, &[0x77]).unwrap();
-    let unknown = Failure::Refused(ErrorCode::UNKNOWN_REGISTER);
+    let unknown = RequestError::Refused(ErrorCode::UNKNOWN_REGISTER);
     assert_eq!(rig.transfer(&absent), Err(unknown));
     assert_eq!(rig.controller.unwrap().counters().requests, 0);
 }
@@ -444,7 +444,7 @@ fn damaged_answer_ends_the_wait_without_a_controller() {
             Some(byte ^ u8::from(hit) << 3)
         });
         let (outcomes, found) = rig.cycle(&frame());
-        assert_eq!(outcomes[2], Err(Failure::NoAnswer), "byte {byte_no}");
+        assert_eq!(outcomes[2], Err(RequestError::NoAnswer), "byte {byte_no}");
         assert!(
             [0, 1, 3].iter().all(|n| outcomes[*n].is_ok()),
             "{outcomes:?}"

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use support::{frame, host, micros, slave};
 use twinrig_kernel::SimTime;
 use twinrig_sbcp::{
-    Controller, ControllerConfig, Master, MasterConfig, Packet, Parser, Passing, Topology,
+    Controller, ControllerConfig, Master, MasterConfig, Packet, Parser, ForwardingMode, Topology,
 };
 use twinrig_wire::{Arrivals, Piece};
 
@@ -37,7 +37,7 @@ proptest! {
         stored in any::<bool>(),
         direct in any::<bool>(),
     ) {
-        let passing = if stored { Passing::StoreAndForward } else { Passing::CutThrough };
+        let passing = if stored { ForwardingMode::StoreAndForward } else { ForwardingMode::CutThrough };
         let config = ControllerConfig { passing, ..ControllerConfig::default() };
         let mut controller = Controller::new(config).unwrap();
         let topology = if direct { Topology::Direct } else { Topology::Controller };

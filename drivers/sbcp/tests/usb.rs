@@ -10,7 +10,7 @@ use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{
-    BYTE_TIME, Controlled, ControllerConfig, Master, MasterConfig, Passing, Slave, SlaveConfig,
+    BYTE_TIME, ControlledBus, ControllerConfig, Master, MasterConfig, ForwardingMode, Slave, SlaveConfig,
     Topology,
 };
 use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
@@ -118,7 +118,7 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
 }
 
 fn controlled(config: ControllerConfig, reaction: u64) -> Vec<u64> {
-    let line = Controlled::new("bus", config, bus(micros(reaction))).unwrap();
+    let line = ControlledBus::new("bus", config, bus(micros(reaction))).unwrap();
     let mut wire = UsbSerial::new("bus", UsbTiming::default(), BYTE_TIME, 1, line).unwrap();
     cycles(&mut wire, Topology::Controller)
 }
@@ -151,7 +151,7 @@ fn takes_one_millisecond(config: ControllerConfig, reaction: u64) -> bool {
 #[test]
 fn store_and_forward_exceeds_one_millisecond() {
     let config = ControllerConfig {
-        passing: Passing::StoreAndForward,
+        passing: ForwardingMode::StoreAndForward,
         ..ControllerConfig::default()
     };
     assert!(!takes_one_millisecond(config, 10));

@@ -64,7 +64,7 @@ impl<N: Node> Duplex<N> {
     fn next_reception(&self) -> Option<SimTime> {
         let to_device = &self.state.to_device;
         let last = to_device.len().checked_sub(1)?;
-        let index = self.node.attention().map_or(last, |count| {
+        let index = self.node.min_bytes_needed().map_or(last, |count| {
             let count = count.max(1) - 1;
             count.min(last)
         });

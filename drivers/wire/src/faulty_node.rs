@@ -48,11 +48,11 @@ impl<N: Node> FaultyNode<N> {
     }
 
     fn update_wake(&mut self) {
-        let attention = self.node.attention().and_then(|count| self.rx.byte(count));
+        let min_bytes_needed = self.node.min_bytes_needed().and_then(|count| self.rx.byte(count));
         let events = [
             self.rx.next_event(),
             self.rx.next_byte(),
-            attention,
+            min_bytes_needed,
             self.tx.next_event(),
         ];
         self.wake = events.into_iter().flatten().min();
@@ -80,8 +80,8 @@ impl<N: Node> Node for FaultyNode<N> {
         }
     }
 
-    fn attention(&self) -> Option<usize> {
-        self.node.attention()
+    fn min_bytes_needed(&self) -> Option<usize> {
+        self.node.min_bytes_needed()
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {

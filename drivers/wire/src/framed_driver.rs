@@ -46,7 +46,7 @@ pub trait Protocol: Send {
     ) -> Option<SimDuration>;
 
     /// Handles a frame and returns its effect on the pending request, if one is pending.
-    fn receive(
+    fn handle_frame(
         &self,
         state: &mut Self::State,
         kind: Option<RequestKind>,
@@ -59,7 +59,7 @@ pub trait Protocol: Send {
     }
 
     /// Returns the reason why the device could not be opened, with a remedy.
-    fn refusal(&self, state: &Self::State) -> String;
+    fn open_failure(&self, state: &Self::State) -> String;
 
     /// Returns the output ports, end to end, in order.
     fn to_process<'s>(&self, state: &'s Self::State) -> &'s [f64];
@@ -154,12 +154,8 @@ impl<P: Protocol> FramedDriver<P> {
         request.clear();
         let timeout = self.protocol.request(state, kind, from_process, request);
         self.pending.attempts += 1;
-        self.pending.waiting = timeout.map(|timeout| (kind, later(now, timeout)));
+        self.pending.waiting = timeout.map(|timeout| (kind, now + timeout));
     }
-}
-
-fn later(now: HostTime, by: SimDuration) -> HostTime {
-    HostTime::from_nanos(now.as_nanos().saturating_add(by.as_nanos()))
 }
 
 impl<P: Protocol> Driver for FramedDriver<P> {
@@ -187,11 +183,11 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         self.framer.push(bytes);
         while let Some(frame) = self.framer.next_frame() {
             let kind = self.pending.waiting.map(|(kind, _)| kind);
-            let outcome = self.protocol.receive(&mut self.state, kind, frame);
+            let outcome = self.protocol.handle_frame(&mut self.state, kind, frame);
             match (outcome, kind) {
                 (FrameOutcome::Complete, _) => self.pending.waiting = None,
                 (FrameOutcome::More(timeout), Some(kind)) => {
-                    self.pending.waiting = Some((kind, later(now, timeout)));
+                    self.pending.waiting = Some((kind, now + timeout));
                 }
                 (FrameOutcome::Incomplete, _) | (FrameOutcome::More(_), None) => {}
             }
@@ -237,7 +233,7 @@ impl<P: Protocol> Driver for FramedDriver<P> {
                 Err(DriverError { why })
             }
             Some(_) => {
-                let why = self.protocol.refusal(&self.state);
+                let why = self.protocol.open_failure(&self.state);
                 Err(DriverError { why })
             }
         }

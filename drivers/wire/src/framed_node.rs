@@ -54,7 +54,7 @@ pub trait Emulation: Send {
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails.
-    fn receive(
+    fn handle_frame(
         &self,
         state: &mut Self::State,
         now: SimTime,
@@ -125,7 +125,7 @@ impl<E: Emulation> Node for FramedNode<E> {
         }
     }
 
-    fn attention(&self) -> Option<usize> {
+    fn min_bytes_needed(&self) -> Option<usize> {
         Some(self.framer.missing())
     }
 
@@ -145,7 +145,7 @@ impl<E: Emulation> Node for FramedNode<E> {
             emulation.act(state, now, plant, tx)?;
         }
         while let Some(frame) = framer.next_frame() {
-            emulation.receive(state, now, frame, plant, tx)?;
+            emulation.handle_frame(state, now, frame, plant, tx)?;
         }
         Ok(())
     }

@@ -159,8 +159,8 @@ impl Medium {
 
     /// Returns the time of the next reception that a station requires: the first byte of a node's
     /// transmission for the near end, the last byte of any transmission for all, and the byte that
-    /// completes `attention` for the nodes.
-    pub(crate) fn next_wake(&self, attention: Option<usize>) -> Option<SimTime> {
+    /// completes `min_bytes_needed` for the nodes.
+    pub(crate) fn next_wake(&self, min_bytes_needed: Option<usize>) -> Option<SimTime> {
         let mut wake: Option<SimTime> = None;
         for transmission in &self.transmissions {
             if transmission.received == transmission.bytes.len() {
@@ -170,7 +170,7 @@ impl Medium {
             if transmission.station != NEAR && transmission.received == 0 {
                 index = 0;
             }
-            if let Some(count) = attention {
+            if let Some(count) = min_bytes_needed {
                 index = index.min(transmission.received + count.max(1) - 1);
             }
             let at = transmission.at(index);

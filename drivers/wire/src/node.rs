@@ -7,7 +7,7 @@ use crate::Piece;
 ///
 /// The bus delivers the bytes transmitted by others, complete by now ([`Node::receive`]), and then
 /// calls [`Node::advance`]; after each such call it polls [`Node::poll_transmit`],
-/// [`Node::attention`] and [`Node::next_wake`], which change at no other time.
+/// [`Node::min_bytes_needed`] and [`Node::next_wake`], which change at no other time.
 pub trait Node: Send {
     /// Name, for messages, diagnostics and faults: `LF`.
     fn name(&self) -> &str;
@@ -26,7 +26,7 @@ pub trait Node: Send {
     /// those missing of the shortest packet. The bus delivers that byte on time. With None the node
     /// receives a transmission at its end at the latest, which suffices if every transmission is
     /// one packet.
-    fn attention(&self) -> Option<usize> {
+    fn min_bytes_needed(&self) -> Option<usize> {
         None
     }
 

@@ -24,8 +24,8 @@ pub struct Rs485 {
     near: Arrivals,
     /// Transmission just polled from a node.
     tx: Vec<u8>,
-    /// Minimum of [`Node::attention`] over the nodes.
-    attention: Option<usize>,
+    /// Minimum of [`Node::min_bytes_needed`] over the nodes.
+    min_bytes_needed: Option<usize>,
     /// Time of the next event; derived from the other fields.
     wake: Option<SimTime>,
 }
@@ -35,9 +35,9 @@ struct NodeSlot {
     node: Box<dyn Node>,
     /// Whether it has received bytes at this instant.
     received: bool,
-    /// Its [`Node::next_wake`] and [`Node::attention`], updated whenever it was advanced.
+    /// Its [`Node::next_wake`] and [`Node::min_bytes_needed`], updated whenever it was advanced.
     wake: Option<SimTime>,
-    attention: Option<usize>,
+    min_bytes_needed: Option<usize>,
     /// Number of values of its diagnostics.
     width: usize,
 }
@@ -47,7 +47,7 @@ impl NodeSlot {
         let mut slot = Self {
             received: false,
             wake: None,
-            attention: None,
+            min_bytes_needed: None,
             width: Layout::of(&node.diagnostics(), Direction::Output).len(),
             node,
         };
@@ -57,7 +57,7 @@ impl NodeSlot {
 
     fn refresh(&mut self) {
         self.wake = self.node.next_wake();
-        self.attention = self.node.attention();
+        self.min_bytes_needed = self.node.min_bytes_needed();
     }
 }
 
@@ -88,7 +88,7 @@ impl Rs485 {
             near: Arrivals::default(),
             tx: Vec::new(),
             slots: nodes.into_iter().map(NodeSlot::new).collect(),
-            attention: None,
+            min_bytes_needed: None,
             wake: None,
         };
         bus.update_wake();
@@ -96,16 +96,16 @@ impl Rs485 {
     }
 
     fn update_wake(&mut self) {
-        let (mut wake, mut attention) = (None, None::<usize>);
+        let (mut wake, mut min_bytes_needed) = (None, None::<usize>);
         for slot in &self.slots {
             wake = earlier(wake, slot.wake);
-            attention = match (attention, slot.attention) {
+            min_bytes_needed = match (min_bytes_needed, slot.min_bytes_needed) {
                 (Some(least), Some(count)) => Some(least.min(count)),
                 (least, count) => least.or(count),
             };
         }
-        self.attention = attention;
-        self.wake = earlier(wake, self.medium.next_wake(attention));
+        self.min_bytes_needed = min_bytes_needed;
+        self.wake = earlier(wake, self.medium.next_wake(min_bytes_needed));
     }
 
     /// Processes one instant: all nodes receive, then advance, then transmit.
@@ -115,7 +115,7 @@ impl Rs485 {
         plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
         let (slots, near) = (&mut self.slots, &mut self.near);
-        let eager = self.attention.is_some();
+        let eager = self.min_bytes_needed.is_some();
         let received = self.medium.receive(now, eager, |receiver, piece| {
             if receiver == NEAR {
                 near.push_piece(piece);

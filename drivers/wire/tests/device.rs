@@ -33,7 +33,7 @@ impl Node for Echo {
         }
     }
 
-    fn attention(&self) -> Option<usize> {
+    fn min_bytes_needed(&self) -> Option<usize> {
         Some(1)
     }
 

@@ -64,7 +64,7 @@ impl Protocol for Toy {
         })
     }
 
-    fn receive(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         state.sum[0] += f64::from(frame[0]);
         match (kind, frame) {
             (None, _) => FrameOutcome::Incomplete,
@@ -77,7 +77,7 @@ impl Protocol for Toy {
         state.timed_out.push(kind);
     }
 
-    fn refusal(&self, state: &State) -> String {
+    fn open_failure(&self, state: &State) -> String {
         format!("{:?}", state.timed_out)
     }
 
@@ -257,7 +257,7 @@ impl Emulation for Parrot {
         Ok(())
     }
 
-    fn receive(
+    fn handle_frame(
         &self,
         _: &mut u8,
         now: SimTime,
@@ -304,15 +304,15 @@ fn node_reports_missing_bytes_and_is_restored_within_a_frame() {
         node.advance(now, &mut NoPlant).unwrap();
     };
     let mut node = FramedNode::new(Parrot);
-    assert_eq!(node.attention(), Some(3));
+    assert_eq!(node.min_bytes_needed(), Some(3));
     deliver(&mut node, at(400), &[7]);
-    assert_eq!(node.attention(), Some(2));
+    assert_eq!(node.min_bytes_needed(), Some(2));
     // One byte of a frame is received, and two transmissions are pending.
     node.advance(at(1_000), &mut NoPlant).unwrap();
     let mut restored = FramedNode::new(Parrot);
     restored.restore(&node.save()).unwrap();
     for node in [&mut node, &mut restored] {
-        assert_eq!(node.attention(), Some(2));
+        assert_eq!(node.min_bytes_needed(), Some(2));
         assert_eq!(node.next_wake(), Some(at(2_000)));
         deliver(node, at(1_500), &[8, 9, 10]);
         let expected = [
@@ -321,6 +321,6 @@ fn node_reports_missing_bytes_and_is_restored_within_a_frame() {
             (at(1_500), vec![7, 8, 9]),
         ];
         assert_eq!(tx(node), expected);
-        assert_eq!(node.attention(), Some(2));
+        assert_eq!(node.min_bytes_needed(), Some(2));
     }
 }

@@ -61,7 +61,7 @@ impl Emulation for EmulatedRangeFinder {
         Ok(())
     }
 
-    fn receive(
+    fn handle_frame(
         &self,
         state: &mut State,
         now: SimTime,

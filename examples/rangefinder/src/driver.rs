@@ -77,7 +77,7 @@ impl Protocol for RangeFinder {
         }
     }
 
-    fn receive(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
         let Some(millimetres) = decode(frame) else {
             return FrameOutcome::Incomplete;
         };
@@ -90,7 +90,7 @@ impl Protocol for RangeFinder {
         state.lost += 1;
     }
 
-    fn refusal(&self, _state: &State) -> String {
+    fn open_failure(&self, _state: &State) -> String {
         format!(
             "{} does not answer: check the connection and the port",
             self.name

@@ -15,7 +15,7 @@
 
 use crate::lemke::{End, Lemke};
 use crate::problem::{ACCEPTABLE, Bound, Problem, TOLERANCE};
-use crate::solution::{Solution, Unsolved};
+use crate::solution::{Solution, SolveError};
 
 /// Directions of the sides of the pyramid, as cosine and sine.
 const SIDES: [[f64; 2]; 8] = {
@@ -64,7 +64,7 @@ pub(crate) struct Direct {
 
 impl Problem {
     /// Pivots to a solution or to a proof of infeasibility.
-    pub(crate) fn solve_directly(&mut self) -> Result<Solution, Unsolved> {
+    pub(crate) fn solve_directly(&mut self) -> Result<Solution, SolveError> {
         let mut direct = self.direct.take().unwrap_or_default();
         let result = direct.solve(self);
         self.direct = Some(direct);
@@ -73,7 +73,7 @@ impl Problem {
 }
 
 impl Direct {
-    fn solve(&mut self, problem: &mut Problem) -> Result<Solution, Unsolved> {
+    fn solve(&mut self, problem: &mut Problem) -> Result<Solution, SolveError> {
         problem.factored = false;
         let scale = problem.scale();
         if !scale.is_finite() {
@@ -92,7 +92,7 @@ impl Direct {
                 &mut problem.unknowns[..size],
             );
             if self.proves_infeasible(problem) {
-                return Err(Unsolved::Infeasible { size, pivots });
+                return Err(SolveError::Infeasible { size, pivots });
             }
         }
         self.x.resize(self.variables.len(), 0.0);
@@ -113,13 +113,13 @@ impl Direct {
             return Ok(solution);
         }
         Err(if end == End::Solution {
-            Unsolved::Violated {
+            SolveError::Violated {
                 size,
                 sweeps: solution.sweeps,
                 residual: solution.residual,
             }
         } else {
-            Unsolved::Undecided { size, pivots }
+            SolveError::Undecided { size, pivots }
         })
     }
 

@@ -5,7 +5,7 @@
 
 use crate::dense::padded;
 use crate::problem::{Bound, Problem, norm};
-use crate::solution::{Solution, Unsolved};
+use crate::solution::{Solution, SolveError};
 
 impl Problem {
     /// Sweeps until the residual is within the tolerance.
@@ -14,9 +14,9 @@ impl Problem {
         relaxation: f64,
         sweeps: u32,
         tolerance: f64,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         if !(relaxation > 0.0 && relaxation < 2.0) {
-            return Err(Unsolved::Parameter {
+            return Err(SolveError::Parameter {
                 what: "relaxation",
                 value: relaxation,
             });
@@ -43,7 +43,7 @@ impl Problem {
                 return Ok(solution);
             }
             if solution.sweeps >= sweeps || solution.residual.is_infinite() {
-                return Err(Unsolved::Violated {
+                return Err(SolveError::Violated {
                     size: self.len(),
                     sweeps: solution.sweeps,
                     residual: solution.residual,

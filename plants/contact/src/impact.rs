@@ -1,7 +1,7 @@
 //! Impact laws: impulses that change the rates of the gaps instantaneously.
 
 use crate::problem::{Bound, Problem, TOLERANCE};
-use crate::solution::{Method, Solution, Unsolved};
+use crate::solution::{Method, Solution, SolveError};
 
 /// Law of restitution. Each row has its own coefficient e, since rows hit at one instant may be of
 /// different materials: 0 for a stop, more for the ground.
@@ -43,7 +43,7 @@ impl Problem {
     /// then all are reduced by the factor |P₁|/|EP₁|.
     ///
     /// # Errors
-    /// [`Unsolved`], as described for the method; [`Unsolved::Parameter`] for a coefficient outside
+    /// [`SolveError`], as described for the method; [`SolveError::Parameter`] for a coefficient outside
     /// [0, 1].
     ///
     /// # Panics
@@ -54,11 +54,11 @@ impl Problem {
         before: &[f64],
         coefficients: &[f64],
         method: Method,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         assert_eq!(before.len(), self.len(), "one rate per row");
         assert_eq!(coefficients.len(), self.len(), "one coefficient per row");
         if let Some(&value) = coefficients.iter().find(|e| !(0.0..=1.0).contains(*e)) {
-            return Err(Unsolved::Parameter {
+            return Err(SolveError::Parameter {
                 what: "restitution",
                 value,
             });
@@ -94,7 +94,7 @@ impl Problem {
     /// Afterwards [`Self::unknowns`] and [`Self::w`] are as after [`Self::impact`].
     ///
     /// # Errors
-    /// [`Unsolved`], as described for the method: then no impulse keeps the contacts from closing,
+    /// [`SolveError`], as described for the method: then no impulse keeps the contacts from closing,
     /// either.
     ///
     /// # Panics
@@ -104,7 +104,7 @@ impl Problem {
         before: &[f64],
         jammed: &[bool],
         method: Method,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         assert_eq!(before.len(), self.len(), "one rate per row");
         assert_eq!(jammed.len(), self.len(), "one mark per row");
         let result = self.solve_tangential(before, jammed, method);
@@ -117,7 +117,7 @@ impl Problem {
         before: &[f64],
         jammed: &[bool],
         method: Method,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         /// ε relative to the greatest rate: far above the residual of a solution, far below the
         /// sliding rate.
         const APPROACH: f64 = 1e-3;
@@ -162,7 +162,7 @@ impl Phases {
         before: &[f64],
         coefficients: &[f64],
         method: Method,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         for (row, (rate, e)) in before.iter().zip(coefficients).enumerate() {
             let restitution = match self.bounds[row] {
                 Bound::NonNegative => e * rate,
@@ -186,7 +186,7 @@ impl Phases {
         before: &[f64],
         coefficients: &[f64],
         method: Method,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         problem.offset.copy_from_slice(before);
         let compression = problem.solve_by(method)?;
         let restitutes = |row: usize| {
@@ -221,7 +221,7 @@ impl Phases {
         problem: &mut Problem,
         share: impl Fn(usize) -> f64,
         method: Method,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, SolveError> {
         let n = problem.len();
         self.first.clear();
         self.first.extend_from_slice(problem.unknowns());

@@ -30,7 +30,7 @@
 //! - [`Method::Direct`] where reliability matters or infeasibility has to be proved: redundant or
 //!   contradictory stops, events, references. Without friction it solves every solvable problem
 //!   with symmetric positive semidefinite G, and proves the others infeasible
-//!   ([`Unsolved::Infeasible`]). With friction, pivoting solves the problem for a pyramid of eight
+//!   ([`SolveError::Infeasible`]). With friction, pivoting solves the problem for a pyramid of eight
 //!   sides, from which Newton's method continues to the disc; neither a solution nor a proof is
 //!   guaranteed.
 //! - [`Method::GaussSeidel`] for comparison: the method of the thesis (2.4). Each sweep is cheap,
@@ -89,4 +89,4 @@ pub use dense::{Factors, Singular};
 pub use ground::{Ground, GroundError, HeightField, Surface, Terrain};
 pub use impact::Restitution;
 pub use problem::{Bound, Problem};
-pub use solution::{Method, Solution, Unsolved};
+pub use solution::{Method, Solution, SolveError};

@@ -4,7 +4,7 @@
 use crate::dense::{Factors, dot, padded};
 use crate::direct::Direct;
 use crate::impact::Phases;
-use crate::solution::{Method, Solution, Unsolved};
+use crate::solution::{Method, Solution, SolveError};
 
 /// Admissible set of an unknown, and the complementarity condition that comes with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -214,9 +214,9 @@ impl Problem {
     /// does not converge, projected Gauss–Seidel sweeps provide the next guess.
     ///
     /// # Errors
-    /// [`Unsolved`] where no iteration converges; the best approximation stays in
+    /// [`SolveError`] where no iteration converges; the best approximation stays in
     /// [`Self::unknowns`].
-    pub fn solve(&mut self) -> Result<Solution, Unsolved> {
+    pub fn solve(&mut self) -> Result<Solution, SolveError> {
         self.solve_within(TOLERANCE, 0.0)
     }
 
@@ -225,9 +225,9 @@ impl Problem {
     /// less accuracy.
     ///
     /// # Errors
-    /// [`Unsolved`] where no iteration converges; the best approximation stays in
+    /// [`SolveError`] where no iteration converges; the best approximation stays in
     /// [`Self::unknowns`].
-    pub fn solve_within(&mut self, relative: f64, absolute: f64) -> Result<Solution, Unsolved> {
+    pub fn solve_within(&mut self, relative: f64, absolute: f64) -> Result<Solution, SolveError> {
         const ROUNDS: u32 = 8;
         let mut solution = Solution::default();
         let scale = self.scale();
@@ -280,7 +280,7 @@ impl Problem {
         if solution.residual <= absolute.max(ACCEPTABLE * scale) {
             return Ok(solution);
         }
-        Err(Unsolved::Violated {
+        Err(SolveError::Violated {
             size: self.len(),
             sweeps: solution.sweeps,
             residual: solution.residual,
@@ -291,8 +291,8 @@ impl Problem {
     /// to [`Method::Newton`] where there are several solutions; [`Method::Direct`] ignores it.
     ///
     /// # Errors
-    /// [`Unsolved`], as described for the method; the variant documents the state of the unknowns.
-    pub fn solve_by(&mut self, method: Method) -> Result<Solution, Unsolved> {
+    /// [`SolveError`], as described for the method; the variant documents the state of the unknowns.
+    pub fn solve_by(&mut self, method: Method) -> Result<Solution, SolveError> {
         match method {
             Method::Newton => self.solve(),
             Method::Direct => self.solve_directly(),
@@ -307,7 +307,7 @@ impl Problem {
     /// Projects the unknowns onto their bounds and returns whether any of them changed. A solution
     /// satisfies its bounds only within its tolerance; where a bound is a physical law, such as
     /// Coulomb's, it must hold exactly, so that the remaining error is one of velocities alone.
-    pub fn keep_within_bounds(&mut self) -> bool {
+    pub fn project_onto_bounds(&mut self) -> bool {
         /// Excess over the bound that is left uncorrected, relative to the bound: its projection
         /// would replace it by a velocity error.
         const EXCESS: f64 = 5e-7;
@@ -368,8 +368,8 @@ impl Problem {
     }
 
     /// Returns the error for entries that are not finite.
-    pub(crate) fn unsolvable(&self) -> Unsolved {
-        Unsolved::Violated {
+    pub(crate) fn unsolvable(&self) -> SolveError {
+        SolveError::Violated {
             size: self.len(),
             sweeps: 0,
             residual: f64::INFINITY,

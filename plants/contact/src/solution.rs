@@ -50,7 +50,7 @@ impl Solution {
 
 /// Failure of a solver.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Unsolved {
+pub enum SolveError {
     /// The residual exceeds the tolerance; the best approximation stays in
     /// [`Problem::unknowns`](crate::Problem::unknowns).
     #[error("{size} complementarity conditions are violated by {residual:e} after {sweeps} sweeps")]

@@ -2,7 +2,7 @@
 //! second, at distances that drift by nanoseconds.
 
 use divan::Bencher;
-use twinrig_drives::{MotorBench, Motored, Shaft};
+use twinrig_drives::{MotorBench, BenchMotors, Shaft};
 use twinrig_kernel::SimTime;
 use twinrig_robot::RobotFile;
 use twinrig_runtime::Plant;
@@ -18,7 +18,7 @@ fn eight_motors(bencher: Bencher) {
     let robot = RobotFile::parse("oncilla.toml", text).and_then(|file| file.robot());
     let robot = robot.expect("the robot of this repository");
     let motors = robot.motors.expect("the robot has motors");
-    let motored = Motored {
+    let bench_motors = BenchMotors {
         legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
         hip: Shaft::bare(motors.hip),
         knee: Shaft::bare(motors.knee),
@@ -26,7 +26,7 @@ fn eight_motors(bencher: Bencher) {
     let requested = |name: &str| name.ends_with("/position") || name.ends_with("/rate");
     bencher
         .counter(divan::counter::ItemsCount::new(STEPS))
-        .with_inputs(|| MotorBench::new(&motored, &requested).expect("valid motors"))
+        .with_inputs(|| MotorBench::new(&bench_motors, &requested).expect("valid motors"))
         .bench_local_values(|mut bench| {
             let (mut inputs, mut outputs, mut now) = ([1.0; 16], [0.0; 16], 0);
             for step in 0..STEPS {

@@ -7,7 +7,7 @@ use twinrig_actuator::{MotorError, ServoError};
 pub enum DrivesError {
     /// A duplicate leg, whose signals would be duplicates, too.
     #[error("leg {0} is named twice")]
-    Twice(String),
+    DuplicateLeg(String),
     /// Invalid motor.
     #[error("{drive} motor: {why}")]
     Motor {
@@ -35,5 +35,5 @@ pub enum DrivesError {
 pub(crate) fn reject_duplicates(legs: &[String]) -> Result<(), DrivesError> {
     let mut entries = legs.iter().enumerate();
     let duplicate = entries.find(|(i, leg)| legs[..*i].contains(leg));
-    duplicate.map_or(Ok(()), |(_, leg)| Err(DrivesError::Twice(leg.clone())))
+    duplicate.map_or(Ok(()), |(_, leg)| Err(DrivesError::DuplicateLeg(leg.clone())))
 }

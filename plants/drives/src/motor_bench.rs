@@ -14,7 +14,7 @@ const JOINTS: [&str; 2] = ["hip", "knee"];
 
 /// Motors of a test bench.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Motored {
+pub struct BenchMotors {
     /// Names of the legs whose motors are present.
     pub legs: Vec<String>,
     /// Shafts of the hips.
@@ -113,14 +113,14 @@ impl MotorBench {
     ///
     /// # Errors
     /// [`DrivesError`] for duplicate legs, and for invalid motors or loads.
-    pub fn new(motored: &Motored, requested: &dyn Fn(&str) -> bool) -> Result<Self, DrivesError> {
-        reject_duplicates(&motored.legs)?;
+    pub fn new(bench_motors: &BenchMotors, requested: &dyn Fn(&str) -> bool) -> Result<Self, DrivesError> {
+        reject_duplicates(&bench_motors.legs)?;
         let models = [
-            ShaftModel::new("hip", &motored.hip)?,
-            ShaftModel::new("knee", &motored.knee)?,
+            ShaftModel::new("hip", &bench_motors.hip)?,
+            ShaftModel::new("knee", &bench_motors.knee)?,
         ];
-        let (ports, signals) = signals(&motored.legs, requested);
-        let count = JOINTS.len() * motored.legs.len();
+        let (ports, signals) = signals(&bench_motors.legs, requested);
+        let count = JOINTS.len() * bench_motors.legs.len();
         let coasting = |shaft: usize| models[shaft % JOINTS.len()].drive(0.0, 0.0);
         Ok(Self {
             shafts: vec![ShaftState::default(); count],

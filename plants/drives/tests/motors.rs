@@ -5,7 +5,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use twinrig_actuator::DcMotor;
-use twinrig_drives::{DrivesError, Load, MotorBench, Motored, Shaft};
+use twinrig_drives::{DrivesError, Load, MotorBench, BenchMotors, Shaft};
 use twinrig_kernel::{Direction, Layout, SimTime};
 use twinrig_robot::{Motor, RobotFile};
 use twinrig_runtime::Plant;
@@ -16,12 +16,12 @@ fn motor() -> Motor {
     robot.motors.unwrap().hip
 }
 
-fn loaded(legs: &[&str], load: Load) -> Motored {
+fn loaded(legs: &[&str], load: Load) -> BenchMotors {
     let shaft = Shaft {
         motor: motor(),
         load,
     };
-    Motored {
+    BenchMotors {
         legs: legs.iter().map(|leg| (*leg).to_owned()).collect(),
         hip: shaft,
         knee: Shaft::bare(motor()),
@@ -112,8 +112,8 @@ fn bare_shafts_coast_without_loss_and_brake_to_exactly_zero() {
 
 #[test]
 fn only_requested_outputs_are_ports() {
-    let motored = loaded(&["LF", "RH"], Load::default());
-    let bench = MotorBench::new(&motored, &|name| name == "leg/RH/knee/position").unwrap();
+    let bench_motors = loaded(&["LF", "RH"], Load::default());
+    let bench = MotorBench::new(&bench_motors, &|name| name == "leg/RH/knee/position").unwrap();
     let names: Vec<String> = bench.ports().into_iter().map(|port| port.name).collect();
     assert_eq!(names.len(), 9);
     assert_eq!(names[1], "leg/LF/hip/bridge");
@@ -123,9 +123,9 @@ fn only_requested_outputs_are_ports() {
 
 #[test]
 fn invalid_benches_are_rejected() {
-    let error_of = |motored: &Motored| MotorBench::new(motored, &|_| true).unwrap_err();
+    let error_of = |bench_motors: &BenchMotors| MotorBench::new(bench_motors, &|_| true).unwrap_err();
     let duplicate = loaded(&["LF", "LF"], Load::default());
-    assert_eq!(error_of(&duplicate), DrivesError::Twice("LF".to_owned()));
+    assert_eq!(error_of(&duplicate), DrivesError::DuplicateLeg("LF".to_owned()));
     let negative = Load {
         inertia: -1.0,
         friction: 0.0,

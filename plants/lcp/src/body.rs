@@ -5,7 +5,7 @@ mod numbers;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
-use twinrig_legged::{Fitted, Ledger, Readings, Setup};
+use twinrig_legged::{DriveModels, Ledger, Readings, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBalance, PlantState, WorkCounts};
 
@@ -106,7 +106,7 @@ pub(crate) fn initial_flow<const N: usize>(
         commands[1] = commands[1].with_lane(i, start.command.knee);
     }
     let mut flow = Flow::new(model, state, options.method, options.tolerance);
-    if let Some(Fitted::Servos(_)) = flow.model.drives {
+    if let Some(DriveModels::Servos(_)) = flow.model.drives {
         [flow.mode.commands.hip, flow.mode.commands.pulley] = commands;
     }
     Ok(flow)
@@ -262,7 +262,7 @@ impl<const N: usize> Readings for Flow<N> {
 impl<const N: usize> Body for Flow<N> {
     fn set_inputs(&mut self, inputs: &[f64]) {
         let commands = &mut self.mode.commands;
-        if let Some(Fitted::Motors(motors)) = &self.model.drives {
+        if let Some(DriveModels::Motors(motors)) = &self.model.drives {
             for (leg, input) in inputs.chunks_exact(4).enumerate() {
                 let hip = motors.hip.line(input[0], input[1]);
                 let knee = motors.knee.line(input[2], input[3]);
@@ -281,7 +281,7 @@ impl<const N: usize> Body for Flow<N> {
     }
 
     fn first_inputs(&self, inputs: &mut [f64]) {
-        if let Some(Fitted::Motors(_)) = self.model.drives {
+        if let Some(DriveModels::Motors(_)) = self.model.drives {
             inputs.fill(0.0);
             return;
         }

@@ -10,7 +10,7 @@
 //! rotor acts at the joint.
 
 use twinrig_actuator::PositionServo;
-use twinrig_legged::{Fitted, Motors, Servos};
+use twinrig_legged::{DriveModels, Motors, Servos};
 
 use crate::constraints::DriveAction;
 use crate::real::{Lanes, Real};
@@ -86,13 +86,13 @@ pub(crate) fn torque_speed_line(
 /// Returns the action of the drives of a leg.
 #[inline(always)]
 pub(crate) fn drive_action<R: Real>(
-    drives: &Fitted,
+    drives: &DriveModels,
     commands: &Commands<R>,
     coordinates: &DriveCoordinates<R>,
 ) -> DriveAction<R> {
     match drives {
-        Fitted::Servos(servos) => servo_action(servos, commands, coordinates),
-        Fitted::Motors(motors) => motor_action(motors, commands, coordinates),
+        DriveModels::Servos(servos) => servo_action(servos, commands, coordinates),
+        DriveModels::Motors(motors) => motor_action(motors, commands, coordinates),
     }
 }
 

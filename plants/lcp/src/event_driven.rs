@@ -366,7 +366,7 @@ impl<const N: usize> Flow<N> {
         std::array::from_fn(|index| match kind(index) {
             Guard::Gap => GAP,
             Guard::Force | Guard::Friction => force,
-            Guard::Slide => SLIDE,
+            Guard::TangentialImpulse => SLIDE,
         })
     }
 

@@ -21,7 +21,7 @@ pub(crate) use impact::ImpactTotals;
 pub(crate) use reactivate::ExcessViolation;
 pub(crate) use resolve_modes::ModeResolution;
 
-use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, Solution, SolveError};
 
 use crate::articulated::{Articulated, Response, cross_mobility_links};
 use crate::constraints::{ConstraintSet, DriveAction};
@@ -113,8 +113,8 @@ impl<const N: usize> Instant<N> {
         &mut self,
         accepted: f64,
         method: Method,
-        solve_by: impl Fn(&mut Problem, Method) -> Result<Solution, Unsolved>,
-    ) -> Result<(), Unsolved> {
+        solve_by: impl Fn(&mut Problem, Method) -> Result<Solution, SolveError>,
+    ) -> Result<(), SolveError> {
         let swept = matches!(method, Method::GaussSeidel { .. });
         let mut solved = solve_by(&mut self.problem, method);
         for last in [false, true] {
@@ -123,7 +123,7 @@ impl<const N: usize> Instant<N> {
                     self.count(&solution);
                     return Ok(());
                 }
-                Err(Unsolved::Violated {
+                Err(SolveError::Violated {
                     sweeps, residual, ..
                 }) => {
                     self.iterations += u64::from(sweeps);

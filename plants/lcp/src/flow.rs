@@ -1,7 +1,7 @@
 //! Time integration of the plant.
 
-use twinrig_contact::Unsolved;
-use twinrig_legged::{Fitted, Ledger, NegativeDissipation, Stored};
+use twinrig_contact::SolveError;
+use twinrig_legged::{DriveModels, Ledger, NegativeDissipation, Stored};
 use twinrig_runtime::WorkCounts;
 
 use crate::articulated::{into_world, stored_in};
@@ -22,9 +22,9 @@ use crate::state::{Slope, State};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum FlowError {
     #[error(transparent)]
-    Unsolved(#[from] Unsolved),
+    SolveError(#[from] SolveError),
     #[error("a foot jams under its own friction, and no impulse releases it: {0}")]
-    Jammed(Unsolved),
+    Jammed(SolveError),
     #[error("the state is not a number")]
     NotFinite,
     #[error("active constraints are violated by {by:.3e} m, which no forces can correct")]
@@ -182,11 +182,11 @@ impl<const N: usize> Flow<N> {
         let mut mode = Mode::free();
         match model.drives {
             None => {}
-            Some(Fitted::Servos(_)) => {
+            Some(DriveModels::Servos(_)) => {
                 mode.active.hip = Lanes::splat(1.0);
                 mode.update_any();
             }
-            Some(Fitted::Motors(_)) => {
+            Some(DriveModels::Motors(_)) => {
                 mode.commands.hip_saturated = Lanes::splat(1.0);
                 mode.commands.pulley_saturated = Lanes::splat(1.0);
             }

@@ -41,7 +41,7 @@ pub(crate) enum Guard {
     /// mobility left by friction, times the weight of the robot \[N\].
     Friction,
     /// Speed of a slide along its last direction \[m/s\].
-    Slide,
+    TangentialImpulse,
 }
 
 /// Returns the quantity of the guard with this index.
@@ -56,7 +56,7 @@ pub(crate) const fn kind(index: usize) -> Guard {
         0 => Guard::Gap,
         1 => Guard::Force,
         2 => Guard::Friction,
-        _ => Guard::Slide,
+        _ => Guard::TangentialImpulse,
     }
 }
 

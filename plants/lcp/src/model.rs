@@ -2,7 +2,7 @@
 
 use twinrig_contact::Ground;
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, Fitted, LeggedError, Setup, positive};
+use twinrig_legged::{Base, DriveModels, LeggedError, Setup, positive};
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::constants::Constants;
@@ -28,7 +28,7 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) trunk: TrunkConstants,
     pub(crate) legs: Vec<LegModel<N>>,
     pub(crate) side_by_side: Constants<Lanes, N>,
-    pub(crate) drives: Option<Fitted>,
+    pub(crate) drives: Option<DriveModels>,
     pub(crate) ground: Option<Ground>,
     /// Weight times leg length: the reference of energies \[J\].
     pub(crate) energy_scale: f64,
@@ -46,7 +46,7 @@ pub(crate) struct Model<const N: usize> {
 impl<const N: usize> Model<N> {
     pub(crate) fn new(robot: &Robot, setup: &Setup) -> Result<Self, LeggedError> {
         let mut legs = Vec::new();
-        for mount in setup.chosen(robot)? {
+        for mount in setup.selected_mounts(robot)? {
             let pantograph =
                 Pantograph::new(&mount.leg).map_err(LeggedError::of_leg(&mount.name))?;
             let constants = Constants::new(mount, &pantograph);
@@ -96,7 +96,7 @@ impl<const N: usize> Model<N> {
             },
             side_by_side: Constants::side_by_side(&constants),
             legs,
-            drives: setup.fitted(robot)?,
+            drives: setup.drive_models(robot)?,
             ground: setup.ground.clone(),
             energy_scale: robot.mass() * GRAVITY * reach,
             moving_energy: if free || planar { mass } else { legs_mass } * GRAVITY * reach,

@@ -21,7 +21,7 @@ mod kick;
 mod momentum;
 
 use twinrig_contact::Method;
-use twinrig_legged::Fitted;
+use twinrig_legged::DriveModels;
 
 use crate::articulated::{Accelerations, Articulated, rotation};
 use crate::chain::friction_torques;
@@ -174,7 +174,7 @@ impl<const N: usize> Flow<N> {
         let done = self.moreau_step(seconds, &mut memory);
         self.midpoint = Some(memory);
         match done {
-            Err(FlowError::Unsolved(_) | FlowError::NotConverged { .. }) if halvings > 0 => {
+            Err(FlowError::SolveError(_) | FlowError::NotConverged { .. }) if halvings > 0 => {
                 self.counts.fallbacks += 1;
                 self.moreau_halved(0.5 * seconds, halvings - 1)?;
                 self.moreau_halved(0.5 * seconds, halvings - 1)
@@ -432,7 +432,7 @@ impl<const N: usize> Flow<N> {
         let lost = Lanes::splat(0.5 * seconds) * hip.damping;
         let mut torque = drive.hip_torque - lost * hip.acceleration;
         solved.hip_work = h * torque * solved.mean[0];
-        if let Fitted::Servos(_) = drives {
+        if let DriveModels::Servos(_) = drives {
             let saturated = self.mode.commands.hip_saturated;
             let follows = Lanes::splat(1.0) - saturated * saturated;
             let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
@@ -519,7 +519,7 @@ impl<const N: usize> Flow<N> {
                 _ => problem.solve_by(method),
             },
         )?;
-        instant.problem.keep_within_bounds();
+        instant.problem.project_onto_bounds();
         (counts.solver_iterations, counts.factorisations) =
             (instant.iterations, instant.factorisations);
         let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);

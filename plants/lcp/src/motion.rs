@@ -1,6 +1,6 @@
 //! Right-hand side of the equations of motion for constant active constraints.
 
-use twinrig_legged::Fitted;
+use twinrig_legged::DriveModels;
 
 use crate::articulated::{
     Accelerations, Articulated, Floating, Response, Row, cross_mobility, into_world,
@@ -279,11 +279,11 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
         }
         match &self.model.drives {
             None => {}
-            Some(Fitted::Motors(motors)) => {
+            Some(DriveModels::Motors(motors)) => {
                 forces.hip_torque = drive.hip_torque;
                 forces.knee_torque = R::splat(motors.knee.inertia()) * drive.pulley_acceleration;
             }
-            Some(Fitted::Servos(servos)) => {
+            Some(DriveModels::Servos(servos)) => {
                 let one = R::splat(1.0);
                 let hip = &self.commands;
                 let follows = one - hip.hip_saturated * hip.hip_saturated;

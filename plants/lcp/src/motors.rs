@@ -1,6 +1,6 @@
 //! Saturation of servos.
 
-use twinrig_legged::Fitted;
+use twinrig_legged::DriveModels;
 
 use crate::drives::saturation_torque;
 use crate::flow::Flow;
@@ -20,7 +20,7 @@ pub(crate) struct Effort {
 impl<const N: usize> Flow<N> {
     /// Updates the saturation of the servos for this effort; returns whether it changed.
     pub(crate) fn saturate(&mut self, effort: &Effort) -> bool {
-        let Some(Fitted::Servos(servos)) = self.model.drives else {
+        let Some(DriveModels::Servos(servos)) = self.model.drives else {
             return false;
         };
         let commands = &mut self.mode.commands;

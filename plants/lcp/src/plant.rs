@@ -51,13 +51,13 @@ impl Lcp {
         if motors && options.method == Method::Thesis {
             return Err(LcpError::Motors);
         }
-        let chosen = options.setup.chosen(robot)?;
-        let toes = options.toe && chosen.iter().any(|mount| mount.leg.toe.is_some());
-        if let Some(mount) = chosen.iter().find(|mount| toes && mount.leg.toe.is_none()) {
+        let selected_mounts = options.setup.selected_mounts(robot)?;
+        let toes = options.toe && selected_mounts.iter().any(|mount| mount.leg.toe.is_some());
+        if let Some(mount) = selected_mounts.iter().find(|mount| toes && mount.leg.toe.is_none()) {
             let leg = mount.name.clone();
             return Err(LcpError::Toe { leg });
         }
-        let names: Vec<&str> = chosen.iter().map(|mount| mount.name.as_str()).collect();
+        let names: Vec<&str> = selected_mounts.iter().map(|mount| mount.name.as_str()).collect();
         let body: Box<dyn Body> = if toes {
             Box::new(initial_flow::<4>(robot, options)?)
         } else {
@@ -75,7 +75,7 @@ impl Lcp {
 
     fn fault(&self, error: &FlowError) -> PlantFault {
         let part = match error {
-            FlowError::Unsolved(_) | FlowError::Jammed(_) => "contact",
+            FlowError::SolveError(_) | FlowError::Jammed(_) => "contact",
             _ => "integrator",
         };
         PlantFault {

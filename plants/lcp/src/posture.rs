@@ -1,6 +1,6 @@
 //! Conversion between the plant's state and the coordinates shared by all plants of a robot.
 
-use twinrig_legged::{Fitted, LegPosture, Posture, Readings};
+use twinrig_legged::{DriveModels, LegPosture, Posture, Readings};
 use twinrig_runtime::PlantState;
 
 use crate::articulated::{into_trunk, rotation};
@@ -66,8 +66,8 @@ impl<const N: usize> Flow<N> {
         };
         let mut posture = self.posture();
         let mut lines = posture.resume_from(from);
-        posture.sound().map_err(body)?;
-        lines.extend(posture.keep_to(self.model.base));
+        posture.validate().map_err(body)?;
+        lines.extend(posture.project_onto(self.model.base));
         let mut next = self.in_posture(&posture);
         for (i, (name, _)) in self.toes().iter().enumerate() {
             let values = from.get(name).filter(|values| values.len() == 2);
@@ -108,7 +108,7 @@ impl<const N: usize> Flow<N> {
             state.pulley_rate = state.pulley_rate.with_lane(i, from.pulley_rate);
         }
         let mut next = Self::new(self.model.clone(), state, self.method, self.tolerance);
-        if let Some(Fitted::Servos(_)) = next.model.drives {
+        if let Some(DriveModels::Servos(_)) = next.model.drives {
             (next.mode.commands.hip, next.mode.commands.pulley) = (state.angles[0], state.pulley);
         }
         next.logging = self.logging;

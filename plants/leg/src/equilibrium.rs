@@ -31,7 +31,7 @@ pub struct Equilibrium {
     pub middle_segment: f64,
     /// Stop that keeps the leg from the free energy minimum, and its force along the length it
     /// limits \[N\].
-    pub held_by: Option<(Stop, f64)>,
+    pub active_stop: Option<(Stop, f64)>,
 }
 
 /// Unilateral limits of the mechanism.
@@ -212,7 +212,7 @@ impl Pantograph {
                     .total_cmp(&self.gap(pose, b, cable))
             })
             .filter(|&stop| self.gap(pose, stop, cable) < TOUCHING && excess.abs() > UNBALANCED);
-        let held_by = nearest.map(|stop| {
+        let active_stop = nearest.map(|stop| {
             let (length, sign) = stop.limits();
             let row = self.length_gradient(pose, length) * sign;
             let force = excess / row.hip;
@@ -227,7 +227,7 @@ impl Pantograph {
             axial: gradient.foot.y,
             transverse: gradient.foot.x,
             middle_segment: self.middle_segment_force(pose),
-            held_by,
+            active_stop,
         }
     }
 }

@@ -311,10 +311,10 @@ fn hip_torque_gives_transverse_force_torque_over_length() {
 fn taut_cable_reduces_axial_force() {
     let leg = leg();
     let slack = leg.equilibrium(0.12, 0.0, f64::INFINITY).unwrap();
-    assert_eq!(slack.held_by, None);
+    assert_eq!(slack.active_stop, None);
     let short = leg.cable_of_knee(slack.joints.q2) - 0.0005;
     let taut = leg.equilibrium(0.12, 0.0, short).unwrap();
-    let Some((Stop::Cable, tension)) = taut.held_by else {
+    let Some((Stop::Cable, tension)) = taut.active_stop else {
         panic!("{taut:?}")
     };
     assert!(tension > 0.0 && taut.axial < slack.axial);

@@ -42,7 +42,7 @@ pub enum LeggedError {
     /// A leg would start with a joint bent to the wrong side, which lengths of rods and springs
     /// alone do not reveal.
     #[error("leg {leg}: the start bends the {joint} the wrong way, by {angle:.4} rad")]
-    StartBentBack {
+    StartBentWrongSide {
         /// Name of the leg.
         leg: String,
         /// `knee` or `ankle`.

@@ -54,9 +54,9 @@ pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use posture::{LegPosture, Posture};
 pub use readings::Readings;
 pub use segment::Segment;
-pub use setup::{Base, Drives, Fitted, Motors, Servos, Setup};
+pub use setup::{Base, Drives, DriveModels, Motors, Servos, Setup};
 pub use signals::Signals;
-pub use slide::{Slide, taken_by_friction};
+pub use slide::{TangentialImpulse, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};
 pub use window::Window;
 

@@ -48,13 +48,13 @@ impl Setup {
     /// at height zero, or on the ground where that is higher.
     ///
     /// # Errors
-    /// As [`Setup::chosen`] and [`Start::of_leg`](crate::Start::of_leg).
+    /// As [`Setup::selected_mounts`] and [`Start::of_leg`](crate::Start::of_leg).
     pub fn posture(&self, robot: &Robot) -> Result<Posture, LeggedError> {
         let height = self.height(robot, |mount, start| {
             Vector3::from(mount.hip) + Vector3::new(start.foot.x, 0.0, start.foot.y)
         })?;
         let mut legs = Vec::new();
-        for mount in self.chosen(robot)? {
+        for mount in self.selected_mounts(robot)? {
             let pantograph =
                 Pantograph::new(&mount.leg).map_err(LeggedError::of_leg(&mount.name))?;
             let start = self.start.of_leg(&mount.name, &pantograph)?;

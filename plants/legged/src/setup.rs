@@ -92,14 +92,14 @@ impl Motors {
 
 /// Validated drives of hips and pulleys.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fitted {
+pub enum DriveModels {
     /// Servos, with angles as inputs.
     Servos(Servos),
     /// Motors, with voltages as inputs.
     Motors(Motors),
 }
 
-impl Fitted {
+impl DriveModels {
     /// Returns the inertias of the drives about hip and pulley \[kg·m²\].
     pub fn inertias(&self) -> [f64; 2] {
         match self {
@@ -132,7 +132,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`LeggedError::NoSuchLeg`], [`LeggedError::Legs`], [`LeggedError::Step`].
-    pub fn chosen<'r>(&self, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
+    pub fn selected_mounts<'r>(&self, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
         let names = &self.legs;
         for (i, name) in names.iter().enumerate() {
             if !robot.legs.iter().any(|mount| mount.name == *name) {
@@ -164,7 +164,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`LeggedError::Servo`], [`LeggedError::Motor`].
-    pub fn fitted(&self, robot: &Robot) -> Result<Option<Fitted>, LeggedError> {
+    pub fn drive_models(&self, robot: &Robot) -> Result<Option<DriveModels>, LeggedError> {
         let of = |drive| move |why| LeggedError::Servo { drive, why };
         let (hip, knee) = match &self.drives {
             Drives::None => return Ok(None),
@@ -175,13 +175,13 @@ impl Setup {
             Drives::Servos { hip, knee } => (PositionServo::new(hip), PositionServo::new(knee)),
             Drives::Motors { hip, knee } => {
                 let of = |drive| move |why| LeggedError::Motor { drive, why };
-                return Ok(Some(Fitted::Motors(Motors {
+                return Ok(Some(DriveModels::Motors(Motors {
                     hip: DcMotor::new(hip).map_err(of("hip"))?,
                     knee: DcMotor::new(knee).map_err(of("knee"))?,
                 })));
             }
         };
-        Ok(Some(Fitted::Servos(Servos {
+        Ok(Some(DriveModels::Servos(Servos {
             hip: hip.map_err(of("hip"))?,
             knee: knee.map_err(of("knee"))?,
         })))

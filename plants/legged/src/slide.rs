@@ -2,7 +2,7 @@
 
 /// Component of an impulse, with the velocity along it before and after \[N·s, m/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slide {
+pub struct TangentialImpulse {
     /// The impulse.
     pub impulse: f64,
     /// The velocity before it.
@@ -11,7 +11,7 @@ pub struct Slide {
     pub after: f64,
 }
 
-impl Slide {
+impl TangentialImpulse {
     /// Returns the energy dissipated by the impulse: its negative work at the mean velocity \[J\].
     pub fn taken(&self) -> f64 {
         -0.5 * self.impulse * (self.before + self.after)
@@ -27,7 +27,7 @@ impl Slide {
 /// the foot, and the friction that stops it would seem to generate energy. Friction then dissipates
 /// by Coulomb's law at the final velocity, zero for a foot that sticks, and the remainder belongs
 /// to the impact.
-pub fn taken_by_friction(along: [Slide; 2]) -> (f64, f64) {
+pub fn taken_by_friction(along: [TangentialImpulse; 2]) -> (f64, f64) {
     let [first, second] = along.map(|slide| slide.taken());
     let all = first + second;
     if all >= 0.0 {
@@ -45,7 +45,7 @@ mod tests {
 
     use super::*;
 
-    const NONE: Slide = Slide {
+    const NONE: TangentialImpulse = TangentialImpulse {
         impulse: 0.0,
         before: 0.0,
         after: 0.0,
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn sliding_foot_dissipates_all_by_friction() {
-        let slide = Slide {
+        let slide = TangentialImpulse {
             impulse: -0.2,
             before: 1.0,
             after: 0.5,
@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn accelerated_and_stopped_foot_dissipates_nothing_by_friction() {
         // The foot slid backwards at 1 m/s; without friction it would move forwards.
-        let slide = Slide {
+        let slide = TangentialImpulse {
             impulse: -0.2,
             before: -1.0,
             after: 0.0,
@@ -80,7 +80,7 @@ mod tests {
             before in prop::array::uniform2(-1.0..1.0_f64),
             after in prop::array::uniform2(-1.0..1.0_f64),
         ) {
-            let slide = |i: usize| Slide { impulse: impulse[i], before: before[i], after: after[i] };
+            let slide = |i: usize| TangentialImpulse { impulse: impulse[i], before: before[i], after: after[i] };
             let (taken, rest) = taken_by_friction([slide(0), slide(1)]);
             prop_assert!(taken >= 0.0);
             let all = slide(0).taken() + slide(1).taken();

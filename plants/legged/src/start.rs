@@ -83,7 +83,7 @@ impl Start {
     ///
     /// # Errors
     /// [`LeggedError::Leg`] if it is out of reach, [`LeggedError::StartBeyondStop`],
-    /// [`LeggedError::StartBentBack`].
+    /// [`LeggedError::StartBentWrongSide`].
     pub fn of_leg(&self, name: &str, pantograph: &Pantograph) -> Result<LegStart, LeggedError> {
         let (start, pose) = match self {
             Self::Commands(commands) => {
@@ -142,7 +142,7 @@ impl StartPose {
         let knee = q2 + pantograph.joints([0.0; 3]).q3;
         let diagonal = pantograph.diagonal_of(joints).gradient[0];
         let rod = pantograph.parallel_of(joints).gradient[1];
-        let error = |joint, angle| LeggedError::StartBentBack {
+        let error = |joint, angle| LeggedError::StartBentWrongSide {
             leg: leg.to_owned(),
             joint,
             angle,
@@ -193,13 +193,13 @@ impl Setup {
     /// depend on omitted legs.
     ///
     /// # Errors
-    /// As [`Setup::chosen`] and [`Start::of_leg`].
+    /// As [`Setup::selected_mounts`] and [`Start::of_leg`].
     pub fn height(
         &self,
         robot: &Robot,
         lowest: impl Fn(&LegMount, &LegStart) -> Vector3<f64>,
     ) -> Result<f64, LeggedError> {
-        let mut mounts = self.chosen(robot)?;
+        let mut mounts = self.selected_mounts(robot)?;
         if self.base == Base::Fixed {
             mounts = robot.legs.iter().collect();
         }

@@ -14,7 +14,7 @@ impl Posture {
     ///
     /// # Errors
     /// Message about a component that is not finite, or an invalid attitude.
-    pub fn sound(&mut self) -> Result<(), String> {
+    pub fn validate(&mut self) -> Result<(), String> {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         let trunk = [&self.position, &self.velocity, &self.angular_velocity];
         if !trunk.iter().all(|vector| finite(vector.as_slice())) {
@@ -40,7 +40,7 @@ impl Posture {
 
     /// Projects the velocity onto the degrees of freedom of the base. Returns a message for each
     /// velocity that had a removed component.
-    pub fn keep_to(&mut self, base: Base) -> Vec<String> {
+    pub fn project_onto(&mut self, base: Base) -> Vec<String> {
         let before = (self.velocity, self.angular_velocity);
         let (v, w) = (&mut self.velocity, &mut self.angular_velocity);
         match base {

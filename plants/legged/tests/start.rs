@@ -129,13 +129,13 @@ fn joints_bent_to_wrong_side_are_rejected_despite_valid_lengths() {
     let bent = [0.0, 2.0 * straight.q2 + 0.5, 2.0 * straight.q3 - 0.5];
     let error = pose(bent).of_leg("LF", &leg).unwrap_err();
     assert!(
-        matches!(&error, LeggedError::StartBentBack { joint: "knee", angle, .. } if *angle == bent[1]),
+        matches!(&error, LeggedError::StartBentWrongSide { joint: "knee", angle, .. } if *angle == bent[1]),
         "{error}"
     );
     // The rod has its closed length, with the third segment on the other side of the diagonal.
     let error = pose([0.0, -0.5, 3.5]).of_leg("LF", &leg).unwrap_err();
     assert!(
-        matches!(error, LeggedError::StartBentBack { joint: "ankle", .. }),
+        matches!(error, LeggedError::StartBentWrongSide { joint: "ankle", .. }),
         "{error}"
     );
 }

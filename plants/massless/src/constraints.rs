@@ -1,8 +1,8 @@
 //! Unilateral constraints of a step (stops, cables, contacts within reach) and their impulses.
 
-use twinrig_contact::{Bound, Method, Problem, Solution, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, Solution, SolveError};
 use twinrig_leg::Stop;
-use twinrig_legged::{LEGS, Slide, taken_by_friction};
+use twinrig_legged::{LEGS, TangentialImpulse, taken_by_friction};
 
 use crate::midpoint::{Midpoint, Placement};
 use crate::mobility::{Mobility, Motion, Response};
@@ -195,16 +195,16 @@ impl Constraints {
 
     /// Solves the problem: by pivoting where Newton's method fails, and approximately where both
     /// fail.
-    fn impulses(&mut self, [relative, absolute]: [f64; 2]) -> Result<Solution, Unsolved> {
+    fn impulses(&mut self, [relative, absolute]: [f64; 2]) -> Result<Solution, SolveError> {
         /// Residual that is accepted where no method converges further \[m/s\]: a hundredth of a
         /// micrometre over a step of a millisecond, which the next step removes.
         const RESIDUAL_ACCEPTED: f64 = 1e-5;
         let solved = self.problem.solve_within(relative, absolute);
-        let Err(Unsolved::Violated { .. }) = solved else {
+        let Err(SolveError::Violated { .. }) = solved else {
             return solved;
         };
         match self.problem.solve_by(Method::Direct) {
-            Err(Unsolved::Violated { residual, .. }) if residual <= RESIDUAL_ACCEPTED => {
+            Err(SolveError::Violated { residual, .. }) if residual <= RESIDUAL_ACCEPTED => {
                 Ok(Solution::default())
             }
             pivoted => pivoted,
@@ -220,7 +220,7 @@ impl Constraints {
         motion: &mut Motion,
         seconds: f64,
         tolerance: [f64; 2],
-    ) -> Result<(), Unsolved> {
+    ) -> Result<(), SolveError> {
         let restitution = model
             .ground
             .as_ref()
@@ -240,11 +240,11 @@ impl Constraints {
             self.problem.offset(i, free + allowed);
         }
         let solution = self.impulses(tolerance)?;
-        if self.problem.keep_within_bounds() {
+        if self.problem.project_onto_bounds() {
             // To a tighter tolerance, so that clamping to the bounds causes no creep.
             let finer = tolerance.map(|tolerance| 1e-4 * tolerance);
             let polished = self.problem.solve_within(finer[0], finer[1]);
-            self.problem.keep_within_bounds();
+            self.problem.project_onto_bounds();
             let further = polished.unwrap_or_default();
             self.sweeps += u64::from(further.sweeps);
             self.factorisations += u64::from(further.factorisations);
@@ -286,7 +286,7 @@ impl Constraints {
         let impulses = self.problem.unknowns();
         let slide = |row: usize| {
             let entry = &self.entries[row];
-            Slide {
+            TangentialImpulse {
                 impulse: impulses[row],
                 before: entry.rate,
                 after: entry.row.rate(after),

@@ -2,7 +2,7 @@
 //! without drives turn freely.
 
 use twinrig_actuator::MotorLine;
-use twinrig_legged::{Fitted, LEGS, Motors, Servos};
+use twinrig_legged::{DriveModels, LEGS, Motors, Servos};
 
 use crate::constraints::Constraints;
 use crate::midpoint::Midpoint;
@@ -53,7 +53,7 @@ impl DriveStep {
             let [hip_rate, pulley_rate] = [state.hip_rate(i), state.pulley_rate(i)];
             match &model.drives {
                 None => return step,
-                Some(Fitted::Servos(servos)) => {
+                Some(DriveModels::Servos(servos)) => {
                     let [hip, pulley, ..] = inputs[i];
                     let absolute = hip + leg.pantograph.hip_reference();
                     step.target[i] = [
@@ -65,7 +65,7 @@ impl DriveStep {
                             .rate_after(seconds, pulley, state.pulley(i), pulley_rate),
                     ];
                 }
-                Some(Fitted::Motors(motors)) => {
+                Some(DriveModels::Motors(motors)) => {
                     let [hip, at_hip, pulley, at_pulley] = inputs[i];
                     step.lines[i] = [
                         motors.hip.line(hip, at_hip),
@@ -89,8 +89,8 @@ impl DriveStep {
         motion: &mut Motion,
     ) {
         match &model.drives {
-            Some(Fitted::Servos(servos)) => self.impose_servos(servos, middle, mobility, motion),
-            Some(Fitted::Motors(motors)) => self.impose_motors(motors, middle, mobility, motion),
+            Some(DriveModels::Servos(servos)) => self.impose_servos(servos, middle, mobility, motion),
+            Some(DriveModels::Motors(motors)) => self.impose_motors(motors, middle, mobility, motion),
             None => {
                 for (i, leg) in middle.legs.iter().enumerate() {
                     let [inertia, _] = model.drive_inertias(i);
@@ -165,7 +165,7 @@ impl DriveStep {
                 let constraint_torque = constraints.drive_impulse(i, drive) / self.seconds;
                 let torque = inertia * acceleration - leg.load(drive) - constraint_torque;
                 self.torques[i][drive] = torque;
-                let Fitted::Servos(servos) = drives else {
+                let DriveModels::Servos(servos) = drives else {
                     continue;
                 };
                 let servo = servos.both()[drive];

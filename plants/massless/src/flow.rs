@@ -1,7 +1,7 @@
 //! Island of the plant with its state: steps with subdivision, snapshots, stored energy.
 
 use serde::{Deserialize, Serialize};
-use twinrig_contact::Unsolved;
+use twinrig_contact::SolveError;
 use twinrig_legged::{Base, LEGS, Ledger, NegativeDissipation, Stored};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
 
@@ -20,7 +20,7 @@ pub(crate) enum FlowError {
     #[error(transparent)]
     NoPose(#[from] NoPose),
     #[error(transparent)]
-    Unsolved(#[from] Unsolved),
+    SolveError(#[from] SolveError),
     #[error("the state is not a number")]
     NotFinite,
     #[error(

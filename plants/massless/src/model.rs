@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
 use twinrig_leg::{EnergyTable, Pantograph};
-use twinrig_legged::{Base, Fitted, LeggedError, Setup, positive};
+use twinrig_legged::{Base, DriveModels, LeggedError, Setup, positive};
 pub(crate) use twinrig_robot::GRAVITY;
 use twinrig_robot::{JointFriction, Robot};
 
@@ -67,7 +67,7 @@ pub(crate) struct Model {
     pub(crate) inertia: Vector3<f64>,
     pub(crate) legs: Vec<LegModel>,
     /// Without drives the hips turn freely and there is no cable.
-    pub(crate) drives: Option<Fitted>,
+    pub(crate) drives: Option<DriveModels>,
     /// Number of inputs of a leg.
     pub(crate) inputs: usize,
     pub(crate) ground: Option<Ground>,
@@ -84,9 +84,9 @@ pub(crate) struct Model {
 impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MasslessError> {
         let Options { setup, force } = options;
-        let chosen = setup.chosen(robot)?;
+        let selected_mounts = setup.selected_mounts(robot)?;
         // The mass of a leg beyond its lumped foot is at its hip and moves with the trunk.
-        let hip_masses: Vec<(f64, Vector3<f64>)> = chosen
+        let hip_masses: Vec<(f64, Vector3<f64>)> = selected_mounts
             .iter()
             .map(|mount| {
                 (
@@ -119,14 +119,14 @@ impl Model {
         for (moment, axis) in inertia.iter().zip(["roll", "pitch", "yaw"]) {
             positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
         }
-        let drives = setup.fitted(robot)?;
+        let drives = setup.drive_models(robot)?;
         if drives.is_none() {
-            for mount in &chosen {
+            for mount in &selected_mounts {
                 let what = format!("first segment of leg {}, which no drive turns,", mount.name);
                 positive(&what, mount.leg.mass.l1)?;
             }
         }
-        let legs = chosen
+        let legs = selected_mounts
             .iter()
             .map(|mount| LegModel::new(mount, Vector3::from(mount.hip) - centre, *force))
             .collect::<Result<Vec<_>, _>>()?;

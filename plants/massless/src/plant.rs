@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_legged::{Base, Fitted, Readings, Setup, Signals, Window};
+use twinrig_legged::{Base, DriveModels, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
@@ -92,7 +92,7 @@ impl Massless {
     fn fault(&self, flow: &Flow, error: &FlowError) -> PlantFault {
         let part = match error {
             FlowError::NoPose(no_pose) => format!("leg/{}", flow.model.legs[no_pose.leg].name),
-            FlowError::Unsolved(_) => "contact".to_owned(),
+            FlowError::SolveError(_) => "contact".to_owned(),
             FlowError::NotFinite
             | FlowError::NotConverged { .. }
             | FlowError::Penetration { .. }
@@ -110,8 +110,8 @@ impl Massless {
 /// Options of the independent parts: the robot, or each of its legs where the trunk is fixed.
 fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessError> {
     let setup = &options.setup;
-    let chosen = setup.chosen(robot)?;
-    if setup.base != Base::Fixed || chosen.is_empty() {
+    let selected_mounts = setup.selected_mounts(robot)?;
+    if setup.base != Base::Fixed || selected_mounts.is_empty() {
         return Ok(vec![options.clone()]);
     }
     let single_leg = |name: &String| Options {
@@ -121,7 +121,7 @@ fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessErr
         },
         force: options.force,
     };
-    Ok(chosen.iter().map(|mount| single_leg(&mount.name)).collect())
+    Ok(selected_mounts.iter().map(|mount| single_leg(&mount.name)).collect())
 }
 
 /// State at the start, and inputs that keep servos there; motors coast.
@@ -137,7 +137,7 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs),
             let why = "the ankle is folded up to the second segment, where hip and foot do not determine the pose";
             return Err(MasslessError::Start(format!("leg {}: {why}", leg.name)));
         }
-        if let Some(Fitted::Servos(_)) = model.drives {
+        if let Some(DriveModels::Servos(_)) = model.drives {
             inputs[i][..2].copy_from_slice(&[start.command.hip, start.command.knee]);
         }
         state.set_foot(i, start.foot);

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 use twinrig_leg::Planar;
-use twinrig_legged::{Fitted, LegPosture, Posture};
+use twinrig_legged::{DriveModels, LegPosture, Posture};
 use twinrig_runtime::{Plant, PlantFault, PlantState};
 
 use crate::drives::Inputs;
@@ -45,8 +45,8 @@ impl Massless {
         };
         let mut posture = self.posture();
         let mut lines = posture.resume_from(from);
-        posture.sound().map_err(|why| fault("body", why))?;
-        lines.extend(posture.keep_to(self.flows[0].model.base));
+        posture.validate().map_err(|why| fault("body", why))?;
+        lines.extend(posture.project_onto(self.flows[0].model.base));
         let mut legs = posture.legs.iter();
         let mut flows = Vec::with_capacity(self.flows.len());
         for flow in &self.flows {
@@ -125,7 +125,7 @@ fn state_of_posture(
         state.set_foot_velocity(i, relative + carried(leg, pose.foot, velocity, rate));
         state.set_hip_rate(i, of.rates[0]);
         state.set_pulley_rate(i, of.pulley_rate);
-        if let Some(Fitted::Servos(_)) = model.drives {
+        if let Some(DriveModels::Servos(_)) = model.drives {
             let hip = first - leg.pantograph.hip_reference();
             inputs[i][..2].copy_from_slice(&[hip, of.pulley]);
         }

@@ -18,7 +18,7 @@ mod golden;
 
 use std::time::Instant;
 
-use twinrig_mujoco::{Closing, Coordinates, Integrator, Numerics, Options};
+use twinrig_mujoco::{TimeConstant, Coordinates, Integrator, Numerics, Options};
 
 use crate::fixture::{Fixture, hanging, pose, robot};
 
@@ -69,7 +69,7 @@ fn main() {
         for (steps, damping) in [(2.0, 1.0), (3.0, 1.0), (5.0, 1.0), (2.0, 2.0)] {
             for share in [0.9999, 0.999, 0.998, 0.995, 0.99, 0.95] {
                 let numerics = Numerics {
-                    closing: Closing::Steps(steps),
+                    closing: TimeConstant::Steps(steps),
                     damping,
                     pin_damping: damping,
                     impedance: [share; 2],

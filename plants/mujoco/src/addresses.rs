@@ -1,7 +1,7 @@
 //! Addresses of the robot's coordinates and elements in MuJoCo's arrays.
 
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
-use twinrig_legged::{Base, Fitted};
+use twinrig_legged::{Base, DriveModels};
 
 use crate::engine::EngineError;
 use crate::model::Model;
@@ -66,11 +66,11 @@ impl Addresses {
             let tendon = MjtObjBase::mjOBJ_TENDON;
             let (mut flywheels, mut clutches, mut motors) = (None, None, None);
             match model.drives {
-                Some(Fitted::Servos(_)) => {
+                Some(DriveModels::Servos(_)) => {
                     flywheels = Some([named("hip_flywheel")?, named("knee_flywheel")?]);
                     clutches = Some(both(tendon, "_clutch")?);
                 }
-                Some(Fitted::Motors(_)) => motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?),
+                Some(DriveModels::Motors(_)) => motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?),
                 None => {}
             }
             let foot = || find(compiled, MjtObjBase::mjOBJ_GEOM, &format!("{name}_foot"));

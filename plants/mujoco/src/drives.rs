@@ -113,7 +113,7 @@ pub(crate) fn saturate(
 
 /// Sets the limits of the clutches.
 pub(crate) fn set_limits(engine: &mut Engine, legs: &[LegAddresses], limits: &Limits) {
-    engine.retune(|model| {
+    engine.set_parameters(|model| {
         let losses = model.tendon_frictionloss_mut();
         for (leg, limits) in legs.iter().zip(limits) {
             for (clutch, limit) in leg.clutches.iter().flatten().zip(limits) {
@@ -170,7 +170,7 @@ pub(crate) fn set_motors(
     }
     motor_parameters.applied = required;
     let frictions = model.legs.iter().map(|leg| leg.friction[0]);
-    engine.retune(|compiled| {
+    engine.set_parameters(|compiled| {
         let all = legs.iter().zip(&required).zip(&motor_parameters.compiled);
         for (((at, required), compiled_values), friction) in all.zip(frictions) {
             let (hip, pulley) = drive_dofs(at);

@@ -68,7 +68,7 @@ pub enum EngineError {
 pub enum EngineFault {
     /// A value is NaN or exceeds MuJoCo's limit.
     #[error("the {what} of {of} is NaN or exceeds 1e10; take a shorter step")]
-    Wild {
+    Diverged {
         /// `acceleration`, `velocity`, `position` or `control`.
         what: &'static str,
         /// Name of the joint or actuator.
@@ -173,7 +173,7 @@ impl Engine {
         if let Some(i) = divergence::first_index(self.data.ctrl()) {
             let of = divergence::actuator_name(self.model(), i);
             let what = "control";
-            return Err(EngineFault::Wild { what, of });
+            return Err(EngineFault::Diverged { what, of });
         }
         self.data.forward();
         self.forwards += 1;
@@ -304,7 +304,7 @@ impl Engine {
     /// Changes parameters of the model between steps: values that MuJoCo reads anew in every step
     /// (friction losses, damping, armature, gains), and no sizes. Two copies of the model
     /// alternate, so `change` has to set every parameter that is ever changed, each time.
-    pub fn retune(&mut self, change: impl FnOnce(&mut MjModel)) {
+    pub fn set_parameters(&mut self, change: impl FnOnce(&mut MjModel)) {
         let Some(mut fresh) = self.spare.take() else {
             return;
         };
@@ -364,7 +364,7 @@ impl Engine {
             return Ok(());
         };
         let of = divergence::dof_name(self.model(), dof);
-        Err(EngineFault::Wild { what, of })
+        Err(EngineFault::Diverged { what, of })
     }
 
     fn check_positions(&self) -> Result<(), EngineFault> {
@@ -372,7 +372,7 @@ impl Engine {
             return Ok(());
         };
         let (what, of) = ("position", divergence::position_name(self.model(), place));
-        Err(EngineFault::Wild { what, of })
+        Err(EngineFault::Diverged { what, of })
     }
 }
 

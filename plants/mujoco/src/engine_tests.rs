@@ -105,7 +105,7 @@ fn retuned_model_equals_one_compiled_with_the_parameters() {
     let joints = compiled.model().dof_invweight0().to_vec();
     // Two copies of the model alternate: an odd number of changes, and an even one.
     for friction in [0.03, 0.01, 0.02] {
-        engine.retune(|model| {
+        engine.set_parameters(|model| {
             model.tendon_frictionloss_mut()[0] = friction;
             model.dof_armature_mut()[1] = 2e-5;
             model.tendon_invweight0_mut()[0] = weights;
@@ -125,14 +125,14 @@ fn diverging_step_is_a_fault_without_motion() {
     engine.data_mut().qvel_mut()[1] = 1e12;
     let previous = engine.save();
     let fault = engine.step(0.002).unwrap_err();
-    assert!(matches!(fault, EngineFault::Wild { .. }), "{fault}");
+    assert!(matches!(fault, EngineFault::Diverged { .. }), "{fault}");
     assert_eq!(engine.data().qpos(), [0.0; 2]);
     assert_eq!(engine.save()[..5], previous[..5]);
     engine.data_mut().qvel_mut()[1] = 1.0;
     engine.data_mut().ctrl_mut()[0] = f64::NAN;
     let fault = engine.step(0.002).unwrap_err();
     let (what, of) = ("control", "pull".to_owned());
-    assert_eq!(fault, EngineFault::Wild { what, of });
+    assert_eq!(fault, EngineFault::Diverged { what, of });
     engine.data_mut().ctrl_mut()[0] = 0.0;
     engine.step(0.002).unwrap();
 }

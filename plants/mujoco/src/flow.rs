@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
-use twinrig_legged::{Base, Fitted, LEGS, Ledger, NegativeDissipation, Posture, Stored};
+use twinrig_legged::{Base, DriveModels, LEGS, Ledger, NegativeDissipation, Posture, Stored};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
@@ -162,7 +162,7 @@ impl Flow {
         self.in_contact = [false; LEGS];
         self.ledger = Ledger::opened(self.stored());
         self.inputs = [[0.0; 4]; LEGS];
-        if let Some(Fitted::Servos(_)) = self.model.drives {
+        if let Some(DriveModels::Servos(_)) = self.model.drives {
             let drive_states = self.drive_states();
             for (inputs, [[hip, _], [pulley, _]]) in self.inputs.iter_mut().zip(drive_states) {
                 inputs[..2].copy_from_slice(&[hip, pulley]);
@@ -216,7 +216,7 @@ impl Flow {
         let drive_states = self.drive_states();
         match self.model.drives {
             None => self.forward(seconds)?,
-            Some(Fitted::Motors(motors)) => {
+            Some(DriveModels::Motors(motors)) => {
                 drives::set_motors(
                     &mut self.engine,
                     &self.model,
@@ -227,7 +227,7 @@ impl Flow {
                 );
                 self.forward(seconds)?;
             }
-            Some(Fitted::Servos(servos)) => {
+            Some(DriveModels::Servos(servos)) => {
                 for (leg, at) in self.at.legs.iter().enumerate() {
                     if let Some(flywheels) = &at.flywheels {
                         let commands = &self.inputs[leg];
@@ -281,7 +281,7 @@ impl Flow {
     }
 
     fn reset_limits(&mut self) {
-        if let Some(Fitted::Servos(servos)) = &self.model.drives {
+        if let Some(DriveModels::Servos(servos)) = &self.model.drives {
             drives::set_limits(
                 &mut self.engine,
                 &self.at.legs,
@@ -395,7 +395,7 @@ impl Flow {
             .model
             .drives
             .as_ref()
-            .map_or([0.0; 2], Fitted::inertias);
+            .map_or([0.0; 2], DriveModels::inertias);
         let [mut kinetic, mut gravity] = self.trunk.energies(&self.model);
         let mut spring = 0.0;
         for (leg, frame) in self.model.legs.iter().zip(self.legs.iter().flatten()) {

@@ -1,7 +1,7 @@
 //! Forces on the legs, from MuJoCo's solution.
 
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{Fitted, LEGS};
+use twinrig_legged::{DriveModels, LEGS};
 
 use crate::addresses::Addresses;
 use crate::drives::{self, Inputs};
@@ -52,7 +52,7 @@ pub(crate) fn forces_on_legs(
         if let Some(flywheels) = &at.flywheels {
             forces.torques = drives::clutch_torques(engine, flywheels);
             clutch = forces.torques[1] / model.legs[leg].pulley_radius;
-        } else if let Some(Fitted::Motors(motors)) = &model.drives {
+        } else if let Some(DriveModels::Motors(motors)) = &model.drives {
             for (i, motor) in motors.both().into_iter().enumerate() {
                 let [voltage, bridge] = [inputs[leg][2 * i], inputs[leg][2 * i + 1]];
                 let rate = rates[leg].drive_rates()[i];

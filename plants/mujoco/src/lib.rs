@@ -121,5 +121,5 @@ pub use engine::{Engine, EngineError, EngineFault, EngineWarning};
 pub use mjcf::mjcf;
 /// The wrapper crate of the engine.
 pub use mujoco_rs;
-pub use options::{Closing, Cone, Coordinates, Integrator, MujocoError, Numerics, Options, Solver};
+pub use options::{TimeConstant, Cone, Coordinates, Integrator, MujocoError, Numerics, Options, Solver};
 pub use plant::Mujoco;

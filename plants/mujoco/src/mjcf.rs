@@ -12,7 +12,7 @@ use twinrig_legged::{Base, Posture, positive};
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::model::{LegModel, Model};
-use crate::options::{Closing, Coordinates, MujocoError, Numerics, Options};
+use crate::options::{TimeConstant, Coordinates, MujocoError, Numerics, Options};
 
 /// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
 /// compiles it. SI units and radians; names of the bodies and joints of the leg `LF` begin with
@@ -110,8 +110,8 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
     );
     line!(text, "  </option>");
     let seconds = match numerics.closing {
-        Closing::Steps(steps) => steps * step_s,
-        Closing::Seconds(seconds) => seconds,
+        TimeConstant::Steps(steps) => steps * step_s,
+        TimeConstant::Seconds(seconds) => seconds,
     };
     let [first, last] = numerics.impedance;
     let reference = format!("{seconds} {}", numerics.damping);
@@ -226,7 +226,7 @@ pub(crate) fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
         }
         let [a, b, c] = robot.trunk.inertia;
         if a + b < c || b + c < a || c + a < b {
-            return Err(MujocoError::Together(
+            return Err(MujocoError::Incompatible(
                 "a moment of inertia of the trunk exceeds the sum of the other two, which no body does and MuJoCo refuses; \
                  correct `inertia` in [trunk]",
             ));

@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, Fitted, LeggedError, Posture, Segment};
+use twinrig_legged::{Base, DriveModels, LeggedError, Posture, Segment};
 use twinrig_robot::{LegMount, Robot};
 
 use crate::mjcf::{check, escaped};
@@ -89,7 +89,7 @@ pub(crate) struct Model {
     pub(crate) trunk_mass: f64,
     pub(crate) trunk_inertia: [f64; 3],
     pub(crate) legs: Vec<LegModel>,
-    pub(crate) drives: Option<Fitted>,
+    pub(crate) drives: Option<DriveModels>,
     pub(crate) ground: Option<GroundModel>,
     pub(crate) start: Posture,
     /// Whether stops are omitted, for comparison with a reference without stops.
@@ -101,7 +101,7 @@ impl Model {
         options.numerics.check()?;
         let setup = &options.setup;
         let ground = setup.ground.as_ref().map(ground_model).transpose()?;
-        let mounts = setup.chosen(robot)?;
+        let mounts = setup.selected_mounts(robot)?;
         let friction = setup.ground.as_ref().map(|ground| ground.friction);
         let legs = mounts.iter().enumerate();
         let legs = legs.map(|(index, mount)| LegModel::new(mount, index, friction));
@@ -113,7 +113,7 @@ impl Model {
             trunk_mass: robot.trunk.mass,
             trunk_inertia: robot.trunk.inertia,
             legs: legs.collect::<Result<_, _>>()?,
-            drives: setup.fitted(robot)?,
+            drives: setup.drive_models(robot)?,
             ground,
             start: setup.posture(robot)?,
             without_stops: false,
@@ -166,7 +166,7 @@ impl LegModel {
 
 fn ground_model(ground: &Ground) -> Result<GroundModel, MujocoError> {
     if ground.restitution > 0.0 {
-        return Err(MujocoError::Together(
+        return Err(MujocoError::Incompatible(
             "MuJoCo's contacts have no coefficient of restitution: how far a foot bounces there depends on stiffness, damping and \
              mass; take `restitution = 0`, or the plant `lcp`",
         ));

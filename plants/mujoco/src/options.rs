@@ -132,7 +132,7 @@ impl Cone {
 
 /// Time constant with which constraint errors are corrected, as of MuJoCo's `solref`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Closing {
+pub enum TimeConstant {
     /// A number of the plant's maximum steps. Two are the stiffest setting that MuJoCo permits.
     Steps(f64),
     /// A time in seconds, independent of the step.
@@ -153,7 +153,7 @@ pub struct Numerics {
     /// Shape of the friction cone.
     pub cone: Cone,
     /// Time constant of the constraints.
-    pub closing: Closing,
+    pub closing: TimeConstant,
     /// Damping ratio of the constraints \[1\].
     pub damping: f64,
     /// Damping ratio of the pins between segments, in maximal coordinates \[1\].
@@ -191,7 +191,7 @@ impl Numerics {
             iterations: 100,
             tolerance: 1e-10,
             cone: Cone::Elliptic,
-            closing: Closing::Steps(2.0),
+            closing: TimeConstant::Steps(2.0),
             damping: 1.0,
             pin_damping: 0.7,
             contact_damping: 1.0,
@@ -208,7 +208,7 @@ impl Numerics {
     #[must_use]
     pub const fn with_soft_constraints(self) -> Self {
         Self {
-            closing: Closing::Seconds(0.02),
+            closing: TimeConstant::Seconds(0.02),
             damping: 1.0,
             pin_damping: 1.0,
             contact_damping: 1.0,
@@ -264,15 +264,15 @@ pub enum MujocoError {
     },
     /// Settings are incompatible.
     #[error("{0}")]
-    Together(&'static str),
+    Incompatible(&'static str),
 }
 
 impl Numerics {
     /// Refuses invalid and incompatible settings.
     pub(crate) fn check(&self) -> Result<(), MujocoError> {
         let (closing, time) = match self.closing {
-            Closing::Steps(steps) => ("solref_steps", steps),
-            Closing::Seconds(seconds) => ("solref_time", seconds),
+            TimeConstant::Steps(steps) => ("solref_steps", steps),
+            TimeConstant::Seconds(seconds) => ("solref_time", seconds),
         };
         for (setting, value) in [
             (closing, time),
@@ -314,8 +314,8 @@ impl Numerics {
                 why: "the solver needs at least one",
             });
         }
-        if self.refsafe && matches!(self.closing, Closing::Steps(steps) if steps < 2.0) {
-            return Err(MujocoError::Together(
+        if self.refsafe && matches!(self.closing, TimeConstant::Steps(steps) if steps < 2.0) {
+            return Err(MujocoError::Incompatible(
                 "MuJoCo raises a `solref_steps` below 2 to 2: take 2, or set `refsafe = \"off\"`, with which such \
                  stiff constraints may diverge",
             ));

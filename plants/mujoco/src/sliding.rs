@@ -11,7 +11,7 @@ use twinrig_legged::LEGS;
 
 use crate::flow::{Flow, FlowFault};
 use crate::frame::{LegFrame, TrunkFrame, spatial};
-use crate::options::{Closing, Cone};
+use crate::options::{TimeConstant, Cone};
 
 /// Share of the friction limit from which a foot slides \[1\].
 const SLIDING_SHARE: f64 = 1.0 - 1e-6;
@@ -117,8 +117,8 @@ impl Flow {
         let numerics = &self.model.numerics;
         let step = self.engine.data().model().opt().timestep;
         let mut time = match numerics.closing {
-            Closing::Steps(steps) => steps * self.model.step_s,
-            Closing::Seconds(seconds) => seconds,
+            TimeConstant::Steps(steps) => steps * self.model.step_s,
+            TimeConstant::Seconds(seconds) => seconds,
         };
         if numerics.refsafe {
             time = time.max(2.0 * step);

@@ -21,7 +21,7 @@ fn main() {
         println!("{:42} passive  between hard-hit undamped", "");
         let best = Solver::best(joints);
         row("best", joints, best);
-        row("engine defaults", joints, Solver::of_the_engine());
+        row("engine defaults", joints, Solver::engine_defaults());
         for pgs_iterations in [1, 5, 10, 20, 50, 100, 200, 500] {
             let solver = Solver {
                 pgs_iterations,

@@ -19,7 +19,7 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::{MotorLine, PositionServo};
-use twinrig_legged::{Fitted, Motors, Servos};
+use twinrig_legged::{DriveModels, Motors, Servos};
 
 /// State and command of a drive.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -65,10 +65,10 @@ pub(crate) enum Kind<'a> {
 }
 
 /// Returns the kinds of hip and knee drive.
-pub(crate) fn kinds(drives: &Fitted) -> [Kind<'_>; 2] {
+pub(crate) fn kinds(drives: &DriveModels) -> [Kind<'_>; 2] {
     match drives {
-        Fitted::Servos(Servos { hip, knee }) => [Kind::Servo(hip), Kind::Servo(knee)],
-        Fitted::Motors(Motors { hip, knee }) => [Kind::Motor(hip), Kind::Motor(knee)],
+        DriveModels::Servos(Servos { hip, knee }) => [Kind::Servo(hip), Kind::Servo(knee)],
+        DriveModels::Motors(Motors { hip, knee }) => [Kind::Motor(hip), Kind::Motor(knee)],
     }
 }
 

@@ -3,7 +3,7 @@
 use rapier3d_f64::math::Vector;
 use twinrig_contact::Ground;
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, Fitted, Segment, positive};
+use twinrig_legged::{Base, DriveModels, Segment, positive};
 use twinrig_robot::{LegMount, Robot};
 
 use crate::options::{Options, RapierError};
@@ -80,7 +80,7 @@ pub(crate) struct Model {
     pub(crate) mass: f64,
     pub(crate) inertia: Vector,
     pub(crate) legs: Vec<Leg>,
-    pub(crate) drives: Option<Fitted>,
+    pub(crate) drives: Option<DriveModels>,
     pub(crate) ground: Option<Ground>,
 }
 
@@ -89,7 +89,7 @@ impl Model {
         options.check()?;
         let setup = &options.setup;
         let mut legs = Vec::new();
-        for mount in setup.chosen(robot)? {
+        for mount in setup.selected_mounts(robot)? {
             legs.push(Leg::new(mount)?);
         }
         if setup.base != Base::Fixed {
@@ -103,7 +103,7 @@ impl Model {
             mass: robot.trunk.mass,
             inertia: Vector::from_array(robot.trunk.inertia),
             legs,
-            drives: setup.fitted(robot)?,
+            drives: setup.drive_models(robot)?,
             ground: setup.ground.clone(),
         })
     }

@@ -129,7 +129,7 @@ impl Solver {
     }
 
     /// Returns the engine's default settings.
-    pub const fn of_the_engine() -> Self {
+    pub const fn engine_defaults() -> Self {
         Self {
             substeps: 1,
             solver_iterations: 4,

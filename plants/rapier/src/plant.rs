@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_legged::{Fitted, Signals, Window};
+use twinrig_legged::{DriveModels, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
@@ -78,13 +78,13 @@ impl Rapier {
         let legs = machine.state.legs.iter_mut().zip(&machine.model.legs);
         match &machine.model.drives {
             None => {}
-            Some(Fitted::Servos(_)) => {
+            Some(DriveModels::Servos(_)) => {
                 for ((leg_state, leg), command) in legs.zip(inputs.chunks_exact(2)) {
                     leg_state.drives[0].command[0] = command[0] + leg.pantograph.hip_reference();
                     leg_state.drives[1].command[0] = command[1];
                 }
             }
-            Some(Fitted::Motors(_)) => {
+            Some(DriveModels::Motors(_)) => {
                 for ((leg_state, _), command) in legs.zip(inputs.chunks_exact(4)) {
                     leg_state.drives[0].command = [command[0], command[1]];
                     leg_state.drives[1].command = [command[2], command[3]];
@@ -112,7 +112,7 @@ impl Plant for Rapier {
 
     fn first_inputs(&self, inputs: &mut [f64]) {
         inputs.fill(0.0);
-        if let Some(Fitted::Servos(_)) = self.machine.model.drives {
+        if let Some(DriveModels::Servos(_)) = self.machine.model.drives {
             let legs = self.machine.state.legs.iter().zip(&self.machine.model.legs);
             for ((leg_state, leg), command) in legs.zip(inputs.chunks_exact_mut(2)) {
                 command[0] = leg_state.drives[0].command[0] - leg.pantograph.hip_reference();

@@ -2,7 +2,7 @@
 
 use rapier3d_f64::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{Fitted, Ledger, LegPosture, Posture, Setup, Stored};
+use twinrig_legged::{DriveModels, Ledger, LegPosture, Posture, Setup, Stored};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
@@ -166,7 +166,7 @@ impl Machine {
 
     /// Sets the commands of servos to their present angles.
     pub(crate) fn hold_commands(&mut self) {
-        if let Some(Fitted::Servos(_)) = self.model.drives {
+        if let Some(DriveModels::Servos(_)) = self.model.drives {
             for drive in self.state.legs.iter_mut().flat_map(|leg| &mut leg.drives) {
                 drive.command[0] = drive.angle;
             }

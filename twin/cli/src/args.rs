@@ -1,5 +1,5 @@
-//! The command line. Its doc comments are the help that `--help` prints.
-#![allow(clippy::doc_markdown, reason = "it is printed as it stands")]
+//! Command-line arguments. The doc comments are the `--help` texts.
+#![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
 use std::path::PathBuf;
 
@@ -7,51 +7,49 @@ use clap::{Args, Parser, Subcommand};
 use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
 
-/// Runs a legged robot, its controller and its I/O together in virtual time, and judges the run.
+/// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
 #[command(name = "twin", version, about, disable_help_subcommand = true)]
-#[command(after_help = "Exit code: 0 all expectations hold, 1 one fails, 2 something is wrong.")]
+#[command(after_help = "Exit code: 0 all expectations hold, 1 an expectation fails, 2 error.")]
 pub struct Cli {
-    /// What to do.
+    /// Command to execute.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What to do.
+/// Command of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run scenarios and say whether their expectations hold
+    /// Run scenarios and evaluate their expectations
     Run(RunArgs),
-    /// Say what is in the scene of a scenario, and what is left out and why; run nothing
+    /// Show which parts of a scenario are simulated and which are left out, with reasons, without running it
     Plan(PlanArgs),
-    /// Say whether scenarios are sound; run nothing
+    /// Validate scenarios without running them
     Check(CheckArgs),
-    /// List the plants, controllers and robots of this build
+    /// List the plants, controllers, drivers and robots of this build
     List(ListArgs),
-    /// Find the first sample in which two recordings differ, or with --events the first footstep
+    /// Find the first sample in which two recordings differ, or the first footstep with --events
     Diff(DiffArgs),
-    /// Run a recording again and say whether everything happens as it did
+    /// Repeat the run of a recording and check that the results are identical
     Replay(ReplayArgs),
-    /// Emulate boards and plant in real time, each bus at a PTY
+    /// Emulate boards and plant in real time, with one pseudo-terminal (PTY) per bus
     ///
-    /// A program opens it like a serial port: `twin run` with --port, or any other.
+    /// Any program can open the PTY as a serial port, for example `twin run` with --port.
     Serve(ServeArgs),
     /// List the serial ports of this machine
     Devices(DevicesArgs),
-    /// Find out how precise, how fast and how stable plants are
+    /// Measure the accuracy, speed and stability of plants
     Study(StudyArgs),
-    /// Write a robot in the language of another program
+    /// Convert a robot file to the format of another program
     Export(ExportArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
-    /// A scenario names the file that it was written to in its first line, seen from its own folder: "#:schema
-    /// scenario.schema.json". Process variables are those that controllers have on the robots that are in reach, or on
-    /// those that are named.
+    /// The first line of a scenario references the schema file, relative to the folder of the scenario: "#:schema scenario.schema.json". The schema contains the process variables of the controllers for all robots found, or for the robots given with --robot.
     Schema(SchemaArgs),
 }
 
 impl Command {
-    /// Whether it prints an object for a program, and no text for a person.
+    /// Returns whether the command prints JSON instead of text.
     pub fn json(&self) -> bool {
         match self {
             Self::Run(args) => args.json,
@@ -72,7 +70,7 @@ impl Command {
     }
 }
 
-/// What is set on top of a scenario file.
+/// Settings that override keys of a scenario file.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Settings {
     /// Set a key of the scenario: plant.step="0.5 ms"
@@ -83,7 +81,7 @@ pub struct Settings {
     pub plant: Option<String>,
 }
 
-/// `twin run`
+/// Arguments of `twin run`.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RunArgs {
     /// Scenario files
@@ -92,54 +90,51 @@ pub struct RunArgs {
     /// Set a key of the scenario: plant.step="0.5 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Run with this plant; short for --set plant.model=MODEL. Given several times, run with each and compare each with the
-    /// first, footstep by footstep
+    /// Run with this plant; short for --set plant.model=MODEL. If repeated, run each plant and compare each with the first, footstep by footstep
     #[arg(long, value_name = "MODEL")]
     pub plant: Vec<String>,
-    /// Run with the first plant to here, and put the others where it is then: they differ from it by themselves and not by
-    /// what came before. What they do from there is compared and not judged
+    /// Start the other plants at TIME from the state of the first plant, so that differences accumulated before TIME do not count. From there on the plants are compared; the expectations are evaluated for the first plant only
     #[arg(long, value_name = "TIME", value_parser = any_duration, conflicts_with = "port")]
     pub from: Option<SimDuration>,
-    /// Talk in real time to hardware at DEVICE instead of the emulated boards of a bus and the plant; once for each bus
+    /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port per bus
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value)]
     pub port: Vec<(String, String)>,
     /// Folder for recordings
     #[arg(long, value_name = "DIR", default_value = "recordings")]
     pub out: PathBuf,
-    /// Record nothing
+    /// Do not write recordings
     #[arg(long, conflicts_with = "out")]
     pub no_record: bool,
-    /// Print one JSON object a scenario, and no table
+    /// Print one JSON object per scenario instead of a table
     #[arg(long)]
     pub json: bool,
-    /// Write the verdicts to FILE, too, in the XML of JUnit
+    /// Also write the verdicts to FILE as JUnit XML
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
 }
 
-/// `twin serve`
+/// Arguments of `twin serve`.
 #[derive(Clone, Debug, Args)]
 pub struct ServeArgs {
     /// Scenario file
     pub scenario: PathBuf,
     #[command(flatten)]
     pub settings: Settings,
-    /// Make the port of a bus known as PATH, too
+    /// Create a symbolic link PATH to the PTY of a bus
     #[arg(long, value_name = "BUS=PATH", value_parser = key_value)]
     pub pty: Vec<(String, String)>,
-    /// Hold the robot in its start so long after the first byte, for boards to be configured and calibrated
+    /// Time after the first received byte for which the robot is held in its start pose, so that boards can be configured and calibrated
     #[arg(long, value_name = "DURATION", value_parser = any_duration, default_value = "400 ms")]
     pub hold: SimDuration,
-    /// Go on when the program at the port hangs up, and wait for the next one
+    /// Keep running when the program closes the port, and wait for the next connection
     #[arg(long)]
     pub keep: bool,
-    /// Put the twin before all programs without a real-time priority, and those with one below this, 1 to 99: others do not
-    /// delay it then, but one that is slower than real time keeps the machine from everything else
+    /// Real-time scheduling priority, 1 to 99: programs of lower or no real-time priority cannot delay the twin. A twin that is slower than real time then starves all other programs
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=99))]
     pub priority: Option<u8>,
 }
 
-/// `twin devices`
+/// Arguments of `twin devices`.
 #[derive(Clone, Debug, Args)]
 pub struct DevicesArgs {
     /// Print a JSON object
@@ -147,7 +142,7 @@ pub struct DevicesArgs {
     pub json: bool,
 }
 
-/// `twin plan`
+/// Arguments of `twin plan`.
 #[derive(Clone, Debug, Args)]
 pub struct PlanArgs {
     /// Scenario file
@@ -159,7 +154,7 @@ pub struct PlanArgs {
     pub json: bool,
 }
 
-/// `twin check`
+/// Arguments of `twin check`.
 #[derive(Clone, Debug, Args)]
 pub struct CheckArgs {
     /// Scenario files
@@ -167,15 +162,15 @@ pub struct CheckArgs {
     pub scenarios: Vec<PathBuf>,
     #[command(flatten)]
     pub settings: Settings,
-    /// Take warnings for errors
+    /// Treat warnings as errors
     #[arg(long)]
     pub strict: bool,
-    /// Print one JSON object a scenario
+    /// Print one JSON object per scenario
     #[arg(long)]
     pub json: bool,
 }
 
-/// `twin list`
+/// Arguments of `twin list`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
     /// Print a JSON object
@@ -183,24 +178,23 @@ pub struct ListArgs {
     pub json: bool,
 }
 
-/// `twin diff`
+/// Arguments of `twin diff`.
 #[derive(Clone, Debug, Args)]
 pub struct DiffArgs {
-    /// A recording
+    /// First recording
     pub a: PathBuf,
-    /// Another
+    /// Second recording
     pub b: PathBuf,
-    /// Compare footstep by footstep what is not meant to be the same bit for bit: which differs first, by how much in time and
-    /// place, and how signals drift apart. Exit code 0 if every footstep is the same within --time and --place
+    /// Compare footstep by footstep instead of bit by bit: the first differing footstep, differences in time and position, and the divergence of signals. Exit code 0 if all footsteps agree within --time and --place
     #[arg(long)]
     pub events: bool,
-    /// Footsteps are the same if touch-down and lift-off are no farther apart
+    /// Tolerance for the times of touch-down and lift-off
     #[arg(long, value_name = "TIME", value_parser = any_duration, default_value = "5 ms", requires = "events")]
     pub time: SimDuration,
-    /// Footsteps are the same if their places are no farther apart
+    /// Tolerance for the positions of footsteps
     #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "5 mm", requires = "events")]
     pub place: f64,
-    /// Signals count, too, if they differ by more than this share of their range; 1 % where there are no footsteps
+    /// Tolerance for signals, as a share of their range; without it signals are judged only if there are no footsteps, with 1 %
     #[arg(long, value_name = "SHARE", value_parser = share, requires = "events")]
     pub share: Option<f64>,
     /// Print a JSON object
@@ -208,106 +202,100 @@ pub struct DiffArgs {
     pub json: bool,
 }
 
-/// `twin replay`
+/// Arguments of `twin replay`.
 #[derive(Clone, Debug, Args)]
 pub struct ReplayArgs {
-    /// A recording
+    /// Recording
     pub recording: PathBuf,
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,
 }
 
-/// `twin export`
+/// Arguments of `twin export`.
 #[derive(Clone, Debug, Args)]
 pub struct ExportArgs {
-    /// Which language
+    /// Target format
     #[command(subcommand)]
     pub language: ExportCommand,
 }
 
-/// Which language.
+/// Target format of an export.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ExportCommand {
-    /// MuJoCo's: the robot on flat ground, its drives held where they start
+    /// MJCF, the format of MuJoCo: the robot on flat ground, its drives held at their start positions
     Mjcf(MjcfArgs),
 }
 
-/// `twin export mjcf`
+/// Arguments of `twin export mjcf`.
 #[derive(Clone, Debug, Args)]
 pub struct MjcfArgs {
-    /// A robot's name, or the path of its file
+    /// Name of a robot, or path of a robot file
     pub robot: String,
-    /// Segments that pins hold together, or joint angles
+    /// Coordinates: maximal (segments connected by pin constraints) or minimal (joint angles)
     #[arg(long, value_name = "WHICH", value_parser = ["maximal", "minimal"], default_value = "maximal")]
     pub coordinates: String,
-    /// Write to FILE instead of to where commands write
+    /// Write to FILE instead of standard output
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
 
-/// `twin schema`
+/// Arguments of `twin schema`.
 #[derive(Clone, Debug, Args)]
 pub struct SchemaArgs {
-    /// A robot's name, or the path of its file, whose controllers' process variables the schema has; several may be named
+    /// Name of a robot, or path of a robot file, for which the schema contains process variables; may be repeated
     #[arg(long, value_name = "ROBOT")]
     pub robot: Vec<String>,
 }
 
-/// `twin study`
+/// Arguments of `twin study`.
 #[derive(Clone, Debug, Args)]
 pub struct StudyArgs {
-    /// Which study
+    /// Kind of study
     #[command(subcommand)]
     pub study: StudyCommand,
 }
 
-/// Which study.
+/// Kind of study.
 #[derive(Clone, Debug, Subcommand)]
 pub enum StudyCommand {
-    /// Error of each plant, method and step against its run time
+    /// Measure the error of each plant, method and step against its computation time
     ///
-    /// Leads every plant through the scene by each of its methods at each of many steps or tolerances, and compares where the
-    /// feet are with the best method at its finest setting, which a second method checks. A controller's commands are
-    /// recorded once and played to all. What fails or takes too long is a row that says so.
+    /// Integrates the scene with every plant and method over a range of steps or tolerances, and compares the foot positions with a reference: the best method at its finest setting, verified by a second method. Commands of a controller are recorded once and replayed to all plants. Runs that fail or exceed the budget are reported as such.
     Precision(StudyOptions),
-    /// Largest stable step of each plant and method, and what limits it
+    /// Find the largest stable step of each plant and method, and the limiting parameters
     ///
-    /// Searches for the longest step at which the motion stays bounded, while stiffness, masses, damping, gain, friction or
-    /// restitution of the robot and its ground are varied, one at a time. A limit at which the feet are not where they
-    /// should be is marked as wrong.
+    /// Searches for the longest step at which the motion stays bounded while stiffness, masses, damping, gain, friction or restitution of the robot and its ground are varied one at a time. A stability limit at which the foot positions are inaccurate is marked as wrong.
     Stability(StudyOptions),
-    /// What it costs, and what it saves, if plant and boards meet on a grid
+    /// Measure the error and the saved computation time of coupling plant and boards on a fixed grid
     ///
-    /// Runs the whole rig, controller, drivers and boards included, with the plant moved to each of their instants and with
-    /// the plant on grids of many steps, and compares where feet and trunk are with exact coupling at a fine step of the
-    /// plant, which a step twice as long checks.
+    /// Runs the complete rig, including controller, drivers and boards, with exact coupling and with fixed-step coupling at various grid steps, and compares foot and trunk positions with exact coupling at a fine plant step, which is verified by a step twice as long.
     #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
     Coupling(StudyOptions),
 }
 
-/// What a study is told.
+/// Options common to all studies.
 #[derive(Clone, Debug, Args)]
 pub struct StudyOptions {
     /// Scenario file
     #[arg(value_name = "SCENARIO", default_value = "scenarios/passive-legs.toml")]
     pub scenario: PathBuf,
-    /// Study this plant, and others that are named so; all of this build if none is
+    /// Study this plant; may be repeated; without it, all plants of this build
     #[arg(long, value_name = "MODEL")]
     pub plant: Vec<String>,
     /// Set a key of the scenario: duration="300 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Simulate so much: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s]
+    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s]
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
-    /// Take at most about so many seconds; what is cut for it is shown
+    /// Approximate limit of the computation time; rows truncated by it are reported
     #[arg(long, value_name = "SECONDS", default_value_t = 200.0, value_parser = seconds)]
     pub budget: f64,
-    /// Folder for the page, the CSV and the JSON
+    /// Folder for the HTML page, the CSV and the JSON file
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub out: PathBuf,
-    /// Print the JSON, and no table
+    /// Print JSON instead of a table
     #[arg(long)]
     pub json: bool,
 }
@@ -319,20 +307,20 @@ fn any_duration(text: &str) -> Result<SimDuration, String> {
 fn duration(text: &str) -> Result<SimDuration, String> {
     let duration = any_duration(text)?;
     if duration.is_zero() {
-        return Err("nothing happens in no time".to_owned());
+        return Err("it must be positive".to_owned());
     }
     Ok(duration)
 }
 
 fn length(text: &str) -> Result<f64, String> {
-    no_less_than_nothing(text, Unit::Meter)
+    non_negative(text, Unit::Meter)
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    no_less_than_nothing(text, Unit::One)
+    non_negative(text, Unit::One)
 }
 
-fn no_less_than_nothing(text: &str, unit: Unit) -> Result<f64, String> {
+fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
     let value = parse_quantity(text, unit).map_err(|error| error.to_string())?;
     if value < 0.0 {
         return Err("it must not be negative".to_owned());
@@ -352,7 +340,7 @@ fn key_value(text: &str) -> Result<(String, String), String> {
         Some((key, value)) if !key.trim().is_empty() => {
             Ok((key.trim().to_owned(), value.trim().to_owned()))
         }
-        _ => Err("there is no `=` behind a key".to_owned()),
+        _ => Err("KEY=VALUE is required".to_owned()),
     }
 }
 
@@ -363,12 +351,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_command_line_is_sound() {
+    fn command_line_definition_is_consistent() {
         Cli::command().debug_assert();
     }
 
     #[test]
-    fn a_setting_is_split_at_its_first_sign() {
+    fn setting_is_split_at_first_equals_sign() {
         let parsed = key_value("plant.step = a=b").unwrap();
         assert_eq!(parsed, ("plant.step".to_owned(), "a=b".to_owned()));
         assert!(key_value("plant.step").is_err() && key_value("=1").is_err());

@@ -1,4 +1,4 @@
-//! What can be wrong before, during and after a run.
+//! Errors before, during and after a run.
 
 use std::path::PathBuf;
 
@@ -9,152 +9,153 @@ use twinrig_robot::RobotError;
 use twinrig_runtime::{DeviceError, PanicReport, RigError, caught};
 use twinrig_scenario::Scenario;
 
-/// Error of a part's builder; `?` converts any error into one.
+/// Error of the builder of a part; `?` converts any error into it.
 pub type BuildError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Reason of a part that requires a robot.
-pub(crate) const NO_ROBOT: &str = "it needs a robot, and the scenario names none: add `robot = …`, or take a part that needs none";
+/// Message of a part that requires a robot, for scenarios without one.
+pub(crate) const NO_ROBOT: &str =
+    "it needs a robot, and the scenario names none: add `robot = …`, or use a part that needs none";
 
-/// Why something could not be done. Every one of them is exit code 2.
+/// Error of a command; the exit code is 2 for all of them.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TwinError {
-    /// A scenario or robot file is wrong; the message shows where.
+    /// Errors in a scenario or robot file, with their places.
     #[error(transparent)]
     Document(#[from] DocumentError),
-    /// A part refuses what it is built from.
+    /// Failure to build a part.
     #[error("error: the {what} `{name}` cannot be built: {}\n --> {file}", chain(source.as_ref()))]
     Build {
-        /// `plant` or `controller`.
+        /// Kind of part: `plant`, `controller` or `bus`.
         what: &'static str,
-        /// Which kind.
+        /// Name of the part.
         name: String,
-        /// The scenario.
+        /// Scenario file.
         file: String,
-        /// Why not.
+        /// Reason.
         source: BuildError,
     },
-    /// The parts do not go together, or one of them stopped.
+    /// Incompatible parts of a rig, or failure of a part during the run.
     #[error("error: {source}\n --> {file}{help}")]
     Rig {
-        /// The scenario.
+        /// Scenario file.
         file: String,
-        /// What to do, as a line of its own; may be empty.
+        /// Help as a separate line; may be empty.
         help: String,
-        /// What happened.
+        /// Reason.
         source: Box<RigError>,
     },
-    /// A part panicked, or this program did.
+    /// Panic of a part or of this program.
     #[error(
-        "error: {source}{}\n  = help: this is a bug in it; with RUST_BACKTRACE=1 the calls that led there are printed",
+        "error: {source}{}\n  = help: this is a bug in the named part; set RUST_BACKTRACE=1 to print a backtrace",
         at(file)
     )]
     Panic {
-        /// The scenario; empty if none was being run.
+        /// Scenario file; empty if no scenario was running.
         file: String,
-        /// What happened, and where.
+        /// Message and place of the panic.
         source: PanicReport,
     },
-    /// A device is given to a bus that the scenario does not have.
+    /// Device assigned to a bus that the scenario does not have.
     #[error("error: there is no bus `{bus}` in this scenario\n  = help: {help}")]
     NoSuchBus {
-        /// The bus.
+        /// Name of the bus.
         bus: String,
-        /// What may have been meant.
+        /// Similar names, or the known ones.
         help: String,
     },
-    /// There are no boards to be served.
+    /// Scenario without a bus, and thus without boards to emulate.
     #[error("error: there is no [bus] in this scenario, and so nothing to serve\n --> {file}")]
     NothingToServe {
-        /// The scenario.
+        /// Scenario file.
         file: String,
     },
-    /// A bus has no device, though others have.
+    /// Bus without a device, while other buses have one.
     #[error(
-        "error: the bus `{bus}` has no device\n  = help: at hardware every bus needs one: add `--port {bus}=DEVICE`, or run without --port to run on the twin; `twin devices` lists devices"
+        "error: the bus `{bus}` has no device\n  = help: on hardware every bus needs a device: add `--port {bus}=DEVICE`, or run without --port to run on the twin; `twin devices` lists devices"
     )]
     NoPort {
-        /// The bus.
+        /// Name of the bus.
         bus: String,
     },
-    /// A device cannot be used.
+    /// Failure to open or use a device.
     #[error("error: bus `{bus}`: {source}")]
     Device {
-        /// The bus.
+        /// Name of the bus.
         bus: String,
-        /// Why not.
+        /// Reason.
         source: DeviceError,
     },
-    /// A recording cannot be written or read.
+    /// Failure to write or read a recording.
     #[error("error: {}\n --> {}", chain(source), path.display())]
     Record {
-        /// The recording.
+        /// Path of the recording.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         source: RecordError,
     },
-    /// Recordings cannot be compared.
+    /// Recordings that cannot be compared.
     #[error("error: {}", chain(source))]
     Compare {
-        /// Why not.
+        /// Reason.
         source: RecordError,
     },
-    /// What several plants, or a time from which they go on, are given with cannot be.
+    /// Options that are incompatible with the comparison of several plants.
     #[error("error: {why}\n  = help: {help}")]
     Together {
-        /// Why not.
+        /// Reason.
         why: String,
-        /// What to do.
+        /// Remedy.
         help: String,
     },
-    /// A recording lacks what it takes to run it again.
-    #[error("error: this recording cannot be run again: {why}\n --> {}", path.display())]
+    /// Recording that lacks data required to repeat its run.
+    #[error("error: this recording cannot be replayed: {why}\n --> {}", path.display())]
     NotReplayable {
-        /// The recording.
+        /// Path of the recording.
         path: PathBuf,
-        /// What is missing.
+        /// Missing data.
         why: String,
     },
-    /// This build lacks it.
+    /// Function that requires a cargo feature which this build lacks.
     #[error(
         "error: this build cannot {what}\n  = help: build with `--features {feature}`{}",
         after(feature)
     )]
     MissingFeature {
-        /// What it cannot do.
+        /// Description of the function: `write MJCF`.
         what: &'static str,
-        /// The cargo feature that it lacks.
+        /// Missing cargo feature.
         feature: &'static str,
     },
-    /// A robot cannot be written in another language.
+    /// Robot that cannot be exported to a format.
     #[error("error: {robot} cannot be written as {language}: {}", chain(source.as_ref()))]
     Export {
-        /// The robot.
+        /// Name or path of the robot.
         robot: String,
-        /// The language.
+        /// Target format.
         language: &'static str,
-        /// Why not.
+        /// Reason.
         source: BuildError,
     },
-    /// There is no study.
+    /// Failure of a study as a whole.
     #[error("error: {source}\n --> {file}")]
     Study {
-        /// The scenario.
+        /// Scenario file.
         file: String,
-        /// Why not.
+        /// Reason.
         source: twinrig_study::StudyError,
     },
-    /// A file or folder cannot be written.
+    /// Failure to write a file or folder.
     #[error("error: cannot write: {source}\n --> {}", path.display())]
     Write {
-        /// Where.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         source: std::io::Error,
     },
 }
 
-/// The line that says which file it is about.
+/// Returns the line that names the file; empty without a file.
 fn at(file: &str) -> String {
     match file {
         "" => String::new(),
@@ -162,12 +163,12 @@ fn at(file: &str) -> String {
     }
 }
 
-/// Does `what` for the scenario in `file`; a panic in it is an error like any other.
+/// Runs `operation` for the scenario in `file` and converts a panic to [`TwinError::Panic`].
 pub(crate) fn guarded<R>(
     file: &str,
-    what: impl FnOnce() -> Result<R, TwinError>,
+    operation: impl FnOnce() -> Result<R, TwinError>,
 ) -> Result<R, TwinError> {
-    caught(what).unwrap_or_else(|source| {
+    caught(operation).unwrap_or_else(|source| {
         let file = file.to_owned();
         Err(TwinError::Panic { file, source })
     })
@@ -186,14 +187,14 @@ impl From<RobotError> for TwinError {
     }
 }
 
-/// What comes before a build with a feature.
+/// Returns the command that must precede a build with `feature`, as a suffix of the help line.
 fn after(feature: &str) -> String {
     let needs = crate::assembly::registry::build_needs(feature);
     needs.map_or_else(String::new, |needs| format!(", after `{needs}`"))
 }
 
 impl TwinError {
-    /// A part that `scenario` names and that cannot be built.
+    /// Returns the error of a part of `scenario` that cannot be built.
     pub(crate) fn not_built(
         scenario: &Scenario,
         what: &'static str,
@@ -208,7 +209,7 @@ impl TwinError {
         }
     }
 
-    /// A rig of `scenario` that cannot be built, or that failed.
+    /// Returns the error of a rig of `scenario` that cannot be built or that failed.
     pub(crate) fn rig(scenario: &Scenario, source: RigError) -> Self {
         Self::Rig {
             file: scenario.file.clone(),
@@ -217,11 +218,11 @@ impl TwinError {
         }
     }
 
-    /// That there is no bus `name` among those of a scenario.
+    /// Returns the error of an unknown bus `name`, with suggestions from the `known` ones.
     pub(crate) fn no_such_bus<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
         let mut known = known.into_iter().peekable();
         let help = if known.peek().is_none() {
-            "it has no [bus] at all, and nothing to be joined to hardware".to_owned()
+            "the scenario has no [bus], hence no connection to hardware".to_owned()
         } else {
             suggestion(name, "buses of this scenario", known)
         };
@@ -230,7 +231,7 @@ impl TwinError {
     }
 }
 
-/// An error with all its causes in one line.
+/// Returns an error and all its causes in one line.
 pub(crate) fn chain(error: &dyn std::error::Error) -> String {
     let mut line = error.to_string();
     let mut cause = error.source();

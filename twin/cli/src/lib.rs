@@ -1,5 +1,4 @@
-//! The rig as a program: from scenario files to verdicts, recordings and comparisons of recordings. A crate with a
-//! controller, a plant or a bus of its own hands them to [`run`] and is a program with all the commands.
+//! The program `twin` as a library: from scenario files to verdicts, recordings and comparisons of recordings. A crate that adds a custom controller, plant or bus to the [`Registry`] and calls [`run`] is a program with all commands.
 //!
 //! ```no_run
 //! use std::process::ExitCode;
@@ -23,8 +22,7 @@
 //! }
 //! ```
 //!
-//! What it does not do: it holds no physics, no controller and no protocol; it knows them, and nobody knows it. Clocks of
-//! the machine appear in its reports and nowhere else.
+//! This crate implements no physics, no controller and no protocol; it depends on the crates that do, and none of them depends on it. The system clock affects reports and progress output only.
 
 mod args;
 mod assembly;

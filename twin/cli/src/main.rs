@@ -1,4 +1,4 @@
-//! The program `twin`.
+//! The program `twin`, with the standard registry.
 
 use std::process::ExitCode;
 

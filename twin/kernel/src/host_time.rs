@@ -1,8 +1,10 @@
 use std::fmt;
+use std::ops::{Add, Sub};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use crate::SimDuration;
 use crate::sim_time::write_nanos;
 
 /// Reading of the clock of the host machine: nanoseconds since an instant chosen by the caller.
@@ -33,6 +35,34 @@ impl HostTime {
     /// backwards).
     pub fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
+    }
+}
+
+/// Saturates at the largest reading.
+impl Add<SimDuration> for HostTime {
+    type Output = Self;
+
+    fn add(self, duration: SimDuration) -> Self {
+        Self(self.0.saturating_add(duration.as_nanos()))
+    }
+}
+
+/// Saturates at zero.
+impl Sub<SimDuration> for HostTime {
+    type Output = Self;
+
+    fn sub(self, duration: SimDuration) -> Self {
+        Self(self.0.saturating_sub(duration.as_nanos()))
+    }
+}
+
+/// Saturates at the largest reading.
+impl Add<Duration> for HostTime {
+    type Output = Self;
+
+    fn add(self, duration: Duration) -> Self {
+        let nanos = u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
+        Self(self.0.saturating_add(nanos))
     }
 }
 

@@ -4,28 +4,29 @@ use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
 use crate::plant::{EnergyBalance, Plant, PlantEvent, PlantFault, WorkCounts};
 use crate::plant_state::PlantState;
 
-/// Two plants as one: side by side, without anything to do with each other. A robot, and drives that its own plant does not
-/// move.
+/// Two independent plants as one: a robot, and drives that its own plant does not integrate.
 ///
-/// Its ports are those of the first, then those of the second; energies and work are sums, drift is that of the worse, and
-/// events come in order of time. Each does what it would do alone, bit for bit.
+/// Its ports are those of the first, then those of the second; energies and work are sums, the
+/// constraint violation is the larger of both, and events are merged in order of time. Each plant
+/// advances exactly as it would without the other, bit for bit.
 ///
-/// Where the second fails, the first has gone that last step already: what fails easily goes first.
+/// If the second plant fails, the first has already completed that step; the plant that is more
+/// likely to fail should therefore be the first.
 pub struct CompositePlant {
     name: String,
     first: Box<dyn Plant>,
     second: Box<dyn Plant>,
-    /// Where in the inputs and in the outputs the second's begin.
+    /// Offsets of the second plant's inputs and outputs.
     inputs: usize,
     outputs: usize,
-    /// How many events of each are among `events`.
+    /// Number of events of each plant already in `events`.
     taken: [usize; 2],
     events: Vec<PlantEvent>,
 }
 
-/// Two plants that cannot stand beside each other: both have a port of that name.
+/// Two plants that cannot be combined: both have a port of the same name.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{first} and {second} cannot stand beside each other: both have {port}")]
+#[error("{first} and {second} cannot be combined: both have a port {port}")]
 pub struct NameClash {
     /// Name of the first plant.
     pub first: String,
@@ -36,7 +37,7 @@ pub struct NameClash {
 }
 
 impl CompositePlant {
-    /// Puts `second` beside `first`.
+    /// Combines `first` and `second`.
     ///
     /// # Errors
     /// [`NameClash`] if both have a port of the same name.
@@ -61,7 +62,7 @@ impl CompositePlant {
         })
     }
 
-    /// Takes up what has happened to either since it did so last, in order of time; what is earlier is there already.
+    /// Appends the new events of both plants, in order of time.
     fn take_events(&mut self) {
         let begun = self.events.len();
         for (plant, taken) in [&self.first, &self.second].into_iter().zip(&mut self.taken) {
@@ -70,7 +71,7 @@ impl CompositePlant {
                 .extend_from_slice(all.get(*taken..).unwrap_or_default());
             *taken = all.len();
         }
-        // Stable, so that the first goes first.
+        // Stable sort: at equal times, events of the first plant precede those of the second.
         self.events[begun..].sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     }
 }
@@ -179,7 +180,7 @@ impl Plant for CompositePlant {
     }
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        // What only the second knows goes there; the first says what nobody knows.
+        // Values known to the second plant only go there; the first reports values unknown to both.
         let own = self.second.state();
         let known = |name: &str| own.as_ref().is_some_and(|own| own.get(name).is_some());
         let before = self.first.save();
@@ -187,7 +188,7 @@ impl Plant for CompositePlant {
         match self.second.resume_from(&from.only(known)) {
             Ok(more) => lines.extend(more),
             Err(fault) => {
-                // It is its own, so it fits.
+                // The snapshot is the first plant's own: this restore does not fail.
                 let _ = self.first.restore(&before);
                 return Err(fault);
             }
@@ -205,8 +206,8 @@ mod tests {
     use super::*;
     use crate::plant::PlantEventKind;
 
-    /// Follows its command by explicit Euler steps, so that other instants give other bits; tells every `period` of its
-    /// steps; fails where a command is no number.
+    /// First-order lag in explicit Euler steps, so that other instants give other bits; logs an
+    /// event every `period` steps; fails on a NaN command.
     #[derive(Clone)]
     struct Lag {
         name: &'static str,
@@ -235,7 +236,7 @@ mod tests {
             self.name
         }
         fn ports(&self) -> Vec<Port> {
-            // An output first, so that places of inputs and outputs differ.
+            // An output first, so that indices of inputs and outputs differ.
             vec![
                 Port::output(format!("{}/value", self.name), Unit::Volt, 2),
                 Port::input(format!("{}/command", self.name), Unit::Volt, 1),
@@ -250,7 +251,7 @@ mod tests {
                     time: self.now,
                     part: self.name.to_owned(),
                     energy: self.energy().stored(),
-                    why: "no number".to_owned(),
+                    why: "NaN command".to_owned(),
                 });
             }
             let seconds = (to - self.now).as_secs_f64();
@@ -329,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_behaves_as_each_alone() {
+    fn composite_equals_its_parts_bit_for_bit() {
         let (mut one, mut two, mut beside) = pair();
         assert_eq!(beside.name(), "one beside two");
         let ports = [one.ports(), two.ports()].concat();
@@ -369,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn events_of_both_come_in_order_of_time_once_they_are_wanted() {
+    fn events_of_both_plants_are_merged_in_order_of_time() {
         let (_, _, mut beside) = pair();
         beside.advance(at(1), &[0.0; 2]).unwrap();
         beside.advance(at(2), &[0.0; 2]).unwrap();
@@ -383,7 +384,8 @@ mod tests {
             .iter()
             .map(|event| event.part.as_str())
             .collect();
-        // Two at 3 (less 0.3), one at 4 (less 0.2), both at 6: two's is the earlier.
+        // Events of `two` at 3 − 0.3 ms, of `one` at 4 − 0.2 ms, both at 6 ms: that of `two` is
+        // earlier.
         assert_eq!(
             parts,
             [
@@ -396,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_saved_is_restored_and_a_snapshot_of_others_changes_nothing() {
+    fn restore_is_exact_and_a_foreign_snapshot_changes_nothing() {
         let (_, _, mut beside) = pair();
         beside.advance(at(4), &[2.0, 3.0]).unwrap();
         let saved = beside.save();
@@ -412,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_of_either_pass() {
+    fn faults_of_either_plant_are_returned() {
         for (inputs, part) in [([f64::NAN, 0.0], "one"), ([0.0, f64::NAN], "two")] {
             let (_, _, mut beside) = pair();
             let fault = beside.advance(at(1), &inputs).unwrap_err();
@@ -421,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn plants_with_a_port_in_common_are_refused() {
+    fn plants_with_a_common_port_name_are_refused() {
         let clash = CompositePlant::new(Box::new(lag("one", 0.0, 1)), Box::new(lag("one", 1.0, 1)));
         assert_eq!(clash.err().unwrap().port, "one/value");
     }

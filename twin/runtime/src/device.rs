@@ -3,25 +3,27 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-/// Most that [`Device::read`] takes at once \[bytes\]: a writer that does not pause keeps nobody reading for ever.
+/// Maximum number of bytes per [`Device::read`] \[bytes\], so that a writer without pauses cannot
+/// block the reader indefinitely.
 pub const READ_MAX: usize = 1 << 16;
 
-/// A real byte transport, opened: a serial port, a PTY. Only the real-time executors touch one.
+/// An open byte transport of the machine: a serial port, a PTY. Used by the real-time executors
+/// only.
 pub trait Device: Send {
-    /// Where it is, for messages: `/dev/ttyUSB0`.
+    /// Returns the location, used in messages: `/dev/ttyUSB0`.
     fn place(&self) -> &str;
 
-    /// Writes all of `bytes`, in one piece as far as the operating system lets it.
+    /// Writes all of `bytes`, in one piece as far as the operating system permits.
     ///
     /// # Errors
-    /// [`DeviceError`] if the device is gone or does not take them in time.
+    /// [`DeviceError`] if the device is lost or does not accept the bytes in time.
     fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError>;
 
-    /// Waits for bytes, for `patience` at most, and appends what has come to `bytes`, `limit` bytes at most; nothing is no
-    /// error. What is beyond the limit stays in the device.
+    /// Waits for bytes for at most `timeout`, and appends at most `limit` bytes to `bytes`; none is
+    /// no error. Bytes beyond the limit remain in the device.
     ///
     /// # Errors
-    /// [`DeviceError`] if the device is gone.
+    /// [`DeviceError`] if the device is lost.
     fn read_up_to(
         &mut self,
         limit: usize,
@@ -29,71 +31,71 @@ pub trait Device: Send {
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError>;
 
-    /// The same, as many as there are, up to [`READ_MAX`].
+    /// Waits for bytes as [`Device::read_up_to`] does, up to [`READ_MAX`] of them.
     ///
     /// # Errors
-    /// [`DeviceError`] if the device is gone.
+    /// [`DeviceError`] if the device is lost.
     fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
         self.read_up_to(READ_MAX, patience, bytes)
     }
 
-    /// What the operating system can wait for, beside other devices. One that has no such thing is looked at
-    /// every millisecond where it is not the only one.
+    /// Returns a descriptor that the operating system can poll. Without one, the device is polled
+    /// every millisecond unless it is the only one.
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {
         None
     }
 }
 
-/// A device that cannot be used, and what can be done about it.
+/// Failure of a device, with a remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DeviceError {
-    /// There is none of that name.
+    /// There is no device of that name.
     #[error("{place}: there is no such device; is it plugged in and switched on?")]
     Missing {
-        /// Where it should be.
+        /// Location of the device.
         place: String,
     },
-    /// The user may not open it.
+    /// The user has no permission to open it.
     #[error(
         "{place}: permission denied; serial ports belong to the group `dialout`: \
          `sudo usermod -aG dialout $USER`, then log in again"
     )]
     Denied {
-        /// Where it is.
+        /// Location of the device.
         place: String,
     },
-    /// Somebody else has it open.
+    /// Another program has it open.
     #[error("{place}: in use; close the other program that has it open")]
     Busy {
-        /// Where it is.
+        /// Location of the device.
         place: String,
     },
-    /// It was there, and is no more.
+    /// The device has disappeared.
     #[error("{place}: the device is gone; was it unplugged, or lost its supply?")]
     Gone {
-        /// Where it was.
+        /// Location of the device.
         place: String,
     },
-    /// The program at the other end of a PTY has closed it. It may open it again.
+    /// The program at the other end of a PTY has closed it. It may be opened again.
     #[error("{place}: the program at the other end has closed it")]
     HungUp {
-        /// Where it is.
+        /// Location of the device.
         place: String,
     },
-    /// It does not take what is written.
-    #[error("{place}: took no more bytes for {limit:?}; is anybody reading at the other end?")]
+    /// The device accepts no more bytes.
+    #[error("{place}: took no more bytes for {limit:?}; is the other end being read?")]
     Stuck {
-        /// Where it is.
+        /// Location of the device.
         place: String,
-        /// How long it was waited for.
+        /// Time waited.
         limit: Duration,
     },
-    /// Something else.
+    /// Another error of the operating system.
     #[error("{place}: {why}")]
     Other {
-        /// Where it is.
+        /// Location of the device.
         place: String,
-        /// What.
+        /// The error.
         why: String,
     },
 }

@@ -7,16 +7,15 @@ use crate::{
     WiringError,
 };
 
-/// Signals of the plant straight to the process and back: what stands in for bus, boards and drivers in
-/// a scene that has none.
+/// Direct transfer of signals between process and plant, in place of bus, boards and drivers.
 ///
-/// A transfer takes a modelled time. Half-way through it the commands reach the plant and the
-/// measurements are taken, both at one instant, as if a packet went out and its answer came back.
+/// A transfer takes a modelled time. At half of it the commands are applied to the plant and the
+/// measurements are sampled, both at one instant, as if a packet was sent and its answer returned.
 #[derive(Debug)]
 pub struct DirectIo {
     name: String,
     ports: Vec<Port>,
-    /// From the process to the plant, and from the plant to the process.
+    /// Links from the process to the plant, and from the plant to the process.
     commands: Vec<Link>,
     measurements: Vec<Link>,
     plant_sizes: (usize, usize),
@@ -34,20 +33,20 @@ struct State {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
     Idle,
-    /// On the way to the plant; all is over at `end`.
+    /// Before the exchange with the plant; the transfer ends at `end`.
     Out {
         end: SimTime,
     },
-    /// On the way back.
+    /// After the exchange with the plant.
     Back,
 }
 
 impl DirectIo {
-    /// Carries every signal of a process with these ports. The transfer times come from the stream
-    /// `NAME/transfer`.
+    /// Creates a task that carries every signal of a process with these ports. The transfer times
+    /// are drawn from the stream `NAME/transfer`.
     ///
     /// # Errors
-    /// [`TimingError`] if the timing cannot be.
+    /// [`TimingError`] if the timing is invalid.
     pub fn for_process(
         name: impl Into<String>,
         process_ports: &[Port],
@@ -72,7 +71,7 @@ impl DirectIo {
         })
     }
 
-    /// Commands reach the plant, measurements leave it.
+    /// Samples the measurements, then applies the commands.
     fn exchange(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         let (inputs, outputs) = self.plant_sizes;
         if !self.measurements.is_empty() {

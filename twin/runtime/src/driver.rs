@@ -1,87 +1,89 @@
 use thiserror::Error;
 use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError};
 
-/// Master-side protocol code, without input or output of its own: bytes and times in, bytes and wake-up
-/// times out. The same driver talks to a modelled [`crate::Wire`] in virtual time and to a real
-/// [`crate::Device`] in real time, and cannot tell which.
+/// Master side of a protocol, sans-IO: bytes and times in, bytes and wake-up times out. The same
+/// driver is used with a modelled [`crate::Wire`] in virtual time and with a real [`crate::Device`]
+/// in real time, and cannot distinguish the two.
 ///
 /// An executor calls [`Driver::open`] once, then [`Driver::begin`] for each transfer, and
-/// [`Driver::close`] once. After each of these, and whenever bytes have come ([`Driver::handle_bytes`]) or
-/// the time has that [`Driver::poll_timeout`] asked for ([`Driver::handle_timeout`]), it
+/// [`Driver::close`] once. After each of these, after bytes have arrived ([`Driver::handle_bytes`])
+/// and after the time of [`Driver::poll_timeout`] is reached ([`Driver::handle_timeout`]), it
 ///
-/// 1. writes what [`Driver::poll_transmit`] gives, until that gives nothing;
-/// 2. asks [`Driver::poll_transfer`] whether opening, the transfer or closing is over.
+/// 1. writes the bytes of [`Driver::poll_transmit`] until that returns false;
+/// 2. calls [`Driver::poll_transfer`] to learn whether opening, the transfer or closing has ended.
 pub trait Driver: Send {
-    /// Name, for messages, gauges and recordings: that of its bus in the scenario.
+    /// Returns the name of the bus in the scenario, used in messages, diagnostics and recordings.
     fn name(&self) -> &str;
 
-    /// Output ports are data that it brings to the process, input ports data that it takes from it. The
-    /// same at every call.
+    /// Returns the ports: outputs are provided to the process, inputs are read from it. Constant
+    /// over the life of the driver.
     fn ports(&self) -> Vec<Port>;
 
-    /// Begins to get the devices ready.
+    /// Begins to prepare the devices.
     fn open(&mut self, now: HostTime);
 
-    /// Begins a transfer. `from_process` holds the input ports, end to end, in order.
+    /// Begins a transfer. `from_process` contains the input ports, concatenated in order.
     fn begin(&mut self, now: HostTime, from_process: &[f64]);
 
-    /// Begins to leave the devices in a safe state, whatever it was at.
+    /// Begins to put the devices into a safe state, from any phase.
     fn close(&mut self, now: HostTime);
 
-    /// Takes bytes that were read at `now`: any bytes at all, in pieces of any length.
+    /// Processes bytes read at `now`: arbitrary bytes, in pieces of any length.
     fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]);
 
-    /// It is `now`, which is when [`Driver::poll_timeout`] wanted to be told, or later.
+    /// Handles the timeout of [`Driver::poll_timeout`], at that time or later.
     fn handle_timeout(&mut self, now: HostTime);
 
-    /// When the driver wants to go on even if no byte comes.
+    /// Returns the time of the next timeout, which is due even if no byte arrives.
     fn poll_timeout(&self) -> Option<HostTime>;
 
-    /// Appends what is to be written next, in one piece, to `bytes`; says whether there was anything.
+    /// Appends the next bytes to be written, in one piece, to `bytes`; returns whether there were
+    /// any.
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool;
 
-    /// Whether what was begun last is still going on.
+    /// Returns whether the phase begun last (opening, transfer, closing) is still in progress.
     ///
     /// # Errors
     /// [`DriverError`] if the devices cannot be used any longer; the run ends.
     fn poll_transfer(&mut self) -> Result<Transfer, DriverError>;
 
-    /// What the last finished transfer brought: the output ports, end to end, in order.
+    /// Returns the results of the last finished transfer: the output ports, concatenated in order.
     fn to_process(&self) -> &[f64];
 
-    /// What can be seen of the driver beside that: its counters. Output ports, the same at every call.
+    /// Returns the ports of the diagnostics (counters), all of them outputs. Constant over the life
+    /// of the driver.
     fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
-    /// Writes the gauges, end to end, in order.
+    /// Writes the diagnostics, concatenated in order.
     fn read_diagnostics(&self, values: &mut [f64]) {
         let _ = values;
     }
 
-    /// Saves everything that the way ahead depends on.
+    /// Saves all state that affects later behaviour.
     fn save(&self) -> Snapshot;
 
-    /// Goes back to a saved state.
+    /// Restores a saved state.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is not of such a driver.
+    /// [`SnapshotError`] if the snapshot belongs to another kind of driver.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }
 
-/// How far a transfer is.
+/// Progress of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
-    /// It goes on.
+    /// In progress.
     Busy,
-    /// It is over, and its data are valid.
+    /// Finished, with valid data.
     Done,
 }
 
-/// Devices that a driver can no longer use.
+/// Failure of a driver's devices: they can no longer be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{why}")]
 pub struct DriverError {
-    /// Why, with what can be done about it.
+    /// The reason, with a remedy where there is one.
     pub why: String,
 }

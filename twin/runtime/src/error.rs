@@ -3,22 +3,22 @@ use twinrig_kernel::{LivelockError, SimTime, SnapshotError};
 
 use crate::{PanicReport, PlantFault, TaskError, TimingError, VariableError, WiringError};
 
-/// Why a rig cannot be built, or cannot go on.
+/// Failure to build a rig or to continue a run.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RigError {
-    /// Its signals do not connect.
+    /// Signals do not connect.
     #[error(transparent)]
     Wiring(#[from] WiringError),
-    /// A modelled time cannot be.
+    /// The compute time is invalid.
     #[error("compute time: {0}")]
     Compute(TimingError),
-    /// The schedule has a period of no time, or of too much.
+    /// A period of the schedule is zero or overflows.
     #[error("the {what} period is zero or past 584 years")]
     BadPeriod {
-        /// Which period.
+        /// The period: `control`, `observation`.
         what: &'static str,
     },
-    /// The plant stopped.
+    /// The plant failed.
     #[error(transparent)]
     Plant(#[from] PlantFault),
     /// A transfer failed.
@@ -26,31 +26,31 @@ pub enum RigError {
     Task {
         /// The task.
         task: String,
-        /// When.
+        /// The time.
         time: SimTime,
-        /// How.
+        /// The cause.
         source: TaskError,
     },
-    /// A task asked to be woken before now.
-    #[error("{task} asked at {time} to be woken at {wanted}, which is past")]
+    /// A task requested a wake-up before now.
+    #[error("{task} requested a wake-up at {wanted}, which is before the present time {time}")]
     WakeInThePast {
         /// The task.
         task: String,
         /// Now.
         time: SimTime,
-        /// When it wanted to be woken.
+        /// The requested time.
         wanted: SimTime,
     },
-    /// The process wrote an infinity or something that is no number.
+    /// The process wrote an infinity or NaN.
     #[error("{process} wrote {value} to `{signal}` at {time}")]
     NotFinite {
         /// The process.
         process: String,
-        /// The signal it wrote.
+        /// The signal.
         signal: String,
-        /// What it wrote.
+        /// The value.
         value: f64,
-        /// When the iteration began.
+        /// Beginning of the iteration.
         time: SimTime,
     },
     /// There is no such process variable.
@@ -58,68 +58,70 @@ pub enum RigError {
     NoSuchVariable {
         /// The process.
         process: String,
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// What may have been meant.
+        /// Similar names.
         near: Vec<String>,
     },
     /// A process variable was not set.
     #[error("change at {at}: {source}")]
     Change {
-        /// When it was to be set.
+        /// The scheduled time.
         at: SimTime,
-        /// Why it was not.
+        /// The cause.
         source: VariableError,
     },
     /// A change was scheduled for an instant that is past.
     #[error("a change cannot be scheduled for {at}, it is {now} already")]
     ChangeInThePast {
-        /// When it was to be made.
+        /// The requested time.
         at: SimTime,
         /// Now.
         now: SimTime,
     },
-    /// The program is to end ([`crate::interrupt`]). All that was to happen up to then has happened.
+    /// The program was requested to end ([`crate::interrupt`]). All events up to that time have
+    /// been handled.
     #[error("interrupted at {time}")]
     Interrupted {
-        /// When.
+        /// The time.
         time: SimTime,
     },
-    /// Time stood still.
+    /// Too many events at one instant.
     #[error(transparent)]
     Livelock(#[from] LivelockError),
-    /// A plant shall take the place of another that has other ports.
+    /// The plant cannot be replaced by one with other ports.
     #[error(
-        "{other} cannot take the place of {present}: where that has {has}, it has {instead}; record and expect the same of both"
+        "{other} cannot replace {present}: {present} has {has}, {other} has {instead} in its place; record and expect the same signals of both"
     )]
     OtherPorts {
-        /// The plant that is there.
+        /// The present plant.
         present: String,
-        /// The one that was to be put there.
+        /// The replacement.
         other: String,
-        /// The first port in which they differ, of the one that is there.
+        /// First port that differs, of the present plant.
         has: String,
-        /// And of the other.
+        /// The same of the replacement.
         instead: String,
     },
-    /// A plant cannot say where it is in words that others understand.
-    #[error("{plant} has no words for where it is, so no other plant can go on from there")]
+    /// The plant has no state in names shared with other plants.
+    #[error("{plant} has no plant-independent state, so no other plant can resume from it")]
     NamelessState {
         /// The plant.
         plant: String,
     },
-    /// A part panicked in real time. In virtual time the caller of the rig catches it ([`crate::caught`]).
+    /// A part panicked in real time. In virtual time the caller of the rig catches panics
+    /// ([`crate::caught`]).
     #[error(transparent)]
     Panic(#[from] PanicReport),
-    /// The system gives no thread.
+    /// The system refused to create a thread.
     #[error("cannot start a thread for {what}: {why}")]
     Thread {
-        /// What it was for.
+        /// Purpose of the thread.
         what: String,
-        /// Why not.
+        /// The system's error.
         why: String,
     },
-    /// A saved state does not fit.
+    /// A snapshot does not match.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
 }

@@ -10,30 +10,36 @@ use crate::output_interpolator::{OutputInterpolator, Rows, integral_of};
 use crate::plant::{EnergyBalance, Plant, PlantEvent, PlantFault, WorkCounts};
 use crate::plant_state::PlantState;
 
-/// A plant that keeps its step, whenever boards sample and actuate: *grid* coupling.
+/// A plant with its own fixed step, independent of the instants at which boards sample and actuate:
+/// *grid* coupling.
 ///
-/// The plant is moved from one instant of a grid to the next, H later, and to nowhere else. At an instant of the grid itself
-/// nothing is late and nothing is made up: where everybody meets the plant there and nowhere else, it goes the same way as by
-/// itself, bit for bit. Between two instants it is either behind those who meet it or ahead of them ([`GridInputs`]).
+/// The plant is advanced from one instant of a communication grid to the next, H later, and to no
+/// other. At the instants of the grid there is no delay and no interpolation: if all sampling and
+/// actuation occurs there, the plant moves as it does without coupling, bit for bit. Between two
+/// instants the plant is either behind or ahead of the time of the run ([`GridInputs`]).
 ///
-/// # Behind
-/// The plant takes a step when that is over, under the mean of what was commanded in it, so that no impulse is lost
-/// and none is late. A command that changes by Δu at θH into a step leaves the velocity at its end right and the position wrong by
-/// ½θ(1 − θ) H² Δu/m: H²/8 Δu/m at most. The changes of a command add up to no more than where it goes, so the error of the
-/// motion is O(H²), however many boards there are and however often they tick. What is sampled is extrapolated over less than a
-/// step and does not know of commands given in it, which is O(H²), too. It is of second order. Pure numbers (switches) have no
-/// mean: what holds in the middle of the step holds in all of it.
+/// # Mean inputs
+/// The plant takes a step at its end, under the mean of the commands applied in it, so that impulse
+/// is neither lost nor delayed. A command that changes by Δu at θH into a step leaves the velocity
+/// at the end exact and the position wrong by ½θ(1 − θ) H² Δu/m: H²/8 Δu/m at most. The sum of a
+/// command's changes is bounded by its range, so the error of the motion is O(H²), independent of
+/// the number of boards and of their rates. Samples are extrapolated over less than a step and do
+/// not contain the effect of commands applied in it, which is O(H²), too. The coupling is of second
+/// order. Dimensionless inputs (switches) have no mean: their value at the middle of the step
+/// applies to all of it.
 ///
-/// # Ahead
-/// The plant takes a step as soon as somebody wants to know of the time in it, under the commands of then. What is sampled is
-/// interpolated by cubics, of fourth order; a command acts from the next instant on, (1 − θ)H late. At phases that have nothing to do
-/// with the grid that is ½H in the mean, as if all boards were so much slower. With the delay τ of a loop its motion x(τ) changes by
-/// ½H ∂x/∂τ + O(H²): it is of first order, whatever the orders of the plant and of the curves. Good for a plant that only sensors
-/// look at; loops that are near their limit lose what phase they have left.
+/// # Held inputs
+/// The plant takes a step at the first sample within it, under the commands at that time. Samples
+/// are interpolated by cubics, of fourth order; a command acts from the next instant on, (1 − θ)H
+/// late. If phases are unrelated to the grid, that is ½H in the mean, equivalent to a delay of all
+/// boards. With the delay τ of a loop its motion x(τ) changes by ½H ∂x/∂τ + O(H²): the coupling is
+/// of first order, whatever the orders of plant and interpolation. Suited to a plant that is only
+/// sampled; a loop near its stability limit loses phase margin.
 ///
-/// # What is told of it
-/// Energy, work, drift and state are those of the instant of the grid where the plant is, less than H from now. Events are told
-/// once their time has come. A window that begins between two instants begins where the plant is.
+/// # Observation
+/// Energy, work, constraint violation and state are those at the instant of the grid where the
+/// plant is, less than H from the present time. Events are reported once their time has passed. A
+/// window that begins between two instants begins at the plant's instant.
 pub struct FixedStepCoupling {
     plant: Box<dyn Plant>,
     ports: Vec<Port>,
@@ -41,7 +47,7 @@ pub struct FixedStepCoupling {
     rule: GridInputs,
     between: OutputInterpolator,
     shown: Vec<Shown>,
-    /// What the plant is held to, and where it writes its outputs.
+    /// Inputs applied to the plant, and buffer of its outputs.
     applied: Vec<f64>,
     outputs: Vec<f64>,
     state: State,
@@ -65,21 +71,21 @@ pub enum Coupling {
 /// Treatment of commands and samples between two instants of the communication grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GridInputs {
-    /// The plant steps at the end of an interval, under the mean of the commands given in it; samples within the interval
-    /// are extrapolated.
+    /// The plant steps at the end of an interval, under the mean of the commands applied in it;
+    /// samples within the interval are extrapolated.
     #[default]
     Mean,
-    /// The plant steps ahead at the first sample of an interval; a command acts from the next instant of the grid on, samples
-    /// within the interval are interpolated.
+    /// The plant steps ahead at the first sample of an interval; a command acts from the next
+    /// instant of the grid on, samples within the interval are interpolated.
     Held,
 }
 
-/// Steps of no length lead nowhere.
+/// A communication grid with a step of zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("a grid has steps longer than 0 s")]
+#[error("the step of a communication grid must be longer than 0 s")]
 pub struct ZeroGridStep;
 
-/// An output that is passed on: which field it is of the plant, and its place there and here.
+/// An output visible outside: its field in the plant, and its range there and here.
 #[derive(Clone, Debug)]
 struct Shown {
     field: usize,
@@ -90,7 +96,7 @@ struct Shown {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
     now: SimTime,
-    /// The instant of the grid where the plant is.
+    /// Grid instant of the plant.
     reached: SimTime,
     given: InputAverage,
     rows: Rows,
@@ -105,11 +111,12 @@ struct Saved {
 }
 
 impl FixedStepCoupling {
-    /// Puts `plant`, which is at its start, on a grid of `step` from there on. Of its outputs those are passed on that `shown`
-    /// says; the others may be rates that only curves need, see [`FixedStepCoupling::needs`].
+    /// Couples `plant`, which is at its start, to a grid of `step` that begins there. Only the
+    /// outputs selected by `exposed` are visible; the others may be rates used for interpolation,
+    /// see [`FixedStepCoupling::needs`].
     ///
     /// # Errors
-    /// [`ZeroGridStep`] if the step is none.
+    /// [`ZeroGridStep`] if the step is zero.
     pub fn new(
         plant: Box<dyn Plant>,
         step: SimDuration,
@@ -144,13 +151,14 @@ impl FixedStepCoupling {
         })
     }
 
-    /// Whether a plant on a grid, of which the outputs that are `wanted` are, has to tell `name`: those, and their rates, so
-    /// that a signal is the same between two instants whether anybody wants its rate or not.
+    /// Returns whether a plant on a grid must have the output `name`, given the `selected` outputs:
+    /// those and their rates, so that the interpolation of a signal does not depend on whether its
+    /// rate is selected.
     pub fn needs(name: &str, wanted: &dyn Fn(&str) -> bool) -> bool {
         wanted(name) || integral_of(name).is_some_and(|integral| wanted(&integral))
     }
 
-    /// Moves the plant to the next instant of the grid, under what is to be applied.
+    /// Advances the plant to the next instant of the grid, under the applied inputs.
     fn go_on(&mut self) -> Result<(), PlantFault> {
         let next = self.state.reached + self.step;
         self.plant.advance(next, &self.applied)?;
@@ -159,7 +167,7 @@ impl FixedStepCoupling {
         Ok(())
     }
 
-    /// Takes the steps that are over by `to`.
+    /// Takes the steps that have ended by `to`.
     fn follow(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.state.given.change(self.state.now, inputs);
         let mut steps = LongLoop::default();
@@ -221,7 +229,7 @@ impl Plant for FixedStepCoupling {
         self.plant.first_inputs(inputs);
     }
 
-    /// If the plant fails, it is where the last step of the grid ended.
+    /// After a failure the plant is at the end of the last step of the grid.
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         if self.state.rows.is_empty() {
             self.plant.observe(self.state.rows.push());
@@ -301,7 +309,7 @@ impl Plant for FixedStepCoupling {
         let saved: Saved = snapshot.read()?;
         let make = |step: SimDuration, rule: GridInputs, state: &State| {
             format!(
-                "a plant {rule:?} on a grid of {step}, with {} inputs and {} outputs",
+                "a plant with inputs {rule:?} on a grid of {step}, with {} inputs and {} outputs",
                 state.given.len(),
                 state.rows.width()
             )
@@ -320,7 +328,7 @@ impl Plant for FixedStepCoupling {
         self.plant.state()
     }
 
-    /// The grid begins anew there.
+    /// The grid is restarted at that time.
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
         let lost = self.plant.resume_from(from)?;
         (self.state.now, self.state.reached) = (from.time, from.time);

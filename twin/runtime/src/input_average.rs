@@ -1,9 +1,10 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Layout, SimDuration, SimTime, Unit};
 
-/// What was commanded since a step began, for its mean over that step.
+/// Mean of the commands over a grid step.
 ///
-/// A command is counted when it changes and when the step is over, never at looks between: they change no bit.
+/// Values are accumulated at changes and at the end of the step only, never at observations: those
+/// change no bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputAverage {
     begun: SimTime,
@@ -13,13 +14,13 @@ pub(crate) struct InputAverage {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Input {
-    /// What it was as the step began; what it is, and since when.
+    /// Value at the beginning of the step, present value, and time of the last accumulation.
     first: f64,
     value: f64,
     since: SimTime,
-    /// Integral of what it was less what it was first, until then.
+    /// Integral of `value − first` until `since`.
     more: f64,
-    /// It has no mean.
+    /// A dimensionless switch, which has no mean.
     switch: bool,
 }
 
@@ -28,9 +29,9 @@ impl Input {
         (self.first, self.value, self.since, self.more) = (value, value, at, 0.0);
     }
 
-    /// Counts what it has been until `at`.
+    /// Accumulates the integral until `at`.
     fn count(&mut self, at: SimTime) {
-        // What never changed has its own value for a mean, to the bit.
+        // A constant command is its own mean, bit for bit.
         if self.value != self.first {
             self.more += (at - self.since).as_secs_f64() * (self.value - self.first);
         }
@@ -61,13 +62,13 @@ impl InputAverage {
         self.inputs.len()
     }
 
-    /// Whether it can be of a run: a snapshot may be of anything.
+    /// Returns whether the times are consistent: a snapshot may contain arbitrary values.
     pub(crate) fn is_sound(&self) -> bool {
         let mut since = self.inputs.iter().map(|input| input.since);
         since.all(|since| since >= self.begun)
     }
 
-    /// A step begins, under `inputs`.
+    /// Begins a step with the commands `inputs`.
     pub(crate) fn begin(&mut self, at: SimTime, inputs: &[f64]) {
         self.begun = at;
         for (input, value) in self.inputs.iter_mut().zip(inputs) {
@@ -75,7 +76,7 @@ impl InputAverage {
         }
     }
 
-    /// A step will begin, nobody knows under what.
+    /// Resets the beginning of the step; its commands are not known yet.
     pub(crate) fn reset(&mut self, at: SimTime) {
         self.begun = at;
         for input in &mut self.inputs {
@@ -83,7 +84,7 @@ impl InputAverage {
         }
     }
 
-    /// From `at` on they are `values`.
+    /// Changes the commands to `values` at time `at`.
     pub(crate) fn change(&mut self, at: SimTime, values: &[f64]) {
         let into = at - self.begun;
         if into.is_zero() {
@@ -102,7 +103,7 @@ impl InputAverage {
         }
     }
 
-    /// Writes their means over the step, which is over at `end`.
+    /// Writes the means over the step, which ends at `end`.
     pub(crate) fn mean(&mut self, end: SimTime, means: &mut [f64]) {
         let step_s = self.step.as_secs_f64();
         for (input, mean) in self.inputs.iter_mut().zip(means) {
@@ -111,7 +112,7 @@ impl InputAverage {
                 continue;
             }
             input.count(end);
-            // Not by adding nothing, which would make +0 of −0.
+            // Adding zero would turn −0 into +0.
             *mean = if input.more == 0.0 {
                 input.first
             } else {
@@ -141,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_have_a_mean_and_switches_are_what_they_are_in_the_middle() {
+    fn commands_are_averaged_and_switches_take_their_midstep_value() {
         let mut given = given();
         given.begin(at(0), &[1.0, 0.0]);
         given.change(at(25), &[3.0, 0.0]);
@@ -158,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_that_does_not_change_is_its_own_mean() {
+    fn constant_command_is_its_own_mean() {
         for value in [-0.0, 0.1, f64::MAX] {
             let mut given = given();
             given.begin(at(0), &[value, value]);
@@ -172,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_stays_none() {
+    fn nan_command_has_a_nan_mean() {
         let mut given = given();
         given.begin(at(0), &[1.0, 0.0]);
         given.change(at(10), &[f64::NAN, 0.0]);

@@ -1,30 +1,31 @@
-//! The request to end, which Ctrl-C or a plain kill makes: a flag of the whole program, at which everything looks that may
-//! take long. Who catches signals sets it ([`request`]); nothing here does.
+//! Request to end the program, as by Ctrl-C or SIGTERM: a global flag that is polled by every long
+//! operation. The signal handler sets it by [`request`]; this crate installs none.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Requests the end; says whether that had been requested before.
+/// Requests the end; returns whether it had been requested before.
 pub fn request() -> bool {
     REQUESTED.swap(true, Ordering::SeqCst)
 }
 
-/// Whether the end is requested.
+/// Returns whether the end is requested.
 #[inline]
 pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
-/// The flag itself, for another thread to look at.
+/// Returns the flag, to be polled by another thread.
 pub fn flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// Tells a loop that may take long when to end.
+/// Interruption check for a long loop.
 ///
-/// A plant has one in each [`crate::Plant::advance`] and asks it at every step: steps of a nanosecond to an observation a second
-/// away would take an hour, in which a program could not be interrupted.
+/// A plant uses one in each [`crate::Plant::advance`] and checks it at every step: with steps of a
+/// nanosecond, an advance to an observation a second away would take an hour without a possibility
+/// of interruption.
 ///
 /// ```
 /// use twinrig_runtime::interrupt::LongLoop;
@@ -38,11 +39,12 @@ pub struct LongLoop {
     turns: u32,
 }
 
-/// So many turns are never interrupted: an ordinary advance to the next observation ends where it should.
+/// Turns between two checks of the flag: an ordinary advance to the next observation has fewer and
+/// is never interrupted.
 const TURNS: u32 = 256;
 
 impl LongLoop {
-    /// Whether the loop has turned often, and the end is requested.
+    /// Counts a turn; returns whether the end is requested, checked every 256th turn.
     #[inline]
     pub fn is_interrupted(&mut self) -> bool {
         self.is_interrupted_by(&REQUESTED)
@@ -60,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_short_loop_is_not_interrupted_and_a_long_one_is() {
+    fn only_long_loops_are_interrupted() {
         let flag = AtomicBool::new(true);
         let mut turns = LongLoop::default();
         let first = (1..=3 * TURNS).find(|_| turns.is_interrupted_by(&flag));

@@ -1,11 +1,11 @@
-//! How a controller, its input and output, and a plant run together: one scheduling rule, and its executors
-//! in virtual time and in real time. In virtual time the same parts, seed and schedule give the same run, bit
-//! for bit; the times that computing and transferring take are part of the model, so that an overrun can be had
-//! again.
+//! Lockstep co-simulation of a controller, its input and output, and a plant: one scheduling rule
+//! and its executors in virtual time and in real time. In virtual time the same parts, seed and
+//! schedule give the same run, bit for bit; compute and transfer times are part of the model, so
+//! that an overrun is reproducible.
 //!
-//! A [`Process`] (a controller) meets [`IoTask`]s (transfers with a device) through named signals; the
-//! [`Manager`] decides who runs when; the [`Rig`] does it, with a [`Plant`] at the far end and an
-//! [`Observer`] looking on.
+//! A [`Process`] (a controller) exchanges named signals with [`IoTask`]s (transfers with a device);
+//! the [`Manager`] schedules both; the [`Rig`] executes the schedule with a [`Plant`] behind the
+//! tasks, and reports to an [`Observer`].
 //!
 //! ```
 //! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
@@ -13,7 +13,7 @@
 //!     DirectIo, EnergyBalance, Group, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
 //! };
 //!
-//! /// Pushes towards the origin.
+//! /// Linear spring towards the origin, 4 N/m.
 //! struct Spring;
 //! impl Process for Spring {
 //!     fn name(&self) -> &str { "spring" }
@@ -27,7 +27,7 @@
 //!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> { snapshot.read() }
 //! }
 //!
-//! /// A kilogram on wheels.
+//! /// Cart of 1 kg.
 //! struct Cart { now: SimTime, position: f64, velocity: f64 }
 //! impl Plant for Cart {
 //!     fn name(&self) -> &str { "cart" }
@@ -62,8 +62,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What it does not do: it knows no scenario, no file, no protocol and no physics; outside [`real_time`] it reads
-//! no clock and starts no thread; it does not record (that is an observer's affair).
+//! Limits: no scenarios, files, protocols or physics; outside [`real_time`] no clock and no
+//! threads; recording is left to observers.
 
 mod composite_plant;
 mod device;

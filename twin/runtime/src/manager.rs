@@ -1,23 +1,24 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 
-/// The scheduling rule (thesis, section 5.2.2.3), and nothing but the rule: no clock, no data, no part.
-/// An executor asks it what to do and tells it what happened.
+/// The scheduling rule (thesis, section 5.2.2.3), without clock, data or parts. An executor calls
+/// it at each control step and reports beginnings and ends of iterations and transfers.
 ///
 /// Time is cut in steps as long as the fastest I/O; a *control step* is every k-th of them.
 ///
-/// 1. At a control step at which the process is not running, it begins an iteration. The tasks that are
-///    idle at that instant *take part*: the process reads what each of them brought last.
-/// 2. When the iteration ends, the tasks that take part are given its outputs, and each runs once.
-/// 3. A task that is busy at the control step sits the iteration out, also if it becomes idle before the
-///    process ends. Its data come next time. (Were it started again at once, its data could be
-///    overwritten before the process had seen them.)
-/// 4. A control step at which the process is still running is missed: the tasks wait for the process, and
-///    it begins again at the next control step, where it is told the physical time elapsed since it last
-///    began.
+/// 1. At a control step at which the process is not running, it begins an iteration. The tasks that
+///    are idle at that instant *take part*: the process reads the result of the last transfer of
+///    each.
+/// 2. When the iteration ends, the tasks that take part receive its outputs, and each runs once.
+/// 3. A task that is busy at the control step is skipped in this iteration, even if it becomes idle
+///    before the process ends. Its data are read by the next iteration. (If it were started again
+///    at once, its data could be overwritten before the process has read them.)
+/// 4. A control step at which the process is still running is missed: the tasks wait for the
+///    process, which begins again at the next control step, with the physical time elapsed since
+///    its last beginning.
 ///
-/// It follows that no transfer is ever cut short or doubled, that what each transfer brings is read
-/// exactly once, and that the elapsed times sum to physical time.
+/// It follows that no transfer is ever cut short or doubled, that the data of each transfer are
+/// read exactly once, and that the elapsed times sum to physical time.
 ///
 /// ```
 /// use twinrig_kernel::{SimDuration, SimTime};
@@ -28,7 +29,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 /// assert!(matches!(manager.control_step(millis(0)), ControlStep::Begin { .. }));
 /// manager.process_ended();
 /// assert!(manager.takes_part(0));
-/// manager.task_begun(0); // and it takes 3 ms
+/// manager.task_begun(0); // takes 3 ms
 ///
 /// let elapsed = SimDuration::from_millis(2);
 /// assert_eq!(manager.control_step(millis(2)), ControlStep::Begin { elapsed, missed: 0 });
@@ -40,7 +41,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manager {
     running: bool,
-    /// When the process last began.
+    /// Beginning of the last iteration.
     begun: Option<SimTime>,
     /// Control steps missed since then.
     missed: u64,
@@ -53,25 +54,25 @@ struct TaskState {
     takes_part: bool,
 }
 
-/// What the process does at a control step.
+/// Decision at a control step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlStep {
-    /// It begins an iteration.
+    /// The process begins an iteration.
     Begin {
-        /// Physical time since it last began; zero the first time.
+        /// Physical time since the last iteration began; zero at the first.
         elapsed: SimDuration,
         /// Control steps missed since then.
         missed: u64,
     },
-    /// It is still at the last one.
+    /// The last iteration is still running.
     Late {
-        /// Control steps missed since that began, this one included.
+        /// Control steps missed since it began, this one included.
         missed: u64,
     },
 }
 
 impl Manager {
-    /// A manager of that many tasks, all idle, with the process at rest.
+    /// Creates a manager of `tasks` idle tasks and an idle process.
     pub fn new(tasks: usize) -> Self {
         Self {
             running: false,
@@ -81,7 +82,7 @@ impl Manager {
         }
     }
 
-    /// A control step has come.
+    /// Begins a control step: starts an iteration, unless the last one is still running.
     pub fn control_step(&mut self, now: SimTime) -> ControlStep {
         if self.running {
             self.missed += 1;
@@ -101,7 +102,7 @@ impl Manager {
         }
     }
 
-    /// The process has ended its iteration.
+    /// Ends the iteration of the process.
     ///
     /// # Panics
     /// If it was not running.
@@ -110,12 +111,12 @@ impl Manager {
         self.running = false;
     }
 
-    /// Whether the task takes part in the iteration that runs or has just ended.
+    /// Returns whether the task takes part in the iteration that is running or has just ended.
     pub fn takes_part(&self, task: usize) -> bool {
         self.tasks[task].takes_part
     }
 
-    /// The task has begun a transfer.
+    /// Marks the task as busy: a transfer begins.
     ///
     /// # Panics
     /// If it was busy.
@@ -127,7 +128,7 @@ impl Manager {
         self.tasks[task].busy = true;
     }
 
-    /// The task has ended its transfer.
+    /// Marks the task as idle: its transfer has ended.
     ///
     /// # Panics
     /// If it was idle.
@@ -139,12 +140,12 @@ impl Manager {
         self.tasks[task].busy = false;
     }
 
-    /// Whether the task is at a transfer.
+    /// Returns whether the task is in a transfer.
     pub fn is_busy(&self, task: usize) -> bool {
         self.tasks[task].busy
     }
 
-    /// Whether the process is at an iteration.
+    /// Returns whether the process is in an iteration.
     pub fn is_running(&self) -> bool {
         self.running
     }

@@ -1,72 +1,74 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
-/// Sees everything that a run does, in order: what records, fingerprints or judges it.
+/// Receives the samples and events of a run, in order: a recorder, a fingerprint, a judge.
 ///
-/// Statically dispatched; an observer that does nothing costs nothing. `()` is one.
+/// Statically dispatched; an observer without code has no cost. `()` is one.
 pub trait Observer {
-    /// The values of a group at `now`, laid out as [`crate::Rig::layout`] says.
+    /// Receives the values of a group at `now`, in the layout of [`crate::Rig::layout`].
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]);
 
-    /// Something happened.
+    /// Receives an event.
     fn event(&mut self, now: SimTime, event: RunEvent);
 
-    /// Bytes passed on a lane of a task, one of [`crate::Rig::traces`].
+    /// Receives bytes of a byte trace, an index into [`crate::Rig::traces`].
     fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         let _ = (now, trace, bytes);
     }
 }
 
-/// Signals that are seen together.
+/// Signals that are sampled together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Group {
     /// Outputs of the plant, on the observation grid.
     Plant,
-    /// What the process reads, at the beginning of each iteration.
+    /// Inputs of the process, at the beginning of each iteration.
     ProcessInputs,
-    /// What the process wrote, at the end of each iteration.
+    /// Outputs of the process, at the end of each iteration.
     ProcessOutputs,
-    /// Counters of drivers and boards, on the observation grid, after the plant.
+    /// Diagnostics of drivers and boards, on the observation grid, after the plant.
     Diagnostics,
 }
 
-/// What happens in a run. Tasks and variables are numbers in the order of [`crate::Rig::task_names`] and
+/// Events of a run. Tasks and variables are indices into [`crate::Rig::task_names`] and
 /// [`crate::Process::variables`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RunEvent {
-    /// All devices are ready, later than at time 0: the plant is let go, and the first control step is now.
+    /// All devices are open, later than at time 0: the plant is released, and the first control
+    /// step is now.
     Opened,
     /// The process begins an iteration.
     ProcessBegin {
-        /// Physical time since it began the last one; zero at the first.
+        /// Physical time since the last iteration began; zero at the first.
         elapsed: SimDuration,
     },
     /// The process has ended its iteration.
     ProcessEnd,
     /// A task begins a transfer.
     TaskBegin {
-        /// Which.
+        /// Its index.
         task: usize,
     },
     /// A task has ended its transfer.
     TaskEnd {
-        /// Which.
+        /// Its index.
         task: usize,
     },
-    /// A task is busy at a control step: it sits this iteration out, and its data come next time.
+    /// A task is busy at a control step: it is skipped in this iteration, and its data are read by
+    /// the next.
     TaskSkipped {
-        /// Which.
+        /// Its index.
         task: usize,
     },
-    /// The process misses a control step: it is still at the last one.
+    /// The process misses a control step: the last iteration is still running.
     Overrun {
-        /// How many since it began that one, this one included.
+        /// Steps missed since it began, this one included.
         missed: u64,
     },
     /// A process variable was set.
     Change {
-        /// Which.
+        /// Its index.
         variable: usize,
-        /// To what, in its unit.
+        /// The new value, in its unit.
         value: f64,
     },
 }
@@ -88,7 +90,7 @@ impl<O: Observer + ?Sized> Observer for &mut O {
     }
 }
 
-/// Both see everything, the first first.
+/// Passes everything to both, in order.
 impl<A: Observer, B: Observer> Observer for (A, B) {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.0.samples(now, group, values);

@@ -3,44 +3,48 @@ use std::f64::consts::{PI, TAU};
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Field, Unit};
 
-/// Rows of outputs that are kept: as many as a cubic takes.
+/// Number of stored rows: the support of a cubic.
 const ROWS: usize = 4;
 
-/// What a plant said at the last instants of its grid, and what it would say between the last two or after the last.
+/// Outputs of a plant at the last grid instants, interpolated between the last two or extrapolated
+/// beyond the last.
 ///
-/// | signal | between two instants | less than a step after the last |
+/// | signal | interpolation | extrapolation (less than a step) |
 /// |---|---|---|
-/// | length or angle whose rate the plant tells | Hermite's cubic | along its rate |
-/// | length or angle without | the cubic through the last four | along the line through the last two |
-/// | orientation, a quaternion | the same, component by component on one side of the sphere, made a unit again | the same |
-/// | all others: rates, forces, torques, energies | a straight line | what it was |
+/// | length or angle with an output rate | cubic Hermite | linear, along the rate |
+/// | length or angle without | cubic through four rows | linear through two rows |
+/// | orientation (quaternion) | the same per component, normalised | the same |
+/// | rates, forces, torques, energies | linear | constant |
 ///
-/// Positions have no jumps. What has, would ring for three steps after one if a cubic went through it, and overshoot
-/// on a line beyond its end: a controller would feel forces that never were. Of a smooth position cubics are of fourth order,
-/// H⁴|x⁗|/384 and H⁴|x⁗|/24, and going along the rate is of second, H²|ẍ|/2; going along a parabola would be of third, but half of what a velocity
-/// has jumped by in the step before would then still be in it, and loops with much gain and little phase feel that. Where a
-/// velocity jumps within a step, every curve is wrong by what the jump covers in it; one that has the rate is right again from
-/// the next instant on, the cubic through four only when the jump is three steps behind.
+/// Quaternions are first moved to one hemisphere. Positions are continuous. Signals with jumps
+/// would ring for three steps if interpolated by a cubic, and overshoot if extrapolated linearly: a
+/// controller would react to forces that do not exist. The errors for a smooth position are
+/// H⁴|x⁗|/384 (Hermite) and H⁴|x⁗|/24 (four rows), both of fourth order, and H²|ẍ|/2 for
+/// extrapolation along the rate, of second order. Extrapolation along a parabola would be of third
+/// order, but would retain half of a velocity jump in the preceding step, which disturbs loops with
+/// high gain and low phase margin. If a velocity jumps within a step, every curve is wrong by the
+/// displacement due to the jump; with the rate the error vanishes at the next instant, with the
+/// cubic through four rows only when the jump is three steps old.
 #[derive(Clone, Debug)]
 pub(crate) struct OutputInterpolator {
-    /// Seconds between two rows.
+    /// Time between two rows \[s\].
     step_s: f64,
     width: usize,
     curves: Vec<(std::ops::Range<usize>, Curve)>,
 }
 
-/// The rows themselves.
+/// Ring buffer of the last rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Rows {
     values: Vec<f64>,
-    /// Which row is the newest, and how many there are.
+    /// Index of the newest row, and number of valid rows.
     newest: usize,
     known: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Curve {
-    /// With its rate at that place.
+    /// With the index of its rate.
     Hermite {
         rate: usize,
         turns: bool,
@@ -61,12 +65,12 @@ impl Rows {
         }
     }
 
-    /// How many values a row has.
+    /// Returns the number of values per row.
     pub(crate) fn width(&self) -> usize {
         self.values.len() / ROWS
     }
 
-    /// Whether they can be rows: a snapshot may be of anything.
+    /// Returns whether the indices are valid: a snapshot may contain arbitrary values.
     pub(crate) fn is_sound(&self) -> bool {
         self.newest < ROWS && self.known <= ROWS
     }
@@ -79,7 +83,7 @@ impl Rows {
         self.known = 0;
     }
 
-    /// A new row in place of the oldest, to be written.
+    /// Returns the oldest row, to be overwritten as the newest.
     pub(crate) fn push(&mut self) -> &mut [f64] {
         self.newest = (self.newest + 1) % ROWS;
         self.known = (self.known + 1).min(ROWS);
@@ -87,17 +91,17 @@ impl Rows {
         &mut self.values[self.newest * width..][..width]
     }
 
-    /// The row that was pushed so many before the newest.
+    /// Returns the row pushed `before` rows before the newest.
     fn row(&self, before: usize) -> &[f64] {
         let width = self.width();
         &self.values[(self.newest + ROWS - before) % ROWS * width..][..width]
     }
 }
 
-/// Where the rows stand, newest first, in steps from the last but one.
+/// Times of the rows, newest first, in steps relative to the second newest.
 const NODES: [f64; ROWS] = [1.0, 0.0, -1.0, -2.0];
 
-/// Lagrange's weights of the first `known` nodes.
+/// Returns the Lagrange weights of the first `known` nodes at time `at`.
 fn lagrange(at: f64, known: usize) -> [f64; ROWS] {
     let mut weights = [0.0; ROWS];
     for (i, weight) in weights.iter_mut().enumerate().take(known) {
@@ -109,7 +113,8 @@ fn lagrange(at: f64, known: usize) -> [f64; ROWS] {
     weights
 }
 
-/// Hermite's cubic from 0: what the whole way and the rates at its beginning and end count for, with a step of 1.
+/// Returns the cubic Hermite basis on the unit interval: weights of the total displacement and of
+/// the slopes at its beginning and end.
 fn hermite(at: f64) -> [f64; 3] {
     let rest = 1.0 - at;
     [
@@ -119,7 +124,7 @@ fn hermite(at: f64) -> [f64; 3] {
     ]
 }
 
-/// An angle between −π and π.
+/// Wraps an angle to [−π, π].
 fn within_a_turn(angle: f64) -> f64 {
     angle - TAU * libm::round(angle / TAU)
 }
@@ -134,14 +139,16 @@ impl OutputInterpolator {
         }
     }
 
-    /// As many values as a row.
+    /// Creates an empty row buffer.
     pub(crate) fn rows(&self) -> Rows {
         Rows::new(self.width)
     }
 
-    /// Writes a signal, the one of number `field`, at `at`: 0 at the last row but one, 1 at the last.
+    /// Interpolates the signal with index `field` at `at`: 0 at the second newest row, 1 at the
+    /// newest.
     ///
-    /// There are at least two rows; as long as there are no four, it is the curve through what there is.
+    /// Requires two rows; with fewer than four, cubics are replaced by the polynomial through the
+    /// available rows.
     pub(crate) fn interpolate(&self, rows: &Rows, at: f64, field: usize, out: &mut [f64]) {
         let Some((range, curve)) = self.curves.get(field) else {
             return;
@@ -169,12 +176,13 @@ impl OutputInterpolator {
         }
     }
 
-    /// Writes a signal at `at`: 0 at the last row, 1 a step later. There is at least one row.
+    /// Extrapolates the signal with index `field` at `at`: 0 at the newest row, 1 one step later.
+    /// Requires one row.
     pub(crate) fn extrapolate(&self, rows: &Rows, at: f64, field: usize, out: &mut [f64]) {
         let Some((range, curve)) = self.curves.get(field) else {
             return;
         };
-        // One step on from the last row is two on from the one before.
+        // In the nodes' scale, one step after the newest row is at 2.
         let line = lagrange(1.0 + at, rows.known.min(2));
         let newest = rows.row(0);
         match *curve {
@@ -202,7 +210,8 @@ impl OutputInterpolator {
         let (last, newest) = (rows.row(1), rows.row(0));
         let (begins, ends) = (self.step_s * last[rate], self.step_s * newest[rate]);
         let mut way = newest[place] - last[place];
-        // The rates say which way round: an angle that is counted on needs nothing, one that begins again at a half turn does.
+        // The mean rate resolves the ambiguity by multiples of 2π: an unwrapped angle needs no
+        // correction, an angle wrapped at ±π does.
         let turned = if turns {
             TAU * libm::round((0.5 * (begins + ends) - way) / TAU)
         } else {
@@ -219,7 +228,7 @@ impl OutputInterpolator {
     }
 }
 
-/// Differences from the last row but one, weighed: what does not move stays as it is, to the bit.
+/// Weighted differences from the second newest row: a constant signal is reproduced bit for bit.
 fn cubic(rows: &Rows, weights: &[f64; ROWS], place: usize, turns: bool) -> f64 {
     let base = rows.row(1)[place];
     let (mut sum, mut turned) = (0.0, false);
@@ -237,7 +246,8 @@ fn cubic(rows: &Rows, weights: &[f64; ROWS], place: usize, turns: bool) -> f64 {
     }
 }
 
-/// A quaternion and its negative are the same: those on the other side of the sphere are turned round first.
+/// Interpolates quaternions. Since q and −q are the same rotation, rows in the other hemisphere are
+/// negated first.
 fn orientation(rows: &Rows, weights: &[f64; ROWS], range: std::ops::Range<usize>, out: &mut [f64]) {
     let base = &rows.row(0)[range.clone()];
     out.fill(0.0);
@@ -293,14 +303,14 @@ fn rate_of(unit: Unit) -> Option<Unit> {
 const POSITION: &str = "/position";
 const RATES: [&str; 2] = ["/rate", "/velocity"];
 
-/// What the rate of a signal would be called: `leg/LF/hip/rate` of `leg/LF/hip/position`.
+/// Returns the possible names of a signal's rate: `leg/LF/hip/rate` of `leg/LF/hip/position`.
 fn rate_names(name: &str) -> impl Iterator<Item = String> {
     let stem = name.strip_suffix(POSITION);
     stem.into_iter()
         .flat_map(|stem| RATES.map(|rate| format!("{stem}{rate}")))
 }
 
-/// What `name` would be the rate of.
+/// Returns the name of the signal of which `name` would be the rate.
 pub(crate) fn integral_of(name: &str) -> Option<String> {
     let stem = RATES.iter().find_map(|rate| name.strip_suffix(rate))?;
     Some(format!("{stem}{POSITION}"))

@@ -1,4 +1,4 @@
-//! Panics of parts: they end a run, not the program, and name the part.
+//! Panics of parts: each ends its run, not the program, and is attributed to the part.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::cell::{Cell, RefCell};
@@ -12,14 +12,14 @@ compile_error!(
     "a panic of a part must unwind to end its run only: leave `panic = \"abort\"` out of the profile"
 );
 
-/// A panic that was caught: a bug in a part, or in what calls it.
+/// A caught panic: a bug in a part or in its caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PanicReport {
     /// The innermost part whose code was running: ``plant `toy` ``; none outside of all parts.
     pub part: Option<String>,
     /// The message of the panic.
     pub message: String,
-    /// Source file, line and column; none if another panic hook has taken the place of this one.
+    /// Source file, line and column; none if another panic hook has replaced this one.
     pub place: Option<String>,
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for PanicReport {
 
 impl std::error::Error for PanicReport {}
 
-/// Which kind of part.
+/// Kind of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartKind {
     /// A [`crate::Plant`].
@@ -47,7 +47,7 @@ pub enum PartKind {
     Task,
     /// A [`crate::Driver`].
     Driver,
-    /// A [`crate::Wire`] with the boards at its far end.
+    /// A [`crate::Wire`] with its boards.
     Wire,
 }
 
@@ -64,9 +64,9 @@ impl PartKind {
 }
 
 thread_local! {
-    /// How many [`caught`] this thread is in.
+    /// Nesting depth of [`caught`] on this thread.
     static DEPTH: Cell<usize> = const { Cell::new(0) };
-    /// The panic that unwinds through the innermost of them.
+    /// Panic that unwinds through the innermost of them.
     static UNWINDING: RefCell<Unwinding> = const { RefCell::new(Unwinding { part: None, place: None }) };
 }
 
@@ -76,11 +76,11 @@ struct Unwinding {
     place: Option<String>,
 }
 
-/// Runs `run`; a panic in it is an error that says where and in which part it happened, and is not printed. With
-/// `RUST_BACKTRACE` set, its back-trace goes to standard error.
+/// Runs `run` and converts a panic in it into an error with its part and source location; the panic
+/// is not printed. With `RUST_BACKTRACE` set, its back-trace is written to standard error.
 ///
-/// What `run` was changing when it panicked is in no defined state, though it is memory-safe: the caller reads of it what it
-/// knows to be sound, and calls none of its parts again.
+/// Data modified by `run` during the panic are memory-safe, but in no defined state: the caller may
+/// read only data known to be consistent, and must not call the parts again.
 ///
 /// # Errors
 /// [`PanicReport`] if `run` panicked.
@@ -98,8 +98,8 @@ pub fn caught<R>(run: impl FnOnce() -> R) -> Result<R, PanicReport> {
     })
 }
 
-/// Runs `call`, which is code of the part `name`: a panic that unwinds through here is known to be that part's. Costs nothing
-/// otherwise.
+/// Runs `call`, which is code of the part `name`: a panic that unwinds through it is attributed to
+/// that part. No cost otherwise.
 pub fn in_part<R>(kind: PartKind, name: &str, call: impl FnOnce() -> R) -> R {
     let entered = Entered { kind, name };
     let result = call();
@@ -107,7 +107,7 @@ pub fn in_part<R>(kind: PartKind, name: &str, call: impl FnOnce() -> R) -> R {
     result
 }
 
-/// A part that is being called. It is dropped by unwinding only.
+/// A call of a part in progress. Dropped by unwinding only.
 struct Entered<'a> {
     kind: PartKind,
     name: &'a str,
@@ -115,7 +115,7 @@ struct Entered<'a> {
 
 impl Drop for Entered<'_> {
     fn drop(&mut self) {
-        // The innermost part is dropped first, and is the one to blame.
+        // The innermost part is dropped first; the panic is attributed to it.
         UNWINDING.with_borrow_mut(|unwinding| {
             unwinding
                 .part
@@ -130,10 +130,10 @@ fn message(payload: &(dyn std::any::Any + Send)) -> &str {
     text.unwrap_or("without a message")
 }
 
-/// Puts a hook before the present one that keeps the place of a panic which will be caught.
+/// Installs a hook before the present one that stores the location of a panic that will be caught.
 fn listen() {
     static ONCE: Once = Once::new();
-    // The hook of a thread that is unwinding cannot be changed.
+    // The hook cannot be changed while the thread is unwinding.
     if std::thread::panicking() {
         return;
     }
@@ -147,8 +147,8 @@ fn listen() {
     });
 }
 
-/// Keeps the place of a panic. False if nobody here catches it, or if one is being unwound already: the program may be about to
-/// abort, and its last word must not be lost.
+/// Stores the location of a panic. Returns false if the panic is not caught, or if another one is
+/// unwinding already: the program may be about to abort, and its message must be printed.
 fn kept(info: &PanicHookInfo<'_>) -> bool {
     if DEPTH.get() == 0 {
         return false;
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_an_error_with_its_part_its_message_and_its_place() {
+    fn caught_panic_has_part_message_and_location() {
         let line = line!() + 2;
         let report = caught(|| {
             in_part(PartKind::Plant, "toy", || -> () { panic!("at {} N", 3) });
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn of_parts_that_call_each_other_the_innermost_is_named() {
+    fn nested_parts_report_the_innermost() {
         let report = caught(|| {
             in_part(PartKind::Task, "sbcp", || {
                 in_part(PartKind::Driver, "sbcp", || ());
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_knows_nothing_of_the_one_before() {
+    fn report_is_independent_of_earlier_panics() {
         let _ = caught(|| in_part(PartKind::Plant, "toy", || -> () { panic!("a") }));
         let second = caught(|| std::panic::panic_any(5)).unwrap_err();
         assert_eq!(second.part, None);
@@ -212,11 +212,11 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_caught_inside_another_leaves_the_other_alone() {
+    fn panic_caught_during_unwinding_leaves_the_outer_report_intact() {
         struct Tidy;
         impl Drop for Tidy {
             fn drop(&mut self) {
-                // While it is dropped, another panic may be on its way out.
+                // Another panic may be unwinding during the drop.
                 let inner = caught(|| in_part(PartKind::Driver, "inner", || -> () { panic!("b") }));
                 assert_eq!(inner.unwrap_err().message, "b");
             }

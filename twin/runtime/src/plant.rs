@@ -4,107 +4,112 @@ use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
 use crate::plant_state::PlantState;
 
-/// The physics. Its input ports are actuator commands, its output ports measurements and truths.
+/// Model of the physics. Its input ports are actuator commands, its output ports measurements and
+/// ground truth.
 ///
-/// The rig moves it by [`Plant::advance`] to every instant at which something acts on it or looks at it,
-/// never back, and never twice to the same one.
+/// The rig calls [`Plant::advance`] to every instant at which the plant is actuated, sampled or
+/// observed, in strictly increasing order of time.
 pub trait Plant: Send {
-    /// Name, for messages and recordings.
+    /// Returns the name, used in messages and recordings.
     fn name(&self) -> &str;
 
-    /// Its inputs and outputs, the same at every call. Only the outputs that somebody wants are there:
-    /// whoever builds the plant tells it which.
+    /// Returns inputs and outputs, constant over the life of the plant. Contains only the outputs
+    /// that were selected when the plant was built.
     fn ports(&self) -> Vec<Port>;
 
-    /// Writes the inputs that hold it as it starts, end to end, in order: what it is held to until the first command
-    /// arrives. Zeros where it has no such wish.
+    /// Writes the initial inputs, concatenated in order, which apply until the first command
+    /// arrives. Zeros by default; a plant may return the inputs that hold its start pose.
     fn first_inputs(&self, inputs: &mut [f64]) {
         inputs.fill(0.0);
     }
 
-    /// Moves on to `to`, which is later than now, with `inputs` held constant.
+    /// Advances to `to`, which is later than the present time, with constant `inputs`.
     ///
     /// # Errors
-    /// [`PlantFault`] if the state is no longer physical; the plant stays where it last was.
+    /// [`PlantFault`] if the state is no longer physical; the plant stays at its last valid state.
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault>;
 
-    /// Writes the output ports, end to end, in order. They describe the state that was advanced to;
-    /// commands given since are not in them. Looking changes nothing: a plant that is looked at more
-    /// often (or not at all) goes the same way.
+    /// Writes the output ports, concatenated in order. They describe the state advanced to;
+    /// commands applied since then have no effect on them. Observation changes no state: the
+    /// trajectory does not depend on how often the plant is observed.
     fn observe(&mut self, outputs: &mut [f64]);
 
-    /// Begins a new window for the outputs that are means or sums over one (a foot's mean load). The rig
-    /// calls it at every instant of the observation grid, after [`Plant::observe`], and at no other.
+    /// Begins a new window for outputs that are means or sums over one (such as the mean load of a
+    /// foot). The rig calls it at every instant of the observation grid, after [`Plant::observe`],
+    /// and at no other.
     fn begin_window(&mut self) {}
 
-    /// Where the energy is and where it went, now.
+    /// Returns the energy balance at the present time.
     fn energy(&self) -> EnergyBalance;
 
-    /// What the run has cost so far.
+    /// Returns the work counts since the start.
     fn work(&self) -> WorkCounts;
 
-    /// How far what must be closed is open, now: loops, stops that were passed, contacts that overlap, in metres of the
-    /// worst of them; none if the plant has nothing of the kind to tell \[m\].
+    /// Returns the maximum constraint violation \[m\] at the present time: loop closure, joint
+    /// limits, penetration; none if the plant has no such constraints.
     fn constraint_violation(&self) -> Option<f64> {
         None
     }
 
-    /// Begins to keep the discontinuities that the plant meets from now on, or stops to and forgets them. A plant that is
-    /// just built keeps none, and whether it does changes nothing else.
+    /// Enables or disables the event log; either clears it. Disabled in a new plant; the log has no
+    /// other effect.
     fn log_events(&mut self, _wanted: bool) {}
 
-    /// The discontinuities met since [`Plant::log_events`], in order of time; always empty for a plant that cannot tell
-    /// when they happen.
+    /// Returns the discontinuities since [`Plant::log_events`], in order of time; always empty for
+    /// a plant that does not locate events.
     fn events(&self) -> &[PlantEvent] {
         &[]
     }
 
-    /// Saves everything that the way ahead depends on, caches and warm starts included.
+    /// Saves all state that affects later behaviour, caches and warm starts included.
     fn save(&self) -> Snapshot;
 
-    /// Goes back to a saved state, bit for bit.
+    /// Restores a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is not of such a plant.
+    /// [`SnapshotError`] if the snapshot belongs to another kind of plant.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 
-    /// Where it is, in names that other models of the same thing know, too; none if it has no such names.
+    /// Returns the state by names that other models of the same system share; none if the plant has
+    /// no such names.
     fn state(&self) -> Option<PlantState> {
         None
     }
 
-    /// Goes on from where another plant is, at that one's time, with its own energy books opened anew; its inputs are then
-    /// its first ones. Returns what it could not take over, a line each.
+    /// Resumes from the state of another plant, at that one's time, with a new energy balance; the
+    /// inputs are then the initial ones. Returns a line for each part of the state that could not
+    /// be represented.
     ///
     /// # Errors
-    /// [`PlantFault`] if it cannot be where the other is; it stays where it was. A plant that has no names for its state can
-    /// be nowhere but in its own.
+    /// [`PlantFault`] if the plant cannot represent that state; it is then unchanged. The default,
+    /// for plants without a named state, always fails.
     fn resume_from(&mut self, _from: &PlantState) -> Result<Vec<String>, PlantFault> {
         Err(PlantFault {
             time: SimTime::ZERO,
             part: self.name().to_owned(),
             energy: self.energy().stored(),
-            why: "it goes on from no other plant".to_owned(),
+            why: "it cannot resume from the state of another plant".to_owned(),
         })
     }
 }
 
-/// A plant that stopped, with everything seen before kept.
+/// Failure of a plant; everything observed before remains valid.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{part} failed at {time}, with {energy:.3e} J in it: {why}")]
 pub struct PlantFault {
-    /// When it was last sound.
+    /// Time of the last valid state.
     pub time: SimTime,
-    /// What failed: `leg/LF`, `contact`, `integrator`.
+    /// The part that failed: `leg/LF`, `contact`, `integrator`.
     pub part: String,
-    /// Energy in the plant by then \[J\].
+    /// Energy stored in the plant at that time \[J\].
     pub energy: f64,
-    /// How it failed.
+    /// The reason.
     pub why: String,
 }
 
 impl PlantFault {
-    /// That `plant` stopped at `time` because the program is to end ([`crate::interrupt`]).
+    /// Creates the fault of a `plant` stopped at `time` by a request to end the program
+    /// ([`crate::interrupt`]).
     pub fn interrupted(plant: &dyn Plant, time: SimTime) -> Self {
         Self {
             time,
@@ -115,56 +120,57 @@ impl PlantFault {
     }
 }
 
-/// A discontinuity that a plant met, at the time its own solution gives it.
+/// A discontinuity, at the time located by the plant's integrator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantEvent {
-    /// When, since the start; between the nanoseconds of [`SimTime`] where the plant locates it better \[s\].
+    /// Time since the start, between the nanoseconds of [`SimTime`] where the plant resolves it
+    /// \[s\].
     pub at_s: f64,
-    /// What of the plant: `leg/LF/closed`, `leg/LF/ground`.
+    /// The constraint: `leg/LF/closed`, `leg/LF/ground`.
     pub part: String,
-    /// Which way.
+    /// The direction.
     pub kind: PlantEventKind,
 }
 
-/// Which way a discontinuity goes.
+/// Direction of a discontinuity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PlantEventKind {
-    /// A stop is reached, a foot touches down, a cable becomes taut.
+    /// Activated: a stop is reached, a foot touches down, a cable becomes taut.
     Reached,
-    /// It lets go.
+    /// Released.
     Released,
 }
 
-/// Energy of a plant \[J\]. In an exact world `stored − stored at the start = actuator − dissipated −
-/// impact`; what is missing is the residual.
+/// Energy balance of a plant \[J\]. Exact integration satisfies `stored − stored at the start =
+/// actuator − dissipated − impact`; the difference is the residual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// In motion, now.
+    /// Kinetic energy, present value.
     pub kinetic: f64,
-    /// In springs, now.
+    /// Elastic energy of springs, present value.
     pub spring: f64,
-    /// In height, now.
+    /// Gravitational potential energy, present value.
     pub gravity: f64,
-    /// Taken out by friction and damping since the start.
+    /// Dissipated by friction and damping since the start.
     pub dissipated: f64,
-    /// Put in by actuators since the start.
+    /// Work of the actuators since the start.
     pub actuator: f64,
     /// Lost in impacts since the start.
     pub impact: f64,
-    /// Sum of the magnitudes of all transfers since the start: what the residual is measured by.
+    /// Sum of the magnitudes of all transfers since the start: the scale of the residual.
     pub exchanged: f64,
-    /// What the books lack: 0 for an exact integrator.
+    /// Residual of the balance: 0 for an exact integrator.
     pub residual: f64,
 }
 
 impl EnergyBalance {
-    /// Energy in the plant, now \[J\].
+    /// Returns the energy stored in the plant at the present time \[J\].
     pub fn stored(&self) -> f64 {
         self.kinetic + self.spring + self.gravity
     }
 }
 
-/// What a plant has done since the start: numbers that do not depend on the machine.
+/// Machine-independent counts of a plant's work since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorkCounts {
     /// Steps of the integrator.
@@ -173,16 +179,16 @@ pub struct WorkCounts {
     pub evaluations: u64,
     /// Factorisations of a matrix.
     pub factorisations: u64,
-    /// Discontinuities met: touch-downs, stops reached.
+    /// Discontinuities: touch-downs, stops reached.
     pub events: u64,
     /// Iterations of the contact solver.
     pub solver_iterations: u64,
-    /// Times the method of choice gave up and another, or a shorter step, took over.
+    /// Fallbacks from the preferred method to another one or to a shorter step.
     pub fallbacks: u64,
 }
 
 impl WorkCounts {
-    /// The counts by name, in the order of the fields.
+    /// Returns the counts by name, in the order of the fields.
     pub fn named(&self) -> [(&'static str, u64); 6] {
         [
             ("steps", self.steps),

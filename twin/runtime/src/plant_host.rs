@@ -5,11 +5,11 @@ use twinrig_kernel::{SimTime, Snapshot};
 
 use crate::{PartKind, Plant, PlantAccess, PlantFault, PlantSignals, in_part};
 
-/// The plant with the commands it is held to and the last look at it: moved only when somebody acts on
-/// it or looks at it, then to exactly that instant, and looked at once an instant however many ask.
+/// The plant with its applied commands and the last observation. Advanced only when it is sampled,
+/// actuated or observed, to exactly that instant, and observed at most once per instant.
 pub(crate) struct PlantHost {
     pub(crate) plant: Box<dyn Plant>,
-    /// What the plant calls itself.
+    /// Name of the plant.
     name: String,
     pub(crate) signals: PlantSignals,
     pub(crate) state: PlantHostState,
@@ -18,13 +18,13 @@ pub(crate) struct PlantHost {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct PlantHostState {
     pub(crate) now: SimTime,
-    /// Where the plant is: at now or before.
+    /// Time of the plant in the time of the rig, at or before `now`.
     moved_to: SimTime,
-    /// Until when the plant was held before the run began: its own time starts there.
+    /// End of the time in which the plant is held at its start; the plant's own time begins there.
     held: SimTime,
     holding: bool,
     observed: Option<SimTime>,
-    /// When another plant was put in the place of the one before.
+    /// Time of the last replacement of the plant.
     pub(crate) exchanged: Option<SimTime>,
     pub(crate) inputs: Vec<f64>,
     pub(crate) outputs: Vec<f64>,
@@ -57,14 +57,14 @@ impl PlantHost {
         }
     }
 
-    /// Lets go of the plant, which was held in its start until now: boards wake up, calibrate and report while
-    /// the robot still hangs on its stand.
+    /// Releases the plant, which is held at its start until then: boards boot, calibrate and report
+    /// while the robot hangs on its stand.
     pub(crate) fn release(&mut self) {
         self.hold();
         self.state.holding = false;
     }
 
-    /// Whether the plant is still held.
+    /// Returns whether the plant is still held.
     pub(crate) fn is_held(&self) -> bool {
         self.state.holding
     }
@@ -74,7 +74,7 @@ impl PlantHost {
         self.state.moved_to = self.state.now;
     }
 
-    /// Moves the plant to now.
+    /// Advances the plant to now.
     fn catch_up(&mut self) -> Result<(), PlantFault> {
         if self.state.holding {
             self.hold();
@@ -91,7 +91,8 @@ impl PlantHost {
         Ok(())
     }
 
-    /// A fault of the plant in the time of the rig: the plant's own begins when it is let go.
+    /// Converts the time of a fault to the time of the rig: the plant's own time begins at its
+    /// release.
     pub(crate) fn late(&self, fault: PlantFault) -> PlantFault {
         PlantFault {
             time: self.state.held + (fault.time - SimTime::ZERO),
@@ -99,12 +100,13 @@ impl PlantHost {
         }
     }
 
-    /// Looks anew when it is asked next, though it be at the same instant.
+    /// Discards the stored observation: the next request observes the plant again, even at the same
+    /// instant.
     pub(crate) fn forget_look(&mut self) {
         self.state.observed = None;
     }
 
-    /// All outputs at now.
+    /// Returns all outputs at now.
     pub(crate) fn look(&mut self) -> Result<&[f64], PlantFault> {
         self.catch_up()?;
         if self.state.observed != Some(self.state.now) {
@@ -115,17 +117,17 @@ impl PlantHost {
         Ok(&self.state.outputs)
     }
 
-    /// Begins the window over which outputs that are means are taken.
+    /// Begins a new window for outputs that are means.
     pub(crate) fn begin_window(&mut self) {
         in_part(PartKind::Plant, &self.name, || self.plant.begin_window());
     }
 
-    /// The state of the plant.
+    /// Saves the state of the plant.
     pub(crate) fn save(&self) -> Snapshot {
         in_part(PartKind::Plant, &self.name, || self.plant.save())
     }
 
-    /// Puts `plant` in the place of the one that is there.
+    /// Replaces the plant.
     pub(crate) fn replace(&mut self, plant: Box<dyn Plant>) {
         plant.name().clone_into(&mut self.name);
         self.plant = plant;

@@ -1,20 +1,21 @@
-//! Where a plant is, in words that others understand.
+//! State of a plant by names that other plants share.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 
-/// Where a plant is at an instant, as vectors of `f64` with names, in SI units: for another plant to go on from there, whose
-/// own coordinates may be others. A [`Snapshot`](twinrig_kernel::Snapshot) is exact, private and for a plant of the same make; this is what models of
-/// the same thing have in common.
+/// State of a plant at an instant: named vectors of `f64` in SI units, from which a plant with
+/// other coordinates can resume. A [`Snapshot`](twinrig_kernel::Snapshot) is exact, private and
+/// restores plants of the same kind only; this is the part that models of the same system have in
+/// common.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlantState {
-    /// When.
+    /// Time of the state.
     pub time: SimTime,
     values: Vec<(String, Vec<f64>)>,
 }
 
 impl PlantState {
-    /// Nothing, at `time`.
+    /// Creates an empty state at `time`.
     pub fn at(time: SimTime) -> Self {
         Self {
             time,
@@ -22,7 +23,7 @@ impl PlantState {
         }
     }
 
-    /// The same, and `values` for `name`, whatever was there.
+    /// Sets `name` to `values`, replacing earlier ones.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, values: &[f64]) -> Self {
         let name = name.into();
@@ -31,14 +32,14 @@ impl PlantState {
         self
     }
 
-    /// The values of `name`.
+    /// Returns the values of `name`.
     pub fn get(&self, name: &str) -> Option<&[f64]> {
         let mut all = self.values.iter();
         all.find(|(known, _)| known == name)
             .map(|(_, values)| values.as_slice())
     }
 
-    /// What of it has a name that `keep` wants.
+    /// Returns the values whose names satisfy `keep`.
     #[must_use]
     pub fn only(&self, keep: impl Fn(&str) -> bool) -> Self {
         let mut kept = self.clone();
@@ -46,7 +47,7 @@ impl PlantState {
         kept
     }
 
-    /// Names and values, in the order in which they were given.
+    /// Iterates over names and values, in the order of insertion.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &[f64])> {
         let all = self.values.iter();
         all.map(|(name, values)| (name.as_str(), values.as_slice()))

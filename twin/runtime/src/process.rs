@@ -2,18 +2,20 @@ use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError};
 
 use crate::{ProcessVariable, VariableError};
 
-/// A controller: signals in, signals out, once a control period. It cannot tell a twin from hardware.
+/// A controller: signals in, signals out, once per control period. It cannot distinguish a twin
+/// from hardware.
 ///
 /// The rig calls [`Process::ports`] and [`Process::variables`] once while it is wired, then
-/// [`Process::step`] at every control step at which the process is not still busy.
+/// [`Process::step`] at every control step at which the process is not busy.
 pub trait Process: Send {
-    /// Name, for messages and recordings.
+    /// Returns the name, used in messages and recordings.
     fn name(&self) -> &str;
 
-    /// Its inputs and outputs. The same at every call.
+    /// Returns inputs and outputs. Constant over the life of the process.
     fn ports(&self) -> Vec<Port>;
 
-    /// The numbers that may be set while it runs. Their count, names, units and ranges never change.
+    /// Returns the variables that may be set during a run. Their count, names, units and ranges are
+    /// constant.
     fn variables(&self) -> &[ProcessVariable] {
         &[]
     }
@@ -21,8 +23,8 @@ pub trait Process: Send {
     /// Sets the variable at `index` of [`Process::variables`], in its unit.
     ///
     /// # Errors
-    /// [`VariableError`] if there is no such variable or the value is refused; the variable then keeps
-    /// its value.
+    /// [`VariableError`] if there is no such variable or the value is refused; the variable is then
+    /// unchanged.
     fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
         let _ = value;
         Err(VariableError::NoSuchIndex {
@@ -31,22 +33,22 @@ pub trait Process: Send {
         })
     }
 
-    /// One iteration.
+    /// Runs one iteration.
     ///
-    /// `elapsed` is the physical time since the previous iteration began; it is zero at the first one
-    /// and at no other, and it is more than a period after an iteration that came too late. `inputs` and
-    /// `outputs` hold the input and output ports of [`Process::ports`], end to end, in order
-    /// ([`twinrig_kernel::Layout`]). An input whose task has not finished a transfer yet reads what the
-    /// task held at the start: zero, unless the task says otherwise. `outputs` holds what the last
-    /// iteration left there, zeros at first.
+    /// `elapsed` is the physical time since the previous iteration began; it is zero at the first
+    /// one only, and longer than a period after an overrun. `inputs` and `outputs` contain the
+    /// input and output ports of [`Process::ports`], concatenated in order
+    /// ([`twinrig_kernel::Layout`]). An input whose task has not finished a transfer yet has the
+    /// task's initial value: zero, unless the task specifies another. `outputs` contains the
+    /// outputs of the last iteration, zeros at first.
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]);
 
-    /// Saves everything that later iterations depend on, variables included.
+    /// Saves all state that affects later iterations, variables included.
     fn save(&self) -> Snapshot;
 
-    /// Goes back to a saved state, bit for bit.
+    /// Restores a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is not of such a process.
+    /// [`SnapshotError`] if the snapshot belongs to another kind of process.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }

@@ -5,17 +5,17 @@ use twinrig_kernel::{
 
 use crate::{Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, in_part};
 
-/// A process with its signals and the changes that wait for it: what both executors do with one.
+/// A process with its signals and pending changes, as used by both executors.
 pub(crate) struct ProcessSlot {
     pub(crate) process: Box<dyn Process>,
-    /// What the process calls itself.
+    /// Name of the process.
     name: String,
     pub(crate) inputs: Layout,
     pub(crate) outputs: Layout,
     pub(crate) state: ProcessSlotState,
 }
 
-/// What of it changes, apart from the process.
+/// Mutable state, apart from the process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ProcessSlotState {
     changes: EventQueue<PendingChange>,
@@ -30,7 +30,7 @@ struct PendingChange {
 }
 
 impl ProcessSlot {
-    /// A process with these ports, which are its own.
+    /// Creates the slot of a process with its `ports`.
     pub(crate) fn new(process: Box<dyn Process>, ports: &[Port]) -> Self {
         let inputs = Layout::of(ports, Direction::Input);
         let outputs = Layout::of(ports, Direction::Output);
@@ -47,7 +47,7 @@ impl ProcessSlot {
         }
     }
 
-    /// Puts a change onto the list, unless it is known now that it cannot be made.
+    /// Schedules a change, unless it is already known to be invalid.
     pub(crate) fn schedule(
         &mut self,
         now: SimTime,
@@ -80,7 +80,8 @@ impl ProcessSlot {
         Ok(())
     }
 
-    /// Makes the changes that are due at the control step `scheduled`, and tells the observer that it is `now`.
+    /// Applies the changes due at the control step `scheduled` and reports them to the observer at
+    /// `now`.
     pub(crate) fn make_changes<O: Observer>(
         &mut self,
         scheduled: SimTime,
@@ -106,7 +107,8 @@ impl ProcessSlot {
         Ok(())
     }
 
-    /// One iteration. An output that is no number would poison the plant long before anybody could tell why.
+    /// Runs one iteration. A non-finite output is an error: in the plant it would surface much
+    /// later, without its cause.
     pub(crate) fn step(&mut self, now: SimTime, elapsed: SimDuration) -> Result<(), RigError> {
         let ProcessSlotState {
             inputs, outputs, ..
@@ -129,7 +131,7 @@ impl ProcessSlot {
         })
     }
 
-    /// The state of the process.
+    /// Saves the state of the process.
     pub(crate) fn save(&self) -> Snapshot {
         in_part(PartKind::Controller, &self.name, || self.process.save())
     }

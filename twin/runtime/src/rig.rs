@@ -16,53 +16,54 @@ mod assembly;
 mod exchange;
 mod snapshot;
 
-/// Events of one instant, in order.
+/// Order of the events of one instant.
 mod rank {
     use twinrig_kernel::Rank;
 
-    /// Transfers that end now end first, so that their tasks are idle at a control step that falls on now.
+    /// First, transfers end, so that their tasks are idle at a control step at the same instant.
     pub(super) const TASK: Rank = Rank(0);
-    /// Then the process ends, so that one which takes exactly a period is not late.
+    /// Then the process ends, so that an iteration of exactly one period is not late.
     pub(super) const PROCESS_END: Rank = Rank(1);
     /// Then the process begins.
     pub(super) const CONTROL_STEP: Rank = Rank(2);
-    /// And when all has happened that happens now, the plant is observed.
+    /// Last, the plant is observed.
     pub(super) const OBSERVATION: Rank = Rank(3);
 }
 
-/// A process, its tasks and a plant, wired by name and run in virtual time: the lockstep executor of the
-/// scheduling rule ([`Manager`]).
+/// A process, its tasks and a plant, wired by name and run in virtual time: the lockstep executor
+/// of the scheduling rule ([`Manager`]).
 ///
-/// Everything that happens is one of four kinds of event, and at one instant they come in this order:
+/// There are four kinds of events; at one instant they are handled in this order:
 ///
-/// 0. a task goes on with its transfer;
+/// 0. a task continues its transfer;
 /// 1. the process ends its iteration, and the tasks that take part begin theirs, in order of registration;
-/// 2. a control step: the changes that are due are made, and the process begins;
+/// 2. a control step: due changes are applied, and the process begins;
 /// 3. the plant is observed.
 ///
-/// Before the first control step the tasks open their devices; that step comes at the first multiple of the
-/// period at which all have, and the plant is held in its start until then.
+/// Before the first control step the tasks open their devices; it occurs at the first multiple of
+/// the period at which all are open. The plant is held at its start until then.
 ///
-/// An iteration or a transfer that takes no time ends at the instant it began at, before the observation.
-/// The plant is moved to exactly the instants at which a task samples or actuates and to those of the
-/// observation grid, under the commands that were last actuated, zeros at first. So observing with
-/// another period is another run, unless the plant's own step divides both.
+/// An iteration or a transfer of zero duration ends at the instant of its beginning, before the
+/// observation. The plant is advanced to exactly the instants at which a task samples or actuates
+/// and to those of the observation grid, under the commands last applied, at first the plant's
+/// initial ones. Another observation period is therefore another run, unless the plant's own step
+/// divides both.
 pub struct Rig {
     process: ProcessSlot,
     tasks: Vec<TaskSlot>,
     plant_host: PlantHost,
     state: RigState,
-    /// The gauges of all tasks, end to end.
+    /// Diagnostics of all tasks, concatenated.
     diagnostics: Layout,
     traces: Vec<String>,
     period: SimDuration,
     observe: SimDuration,
     parts: Parts,
-    /// Why the run ended, if it did.
+    /// Error that ended the run, if any.
     failed: Option<RigError>,
 }
 
-/// What of a rig changes, apart from its parts.
+/// Mutable state of a rig, apart from its parts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct RigState {
     manager: Manager,
@@ -75,16 +76,16 @@ struct TaskSlot {
     task: Box<dyn IoTask>,
     name: String,
     links: TaskLinks,
-    /// Its inputs, laid out for it at the beginning of a transfer.
+    /// Inputs of the task, collected at the beginning of a transfer.
     from_process: Vec<f64>,
-    /// Where its gauges stand among all.
+    /// Range of its diagnostics.
     diagnostics: Range<usize>,
-    /// The number of its first lane.
+    /// Index of its first byte trace.
     first_lane: usize,
     part: PartId,
 }
 
-/// The parts that are not tasks. Tasks come before them, in their order.
+/// Agenda entries other than tasks. Tasks precede them, in their order.
 struct Parts {
     process_end: PartId,
     control_step: PartId,
@@ -92,24 +93,25 @@ struct Parts {
 }
 
 impl TaskSlot {
-    /// Lets the task do something.
+    /// Calls the task; a panic is attributed to it.
     fn call<R>(&mut self, call: impl FnOnce(&mut dyn IoTask) -> R) -> R {
         in_part(PartKind::Task, &self.name, || call(&mut *self.task))
     }
 
-    /// Its state.
+    /// Saves the state of the task.
     fn save(&self) -> Snapshot {
         in_part(PartKind::Task, &self.name, || self.task.save())
     }
 }
 
 impl Rig {
-    /// Sets a process variable before the first iteration that begins at `at` or later. Changes due at
-    /// one iteration are made in the order of their times, then in the order they were scheduled.
+    /// Schedules the change of a process variable before the first iteration that begins at `at` or
+    /// later. Changes due at one iteration are applied in the order of their times, then in the
+    /// order of scheduling.
     ///
     /// # Errors
-    /// [`RigError::NoSuchVariable`], [`RigError::ChangeInThePast`], or [`RigError::Change`] if the value is
-    /// out of range whatever happens until then. A change *by* an amount is checked when it is made.
+    /// [`RigError::NoSuchVariable`], [`RigError::ChangeInThePast`], or [`RigError::Change`] if the
+    /// value is always out of range. A change *by* an amount is checked when it is applied.
     pub fn schedule(
         &mut self,
         at: SimTime,
@@ -119,12 +121,12 @@ impl Rig {
         self.process.schedule(self.now(), at, variable, change)
     }
 
-    /// Handles every event up to and at `to`. Running to the end at once or in pieces makes no difference.
+    /// Handles every event up to and at `to`. Running in pieces is equivalent to running at once.
     ///
     /// # Errors
-    /// [`RigError`] if a part fails; `observer` has then seen everything that happened before, and the rig
-    /// answers every further call with the same error. [`RigError::Interrupted`] if the program is to end: the
-    /// rig could go on from there.
+    /// [`RigError`] if a part fails; `observer` has then received everything before the failure,
+    /// and the rig returns the same error from every further call. [`RigError::Interrupted`] if the
+    /// program is requested to end: the rig can continue from there.
     pub fn run_until<O: Observer>(
         &mut self,
         to: SimTime,
@@ -132,7 +134,7 @@ impl Rig {
     ) -> Result<(), RigError> {
         while let Some(time) = self.step(to, observer)? {
             if interrupt::is_requested() {
-                // What happens at one instant belongs together.
+                // The events of one instant are not separated.
                 while self.step(time, observer)?.is_some() {}
                 return Err(RigError::Interrupted { time });
             }
@@ -140,7 +142,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Handles the next event, if it falls on `limit` or before, and says when that was.
+    /// Handles the next event, if it is at `limit` or before, and returns its time.
     ///
     /// # Errors
     /// As [`Rig::run_until`].
@@ -178,7 +180,7 @@ impl Rig {
         }
     }
 
-    /// Begins an iteration of the process, unless it is still at the last one.
+    /// Begins an iteration of the process, unless the last one is still running.
     fn control_step<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         self.state
@@ -189,7 +191,7 @@ impl Rig {
         }
         let elapsed = match self.state.manager.control_step(now) {
             ControlStep::Begin { elapsed, .. } => elapsed,
-            // Said at once: a process that never ends never begins again.
+            // Reported immediately: a process that never ends never begins again.
             ControlStep::Late { missed } => {
                 observer.event(now, RunEvent::Overrun { missed });
                 return Ok(());
@@ -215,7 +217,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Opens the devices, if that has not begun; once all are open, lets go of the plant.
+    /// Opens the devices at time 0; releases the plant once all are open. Returns whether they are.
     fn opened<O: Observer>(&mut self, observer: &mut O) -> Result<bool, RigError> {
         let now = self.now();
         if now == SimTime::ZERO {
@@ -260,7 +262,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Does what a task asked for.
+    /// Handles the progress reported by a task.
     fn follow<O: Observer>(
         &mut self,
         task: usize,
@@ -329,17 +331,17 @@ impl Rig {
         Ok(())
     }
 
-    /// Whether all devices are open, so that control steps have begun.
+    /// Returns whether all devices are open, so that control steps have begun.
     pub fn is_open(&self) -> bool {
         !self.plant_host.is_held()
     }
 
-    /// Time of the last event handled.
+    /// Returns the time of the last event.
     pub fn now(&self) -> SimTime {
         self.plant_host.state.now
     }
 
-    /// How the values of a group lie in what the observer sees.
+    /// Returns the layout of a group's values as passed to the observer.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
             Group::Plant => &self.plant_host.signals.outputs,
@@ -349,40 +351,40 @@ impl Rig {
         }
     }
 
-    /// The names of the lanes on which tasks exchange bytes with their devices.
+    /// Returns the names of the byte traces between tasks and devices.
     pub fn traces(&self) -> &[String] {
         &self.traces
     }
 
-    /// The names of the tasks, in order of registration.
+    /// Returns the names of the tasks, in order of registration.
     pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.tasks.iter().map(|slot| slot.name.as_str())
     }
 
-    /// The name of the task that carries the process's signal `port`.
+    /// Returns the name of the task that carries the process's signal `port`.
     pub fn carrier(&self, port: &Port) -> Option<&str> {
         let carries = |slot: &&TaskSlot| slot.task.ports().contains(&port.mirrored());
         Some(&self.tasks.iter().find(carries)?.name)
     }
 
-    /// The control period.
+    /// Returns the control period.
     pub fn period(&self) -> SimDuration {
         self.period
     }
 
-    /// The process.
+    /// Returns the process.
     pub fn process(&self) -> &dyn Process {
         &*self.process.process
     }
 
-    /// The plant: its energy, its work. It is where it was last acted on or looked at, at or before
-    /// [`Rig::now`].
+    /// Returns the plant, for its energy and work. It is at the time at which it was last actuated,
+    /// sampled or observed, at or before [`Rig::now`].
     pub fn plant(&self) -> &dyn Plant {
         &*self.plant_host.plant
     }
 
-    /// The plant, to be disturbed from outside between two events. What that does to the run is the
-    /// caller's affair; a replay does not know of it.
+    /// Returns the plant, to be disturbed from outside between two events. The caller is
+    /// responsible for the effect on the run; a replay does not reproduce it.
     pub fn plant_mut(&mut self) -> &mut dyn Plant {
         &mut *self.plant_host.plant
     }

@@ -3,25 +3,26 @@ use twinrig_kernel::SimDuration;
 
 use crate::{RigError, Timing};
 
-/// When a rig does what.
+/// Schedule of a rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
-    /// Step of the manager: the fastest I/O.
+    /// Step of the manager: the period of the fastest I/O.
     pub step: SimDuration,
-    /// The process runs every so many steps.
+    /// Control period in steps.
     pub every: u64,
     /// Period of the observation grid, which begins at 0.
     pub observe: SimDuration,
-    /// How long an iteration of the process takes; drawn from the stream `process/compute`.
+    /// Compute time of an iteration of the process, drawn from the stream `process/compute`.
     pub compute: Timing,
     /// Seed of the run.
     pub seed: u64,
-    /// More events than this at one instant are an error.
+    /// Maximum number of events at one instant; more are an error.
     pub events_max: u32,
 }
 
 impl Schedule {
-    /// The process runs every `period` and takes no time; the plant is observed every 2 ms; seed 1.
+    /// Creates a schedule with control period `period`, zero compute time, observation every 2 ms
+    /// and seed 1.
     #[must_use]
     pub fn with_period(period: SimDuration) -> Self {
         Self {
@@ -34,7 +35,7 @@ impl Schedule {
         }
     }
 
-    /// The control period: `every` steps.
+    /// Returns the control period: `every` steps.
     ///
     /// # Errors
     /// [`RigError::BadPeriod`] if it is zero or past 584 years.
@@ -46,11 +47,11 @@ impl Schedule {
     }
 }
 
-/// What happens to a process variable at an instant of the run.
+/// Change of a process variable during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Change {
-    /// It becomes this.
+    /// Sets the value.
     To(f64),
-    /// It becomes what it is plus this.
+    /// Adds to the value.
     By(f64),
 }

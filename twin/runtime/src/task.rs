@@ -6,32 +6,33 @@ use twinrig_kernel::{Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError
 
 use crate::{DeviceError, PanicReport, PlantFault, WiringError};
 
-/// One transfer with a device, over and over: the manager starts it when the process has ended and the
-/// task is idle, and leaves it alone until it is done.
+/// A recurring transfer with a device: the manager starts it when the process has ended and the
+/// task is idle, and does not interfere until it is done.
 ///
-/// The methods come in this order: [`IoTask::connect`] and [`IoTask::open`] once, then for each transfer
-/// [`IoTask::begin`], [`IoTask::wake`] at every instant the task asked for, and [`IoTask::to_process`] when it
-/// is done. A task whose far end lives on by itself (boards tick, whether spoken to or not) is woken between
-/// transfers, too.
+/// Order of the calls: [`IoTask::connect`] and [`IoTask::open`] once, then for each transfer
+/// [`IoTask::begin`], [`IoTask::wake`] at every instant requested by the task, and
+/// [`IoTask::to_process`] when it is done. A task whose devices have their own timing (boards tick
+/// also without requests) is woken between transfers, too.
 pub trait IoTask: Send {
-    /// Name, for messages and recordings. No two tasks of a rig share one.
+    /// Returns the name, unique within a rig, used in messages and recordings.
     fn name(&self) -> &str;
 
-    /// Output ports are data that it brings to the process (sensors), input ports data that it takes
-    /// from the process (commands). The same at every call.
+    /// Returns the ports: outputs are data provided to the process (sensors), inputs are data read
+    /// from it (commands). Constant over the life of the task.
     fn ports(&self) -> Vec<Port>;
 
-    /// Tells the task what the far end looks like: where in the flat vectors of [`PlantAccess`] its signals
-    /// lie. A task that talks to hardware has no need of it.
+    /// Resolves the plant signals of the task: their ranges in the flat vectors of [`PlantAccess`].
+    /// Not needed by a task on hardware.
     ///
     /// # Errors
-    /// [`WiringError`] if the plant has not the signals that the task is to carry.
+    /// [`WiringError`] if the plant lacks a signal that the task carries.
     fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
         let _ = plant;
         Ok(())
     }
 
-    /// Gets the device ready, at time 0: the first control step waits until all tasks are. Most are at once.
+    /// Opens the device, at time 0: the first control step waits until all tasks are open. Most
+    /// tasks open without delay.
     ///
     /// # Errors
     /// [`TaskError`] if the device cannot be used; the run ends.
@@ -40,8 +41,8 @@ pub trait IoTask: Send {
         Ok(Progress::Done)
     }
 
-    /// Begins a transfer. `from_process` holds the task's input ports, end to end, in order: the outputs
-    /// of the process iteration that has just ended.
+    /// Begins a transfer. `from_process` contains the task's input ports, concatenated in order:
+    /// outputs of the process iteration that has just ended.
     ///
     /// # Errors
     /// [`TaskError`] if the device or the plant fails; the run ends.
@@ -52,140 +53,143 @@ pub trait IoTask: Send {
         plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError>;
 
-    /// Goes on with the transfer, or with opening, at the instant the task asked for; between transfers, with
-    /// what happens at the far end meanwhile, which is [`Progress::Done`] again.
+    /// Continues the transfer, or opening, at the requested instant; between transfers, handles the
+    /// devices' own events, which again returns [`Progress::Done`].
     ///
     /// # Errors
     /// [`TaskError`] if the device or the plant fails; the run ends.
     fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError>;
 
-    /// When the task wants to be woken although it is at no transfer; asked whenever it is done.
+    /// Returns the wake-up time of an idle task, if any; called whenever the task is done.
     fn idle_wake(&self) -> Option<SimTime> {
         None
     }
 
-    /// What can be seen of the task beside what it brings to the process: counters of its driver and of the
-    /// boards at its far end. Output ports, the same at every call.
+    /// Returns the ports of the diagnostics (counters of driver and boards), all of them outputs.
+    /// Constant over the life of the task.
     fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
-    /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
+    /// Writes the diagnostics at `now`, concatenated in order. Changes no state.
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 
-    /// Names of the lanes on which bytes pass, each in one direction: `sbcp/out`, `sbcp/in`.
+    /// Returns the names of the byte traces, one per direction: `sbcp/out`, `sbcp/in`.
     fn traces(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Hands over what has passed since the last call, in order, by number of the lane.
+    /// Passes the bytes traced since the last call to `passed`, in order, with the index of the
+    /// trace.
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
         let _ = passed;
     }
 
-    /// What the last finished transfer brought: the task's output ports, end to end, in order. Read only
-    /// while the task is idle; before the first transfer it is what the process is to see until then.
+    /// Returns the results of the last finished transfer: the task's output ports, concatenated in
+    /// order. Read only while the task is idle; before the first transfer, these are the initial
+    /// inputs of the process.
     fn to_process(&self) -> &[f64];
 
-    /// Saves everything that later transfers depend on, the one under way included.
+    /// Saves all state that affects later transfers, including one in progress.
     fn save(&self) -> Snapshot;
 
-    /// Goes back to a saved state, bit for bit.
+    /// Restores a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is not of such a task.
+    /// [`SnapshotError`] if the snapshot belongs to another kind of task.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }
 
-/// How far a transfer has come.
+/// Progress of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// It goes on at that instant, which may be now but not earlier; the task is woken then.
+    /// In progress; the task is woken at that instant, which may be now but not earlier.
     Again(SimTime),
-    /// It is done, and its data are valid.
+    /// Finished, with valid data.
     Done,
 }
 
-/// The far end of the wires: the plant, advanced to exactly now before any call answers.
+/// Access to the plant, advanced to exactly the present time before each call returns.
 ///
-/// What is sampled is the state at this instant; what is actuated is held from this instant on. So the
-/// order in which tasks sample and actuate at one instant makes no difference.
+/// Samples are of the state at this instant; commands apply from this instant on. The order in
+/// which tasks sample and actuate at one instant therefore has no effect.
 pub trait PlantAccess {
-    /// The plant's outputs at now, as laid out in [`PlantSignals::outputs`]: those in `signals`.
+    /// Returns the outputs `signals` at the present time, in the layout of
+    /// [`PlantSignals::outputs`].
     ///
     /// # Errors
-    /// [`PlantFault`] if the plant fails on the way to now.
+    /// [`PlantFault`] if the plant fails while advancing to the present time.
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault>;
 
-    /// The plant's inputs, as laid out in [`PlantSignals::inputs`]: those in `signals`, to be written.
+    /// Returns the inputs `signals`, to be written, in the layout of [`PlantSignals::inputs`].
     ///
     /// # Errors
-    /// [`PlantFault`] if the plant fails on the way to now.
+    /// [`PlantFault`] if the plant fails while advancing to the present time.
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault>;
 }
 
-/// The signals of the far end.
+/// Signals of the plant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PlantSignals {
-    /// What can be actuated.
+    /// Signals that can be actuated.
     pub inputs: Layout,
-    /// What can be sampled.
+    /// Signals that can be sampled.
     pub outputs: Layout,
 }
 
-/// A transfer that ended the run.
+/// Failure of a transfer, which ends the run.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum TaskError {
     /// The plant failed while it was advanced to the instant of the transfer.
     #[error(transparent)]
     Plant(#[from] PlantFault),
-    /// The device failed: it does not answer, its port is gone.
+    /// The device failed: no answer, port lost.
     #[error("{why}")]
     Device {
-        /// How.
+        /// The reason.
         why: String,
     },
     /// The real port failed.
     #[error(transparent)]
     Port(#[from] DeviceError),
-    /// It took longer than it may, in real time.
+    /// A phase exceeded its limit, in real time.
     #[error(
         "{place}: {what} took more than {limit}; is the device switched on, and its cable plugged in?"
     )]
     TimeLimit {
-        /// What took so long.
+        /// The phase.
         what: Phase,
-        /// Where the device is.
+        /// Location of the device.
         place: String,
-        /// How long it may take.
+        /// The limit.
         limit: SimDuration,
     },
     /// The driver panicked in real time: a bug in it.
     #[error(transparent)]
     Panic(#[from] PanicReport),
-    /// The driver's thread did not come back in its time: a bug in the driver, or a system that did not let it run or hung in
-    /// the device.
-    #[error("{place}: {what} did not end, and neither did its driver's thread as it should: {why}")]
+    /// The driver's thread did not end in time: a bug in the driver, a thread that was not
+    /// scheduled, or a blocked device.
+    #[error("{place}: {what} did not end, and the driver's thread did not return: {why}")]
     Lost {
-        /// What it was at.
+        /// The phase.
         what: Phase,
-        /// Where the device is.
+        /// Location of the device.
         place: String,
-        /// What is known of it.
+        /// State of the thread.
         why: String,
     },
 }
 
-/// What a driver is at.
+/// Phase of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// It gets the devices ready.
+    /// Preparation of the devices.
     Opening,
-    /// It exchanges data with them.
+    /// Exchange of data with the devices.
     Transfer,
-    /// It leaves them in a safe state.
+    /// Transition of the devices into a safe state.
     Closing,
 }
 

@@ -2,19 +2,19 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{SimDuration, Stream, stream};
 
-/// How long something takes in virtual time: an iteration of the process, a transfer.
+/// Model of a duration in virtual time: an iteration of the process, a transfer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Timing {
-    /// Always as long.
+    /// Constant.
     Constant(SimDuration),
-    /// Any whole number of nanoseconds from `min` to `max`, all alike.
+    /// Uniform over the whole nanoseconds from `min` to `max`.
     Uniform {
         /// Shortest.
         min: SimDuration,
         /// Longest.
         max: SimDuration,
     },
-    /// Normal, of that mean and standard deviation before what lies outside of `min..=max` is cut off.
+    /// Truncated normal: mean and standard deviation are those before truncation to `min..=max`.
     Normal {
         /// Mean, within `min..=max`.
         mean: SimDuration,
@@ -25,11 +25,11 @@ pub enum Timing {
         /// Longest.
         max: SimDuration,
     },
-    /// As once recorded, one after the other, and again from the first.
+    /// A recorded sequence, repeated cyclically.
     Trace(Vec<SimDuration>),
 }
 
-/// A timing that cannot be.
+/// An invalid timing.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum TimingError {
     /// The shortest time is longer than the longest.
@@ -40,7 +40,7 @@ pub enum TimingError {
         /// Longest.
         max: SimDuration,
     },
-    /// The mean lies outside of the range.
+    /// The mean lies outside the range.
     #[error("a mean of {mean} is not between {min} and {max}")]
     MeanOutside {
         /// Mean.
@@ -50,16 +50,16 @@ pub enum TimingError {
         /// Longest.
         max: SimDuration,
     },
-    /// There is nothing in the trace.
+    /// The trace is empty.
     #[error("the recorded trace is empty")]
     EmptyTrace,
 }
 
 impl Timing {
-    /// No time at all.
+    /// Zero duration.
     pub const ZERO: Self = Self::Constant(SimDuration::ZERO);
 
-    /// The longest that it can be.
+    /// Returns the longest possible duration.
     pub fn longest(&self) -> SimDuration {
         match self {
             Self::Constant(duration) => *duration,
@@ -68,10 +68,10 @@ impl Timing {
         }
     }
 
-    /// The durations in order, drawn from the stream of that name.
+    /// Returns the sequence of durations, drawn from the random stream `name`.
     ///
     /// # Errors
-    /// [`TimingError`] if there are none.
+    /// [`TimingError`] if the timing is invalid.
     pub fn source(self, seed: u64, name: &str) -> Result<TimeSource, TimingError> {
         match &self {
             Self::Uniform { min, max } | Self::Normal { min, max, .. } if min > max => {
@@ -98,7 +98,7 @@ impl Timing {
     }
 }
 
-/// The durations of a [`Timing`], one after the other.
+/// Sequence of durations of a [`Timing`].
 ///
 /// ```
 /// use twinrig_kernel::SimDuration;
@@ -113,12 +113,12 @@ impl Timing {
 pub struct TimeSource {
     timing: Timing,
     stream: Stream,
-    /// Next place in the trace.
+    /// Next index in the trace.
     next: usize,
 }
 
 impl TimeSource {
-    /// The next duration.
+    /// Draws the next duration.
     pub fn draw(&mut self) -> SimDuration {
         match &self.timing {
             Timing::Constant(duration) => *duration,
@@ -140,8 +140,9 @@ impl TimeSource {
     }
 }
 
-/// Draws until the range is hit. The mean lies in the range; one narrower than the deviation is tried
-/// uniformly and thinned by the density instead, so that one trial in three hits either way.
+/// Draws by rejection. The mean lies in the range; a range narrower than the standard deviation is
+/// sampled uniformly and thinned by the density instead, so that at least one trial in three is
+/// accepted either way.
 fn draw_normal(
     stream: &mut Stream,
     mean: SimDuration,
@@ -178,7 +179,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_draw_leaves_the_range(
+        fn draws_stay_within_the_range(
             min in 0_u64..1_000_000, width in 0_u64..1_000_000, mean in 0.0..=1.0_f64,
             deviation in 0_u64..3_000_000, seed in any::<u64>(),
         ) {
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_normal_keeps_its_mean_and_deviation() {
+    fn wide_normal_has_its_mean_and_deviation() {
         let timing = Timing::Normal {
             mean: ns(10_000),
             deviation: ns(500),
@@ -215,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_goes_round() {
+    fn trace_repeats_cyclically() {
         let mut source = Timing::Trace(vec![ns(1), ns(2), ns(3)])
             .source(0, "any")
             .unwrap();
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_timings_are_refused() {
+    fn invalid_timings_are_refused() {
         let refused = |timing: Timing| timing.source(0, "any").unwrap_err();
         assert_eq!(refused(Timing::Trace(vec![])), TimingError::EmptyTrace);
         assert!(matches!(

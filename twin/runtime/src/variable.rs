@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::Unit;
 
-/// A number of a process that may be set while it runs.
+/// A parameter of a process that may be set during a run.
 ///
 /// ```
 /// use twinrig_kernel::Unit;
@@ -29,33 +29,33 @@ pub struct ProcessVariable {
     value: f64,
 }
 
-/// A process variable that was not set.
+/// Failure to set a process variable.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum VariableError {
-    /// The value is out of range, or not a number.
+    /// The value is out of range, infinite or NaN.
     #[error("{name} = {value} is not in {range}")]
     OutOfRange {
         /// The variable.
         name: String,
-        /// What it was to be set to, in its unit.
+        /// The refused value, in its unit.
         value: f64,
-        /// What it may be set to: `]0, 1]` is 0 excluded, 1 included.
+        /// The permitted range: `]0, 1]` excludes 0 and includes 1.
         range: String,
     },
-    /// There are not that many variables.
+    /// The index is past the last variable.
     #[error("there is no process variable {index}, only {count}")]
     NoSuchIndex {
-        /// Index that was asked for.
+        /// The requested index.
         index: usize,
         /// Number of variables.
         count: usize,
     },
-    /// The process refuses the value for a reason of its own (one that depends on other variables).
+    /// The process refuses the value for another reason, such as the values of other variables.
     #[error("{name} = {value} is refused: {why}")]
     Refused {
         /// The variable.
         name: String,
-        /// What it was to be set to, in its unit.
+        /// The refused value, in its unit.
         value: f64,
         /// The reason.
         why: String,
@@ -63,11 +63,11 @@ pub enum VariableError {
 }
 
 impl ProcessVariable {
-    /// A variable with its range (`0.0..=1.0`, `0.1..`, `..`, or a pair of [`Bound`]s) and the value that
-    /// it has until it is set, both in `unit`.
+    /// Creates a variable with its range (`0.0..=1.0`, `0.1..`, `..`, or a pair of [`Bound`]s) and
+    /// its default value, both in `unit`.
     ///
     /// # Panics
-    /// If the default is not in the range: then the process that declares it is wrong.
+    /// If the default is out of range, which is a bug in the process that declares it.
     #[must_use]
     pub fn new(
         name: impl Into<String>,
@@ -89,32 +89,32 @@ impl ProcessVariable {
         variable
     }
 
-    /// Name, as a scenario writes it.
+    /// Returns the name, as written in a scenario.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Unit of value, default and range.
+    /// Returns the unit of value, default and range.
     pub const fn unit(&self) -> Unit {
         self.unit
     }
 
-    /// The value until it is set.
+    /// Returns the default value.
     pub const fn default(&self) -> f64 {
         self.default
     }
 
-    /// The value now.
+    /// Returns the current value.
     pub const fn value(&self) -> f64 {
         self.value
     }
 
-    /// Least and greatest value.
+    /// Returns the bounds of the range.
     pub const fn range(&self) -> (Bound<f64>, Bound<f64>) {
         (self.min, self.max)
     }
 
-    /// The range as text: a bracket that turns its back on a number leaves the number out.
+    /// Formats the range in ISO 31-11 notation: a bracket turned away from a bound excludes it.
     pub fn range_text(&self) -> String {
         let min = match self.min {
             Bound::Included(min) => format!("[{min}"),
@@ -131,14 +131,14 @@ impl ProcessVariable {
     /// Sets the value.
     ///
     /// # Errors
-    /// [`VariableError::OutOfRange`], and then the value stays what it was.
+    /// [`VariableError::OutOfRange`]; the value is then unchanged.
     pub fn set(&mut self, value: f64) -> Result<(), VariableError> {
         self.check(value)?;
         self.value = value;
         Ok(())
     }
 
-    /// Whether the variable may be set to `value`.
+    /// Checks whether the variable may be set to `value`.
     ///
     /// # Errors
     /// [`VariableError::OutOfRange`] if not. Neither infinities nor `NaN` are ever in range.
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_are_open_closed_or_absent() {
+    fn range_bounds_are_open_closed_or_absent() {
         let text = |variable: &ProcessVariable| variable.range_text();
         let mut length = ProcessVariable::new("length", Unit::Meter, 0.0.., 0.1);
         assert_eq!(text(&length), "[0, ∞[");
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "default = 2 is not in [0, 1]")]
-    fn a_default_out_of_range_is_a_bug() {
+    fn default_out_of_range_panics() {
         let _ = ProcessVariable::new("default", Unit::One, 0.0..=1.0, 2.0);
     }
 }

@@ -2,20 +2,20 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
 
 use crate::{PlantAccess, PlantSignals, TaskError, WiringError};
 
-/// The transmit buffer of a serial port or converter, and the transmitter that empties it at the baud rate.
+/// Transmit buffer of a serial port or converter, emptied by the transmitter at the baud rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TransmitBuffer {
-    /// When everything that was written so far is sent.
+    /// Time at which all bytes written so far are sent.
     pub idle_from: SimTime,
-    /// Time on the line of a byte.
+    /// Transmission time of a byte.
     pub byte_time: SimDuration,
-    /// How much it holds \[bytes\].
+    /// Capacity \[bytes\].
     pub capacity: usize,
 }
 
 impl TransmitBuffer {
-    /// How many bytes it takes at `now` without making the writer wait. Time before the transmitter begins counts as if it
-    /// were sending.
+    /// Returns the number of bytes that can be written at `now` without blocking the writer. Time
+    /// before the transmitter begins counts as busy.
     pub fn room(&self, now: SimTime) -> usize {
         let busy = self.idle_from.checked_since(now).unwrap_or_default();
         let unsent = busy.as_nanos().div_ceil(self.byte_time.as_nanos().max(1));
@@ -24,70 +24,74 @@ impl TransmitBuffer {
     }
 }
 
-/// Everything that stands right of a driver, in virtual time: the transport with its timing, and the
-/// emulated boards at its far end. It meets the driver through bytes and the plant through signals.
+/// The transport with its timing and the emulated boards, in virtual time: the counterpart of a
+/// driver. Exchanges bytes with the driver and signals with the plant.
 ///
-/// Whoever holds it calls [`Wire::advance`] at every instant of [`Wire::next_wake`], and before each
+/// The owner calls [`Wire::advance`] at every instant of [`Wire::next_wake`], and before each
 /// [`Wire::send`] and [`Wire::receive`].
 pub trait Wire: Send {
-    /// Tells the boards where the plant has the signals that they sample and actuate.
+    /// Resolves the plant signals that the boards sample and actuate.
     ///
     /// # Errors
-    /// [`WiringError`] if the plant has not the signals that a board cannot do without.
+    /// [`WiringError`] if the plant lacks a signal that a board requires.
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
-    /// The host writes `bytes` at `now`, in one piece.
+    /// Writes `bytes` from the host at `now`, in one piece.
     fn send(&mut self, now: SimTime, bytes: &[u8]);
 
-    /// The host writes more at `now`, at the pace of its program, while the transmitter is busy or just idle
-    /// ([`TransmitBuffer::idle_from`]): these bytes follow the earlier ones without a pause, as in one piece.
+    /// Writes more bytes from the host at `now` while the transmitter is busy or just idle
+    /// ([`TransmitBuffer::idle_from`]): they follow the earlier ones without a pause, as in one
+    /// piece.
     fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
         self.send(now, bytes);
     }
 
-    /// What is between the host and the line, if that has a limit. A host that obeys it writes no more than there is room for.
+    /// Returns the transmit buffer between host and line, if it is bounded. The host should write
+    /// no more than its free space.
     fn transmit_buffer(&self) -> Option<TransmitBuffer> {
         None
     }
 
-    /// When something happens next of which the host may learn, or that acts on the plant.
+    /// Returns the time of the next event that is visible to the host or acts on the plant.
     fn next_wake(&self) -> Option<SimTime>;
 
-    /// Lets everything happen up to and at `now`.
+    /// Advances to `now`, inclusive.
     ///
     /// # Errors
-    /// [`TaskError`] if the plant fails, or the port is gone.
+    /// [`TaskError`] if the plant fails, or the port is lost.
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
-    /// Appends the bytes that the host can read now and has not read yet.
+    /// Appends the bytes that are available to the host at this time.
     fn receive(&mut self, bytes: &mut Vec<u8>);
 
-    /// What can be seen of transport and boards: counters. Output ports, the same at every call.
+    /// Returns the ports of the diagnostics (counters of transport and boards), all of them
+    /// outputs. Constant over the life of the wire.
     fn diagnostics(&self) -> Vec<Port> {
         Vec::new()
     }
 
-    /// Writes the gauges at `now`, end to end, in order. Looking changes nothing.
+    /// Writes the diagnostics at `now`, concatenated in order. Changes no state.
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         let _ = (now, values);
     }
 
-    /// Names of the lanes of the transport on which bytes are traced: `rs485`.
+    /// Returns the names of the byte traces of the transport: `rs485`.
     fn traces(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Hands over what has passed since the last call, in order, by number of the lane.
+    /// Passes the bytes traced since the last call to `passed`, in order, with the index of the
+    /// trace.
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
         let _ = passed;
     }
 
-    /// Saves everything that the way ahead depends on, bytes under way included.
+    /// Saves all state that affects later behaviour, bytes in transit included.
     fn save(&self) -> Snapshot;
 
-    /// Goes back to a saved state, bit for bit.
+    /// Restores a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is not of such a wire.
+    /// [`SnapshotError`] if the snapshot belongs to another kind of wire.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }

@@ -6,20 +6,21 @@ use crate::{
     Transfer, Wire, WiringError, in_part,
 };
 
-/// A driver and the modelled wire that it talks over, boards included: a task of the lockstep executor.
+/// A driver and its modelled wire, boards included: a task of the lockstep executor.
 ///
-/// The host reads at the instant at which the wire has bytes for it, and writes at once.
+/// The host reads at the instant at which the wire has bytes for it, and writes at the same
+/// instant.
 pub struct WiredTask {
-    /// What the driver calls itself.
+    /// Name of the driver.
     name: String,
     driver: Box<dyn Driver>,
     wire: Box<dyn Wire>,
     busy: bool,
-    /// How many of the gauges are the driver's.
+    /// Number of diagnostics of the driver; those of the wire follow.
     driver_diagnostics: usize,
-    /// What is just being written or read.
+    /// Buffer of the bytes being written or read.
     bytes: Vec<u8>,
-    /// What has passed and was not handed over yet.
+    /// Traced bytes that were not drained yet: the first `traced` entries; the others are reused.
     traffic: Vec<(usize, Vec<u8>)>,
     passed: usize,
 }
@@ -31,12 +32,12 @@ struct Saved {
     wire: Snapshot,
 }
 
-/// Lanes of the task itself, before those of its wire.
+/// Byte traces of the task, before those of its wire.
 const OUT: usize = 0;
 const IN: usize = 1;
 const OWN_LANES: usize = 2;
 
-/// The driver's clock shows physical time: it cannot tell.
+/// Converts to the time of the driver's clock, which shows physical time.
 fn host(now: SimTime) -> HostTime {
     HostTime::from_nanos(now.as_nanos())
 }
@@ -46,7 +47,7 @@ fn gone(error: DriverError) -> TaskError {
 }
 
 impl WiredTask {
-    /// Of a driver and what it talks to.
+    /// Creates the task of a driver and its wire.
     pub fn new(driver: Box<dyn Driver>, wire: Box<dyn Wire>) -> Self {
         Self {
             name: driver.name().to_owned(),
@@ -60,7 +61,7 @@ impl WiredTask {
         }
     }
 
-    /// Lets driver and wire exchange bytes until neither has any for now.
+    /// Exchanges bytes between driver and wire until neither has any left at this time.
     fn go_on(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         loop {
             let read = self.read(now, plant)?;
@@ -86,7 +87,7 @@ impl WiredTask {
             self.busy = progress.map_err(gone)? != Transfer::Done;
         }
         if self.busy {
-            // A transfer without any wake-up never ends; the manager then says that the task stays busy.
+            // A transfer without a wake-up never ends; the manager then reports the task as busy.
             let wake = self.idle_wake().unwrap_or(SimTime::MAX);
             Ok(Progress::Again(wake.max(now)))
         } else {
@@ -94,7 +95,7 @@ impl WiredTask {
         }
     }
 
-    /// Takes the bytes that the wire has for the host now; whether there are any.
+    /// Reads the bytes that the wire has for the host; returns whether there are any.
     fn read(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<bool, TaskError> {
         let (wire, bytes) = (&mut self.wire, &mut self.bytes);
         bytes.clear();
@@ -105,7 +106,8 @@ impl WiredTask {
         })
     }
 
-    /// Gives the driver the bytes that were read, if any were, and the time; whether it was waiting for that.
+    /// Passes the bytes read, if any, and the time to the driver; returns whether its timeout was
+    /// due.
     fn hear(&mut self, now: SimTime, read: bool) -> bool {
         let (driver, bytes) = (&mut self.driver, &self.bytes);
         in_part(PartKind::Driver, &self.name, || {
@@ -120,14 +122,14 @@ impl WiredTask {
         })
     }
 
-    /// Takes what the driver wants to be written now; whether there is anything.
+    /// Reads the next bytes to be written from the driver; returns whether there are any.
     fn transmit(&mut self) -> bool {
         let (driver, bytes) = (&mut self.driver, &mut self.bytes);
         bytes.clear();
         in_part(PartKind::Driver, &self.name, || driver.poll_transmit(bytes))
     }
 
-    /// Keeps what has just passed for the observer, in buffers that are used again.
+    /// Appends the buffer to the traffic for the observer; entries are reused.
     fn note(&mut self, trace: usize) {
         if self.passed == self.traffic.len() {
             self.traffic.push((trace, Vec::new()));

@@ -6,33 +6,33 @@ use twinrig_kernel::{Direction, Layout, Port, near_misses};
 
 use crate::PlantSignals;
 
-/// Signals that do not connect. They connect by convention: same name, opposite direction, same size,
-/// same unit; anything unmatched is an error.
+/// A signal that does not connect. Signals connect by name: same name, opposite direction, same
+/// size, same unit; an unmatched signal is an error.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WiringError {
-    /// There is nobody at the other end of a signal.
+    /// A signal has no counterpart.
     #[error("nothing {} `{port}`, which {owner} {}{near}", lacks(port), verb(port))]
     Unmatched {
-        /// Whose signal it is.
+        /// The owner of the signal.
         owner: String,
-        /// The signal, as its owner sees it.
+        /// The signal, as declared by its owner.
         port: Port,
-        /// What may have been meant.
+        /// Similar signals.
         near: NearMisses,
     },
     /// An input has more than one source.
     #[error("`{port}` of {owner} has two sources: {first} and {second}")]
     TwoSources {
-        /// Whose input it is.
+        /// The owner of the input.
         owner: String,
         /// The input.
         port: Port,
-        /// A source.
+        /// The first source.
         first: String,
-        /// Another.
+        /// The second source.
         second: String,
     },
-    /// A part has two ports of one name and direction.
+    /// A part has two ports of the same name and direction.
     #[error("{owner} has two {}s named `{}`", port.direction, port.name)]
     Twice {
         /// The part.
@@ -40,7 +40,7 @@ pub enum WiringError {
         /// The second of them.
         port: Port,
     },
-    /// Two parts have one name.
+    /// Two tasks have the same name.
     #[error("two tasks are named `{name}`")]
     SameName {
         /// The name.
@@ -48,8 +48,7 @@ pub enum WiringError {
     },
 }
 
-/// Signals at the other end that nearly match: of the same name but of another size or unit, or of a
-/// similar name.
+/// Counterparts that nearly match: equal names with another size or unit, and similar names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NearMisses(pub Vec<Port>);
 
@@ -77,7 +76,7 @@ fn verb(port: &Port) -> &'static str {
 }
 
 impl PlantSignals {
-    /// The signals of a plant with these ports.
+    /// Returns the signals of a plant with these ports.
     pub fn of(ports: &[Port]) -> Self {
         Self {
             inputs: Layout::of(ports, Direction::Input),
@@ -85,11 +84,11 @@ impl PlantSignals {
         }
     }
 
-    /// Where the far end has the signal `port` of `owner`: among the outputs if the owner reads it,
-    /// among the inputs if the owner writes it.
+    /// Returns the range of the counterpart of `port` of `owner`: among the outputs if the owner
+    /// reads it, among the inputs if the owner writes it.
     ///
     /// # Errors
-    /// [`WiringError::Unmatched`] if there is no such signal, with those that nearly match.
+    /// [`WiringError::Unmatched`] if there is no such signal, with similar ones.
     pub fn find(&self, owner: &str, port: &Port) -> Result<Range<usize>, WiringError> {
         let layout = match port.direction {
             Direction::Input => &self.outputs,
@@ -99,7 +98,7 @@ impl PlantSignals {
     }
 }
 
-/// Where `layout`, of signals at the other end, has the match of `port`.
+/// Returns the range of the counterpart of `port` in `layout`.
 pub(crate) fn find(layout: &Layout, owner: &str, port: &Port) -> Result<Range<usize>, WiringError> {
     match layout.field(&port.name) {
         Some(field) if field.port == port.mirrored() => Ok(field.range()),
@@ -111,7 +110,7 @@ pub(crate) fn find(layout: &Layout, owner: &str, port: &Port) -> Result<Range<us
     }
 }
 
-/// The error that says that `port` matches none of `others`.
+/// Creates the error for a `port` that matches none of `others`.
 pub(crate) fn unmatched<'a>(
     owner: &str,
     port: &Port,
@@ -131,7 +130,7 @@ pub(crate) fn unmatched<'a>(
     }
 }
 
-/// Refuses two ports of one name and direction.
+/// Checks that no two ports have the same name and direction.
 pub(crate) fn check_names(owner: &str, ports: &[Port]) -> Result<(), WiringError> {
     for (n, port) in ports.iter().enumerate() {
         if ports[..n]
@@ -147,7 +146,7 @@ pub(crate) fn check_names(owner: &str, ports: &[Port]) -> Result<(), WiringError
     Ok(())
 }
 
-/// A stretch of one flat vector that is copied into another.
+/// A range of one flat vector that is copied to a range of another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Link {
     pub(crate) from: Range<usize>,
@@ -160,7 +159,7 @@ impl Link {
     }
 }
 
-/// How one task is wired to the process.
+/// Links of one task with the process.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct TaskLinks {
     /// From the process's outputs to the task's inputs.
@@ -169,8 +168,8 @@ pub(crate) struct TaskLinks {
     pub(crate) measurements: Vec<Link>,
 }
 
-/// Wires a process to its tasks: every signal of the process has a task, every input of a task the
-/// process. What a task brings and nobody reads is left lying.
+/// Wires a process to its tasks: each signal of the process needs a task, each input of a task
+/// needs the process. Task outputs without a reader are permitted.
 pub(crate) fn wire(
     process: (&str, &[Port]),
     tasks: &[(String, Vec<Port>)],

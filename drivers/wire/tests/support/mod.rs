@@ -102,7 +102,7 @@ impl Node for Board {
         }
     }
 
-    fn attention(&self) -> Option<usize> {
+    fn min_bytes_needed(&self) -> Option<usize> {
         let missing = self.request - self.state.received.len();
         self.requires_attention.then_some(missing)
     }

@@ -1,7 +1,7 @@
 //! Agreement of all methods with the oracle, with each other, and from different guesses.
 
 use proptest::prelude::*;
-use twinrig_contact::{Bound, Method, Problem, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, SolveError};
 
 use crate::oracle::Case;
 
@@ -92,7 +92,7 @@ proptest! {
             // Nearly singular: the oracle's elimination lost too many digits.
             prop_assert!(case.satisfies_conditions(problem.unknowns()), "{:?}", problem.unknowns());
         } else {
-            let infeasible = matches!(result, Err(Unsolved::Infeasible { .. }));
+            let infeasible = matches!(result, Err(SolveError::Infeasible { .. }));
             prop_assert!(infeasible, "{:?}", result);
             let proof = problem.unknowns();
             prop_assert!(case.times_g(proof).iter().all(|w| w.abs() < 1e-7));

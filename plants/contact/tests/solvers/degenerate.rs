@@ -1,6 +1,6 @@
 //! Degenerate problems: redundant, empty and contradictory constraints.
 
-use twinrig_contact::{Bound, Method, Problem, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, SolveError};
 
 use crate::agreement::SWEEPS;
 use crate::oracle::Case;
@@ -50,7 +50,7 @@ fn immobile_row_is_feasible_if_offset_is_non_negative() {
                 assert_eq!(problem.unknowns()[0], 0.0);
                 assert!((problem.unknowns()[1] - 2.0).abs() < 1e-9);
             } else if method == Method::Direct {
-                assert!(matches!(result, Err(Unsolved::Infeasible { size: 2, .. })));
+                assert!(matches!(result, Err(SolveError::Infeasible { size: 2, .. })));
                 assert_eq!(problem.unknowns(), &[1.0, 0.0]);
             }
         }
@@ -73,12 +73,12 @@ fn contradictory_stops_are_proved_infeasible() {
         let result = case.problem().solve_by(method);
         if method == Method::Direct {
             assert!(
-                matches!(result, Err(Unsolved::Infeasible { .. })),
+                matches!(result, Err(SolveError::Infeasible { .. })),
                 "{result:?}"
             );
         } else {
             assert!(
-                matches!(result, Err(Unsolved::Violated { .. })),
+                matches!(result, Err(SolveError::Violated { .. })),
                 "{method:?} {result:?}"
             );
         }
@@ -92,7 +92,7 @@ fn contradictory_stops_are_proved_infeasible() {
     );
     assert!(matches!(
         case.problem().solve_by(Method::Direct),
-        Err(Unsolved::Infeasible { .. })
+        Err(SolveError::Infeasible { .. })
     ));
     case.b = vec![1.0, 2.0];
     let mut problem = case.problem();
@@ -110,7 +110,7 @@ fn indefinite_matrix_is_not_reported_infeasible() {
     };
     assert!(case.satisfies_conditions(&[1.0, 1.0]));
     match case.problem().solve_by(Method::Direct) {
-        Ok(_) | Err(Unsolved::Undecided { .. } | Unsolved::Violated { .. }) => {}
+        Ok(_) | Err(SolveError::Undecided { .. } | SolveError::Violated { .. }) => {}
         Err(error) => panic!("{error}"),
     }
 }
@@ -231,7 +231,7 @@ fn relaxation_outside_its_range_is_an_error() {
         };
         assert!(matches!(
             problem.solve_by(method),
-            Err(Unsolved::Parameter {
+            Err(SolveError::Parameter {
                 what: "relaxation",
                 ..
             })
@@ -253,7 +253,7 @@ fn sweep_limit_keeps_last_approximation() {
         sweeps: 3,
         tolerance: 1e-12,
     };
-    let Err(Unsolved::Violated {
+    let Err(SolveError::Violated {
         sweeps, residual, ..
     }) = problem.solve_by(method)
     else {

@@ -1,7 +1,7 @@
 //! Contacts with friction: the exact disc, by every method.
 
 use proptest::prelude::*;
-use twinrig_contact::{Bound, Method, Problem, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, SolveError};
 
 use crate::agreement::SWEEPS;
 use crate::oracle::Case;
@@ -73,7 +73,7 @@ proptest! {
         for (row, value) in guess[..case.b.len()].iter().enumerate() {
             problem.guess(row, *value);
         }
-        problem.keep_within_bounds();
+        problem.project_onto_bounds();
         let z = problem.unknowns();
         for (c, (z, before)) in z.chunks(3).zip(guess.chunks(3)).enumerate() {
             let Bound::Disc { friction, .. } = case.bounds[3 * c + 1] else { unreachable!() };
@@ -257,7 +257,7 @@ fn painleve_rod_is_not_reported_infeasible() {
         let result = problem.solve_by(method);
         match result {
             Ok(solution) => assert!(solution.residual < 1e-4 && problem.residual() < 1e-4),
-            Err(error) => assert!(!matches!(error, Unsolved::Infeasible { .. })),
+            Err(error) => assert!(!matches!(error, SolveError::Infeasible { .. })),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Impacts: conservation of momentum, restitution and dissipation.
 
 use proptest::prelude::*;
-use twinrig_contact::{Bound, Method, Problem, Restitution, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, Restitution, SolveError};
 
 use crate::oracle::Case;
 
@@ -58,7 +58,7 @@ impl Collision {
         v
     }
 
-    fn solve(&self, law: Restitution, e: &[f64]) -> Result<(Problem, Vec<f64>), Unsolved> {
+    fn solve(&self, law: Restitution, e: &[f64]) -> Result<(Problem, Vec<f64>), SolveError> {
         let mut problem = self.case().problem();
         problem.impact(law, &self.rates(&self.v), e, Method::Direct)?;
         let after = self.after(problem.unknowns());
@@ -447,7 +447,7 @@ fn coefficient_outside_its_range_is_an_error() {
         let error = rod(0.6, 0.6, KANE).solve(Restitution::Newton, &[e, 0.0, 0.0]);
         assert!(matches!(
             error,
-            Err(Unsolved::Parameter {
+            Err(SolveError::Parameter {
                 what: "restitution",
                 ..
             })

@@ -1,7 +1,7 @@
 //! Handling of the start of a step and of events: saturation of motors, impacts, and selection of
 //! the active constraints.
 
-use twinrig_legged::Fitted;
+use twinrig_legged::DriveModels;
 
 use super::{ALL, AT_ONCE_MAX, AT_REST, Buffers, Halt, LocatedEvent, Progress, SHORTEST, TOUCHING};
 use crate::drives::commanded_acceleration;
@@ -93,7 +93,7 @@ impl<const N: usize> Flow<N> {
                 continue;
             };
             handled = true;
-            if kind(event.index) == Guard::Slide && self.slide_continues(&event) {
+            if kind(event.index) == Guard::TangentialImpulse && self.slide_continues(&event) {
                 continue;
             }
             self.counts.events += 1;
@@ -221,7 +221,7 @@ impl<const N: usize> Flow<N> {
     /// Saturates the servos of legs with a jammed foot, since the jamming force exceeds every
     /// limit; returns whether any servo changed.
     fn saturate_jammed(&self, instant: &Instant<N>, mode: &mut Mode) -> bool {
-        let Some(Fitted::Servos(servos)) = self.model.drives else {
+        let Some(DriveModels::Servos(servos)) = self.model.drives else {
             return false;
         };
         let mut changed = false;
@@ -242,7 +242,7 @@ impl<const N: usize> Flow<N> {
         /// A motor that changes more often is at the limit of its torque, where both modes are
         /// valid.
         const CHANGES_MAX: usize = 4;
-        let Some(Fitted::Servos(servos)) = self.model.drives else {
+        let Some(DriveModels::Servos(servos)) = self.model.drives else {
             return false;
         };
         if servos

@@ -11,7 +11,7 @@
 //! The second form includes impacts: λh is an impulse where the gap was closing. Its rate at the
 //! end, ġ⁺ = ġ + h J a, leaves the curvature of the constraint to the next step.
 
-use twinrig_contact::{Method, Problem, Unsolved};
+use twinrig_contact::{Method, Problem, SolveError};
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, STICKING, Stop, touching};
@@ -59,7 +59,7 @@ impl<const N: usize> Instant<N> {
         method: Method,
         seconds: f64,
         mode: &mut Mode,
-    ) -> Result<Constrained<N>, Unsolved> {
+    ) -> Result<Constrained<N>, SolveError> {
         let (articulated, drive) = motors_only(dynamics, state);
         let mut legs = [0, 1, 2, 3];
         let legs = &mut legs[..dynamics.model.legs.len()];

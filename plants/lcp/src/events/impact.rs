@@ -2,8 +2,8 @@
 
 use core::mem;
 
-use twinrig_contact::{Method, Restitution, Unsolved};
-use twinrig_legged::Fitted;
+use twinrig_contact::{Method, Restitution, SolveError};
+use twinrig_legged::DriveModels;
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, SLOTS, STICKING, Stop, touching};
@@ -62,7 +62,7 @@ impl<const N: usize> Instant<N> {
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<ImpactTotals, Unsolved> {
+    ) -> Result<ImpactTotals, SolveError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(ImpactTotals::default());
@@ -94,7 +94,7 @@ impl<const N: usize> Instant<N> {
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<Option<ImpactTotals>, Unsolved> {
+    ) -> Result<Option<ImpactTotals>, SolveError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
         let [friction, _] = surface(dynamics);
         self.prepare(&articulated, friction);
@@ -221,8 +221,8 @@ fn impact_model<const N: usize>(
     let mut drive = DriveAction::none();
     if let Some(drives) = &dynamics.model.drives {
         let limited = match drives {
-            Fitted::Servos(servos) => servos.both().map(|servo| servo.torque().is_finite()),
-            Fitted::Motors(_) => [true; 2],
+            DriveModels::Servos(servos) => servos.both().map(|servo| servo.torque().is_finite()),
+            DriveModels::Motors(_) => [true; 2],
         };
         let [at_hip, at_pulley] = drives.inertias();
         drive.pulley = state.pulley;

@@ -1,6 +1,6 @@
 //! Energy dissipated by impulses.
 
-use twinrig_legged::{Slide, taken_by_friction};
+use twinrig_legged::{TangentialImpulse, taken_by_friction};
 
 use super::Instant;
 use super::closed::Role;
@@ -19,7 +19,7 @@ impl<const N: usize> Instant<N> {
     /// `seconds`; `after` returns the rate of a row after the impulses.
     pub(crate) fn losses(&self, seconds: f64, after: impl Fn(usize) -> f64) -> Losses {
         let mut losses = Losses::default();
-        let slide = |row: usize| Slide {
+        let slide = |row: usize| TangentialImpulse {
             impulse: seconds * self.problem.unknowns()[row],
             before: self.entries[row].rate,
             after: after(row),

@@ -1,6 +1,6 @@
 //! Active constraints after an instant: the closed constraints with compressive forces.
 
-use twinrig_contact::{Bound, Method, Problem, Unsolved};
+use twinrig_contact::{Bound, Method, Problem, SolveError};
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, SEPARATION, Stop, touching};
@@ -42,7 +42,7 @@ pub(crate) enum ModeResolution {
     /// ground; the [`Instant`] stores which foot. An impulse is required
     /// ([`Instant::resolve_jam`]). Either there is no solution, or the solution in the mode lets
     /// the foot sink minimally.
-    Jammed(Option<Unsolved>),
+    Jammed(Option<SolveError>),
 }
 
 impl<const N: usize> Instant<N> {
@@ -53,7 +53,7 @@ impl<const N: usize> Instant<N> {
         state: &State<Lanes, N>,
         legs: &[usize],
         mode: &mut Mode,
-    ) -> Result<ModeResolution, Unsolved> {
+    ) -> Result<ModeResolution, SolveError> {
         let (articulated, drive) = motors_only(dynamics, state);
         let feet = Feet::AfterEvent;
         self.find_entries(dynamics, state, &articulated, &drive, legs, feet, &touching);

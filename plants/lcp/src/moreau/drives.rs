@@ -1,6 +1,6 @@
 //! Mean action of the drives over a step.
 
-use twinrig_legged::Fitted;
+use twinrig_legged::DriveModels;
 
 use crate::constraints::DriveAction;
 use crate::drives::torque_speed_line;
@@ -27,11 +27,11 @@ impl<const N: usize> Flow<N> {
         let commands = &self.mode.commands;
         match &self.model.drives {
             None => [[Lanes::zero(); 2]; 2],
-            Some(Fitted::Servos(servos)) => [
+            Some(DriveModels::Servos(servos)) => [
                 torque_speed_line(&servos.hip, commands.hip_saturated, rates[0]),
                 torque_speed_line(&servos.knee, commands.pulley_saturated, rates[1]),
             ],
-            Some(Fitted::Motors(_)) => [
+            Some(DriveModels::Motors(_)) => [
                 [commands.hip, commands.hip_damping],
                 [commands.pulley, commands.pulley_damping],
             ],
@@ -40,7 +40,7 @@ impl<const N: usize> Flow<N> {
 
     /// Returns the mean accelerations to the rates commanded at the end of the step.
     pub(super) fn mean_commanded(&self, before: &State<Lanes, N>, seconds: f64) -> [Lanes; 2] {
-        let Some(Fitted::Servos(servos)) = &self.model.drives else {
+        let Some(DriveModels::Servos(servos)) = &self.model.drives else {
             return [Lanes::zero(); 2];
         };
         let commands = [self.mode.commands.hip, self.mode.commands.pulley];

@@ -14,7 +14,7 @@ const LENGTH: f64 = 0.9;
 
 /// Returns the commands of the legs at a time.
 fn legs(robot: &Robot, setup: &Setup, seconds: f64) -> Vec<(String, LegCommand)> {
-    let mounts = setup.chosen(robot).unwrap().into_iter();
+    let mounts = setup.selected_mounts(robot).unwrap().into_iter();
     let commands = mounts.map(|mount| {
         let offset = if matches!(mount.name.as_str(), "LF" | "RH") {
             0.0

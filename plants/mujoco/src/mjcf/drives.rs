@@ -11,7 +11,7 @@
 
 use core::fmt::Write;
 
-use twinrig_legged::Fitted;
+use twinrig_legged::DriveModels;
 
 use super::{LegModel, Sections, line, triple};
 use crate::model::{FLYWHEEL, UNLIMITED};
@@ -22,7 +22,7 @@ use crate::options::Coordinates;
 const BRANCH: f64 = 1.0;
 
 /// Writes pulley, cable and drives of a leg.
-pub(super) fn write(leg: &LegModel, drives: &Fitted, coordinates: Coordinates, to: &mut Sections) {
+pub(super) fn write(leg: &LegModel, drives: &DriveModels, coordinates: Coordinates, to: &mut Sections) {
     let (tag, radius) = (&leg.tag, leg.pulley_radius);
     let [_, inertia] = drives.inertias();
     let [x, y, z] = leg.pulley_position;
@@ -51,7 +51,7 @@ pub(super) fn write(leg: &LegModel, drives: &Fitted, coordinates: Coordinates, t
         Coordinates::Maximal => format!("{tag}_upper_turn"),
     };
     match drives {
-        Fitted::Servos(servos) => {
+        DriveModels::Servos(servos) => {
             let knee = (format!("{tag}_pulley"), 1.0 / radius);
             let joints = [(hip, 1.0), knee];
             for ((drive, servo), (joint, per)) in
@@ -68,7 +68,7 @@ pub(super) fn write(leg: &LegModel, drives: &Fitted, coordinates: Coordinates, t
                 );
             }
         }
-        Fitted::Motors(_) => {
+        DriveModels::Motors(_) => {
             line!(
                 to.actuators,
                 "    <motor name=\"{tag}_hip\" joint=\"{hip}\"/>"

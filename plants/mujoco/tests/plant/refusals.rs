@@ -3,7 +3,7 @@
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimTime;
 use twinrig_legged::Setup;
-use twinrig_mujoco::{Closing, Coordinates, Mujoco, MujocoError, Numerics, Options};
+use twinrig_mujoco::{TimeConstant, Coordinates, Mujoco, MujocoError, Numerics, Options};
 use twinrig_runtime::Plant;
 
 use crate::fixture::{Fixture, robot, standing};
@@ -22,10 +22,10 @@ fn invalid_settings_are_refused_by_name() {
     for (setting, change) in [
         (
             "solref_steps",
-            (|n| n.closing = Closing::Steps(1.0)) as fn(&mut Numerics),
+            (|n| n.closing = TimeConstant::Steps(1.0)) as fn(&mut Numerics),
         ),
-        ("solref_steps", |n| n.closing = Closing::Steps(-1.0)),
-        ("solref_time", |n| n.closing = Closing::Seconds(f64::NAN)),
+        ("solref_steps", |n| n.closing = TimeConstant::Steps(-1.0)),
+        ("solref_time", |n| n.closing = TimeConstant::Seconds(f64::NAN)),
         ("solref_damping", |n| n.damping = 0.0),
         ("contact_damping", |n| n.contact_damping = -1.0),
         ("solimp_min", |n| n.impedance[0] = 1.0),
@@ -56,7 +56,7 @@ fn invalid_inertia_is_refused_before_compilation() {
     robot.trunk.inertia = [1e-3, 1e-3, 1.0];
     let options = Options::new(standing(), Coordinates::Minimal);
     let error = Mujoco::new(&robot, &options, &|_| true).err().unwrap();
-    assert!(matches!(error, MujocoError::Together(_)), "{error}");
+    assert!(matches!(error, MujocoError::Incompatible(_)), "{error}");
     let mut robot = crate::fixture::robot();
     robot.legs[0].leg.mass.l2 = 0.0;
     let error = Mujoco::new(&robot, &options, &|_| true).err().unwrap();

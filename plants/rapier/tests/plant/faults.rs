@@ -72,7 +72,7 @@ fn multibody_joints_with_engine_defaults_fault_or_stay_finite() {
         for step_us in [500, 2000] {
             let golden = Golden::read(name);
             let options = Options {
-                solver: Solver::of_the_engine(),
+                solver: Solver::engine_defaults(),
                 ..Options::new(hanging(&["LF"], golden.start(), step_us), Joints::Multibody)
             };
             let mut fixture = Fixture::new(&golden.robot(), &options);

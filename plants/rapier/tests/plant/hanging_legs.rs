@@ -111,7 +111,7 @@ fn forces_held_over_engine_substeps_cost_accuracy() {
 fn engine_defaults_are_less_accurate() {
     for name in ["passive", "between", "hard-hit"] {
         let [best, engine] =
-            [Solver::best(Joints::Impulse), Solver::of_the_engine()].map(|solver| {
+            [Solver::best(Joints::Impulse), Solver::engine_defaults()].map(|solver| {
                 error(name, Joints::Impulse, 2000, |options| {
                     options.solver = solver;
                 })

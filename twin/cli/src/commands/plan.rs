@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
+use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
-use twinrig_scenario::{Coupling, LeftOut, Scenario};
+use twinrig_scenario::{LeftOut, Scenario};
 
 use super::{FINE, Terminal, WRONG, settings};
 use crate::args::PlanArgs;

@@ -1,7 +1,7 @@
 //! How a plant meets those who sample and actuate, out of a scenario's words.
 
+use twinrig_runtime::Coupling;
 use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
-use twinrig_scenario::Coupling;
 
 use crate::error::BuildError;
 

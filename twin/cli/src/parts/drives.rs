@@ -1,7 +1,7 @@
 //! The motors of a robot on a bench, out of a scenario's words; and the servos beside a robot that does not abduct.
 
 use twinrig_document::Range;
-use twinrig_drives::{Load, MotorBench, Motored, ServoBench, Shaft};
+use twinrig_drives::{Load, MotorBench, BenchMotors, ServoBench, Shaft};
 use twinrig_kernel::{Port, Unit};
 use twinrig_runtime::{CompositePlant, Plant};
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
@@ -49,7 +49,7 @@ fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
         inertia: of(INERTIA),
         friction: of(FRICTION),
     };
-    let motored = Motored {
+    let bench_motors = BenchMotors {
         legs: legs(context),
         hip: Shaft {
             motor: motors.hip,
@@ -60,7 +60,7 @@ fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
             load,
         },
     };
-    Ok(MotorBench::new(&motored, context.wanted)?)
+    Ok(MotorBench::new(&bench_motors, context.wanted)?)
 }
 
 /// The simulated legs whose hip abduction the controller commands.

@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
-use twinrig_mujoco::{Closing, Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver};
+use twinrig_mujoco::{TimeConstant, Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ControllerContext};
 
 use crate::assembly::registry::Registry;
@@ -162,7 +162,7 @@ fn with_methods(kind: PlantKind) -> PlantKind {
             .with_option("integrator", integrator.name())
     };
     let soft = Numerics::of(Coordinates::Maximal).with_soft_constraints();
-    let Closing::Seconds(time) = soft.closing else {
+    let TimeConstant::Seconds(time) = soft.closing else {
         unreachable!("soft constraints have a time")
     };
     let minimal = Coordinates::Minimal;
@@ -262,8 +262,8 @@ fn numerics(given: &ControllerContext, own: Numerics) -> Result<Numerics, BuildE
                 "`solref_steps` and `solref_time` are one setting: give one of them".into(),
             );
         }
-        (Some(steps), None) => Closing::Steps(steps),
-        (None, Some(seconds)) => Closing::Seconds(seconds),
+        (Some(steps), None) => TimeConstant::Steps(steps),
+        (None, Some(seconds)) => TimeConstant::Seconds(seconds),
         (None, None) => own.closing,
     };
     let mut integrators = Integrator::ALL.into_iter();

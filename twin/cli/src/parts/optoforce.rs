@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
-use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, Speed, Take};
+use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, Speed, SampleChoice};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
@@ -104,7 +104,7 @@ fn config(context: &BusContext<'_>) -> Result<OptoForce, BuildError> {
     sensor.cutoff = named(&FILTERS, options.text("filter"));
     sensor.zero = options.boolean("zero").unwrap_or(false);
     if options.text("take") == Some(FRESH) {
-        sensor.take = Take::Fresh;
+        sensor.take = SampleChoice::Fresh;
     }
     if let Some(range) = options.number("range") {
         sensor.sensitivity = OptoForce::COUNTS / range;

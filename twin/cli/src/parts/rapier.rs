@@ -123,7 +123,7 @@ pub fn rapier(context: &PlantContext<'_>) -> Result<Rapier, BuildError> {
 
 fn solver(given: &ControllerContext, joints: Joints) -> Solver {
     let of = if given.text("settings") == Some(SETTINGS[1]) {
-        Solver::of_the_engine()
+        Solver::engine_defaults()
     } else {
         Solver::best(joints)
     };

@@ -9,7 +9,7 @@ use twinrig_motordriver::{
     Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
 };
 use twinrig_runtime::Timing;
-use twinrig_sbcp::{ControllerConfig, Passing};
+use twinrig_sbcp::{ControllerConfig, ForwardingMode};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_wire::{UsbPreset, UsbTiming};
 
@@ -234,8 +234,8 @@ fn controller(options: &Options) -> ControllerConfig {
     let default = ControllerConfig::default();
     ControllerConfig {
         passing: match options.text("passing") {
-            Some(STORE) => Passing::StoreAndForward,
-            _ => Passing::CutThrough,
+            Some(STORE) => ForwardingMode::StoreAndForward,
+            _ => ForwardingMode::CutThrough,
         },
         gap: options.duration("gap").unwrap_or(default.gap),
         timeout: options.duration("silence").unwrap_or(default.timeout),

@@ -7,11 +7,12 @@ use crate::wiring::{check_names, wire};
 use crate::{IoTask, Manager, Plant, Process, RigError, Schedule};
 
 impl Rig {
-    /// Wires the parts by name and puts the first control step and the first observation at time 0.
+    /// Wires the parts by name and schedules the first control step and the first observation at
+    /// time 0.
     ///
     /// # Errors
     /// [`RigError::Wiring`] if a signal does not connect, [`RigError::BadPeriod`] and
-    /// [`RigError::Compute`] if the schedule cannot be.
+    /// [`RigError::Compute`] if the schedule is invalid.
     pub fn new(
         schedule: &Schedule,
         process: Box<dyn Process>,
@@ -33,7 +34,7 @@ impl Rig {
         let mut agenda = Agenda::new(schedule.events_max);
         let plant_host = PlantHost::new(plant);
         let diagnostics: Vec<Port> = tasks.iter().flat_map(|task| task.diagnostics()).collect();
-        check_names("the list of gauges of drivers and devices", &diagnostics)?;
+        check_names("the list of diagnostics of drivers and devices", &diagnostics)?;
         let traces = tasks.iter().flat_map(|task| task.traces()).collect();
         let tasks = connect(
             process.name(),
@@ -72,7 +73,7 @@ impl Rig {
     }
 }
 
-/// Wires the tasks to the process and to the plant, and registers them.
+/// Wires the tasks to process and plant, and registers them with the agenda.
 fn connect(
     process_name: &str,
     process_ports: &[Port],

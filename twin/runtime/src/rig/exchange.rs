@@ -1,4 +1,4 @@
-//! Another plant in the place of the one that is there, in the middle of a run.
+//! Replacement of the plant in the middle of a run.
 
 use twinrig_kernel::SimTime;
 
@@ -6,17 +6,19 @@ use super::Rig;
 use crate::{PartKind, Plant, RigError, in_part};
 
 impl Rig {
-    /// Puts another plant where the present one is, which goes on from there: process, tasks, boards, and the commands that
-    /// the plant is held to stay as they are. So two rigs that were restored from one snapshot, one of them with another
-    /// plant, differ by their plants alone and not by what came before. Returns a line on everything that the new plant could
-    /// not take over ([`Plant::resume_from`]).
+    /// Replaces the plant by another one, which continues from the present state: process, tasks,
+    /// boards, and the commands applied to the plant are unchanged. Two rigs that are restored from
+    /// one snapshot, one of them with another plant, therefore differ by their plants alone and not
+    /// by their history. Returns a line for each part of the state that the new plant could not
+    /// represent ([`Plant::resume_from`]).
     ///
-    /// What the new plant shows as a mean over a window of observation begins its window now.
+    /// Outputs that are means over an observation window begin their window now.
     ///
     /// # Errors
-    /// [`RigError::OtherPorts`] if the plants do not have the same ports in the same order, [`RigError::NamelessState`] if the
-    /// present plant cannot say where it is, [`RigError::Plant`] if the other cannot be there, and whatever has ended the run
-    /// before. Then nothing has changed.
+    /// [`RigError::OtherPorts`] if the plants do not have the same ports in the same order,
+    /// [`RigError::NamelessState`] if the present plant has no plant-independent state,
+    /// [`RigError::Plant`] if the other plant cannot represent the state, and any error that has
+    /// ended the run before. The rig is then unchanged.
     pub fn exchange_plant(&mut self, mut plant: Box<dyn Plant>) -> Result<Vec<String>, RigError> {
         if let Some(error) = &self.failed {
             return Err(error.clone());
@@ -51,7 +53,8 @@ impl Rig {
         Ok(lines)
     }
 
-    /// When its plant was last exchanged for another, if it was: what came before is then not in the present one.
+    /// Returns the time of the last replacement of the plant, if any: the present plant has no
+    /// history before it.
     pub fn exchanged(&self) -> Option<SimTime> {
         self.plant_host.state.exchanged
     }

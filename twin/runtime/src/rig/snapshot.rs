@@ -7,7 +7,7 @@ use super::{ProcessSlotState, Rig, RigState, TaskSlot};
 use crate::plant_host::PlantHostState;
 use crate::{Group, RigError};
 
-/// A whole rig between two events.
+/// State of a rig between two events.
 #[derive(Serialize, Deserialize)]
 struct SavedRig {
     make: String,
@@ -20,8 +20,8 @@ struct SavedRig {
 }
 
 impl Rig {
-    /// Saves the rig, transfers and iterations under way included. Another rig of the same make that is
-    /// restored from it goes on bit for bit as this one does.
+    /// Saves the rig, including transfers and iterations in progress. Another rig of the same
+    /// configuration that is restored from it continues bit for bit as this one does.
     pub fn save(&self) -> Snapshot {
         Snapshot::of(&SavedRig {
             make: self.make(),
@@ -34,12 +34,12 @@ impl Rig {
         })
     }
 
-    /// Goes back to a saved state, also after an error.
+    /// Restores a saved state, also after an error.
     ///
     /// # Errors
-    /// [`RigError::Snapshot`] if the snapshot is not of a rig of this make: then nothing has changed. If a
-    /// part refuses its share, some have been restored and some not, and the rig answers every further
-    /// call with that error.
+    /// [`RigError::Snapshot`] if the snapshot belongs to a rig of another configuration; the rig is
+    /// then unchanged. If a part refuses its snapshot, some parts have been restored and some not,
+    /// and the rig returns that error from every further call.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RigError> {
         let saved: SavedRig = snapshot.read()?;
         if saved.make != self.make() {
@@ -65,7 +65,7 @@ impl Rig {
         self.plant_host.plant.restore(&saved.plant)
     }
 
-    /// What the rig is made of: rigs of one make restore each other's snapshots.
+    /// Returns the configuration: rigs of equal configuration restore each other's snapshots.
     fn make(&self) -> String {
         let len = |group| self.layout(group).len();
         format!(
@@ -84,7 +84,7 @@ impl Rig {
     }
 }
 
-/// Says what the rig is made of and what time it is there.
+/// Formats configuration and time.
 impl fmt::Debug for Rig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}, at {}", self.make(), self.now())

@@ -8,7 +8,8 @@ use twinrig_runtime::Timing;
 
 use crate::catalogue::VariableSpec;
 use crate::expect::{Claim, Expectation};
-use crate::scenario::{ControllerSpec, Coupling, FootstepSpec, IoSpec, PlantSpec};
+use crate::scenario::{ControllerSpec, FootstepSpec, IoSpec, PlantSpec};
+use twinrig_runtime::Coupling;
 
 /// Codes of warnings. Programs rely on them.
 pub(crate) mod code {

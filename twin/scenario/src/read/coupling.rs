@@ -5,7 +5,7 @@ use twinrig_kernel::SimDuration;
 
 use twinrig_runtime::GridInputs;
 
-use crate::scenario::Coupling;
+use twinrig_runtime::Coupling;
 
 const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
 

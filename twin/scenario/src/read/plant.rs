@@ -9,9 +9,10 @@ use crate::catalogue::{Catalogue, Kind};
 use crate::expect::placed_text;
 use crate::options::Options;
 use crate::scenario::{
-    ActuatorKind, ActuatorSpec, Base, Coupling, Ground, Heights, Placed, PlantSpec, Profile,
-    ServoOverride, StartPose,
+    ActuatorKind, ActuatorSpec, Base, Ground, Heights, Placed, PlantSpec, Profile, ServoOverride,
+    StartPose,
 };
+use twinrig_runtime::Coupling;
 
 /// `[plant]`
 pub(super) fn plant(
