@@ -165,6 +165,10 @@ const ARROWS: &[(&str, &[&str])] = &[
         "twinrig-study",
         &["twinrig-kernel", "twinrig-record", "twinrig-runtime"],
     ),
+    (
+        "twinrig-testing",
+        &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
+    ),
     ("twinrig-tests", &["twinrig", "twinrig-record"]),
     ("twinrig-wire", &["twinrig-kernel", "twinrig-runtime"]),
 ];

@@ -4,7 +4,7 @@ use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind
 
 use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
 use crate::protocol::{Counts, Frame, Health, Message, Status, match_frame};
-use crate::{OptoForce, Speed, SampleChoice};
+use crate::{OptoForce, SampleChoice, Speed};
 
 /// Driver of the sensor: configures it and keeps the newest sample.
 ///
@@ -123,7 +123,12 @@ impl Protocol for OptoForceProtocol {
         Some(ANSWER_TIMEOUT)
     }
 
-    fn handle_frame(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(
+        &self,
+        state: &mut State,
+        kind: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         match (Frame::new(frame).and_then(Message::try_from), kind) {
             (
                 Ok(Message::Data {

@@ -1,9 +1,5 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
-#[path = "../../framing.rs"]
-mod framing;
-
-use framing::{frames, frames_in_any_pieces};
 use proptest::array::{uniform3, uniform4, uniform6};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -11,6 +7,7 @@ use proptest::sample::{Index, select};
 use twinrig_optoforce::protocol::{
     Counts, Cutoff, Frame, FrameError, Health, Message, Speed, Status, match_frame,
 };
+use twinrig_testing::framing::{frames, frames_in_any_pieces};
 
 fn messages() -> impl Strategy<Value = Message> {
     let counts = prop_oneof![

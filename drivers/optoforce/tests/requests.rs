@@ -1,13 +1,10 @@
 //! Driver and sensor, request by request: bytes, times and time-outs.
 
-#[path = "../../hands.rs"]
-mod hands;
-
-use hands::{Host, Still, plant, says};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_optoforce::protocol::{Counts, Cutoff, Message, Speed, Status};
 use twinrig_optoforce::{OptoForce, OptoForceDriver, SampleChoice};
 use twinrig_runtime::Driver;
+use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
 use twinrig_wire::Node;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
@@ -39,19 +36,19 @@ fn configuration(speed: Speed) -> Vec<u8> {
     })
 }
 
-fn host(take: SampleChoice) -> Host<OptoForceDriver> {
+fn host(take: SampleChoice) -> DriverHarness<OptoForceDriver> {
     let config = OptoForce {
         take,
         ..OptoForce::new("foot", "force")
     };
-    Host::new(config.driver().unwrap())
+    DriverHarness::new(config.driver().unwrap())
 }
 
-fn opened(take: SampleChoice) -> Host<OptoForceDriver> {
+fn opened(take: SampleChoice) -> DriverHarness<OptoForceDriver> {
     let mut host = host(take);
     host.open();
-    host.reads(SHORT_DELAY, &done());
-    host.reads(SHORT_DELAY, &sample(7));
+    host.receive(SHORT_DELAY, &done());
+    host.receive(SHORT_DELAY, &sample(7));
     assert!(host.is_done());
     host
 }
@@ -60,19 +57,19 @@ fn opened(take: SampleChoice) -> Host<OptoForceDriver> {
 fn opening_requires_an_acknowledgement_and_then_a_sample() {
     let mut host = host(SampleChoice::Newest);
     assert_eq!(host.open(), configuration(Speed::Hz100));
-    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT));
-    host.reads(SHORT_DELAY, &sample(1));
+    assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT));
+    host.receive(SHORT_DELAY, &sample(1));
     assert!(
         !host.is_done(),
         "the sample may be of an earlier configuration"
     );
-    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT - SHORT_DELAY));
-    host.reads(SHORT_DELAY, &done());
+    assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT - SHORT_DELAY));
+    host.receive(SHORT_DELAY, &done());
     assert!(!host.is_done());
-    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT), "time for a sample");
-    host.reads(SHORT_DELAY, &sample(2));
+    assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT), "time for a sample");
+    host.receive(SHORT_DELAY, &sample(2));
     assert!(host.is_done());
-    assert_eq!(host.waits(), None);
+    assert_eq!(host.timeout(), None);
     assert_eq!(host.driver.to_process(), [1600.0, 0.0, -800.0]);
 }
 
@@ -80,12 +77,12 @@ fn opening_requires_an_acknowledgement_and_then_a_sample() {
 fn repeated_opening_requires_a_new_acknowledgement() {
     let mut host = host(SampleChoice::Newest);
     host.open();
-    host.reads(SHORT_DELAY, &done());
-    assert_eq!(host.waits_in_vain(), configuration(Speed::Hz100));
-    host.reads(SHORT_DELAY, &sample(1));
+    host.receive(SHORT_DELAY, &done());
+    assert_eq!(host.expire(), configuration(Speed::Hz100));
+    host.receive(SHORT_DELAY, &sample(1));
     assert!(!host.is_done());
-    assert_eq!(host.waits_in_vain(), configuration(Speed::Hz100));
-    assert!(host.waits_in_vain().is_empty());
+    assert_eq!(host.expire(), configuration(Speed::Hz100));
+    assert!(host.expire().is_empty());
     let reason = host.driver.poll_transfer().unwrap_err().why;
     assert!(reason.contains("did not acknowledge"), "{reason}");
 }
@@ -95,8 +92,8 @@ fn rejected_configuration_is_reported_with_its_status() {
     let mut host = host(SampleChoice::Newest);
     host.open();
     for _ in 0..3 {
-        host.reads(SHORT_DELAY, &frame(&Message::Acknowledgement { status: 4 }));
-        host.waits_in_vain();
+        host.receive(SHORT_DELAY, &frame(&Message::Acknowledgement { status: 4 }));
+        host.expire();
     }
     let reason = host.driver.poll_transfer().unwrap_err().why;
     assert!(reason.contains("with status 4"), "{reason}");
@@ -109,14 +106,14 @@ fn newest_sample_is_immediate_and_fresh_one_is_awaited_for_two_periods() {
     assert!(newest.is_done());
     let mut fresh = opened(SampleChoice::Fresh);
     assert!(fresh.begin(&[]).is_empty());
-    assert_eq!(fresh.waits(), Some(SimDuration::from_millis(20)));
-    fresh.reads(SHORT_DELAY, &sample(7));
+    assert_eq!(fresh.timeout(), Some(SimDuration::from_millis(20)));
+    fresh.receive(SHORT_DELAY, &sample(7));
     assert!(!fresh.is_done(), "a repeated sample is not fresh");
-    fresh.reads(SHORT_DELAY, &sample(8));
+    fresh.receive(SHORT_DELAY, &sample(8));
     assert!(fresh.is_done());
     let stale = fresh.diagnostic("stale");
     fresh.begin(&[]);
-    fresh.waits_in_vain();
+    fresh.expire();
     assert!(fresh.is_done());
     assert_eq!(fresh.diagnostic("stale"), stale + 1.0);
 }
@@ -125,10 +122,10 @@ fn newest_sample_is_immediate_and_fresh_one_is_awaited_for_two_periods() {
 fn closing_stops_the_sensor_and_awaits_its_acknowledgement() {
     let mut host = opened(SampleChoice::Newest);
     assert_eq!(host.close(), configuration(Speed::Stop));
-    host.reads(SHORT_DELAY, &sample(8));
+    host.receive(SHORT_DELAY, &sample(8));
     assert!(!host.is_done());
-    assert_eq!(host.waits_in_vain(), configuration(Speed::Stop));
-    host.reads(SHORT_DELAY, &done());
+    assert_eq!(host.expire(), configuration(Speed::Stop));
+    host.receive(SHORT_DELAY, &done());
     assert!(host.is_done());
 }
 
@@ -138,13 +135,13 @@ fn sensor_acknowledges_after_its_reaction_time_and_samples_by_its_own_clock() {
     let mut sensor = config.sensor().unwrap();
     let force = Port::output("force", Unit::Newton, 3);
     sensor.connect("foot", &plant(&[force])).unwrap();
-    let mut plant = Still {
+    let mut plant = StaticPlant {
         outputs: vec![800.0, 0.0, -400.0],
-        ..Still::default()
+        ..StaticPlant::default()
     };
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
     let sent = configuration(Speed::Hz333);
-    let tx = says(&mut sensor, &mut plant, (at(1_250), &sent), at(6_900));
+    let tx = run_device(&mut sensor, &mut plant, (at(1_250), &sent), at(6_900));
     let times: Vec<SimTime> = tx.iter().map(|(at, _)| *at).collect();
     // Once at power-on, at 100 Hz; then every third of its milliseconds.
     assert_eq!(times, [at(0), at(1_300), at(3_000), at(6_000)]);

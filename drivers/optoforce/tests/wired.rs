@@ -1,14 +1,11 @@
 //! Driver and sensor connected by a wire, in a rig.
 
-#[path = "../../toys.rs"]
-mod toys;
-
 use std::f64::consts::TAU;
 
-use toys::{PlantAccess, diagnostic, rig, run};
 use twinrig_kernel::{BoardClock, LocalDuration, Port, SimDuration, SimTime, Unit};
-use twinrig_optoforce::{Cutoff, OptoForce, Speed, SampleChoice};
+use twinrig_optoforce::{Cutoff, OptoForce, SampleChoice, Speed};
 use twinrig_runtime::{Rig, RunEvent};
+use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, rig, run};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
 fn sensor() -> OptoForce {
@@ -24,7 +21,7 @@ fn force(seconds: f64, axis: usize) -> f64 {
 }
 
 fn wired_to(sensor: &OptoForce, faults: &FaultSchedule, force: fn(f64, usize) -> f64) -> Rig {
-    let plant = PlantAccess::new(
+    let plant = RecordingPlant::new(
         vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
         force,
     );

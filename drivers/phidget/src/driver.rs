@@ -128,7 +128,12 @@ impl Protocol for PhidgetProtocol {
         }
     }
 
-    fn handle_frame(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(
+        &self,
+        state: &mut State,
+        _kind: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         let Ok(message) = Frame::new(frame).and_then(Message::try_from) else {
             return FrameOutcome::Incomplete;
         };

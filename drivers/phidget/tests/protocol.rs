@@ -1,14 +1,11 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
-#[path = "../../framing.rs"]
-mod framing;
-
-use framing::{frames, frames_in_any_pieces};
 use proptest::array::{uniform4, uniform8};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use twinrig_phidget::protocol::{Frame, Gain, Message, Setup, match_frame};
+use twinrig_testing::framing::{frames, frames_in_any_pieces};
 use twinrig_wire::crc16;
 
 fn messages() -> impl Strategy<Value = Message> {

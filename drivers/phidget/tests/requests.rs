@@ -1,13 +1,10 @@
 //! Driver and board, request by request: bytes, times and time-outs.
 
-#[path = "../../hands.rs"]
-mod hands;
-
-use hands::{Host, Still, plant, says};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_phidget::protocol::{Gain, Message, Setup};
 use twinrig_phidget::{Board, Phidget, PhidgetDriver};
 use twinrig_runtime::Driver;
+use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
 use twinrig_wire::Node;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
@@ -47,21 +44,21 @@ fn report(sequence: u8) -> Vec<u8> {
     })
 }
 
-fn host() -> Host<PhidgetDriver> {
-    Host::new(config().driver().unwrap())
+fn host() -> DriverHarness<PhidgetDriver> {
+    DriverHarness::new(config().driver().unwrap())
 }
 
 #[test]
 fn opening_requires_an_accepted_set_up_and_then_a_report() {
     let mut host = host();
     assert_eq!(host.open(), setup());
-    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT));
-    host.reads(SHORT_DELAY, &report(1));
+    assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT));
+    host.receive(SHORT_DELAY, &report(1));
     assert!(!host.is_done(), "the report may be of an earlier set-up");
-    host.reads(SHORT_DELAY, &accepted(true));
+    host.receive(SHORT_DELAY, &accepted(true));
     assert!(!host.is_done());
-    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT + INTERVAL));
-    host.reads(SHORT_DELAY, &report(2));
+    assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT + INTERVAL));
+    host.receive(SHORT_DELAY, &report(2));
     assert!(host.is_done());
     assert_eq!(host.driver.to_process(), [0.5, 0.0, 0.0, 0.0]);
     assert!(host.begin(&[]).is_empty() && host.is_done());
@@ -72,12 +69,12 @@ fn opening_requires_an_accepted_set_up_and_then_a_report() {
 fn repeated_opening_requires_a_new_acceptance() {
     let mut host = host();
     host.open();
-    host.reads(SHORT_DELAY, &accepted(true));
-    assert_eq!(host.waits_in_vain(), setup());
-    host.reads(SHORT_DELAY, &report(1));
+    host.receive(SHORT_DELAY, &accepted(true));
+    assert_eq!(host.expire(), setup());
+    host.receive(SHORT_DELAY, &report(1));
     assert!(!host.is_done());
-    assert_eq!(host.waits_in_vain(), setup());
-    assert!(host.waits_in_vain().is_empty());
+    assert_eq!(host.expire(), setup());
+    assert!(host.expire().is_empty());
     let reason = host.driver.poll_transfer().unwrap_err().why;
     assert!(reason.contains("did not accept"), "{reason}");
 }
@@ -87,8 +84,8 @@ fn rejected_set_up_is_reported() {
     let mut host = host();
     host.open();
     for _ in 0..3 {
-        host.reads(SHORT_DELAY, &accepted(false));
-        host.waits_in_vain();
+        host.receive(SHORT_DELAY, &accepted(false));
+        host.expire();
     }
     let reason = host.driver.poll_transfer().unwrap_err().why;
     assert!(reason.contains("a board of another type"), "{reason}");
@@ -98,10 +95,10 @@ fn rejected_set_up_is_reported() {
 fn board_transmits_at_polls_and_restarts_its_interval_at_each_set_up() {
     let mut board = config().board().unwrap();
     board.connect("scale", &plant(&[])).unwrap();
-    let mut plant = Still::default();
+    let mut plant = StaticPlant::default();
     let at = |millis| SimTime::ZERO + SimDuration::from_millis(millis);
     let mut exchange = |millis, to| {
-        let tx = says(&mut board, &mut plant, (at(millis), &setup()), at(to));
+        let tx = run_device(&mut board, &mut plant, (at(millis), &setup()), at(to));
         tx.into_iter()
             .map(|(start, bytes)| (start, bytes == accepted(true)))
             .collect::<Vec<_>>()

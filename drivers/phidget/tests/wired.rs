@@ -1,12 +1,10 @@
 //! Driver and board connected by a wire, in a rig.
 
-#[path = "../../toys.rs"]
-mod toys;
-
-use toys::{PlantAccess, diagnostic, rig, run};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_phidget::{Board, Gain, Input, Phidget};
 use twinrig_runtime::{Rig, RunEvent};
+use twinrig_testing::rig_harness;
+use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, rig, run};
 use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
 
 fn input(channel: usize, component: usize, scale: f64) -> Input {
@@ -48,7 +46,7 @@ fn wired(board: &Phidget, faults: &FaultSchedule) -> Rig {
         board.driver().unwrap(),
         wire,
         (2, |_| 0.0),
-        PlantAccess::new(vec![port], force),
+        RecordingPlant::new(vec![port], force),
     )
 }
 
@@ -173,11 +171,11 @@ fn missing_or_wrong_board_is_an_error() {
 
     let port = Port::output("leg/LF/foot/force", Unit::Newton, 3);
     let wire = kit().wire(&FaultSchedule::default()).unwrap();
-    let mut rig = toys::rig(
+    let mut rig = rig_harness::rig(
         bridge(8).driver().unwrap(),
         wire,
         (2, |_| 0.0),
-        PlantAccess::new(vec![port], force),
+        RecordingPlant::new(vec![port], force),
     );
     let message = run(&mut rig, 1000).1.unwrap_err().to_string();
     assert!(message.contains("a board of another type"), "{message}");
@@ -188,14 +186,14 @@ fn missing_signal_is_reported_with_the_available_ones() {
     let mut board = bridge(8);
     board.inputs = vec![input(0, 3, 1.0)];
     let wire = board.wire(&FaultSchedule::default()).unwrap();
-    let script = toys::Script {
+    let script = rig_harness::ScriptedProcess {
         ports: Vec::new(),
         command: |_| 0.0,
         steps: 0,
     };
     let task = twinrig_runtime::WiredTask::new(Box::new(board.driver().unwrap()), Box::new(wire));
     let schedule = twinrig_runtime::Schedule::with_period(SimDuration::from_millis(2));
-    let plant = PlantAccess::new(
+    let plant = RecordingPlant::new(
         vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
         force,
     );

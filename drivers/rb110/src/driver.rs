@@ -139,7 +139,12 @@ impl Protocol for Rb110Protocol {
         Some(timeout)
     }
 
-    fn handle_frame(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(
+        &self,
+        state: &mut State,
+        kind: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         let Ok(answer) = Frame::new(frame).and_then(Answer::try_from) else {
             return FrameOutcome::Incomplete;
         };

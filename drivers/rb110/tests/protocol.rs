@@ -1,13 +1,10 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
-#[path = "../../framing.rs"]
-mod framing;
-
-use framing::{frames, frames_in_any_pieces};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 use twinrig_rb110::protocol::{Answer, Frame, Request, TICKS_MAX, match_frame};
+use twinrig_testing::framing::{frames, frames_in_any_pieces};
 use twinrig_wire::FrameMatch;
 
 fn requests() -> impl Strategy<Value = Request> {

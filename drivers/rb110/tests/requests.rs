@@ -1,13 +1,10 @@
 //! Driver and board, request by request: bytes, times and time-outs.
 
-#[path = "../../hands.rs"]
-mod hands;
-
-use hands::{Host, Still, plant, says};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_rb110::protocol::{Answer, Frame, Request};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110, Rb110Driver};
 use twinrig_runtime::Driver;
+use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
 use twinrig_wire::Node;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(100);
@@ -39,22 +36,22 @@ fn answer(sequence: u8, count: u16) -> Vec<u8> {
     bytes
 }
 
-fn opened() -> Host<Rb110Driver> {
-    let mut host = Host::new(board().driver().unwrap());
+fn opened() -> DriverHarness<Rb110Driver> {
+    let mut host = DriverHarness::new(board().driver().unwrap());
     let sent = request(&host.open());
-    assert_eq!(host.waits(), Some(ANSWER_TIMEOUT));
+    assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT));
     assert!(!host.is_done());
-    host.reads(SHORT_DELAY, &answer(sent.sequence, 0));
+    host.receive(SHORT_DELAY, &answer(sent.sequence, 0));
     assert!(host.is_done());
     host
 }
 
 #[test]
 fn opening_commands_no_pulse_and_is_attempted_three_times() {
-    let mut host = Host::new(board().driver().unwrap());
+    let mut host = DriverHarness::new(board().driver().unwrap());
     let mut sent = vec![request(&host.open())];
     for _ in 0..2 {
-        sent.push(request(&host.waits_in_vain()));
+        sent.push(request(&host.expire()));
     }
     for (n, request) in sent.iter().enumerate() {
         assert_eq!(request.pulses, [None; 16]);
@@ -64,7 +61,7 @@ fn opening_commands_no_pulse_and_is_attempted_three_times() {
             [false, false, true, false, false, false, false, false]
         );
     }
-    assert!(host.waits_in_vain().is_empty());
+    assert!(host.expire().is_empty());
     let reason = host.driver.poll_transfer().unwrap_err().why;
     assert!(reason.contains("answered none of 3 requests"), "{reason}");
     assert_eq!(host.diagnostic("lost"), 3.0);
@@ -74,27 +71,27 @@ fn opening_commands_no_pulse_and_is_attempted_three_times() {
 fn transfer_takes_one_period_and_uses_the_first_matching_answer() {
     let mut host = opened();
     let sent = request(&host.begin(&[0.0, f64::NAN]));
-    assert_eq!(host.waits(), Some(PERIOD));
+    assert_eq!(host.timeout(), Some(PERIOD));
     assert_eq!(
         sent.pulses.iter().flatten().count(),
         1,
         "NaN commands no pulse"
     );
-    host.reads(SHORT_DELAY, &answer(sent.sequence.wrapping_sub(1), 100));
+    host.receive(SHORT_DELAY, &answer(sent.sequence.wrapping_sub(1), 100));
     assert_eq!(host.driver.to_process(), [0.0], "an old answer is ignored");
-    host.reads(SHORT_DELAY, &answer(sent.sequence, 512));
-    host.reads(SHORT_DELAY, &answer(sent.sequence, 1));
+    host.receive(SHORT_DELAY, &answer(sent.sequence, 512));
+    host.receive(SHORT_DELAY, &answer(sent.sequence, 1));
     assert_eq!(
         host.driver.to_process(),
         [1.25],
         "half of a reference of 2.5 V"
     );
     assert!(!host.is_done());
-    assert_eq!(host.waits(), Some(PERIOD - SHORT_DELAY * 3));
-    host.waits_in_vain();
+    assert_eq!(host.timeout(), Some(PERIOD - SHORT_DELAY * 3));
+    host.expire();
     assert!(host.is_done());
     host.begin(&[0.0; 2]);
-    host.waits_in_vain();
+    host.expire();
     let diagnostics = ["transfers", "lost", "saturated"].map(|name| host.diagnostic(name));
     assert_eq!(diagnostics, [2.0, 1.0, 1.0]);
 }
@@ -107,9 +104,9 @@ fn closing_powers_the_servos_off() {
     (off[13], off[15]) = (Some(2_500), Some(2_500));
     assert_eq!(sent.pulses, off);
     assert!(!host.is_done());
-    let again = request(&host.waits_in_vain());
+    let again = request(&host.expire());
     assert_eq!(again.pulses, off);
-    host.reads(SHORT_DELAY, &answer(again.sequence, 0));
+    host.receive(SHORT_DELAY, &answer(again.sequence, 0));
     assert!(host.is_done());
 }
 
@@ -119,9 +116,9 @@ fn board_answers_after_its_reaction_time_and_reports_replacement() {
     let commands = ["LF", "RF"].map(|leg| format!("leg/{leg}/abduction/command"));
     let ports = commands.map(|command| Port::input(command, Unit::Radian, 1));
     board.connect("rb110", &plant(&ports)).unwrap();
-    let mut plant = Still {
+    let mut plant = StaticPlant {
         inputs: vec![9.0; 2],
-        ..Still::default()
+        ..StaticPlant::default()
     };
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
     let request = |sequence, ticks| {
@@ -135,7 +132,7 @@ fn board_answers_after_its_reaction_time_and_reports_replacement() {
         bytes
     };
     let mut exchange = |micros, bytes: &[u8], to| {
-        let tx = says(&mut board, &mut plant, (at(micros), bytes), at(to));
+        let tx = run_device(&mut board, &mut plant, (at(micros), bytes), at(to));
         let [(start, bytes)] = &tx[..] else {
             panic!("{tx:?}");
         };

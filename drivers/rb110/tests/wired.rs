@@ -1,12 +1,9 @@
 //! Driver and board connected by a wire, in a rig.
 
-#[path = "../../toys.rs"]
-mod toys;
-
-use toys::{PlantAccess, diagnostic, place, rig, run};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110};
 use twinrig_runtime::{Rig, RunEvent};
+use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, index_of, rig, run};
 use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
 
 const LEGS: [(usize, &str); 4] = [(15, "LF"), (13, "RF"), (9, "LH"), (11, "RH")];
@@ -25,13 +22,13 @@ fn board() -> Rb110 {
     board
 }
 
-fn plant() -> PlantAccess {
+fn plant() -> RecordingPlant {
     let command = |&(_, leg): &(usize, &str)| {
         Port::input(format!("leg/{leg}/abduction/command"), Unit::Radian, 1)
     };
     let mut ports: Vec<Port> = LEGS.iter().map(command).collect();
     ports.push(Port::output("battery", Unit::Volt, 1));
-    PlantAccess::new(ports, |_, _| 12.0)
+    RecordingPlant::new(ports, |_, _| 12.0)
 }
 
 fn command(step: u64) -> f64 {
@@ -94,7 +91,7 @@ fn transfer_takes_two_control_periods() {
 #[test]
 fn plant_receives_a_command_at_the_end_of_its_pulse() {
     let plant = plant();
-    let inputs = plant.heard.clone();
+    let inputs = plant.input_log.clone();
     let wire = board().wire(&FaultSchedule::default()).unwrap();
     let mut rig = rig(board().driver().unwrap(), wire, (10, command), plant);
     let (log, result) = run(&mut rig, 400);
@@ -146,7 +143,7 @@ fn analog_inputs_are_read_to_the_resolution_of_the_converter() {
         .driver()
         .map(|driver| twinrig_runtime::Driver::ports(&driver))
         .unwrap();
-    let adc = place(&ports, "rb110/adc");
+    let adc = index_of(&ports, "rb110/adc");
     let (_, last) = log.inputs.last().unwrap();
     assert!((1.2 - last[adc]).abs() < 2.5 / 1024.0, "{last:?}");
 }

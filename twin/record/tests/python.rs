@@ -2,12 +2,12 @@
 //! equal results.
 
 mod common;
-#[path = "common/python.rs"]
-mod python;
+use std::path::Path;
 
 use common::*;
 use serde_json::{Value, json};
 use twinrig_record::{EPOCH, Recording};
+use twinrig_testing::python;
 
 fn hex(values: &[f64]) -> Value {
     values
@@ -22,8 +22,10 @@ fn found(bytes: &[u8], test: &str) -> Option<[Value; 2]> {
     let name = format!("twinrig-python-{test}-{}.mcap", std::process::id());
     let file = std::env::temp_dir().join(name);
     std::fs::write(&file, bytes).unwrap();
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let found = ["read_recording.py", "read_rosbag.py"]
-        .map(|script| python::run(&python, script, &[&file], &json!(null)));
+        .map(|script| tests.join(script))
+        .map(|script| python::run(&python, &script, &[&file], &json!(null)));
     std::fs::remove_file(&file).unwrap();
     Some(found)
 }

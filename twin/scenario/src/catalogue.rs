@@ -1,4 +1,4 @@
-//! What a build offers: the kinds of plants, controllers and buses, and the keys that each of them accepts.
+//! Kinds of plants, controllers and buses of a build, and the keys that each of them accepts.
 
 use std::ops::RangeInclusive;
 
@@ -7,7 +7,7 @@ use twinrig_kernel::Unit;
 
 use crate::options::OptionValue;
 
-/// Every kind of part that a build has. The program that knows them all fills it; this crate knows none of them.
+/// Kinds of parts in a build. The program that links the parts fills it; this crate knows no kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Catalogue {
     /// Accepted as `[plant] model`.
@@ -21,25 +21,26 @@ pub struct Catalogue {
 /// A kind of part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kind {
-    /// The word that a scenario uses.
+    /// Name in a scenario.
     pub name: String,
-    /// One line for a person.
+    /// One-line description for display.
     pub about: String,
-    /// The cargo feature without which this build does not have it; none if it has it.
+    /// Cargo feature that this build lacks for the kind; none if the kind is available.
     pub missing_feature: Option<String>,
-    /// The command without which a build with that feature fails; none if it needs none.
+    /// Command that must precede a build with that feature; none if none is required.
     pub build_needs: Option<String>,
-    /// It brings a model of its own: a scenario needs no robot for it, and has no say in its base, legs, ground, start and
-    /// actuators. Plants only.
+    /// Whether the plant is a standalone model: a scenario then requires no robot and cannot set
+    /// base, legs, ground, start and actuators. Plants only.
     pub is_standalone: bool,
-    /// Keys of its table beside those that every part of its sort has.
+    /// Keys of its table besides those common to all parts of its sort.
     pub options: Vec<OptionSpec>,
-    /// Process variables, which are keys of its table too, and may be changed while it runs. Controllers only.
+    /// Process variables: keys of its table as well, which may change during a run. Controllers
+    /// only.
     pub variables: Vec<VariableSpec>,
 }
 
 impl Kind {
-    /// A kind that this build has, without options or variables.
+    /// Returns an available kind without options or variables.
     pub fn new(name: impl Into<String>, about: impl Into<String>) -> Self {
         Kind {
             name: name.into(),
@@ -52,12 +53,13 @@ impl Kind {
         }
     }
 
-    /// A variable by its full name.
+    /// Returns the variable of that full name.
     pub fn variable(&self, name: &str) -> Option<&VariableSpec> {
         self.variables.iter().find(|variable| variable.name == name)
     }
 
-    /// Adds the variables that this kind has on another robot: those that it lacks, and the ranges of the others.
+    /// Merges the variables of this kind for another robot: adds missing ones and extends the
+    /// ranges of the others to the hull.
     pub fn unite_variables(&mut self, others: Vec<VariableSpec>) {
         for other in others {
             match self.variables.iter_mut().find(|one| one.name == other.name) {
@@ -67,10 +69,11 @@ impl Kind {
         }
     }
 
-    /// The variables that the key `key` sets: the one of that name, or all of its groups (`key/fore`, `key/hind`).
+    /// Returns the variables that the key `key` sets: the one of that name, or all of its groups
+    /// (`key/fore`, `key/hind`).
     pub fn variables_of(&self, key: &str) -> Vec<&VariableSpec> {
-        let meant = |variable: &&VariableSpec| variable.name == key || variable.key() == key;
-        self.variables.iter().filter(meant).collect()
+        let is_set_by_key = |variable: &&VariableSpec| variable.name == key || variable.key() == key;
+        self.variables.iter().filter(is_set_by_key).collect()
     }
 }
 
@@ -79,15 +82,15 @@ impl Kind {
 pub struct OptionSpec {
     /// The key.
     pub name: String,
-    /// One line for a person.
+    /// One-line description for display.
     pub about: String,
-    /// What its value may be.
+    /// Accepted values.
     pub accepts: Accepts,
-    /// Its value where a scenario does not give it; none if it may be absent.
+    /// Default value; none if the key may be absent.
     pub default: Option<OptionValue>,
 }
 
-/// What the value of an option may be.
+/// Accepted values of an option.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Accepts {
     /// A quantity with a unit; a bare number where the unit is [`Unit::One`].
@@ -105,22 +108,22 @@ pub enum Accepts {
     Boolean,
     /// Any text.
     Text,
-    /// The name of something that only the part itself knows, or of a file: it keeps its place, for the part to say there
-    /// what is wrong with it.
+    /// A name that only the part itself can resolve, or a file name; its position is kept for
+    /// errors of the part.
     Name,
     /// One of these words.
     Choice(Vec<String>),
-    /// How long something takes: a duration, a distribution, or a recorded trace.
+    /// A time model: a duration, a distribution, or a recorded trace.
     Time,
     /// A table of options.
     Group(Vec<OptionSpec>),
-    /// A table with a value for each of the names that it chooses itself.
+    /// A table with names chosen by the user and a value for each.
     Table(Box<Accepts>),
-    /// One value for all members of a set (boards, legs), or a table with a value for each that is named.
+    /// One value for all members of a set (boards, legs), or a table with values of named members.
     Each(Box<Accepts>),
 }
 
-/// A number of a controller that may be set while it runs.
+/// Numeric process variable of a controller, which may be set during a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VariableSpec {
     /// Full name: `frequency`, or with a group of legs, `hip_height/fore`.
@@ -129,21 +132,21 @@ pub struct VariableSpec {
     pub unit: Unit,
     /// Its range, in that unit.
     pub range: Range,
-    /// Its value where a scenario does not give it.
+    /// Default value.
     pub default: f64,
-    /// One line for a person.
+    /// One-line description for display.
     pub about: String,
-    /// Its group is a leg, whose name is the robot's: another robot has other groups.
+    /// Whether its group is a leg: leg names, and thus groups, depend on the robot.
     pub of_leg: bool,
 }
 
 impl VariableSpec {
-    /// The key that sets it in a scenario: its name without the group.
+    /// Returns the key that sets it in a scenario: its name without the group.
     pub fn key(&self) -> &str {
         self.name.split('/').next().unwrap_or(&self.name)
     }
 
-    /// Its group of legs, if it has one.
+    /// Returns its group of legs, if any.
     pub fn group(&self) -> Option<&str> {
         self.name.split_once('/').map(|(_, group)| group)
     }

@@ -1,6 +1,6 @@
 //! Patterns of signal names.
 
-/// Whether `name` matches `pattern`: `*` stands for any part of a name up to a slash, `**` for anything.
+/// Returns whether `name` matches `pattern`: `*` matches any text without a slash, `**` any text.
 ///
 /// ```
 /// use twinrig_scenario::matches;
@@ -26,7 +26,7 @@ pub fn matches(pattern: &str, name: &str) -> bool {
         .any(|at| matches(tail, &rest[at..]))
 }
 
-/// Whether `pattern` is one: a name with a `*` in it.
+/// Returns whether `pattern` contains a `*`.
 pub(crate) fn is_pattern(pattern: &str) -> bool {
     pattern.contains('*')
 }
@@ -36,7 +36,7 @@ mod tests {
     use super::matches;
 
     #[test]
-    fn a_star_stays_within_its_part() {
+    fn single_star_does_not_match_a_slash() {
         assert!(matches("*", "energy"));
         assert!(!matches("*", "energy/kinetic"));
         assert!(matches("**", "energy/kinetic"));

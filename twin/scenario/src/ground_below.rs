@@ -1,22 +1,22 @@
-//! The ground, as far as it must be known to tell how high a trunk is above it.
+//! Height of the ground below the trunk, for the detection of falls.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// The height of the ground at a place in the world.
+/// Ground height as a function of the position in the world.
 #[derive(Clone, Default)]
 pub enum GroundBelow {
-    /// There is no ground.
+    /// No ground.
     #[default]
     Nothing,
     /// Height 0 everywhere.
     Level,
-    /// A height for every x and y \[m\].
+    /// Height as a function of x and y \[m\].
     Heights(Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>),
 }
 
 impl GroundBelow {
-    /// The height at a place \[m\]; none without ground.
+    /// Returns the height at a position \[m\]; none without ground.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         match self {
             GroundBelow::Nothing => None,
@@ -37,7 +37,7 @@ impl fmt::Debug for GroundBelow {
 }
 
 impl PartialEq for GroundBelow {
-    /// Heights are the same if they are the same function.
+    /// Compares height functions by identity.
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (GroundBelow::Nothing, GroundBelow::Nothing)

@@ -1,8 +1,11 @@
-//! Scenario files: what is to be run and what is expected of it. A file becomes a [`Scenario`], checked against what a build
-//! offers (its [`Catalogue`]), every mistake shown where it stands; with the [`Facts`] of robot, plant and controller that
-//! becomes a [`Scene`], which holds only what something needs and says what was left out and why; and a [`Judge`] watches
-//! the run, sample by sample, and says what became of each expectation, with measured value, bound and margin. What could
-//! not be observed is never passed off as held.
+//! Scenario files: the definition of a run and its expectations.
+//!
+//! A file is read into a [`Scenario`] and checked against the [`Catalogue`] of the build; every
+//! error is reported at its position. With the [`Facts`] of robot, plant and controller it becomes
+//! a [`Scene`], which contains only the required signals and lists the omitted parts with the
+//! reasons. A [`Judge`] observes the run sample by sample and returns one [`Outcome`] for each
+//! expectation: verdict, measured value, bound and margin. An expectation that could not be
+//! observed never passes.
 //!
 //! ```
 //! use std::path::Path;
@@ -43,7 +46,7 @@
 //!     tasks: &[],
 //! };
 //! let mut judge = Judge::new(&scene, layouts);
-//! // Fewer than ten observations would be none.
+//! // Fewer than ten samples are unobserved.
 //! for millis in 0..10 {
 //!     let now = SimTime::ZERO + SimDuration::from_millis(millis);
 //!     judge.samples(now, Group::Plant, &[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]);
@@ -59,7 +62,8 @@
 //! assert!((outcomes[0].margin.unwrap() - 0.02).abs() < 1e-12);
 //! ```
 //!
-//! What it does not do: run anything; know a particular plant, controller or bus; find robots; look at a clock.
+//! Not in this crate: execution of runs, particular plants, controllers and buses, the search for
+//! robot files, and clocks.
 
 mod catalogue;
 mod expect;

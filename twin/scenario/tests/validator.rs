@@ -1,11 +1,10 @@
 //! An independent validator refuses nothing that the reader accepts, and of what the reader refuses all that a schema can.
 
 mod common;
-#[path = "../../record/tests/common/python.rs"]
-mod python;
-
-use std::fs;
 use std::path::Path;
+
+use twinrig_testing::python;
+use std::fs;
 
 use serde_json::{Value, json};
 use twinrig_scenario::schema;
@@ -114,7 +113,8 @@ fn validated(documents: &[String], mutants: usize) -> Option<Value> {
     let python = python::python("jsonschema, tomllib")?;
     let schema = schema(&common::catalogue());
     let input = json!({ "schema": schema, "documents": documents, "mutants": mutants });
-    Some(python::run(&python, "validate.py", &[], &input))
+    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/validate.py"));
+    Some(python::run(&python, script, &[], &input))
 }
 
 fn sound() -> Vec<String> {

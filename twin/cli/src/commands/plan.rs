@@ -143,7 +143,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
                 Coupling::Grid { step, .. } => Some(seconds(step.as_nanos())),
             },
         },
-        coupling: coupling::told(scenario.plant.coupling),
+        coupling: coupling::describe(scenario.plant.coupling),
         wires: wires(&rig),
         free: free(&rig, scenario),
         signals: signals.collect(),

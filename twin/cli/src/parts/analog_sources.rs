@@ -1,4 +1,4 @@
-//! What is connected to the analog inputs of boards, out of a scenario's words: `inputs.3 = { signal = "…", scale = 0.1 }`.
+//! Sources of the analog inputs of boards, from scenario options such as `inputs.3 = { signal = "…", scale = 0.1 }`.
 
 use twinrig_document::Range;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
@@ -7,34 +7,34 @@ use twinrig_wire::AnalogSource;
 use crate::error::BuildError;
 use crate::parts::option::{number, option};
 
-/// The option `name`, for a board with so many inputs.
+/// Returns the option `name` for a board with `count` analog inputs.
 pub(crate) fn inputs(name: &str, about: &str, count: usize) -> OptionSpec {
     let analog_source = || {
         Accepts::Group(vec![
-            option("signal", "of the plant", Accepts::Text),
+            option("signal", "signal of the plant", Accepts::Text),
             option(
                 "component",
-                "of the signal (0)",
+                "component of the signal (0)",
                 Accepts::Natural(0..=u64::from(u8::MAX)),
             ),
             option(
                 "scale",
-                "what the input reads for one unit of the signal (1)",
+                "reading of the input per unit of the signal (1)",
                 number(Range::ANY),
             ),
             option(
                 "offset",
-                "what the input reads for zero (0)",
+                "reading of the input at zero (0)",
                 number(Range::ANY),
             ),
         ])
     };
     let channels =
-        (0..count).map(|channel| option(&channel.to_string(), "an input", analog_source()));
+        (0..count).map(|channel| option(&channel.to_string(), "analog input", analog_source()));
     option(name, about, Accepts::Group(channels.collect()))
 }
 
-/// The inputs that the option `name` connects, by number.
+/// Returns the connected inputs of the option `name`, with their channel numbers.
 pub(crate) fn analog_sources(
     options: &Options,
     name: &str,
@@ -66,7 +66,7 @@ pub(crate) fn analog_sources(
     Ok(analog_sources)
 }
 
-/// The signals of the plant that the option `name` connects.
+/// Returns the plant signals connected by the option `name`.
 pub(crate) fn signals(options: &Options, name: &str) -> Vec<String> {
     let channels = options.group(name);
     let channels = channels.into_iter().flat_map(Options::iter);
@@ -77,18 +77,18 @@ pub(crate) fn signals(options: &Options, name: &str) -> Vec<String> {
     channels.filter_map(|(_, value)| signal(value)).collect()
 }
 
-/// The option for a board's clock.
+/// Returns the option for the rate error of a board's clock.
 pub(crate) fn clock_option() -> OptionSpec {
-    let about = "by how much the clock of the board is fast";
+    let about = "relative rate error of the board's clock; positive: fast";
     option("clock", about, number(Range::between(-0.1, 0.1)))
 }
 
-/// That clock.
+/// Returns the clock given by the option of [`clock_option`].
 pub(crate) fn clock(options: &Options) -> Result<twinrig_kernel::BoardClock, BuildError> {
     let rate_ppb = libm::rint(options.number("clock").unwrap_or_default() * 1e9);
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "the option is a tenth at most"
+        reason = "the magnitude of the option is at most 0.1"
     )]
     let rate_ppb = rate_ppb as i64;
     let offset = twinrig_kernel::LocalDuration::ZERO;

@@ -1,4 +1,4 @@
-//! What kinds of buses are made of.
+//! Kinds of buses and the context for building them.
 
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
@@ -13,33 +13,32 @@ type BuildDriver =
 type BuildWire = Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 
-/// Bits a second of a serial port whose bus does not say otherwise.
+/// Default baud rate of a serial port \[bit/s\].
 const BAUD: u32 = 115_200;
 
-/// What a driver and its wire are built from.
+/// Context for building a driver and its wire.
 #[derive(Clone, Copy)]
 pub struct BusContext<'a> {
-    /// What the scenario calls the bus.
+    /// Name of the bus in the scenario.
     pub name: &'a str,
-    /// The robot, with what the scenario overrides.
+    /// Robot, including overrides of the scenario.
     pub robot: &'a Robot,
-    /// The legs of the scene, in the robot's order.
+    /// Legs of the scene, in the robot's order.
     pub legs: &'a [&'a str],
     /// Inputs and outputs of the controller.
     pub process_ports: &'a [Port],
-    /// Time between two iterations of the controller.
+    /// Period of the controller.
     pub period: SimDuration,
-    /// The options that the kind declares, as the scenario's `[bus]` table has them.
+    /// Values of the declared options, from the `[bus]` table of the scenario.
     pub options: &'a Options,
-    /// What goes wrong on the bus, with the place on it: empty for the whole bus, or one of [`BusKind::with_place`].
+    /// Faults with their places on the bus: empty for the whole bus, or one of [`BusKind::with_place`].
     pub faults: &'a [(&'a str, &'a FaultSpec)],
     /// Seed of the run.
     pub seed: u64,
 }
 
 impl BusContext<'_> {
-    /// What goes wrong on the bus, for [`twinrig_wire::Faulty`] and its like, which want the place `wire/NAME` or
-    /// `wire/NAME/PLACE`.
+    /// Returns the fault schedule of the bus for [`twinrig_wire::Faulty`] and similar wrappers, whose places are `wire/NAME` or `wire/NAME/PLACE`.
     pub fn fault_schedule(&self) -> FaultSchedule {
         let fault = |(place, fault): &(&str, &FaultSpec)| Fault {
             at: fault.at,
@@ -56,23 +55,22 @@ impl BusContext<'_> {
         }
     }
 
-    /// `line`, whose bytes take `byte_time` each, with what goes wrong on the whole bus.
+    /// Wraps `line`, with a transmission time of `byte_time` per byte, with the faults of the whole bus.
     ///
     /// # Errors
-    /// [`WireError`] if a fault cannot be.
+    /// [`WireError`] if a fault is invalid.
     pub fn faulty<L: Line>(&self, byte_time: SimDuration, line: L) -> Result<Faulty<L>, WireError> {
         let place = format!("wire/{}", self.name);
         Faulty::new(&place, byte_time, &self.fault_schedule(), line)
     }
 }
 
-/// A kind of bus: the driver that runs on the robot, and the wire with the boards at its far end that stands in for
-/// hardware.
+/// Kind of bus: the driver that runs on the robot, and the emulated wire with the boards at its far end.
 pub struct BusKind {
     name: String,
     about: String,
     options: Vec<OptionSpec>,
-    /// Whether its wire heeds faults.
+    /// Whether the wire supports faults on the whole bus.
     faults: bool,
     places: Vec<String>,
     measured: Measured,
@@ -82,8 +80,7 @@ pub struct BusKind {
 }
 
 impl BusKind {
-    /// A kind that scenarios call `name`; `about` is a line for `twin list`; `driver` makes what runs on the robot, `wire`
-    /// what stands in for everything beyond.
+    /// Creates the kind `name` with the description `about` for `twin list`; `driver` builds the driver that runs on the robot, `wire` the emulation of the wire and the boards.
     pub fn new<D: Driver + 'static, W: Wire + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -103,29 +100,28 @@ impl BusKind {
         }
     }
 
-    /// Accepts another key in its table, which [`BusContext::options`] brings.
+    /// Adds an option, a key of the bus table; its value is in [`BusContext::options`].
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
         self
     }
 
-    /// Can have faults on the whole of it, `wire/NAME`: its wire heeds [`BusContext::fault_schedule`].
+    /// Enables faults on the whole bus, `wire/NAME`: the wire applies [`BusContext::fault_schedule`].
     #[must_use]
     pub fn with_faults(mut self) -> Self {
         self.faults = true;
         self
     }
 
-    /// Can have faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg of the scene.
+    /// Enables faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg of the scene.
     #[must_use]
     pub fn with_place(mut self, place: impl Into<String>) -> Self {
         self.places.push(place.into());
         self
     }
 
-    /// Its boards measure the plant's signals that match one of the patterns which `measured` makes of the options, whether
-    /// anybody reads what they report or not.
+    /// Declares the plant signals that the boards measure, as patterns derived from the options by `measured`. These signals are computed even if no part reads the measurements.
     #[must_use]
     pub fn measuring(
         mut self,
@@ -135,19 +131,19 @@ impl BusKind {
         self
     }
 
-    /// Talks to serial ports at `baud` bits a second.
+    /// Sets the baud rate of the serial port \[bit/s\].
     #[must_use]
     pub fn at_baud(mut self, baud: u32) -> Self {
         self.baud = baud;
         self
     }
 
-    /// What scenarios call it.
+    /// Returns the name in scenarios.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// What scenarios may say of it.
+    /// Returns the scenario keys of the kind.
     pub(crate) fn offer(&self) -> Kind {
         Kind {
             options: self.options.clone(),
@@ -155,22 +151,22 @@ impl BusKind {
         }
     }
 
-    /// Bits a second of its serial port.
+    /// Returns the baud rate of the serial port \[bit/s\].
     pub(crate) fn baud(&self) -> u32 {
         self.baud
     }
 
-    /// Patterns of the plant's signals that its boards measure.
+    /// Returns the patterns of the plant signals that the boards measure.
     pub(crate) fn measured(&self, options: &Options) -> Vec<String> {
         (self.measured)(options)
     }
 
-    /// Whether there can be faults on the whole of it.
+    /// Returns whether faults on the whole bus are supported.
     pub(crate) fn has_faults(&self) -> bool {
         self.faults
     }
 
-    /// The places of faults, of a scene with these legs.
+    /// Returns the places of faults for a scene with these legs.
     pub(crate) fn places(&self, legs: &[&str]) -> Vec<String> {
         let places = self.places.iter().flat_map(|place| match place.as_str() {
             "*" => legs.iter().map(|&leg| leg.to_owned()).collect(),

@@ -1,4 +1,4 @@
-//! What kinds of controllers are made of.
+//! Kinds of controllers and the contexts for building them.
 
 use twinrig_document::Range;
 use twinrig_robot::Robot;
@@ -14,25 +14,25 @@ type Variables =
 type BuildOfLegs =
     Box<dyn Fn(&LegContext<'_>) -> Result<Box<dyn Process>, BuildError> + Send + Sync>;
 
-/// What a controller is built from.
+/// Context for building a controller.
 #[derive(Clone, Copy, Debug)]
 pub struct ControllerContext<'a> {
-    /// The robot, with what the scenario overrides.
+    /// Robot, including overrides of the scenario.
     pub robot: &'a Robot,
-    /// The legs of the scene, in the robot's order.
+    /// Legs of the scene, in the robot's order.
     pub legs: &'a [&'a str],
-    /// The options that the kind declares, as the scenario's `[controller]` table has them.
+    /// Values of the declared options, from the `[controller]` table of the scenario.
     pub options: &'a Options,
     /// Seed of the run, for named streams ([`twinrig_kernel::stream`]).
     pub seed: u64,
 }
 
-/// What a controller is built from that needs no robot.
+/// Context for building a controller without a robot.
 #[derive(Clone, Copy, Debug)]
 pub struct LegContext<'a> {
-    /// The legs of the scene, in the order of the plant.
+    /// Legs of the scene, in the order of the plant.
     pub legs: &'a [LegFact],
-    /// The signals that the plant takes.
+    /// Input signals of the plant.
     pub taken: &'a [String],
     /// As in [`ControllerContext`].
     pub options: &'a Options,
@@ -40,7 +40,7 @@ pub struct LegContext<'a> {
     pub seed: u64,
 }
 
-/// A kind of controller.
+/// Kind of controller.
 pub struct ControllerKind {
     name: String,
     about: String,
@@ -51,8 +51,7 @@ pub struct ControllerKind {
 }
 
 impl ControllerKind {
-    /// A kind that scenarios call `name`; `about` is its line in `twin list`; `build` builds a controller, whose process
-    /// variables [`ControllerKind::with_variables`] declares.
+    /// Creates the kind `name` with the description `about` for `twin list`; `build` builds a controller. Its process variables must be declared by [`ControllerKind::with_variables`].
     pub fn new<P: Process + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -63,7 +62,7 @@ impl ControllerKind {
             about: about.into(),
             options: Vec::new(),
             variables: None,
-            build: Box::new(move |given| Ok(Box::new(build(given)?))),
+            build: Box::new(move |context| Ok(Box::new(build(context)?))),
             build_of_legs: None,
         }
     }
@@ -82,29 +81,28 @@ impl ControllerKind {
         self
     }
 
-    /// Can be built without a robot, too, for a plant that stands alone.
+    /// Adds a builder for scenarios without a robot, for standalone plants.
     #[must_use]
     pub fn or_without_robot<P: Process + 'static>(
         mut self,
         build: impl Fn(&LegContext<'_>) -> Result<P, BuildError> + Send + Sync + 'static,
     ) -> Self {
-        self.build_of_legs = Some(Box::new(move |given| Ok(Box::new(build(given)?))));
+        self.build_of_legs = Some(Box::new(move |context| Ok(Box::new(build(context)?))));
         self
     }
 
-    /// Accepts another key in its table, which [`ControllerContext::options`] brings.
+    /// Adds an option, a key of the controller table; its value is in [`ControllerContext::options`].
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
         self
     }
 
-    /// Keys of scenarios for `robot`. Ranges and defaults of process variables depend on the robot; without one there are
-    /// none.
+    /// Returns the scenario keys of the kind for `robot`. Ranges and defaults of process variables depend on the robot; without a robot there are none.
     pub(crate) fn offer(&self, robot: Option<&Robot>) -> Kind {
         let variables = robot.map_or_else(Vec::new, |robot| {
             let options = Options::defaults(&self.options);
-            // A kind that fails here offers no variables; a scenario that names it learns the reason when it is built.
+            // A kind that fails here has no variables; the error is reported when it is built.
             caught(|| self.variables(robot, &options))
                 .unwrap_or(Ok(Vec::new()))
                 .unwrap_or_default()
@@ -129,7 +127,7 @@ impl ControllerKind {
         }
     }
 
-    /// The declared process variables for all legs of `robot`.
+    /// Returns the declared process variables for all legs of `robot`.
     fn variables(
         &self,
         robot: &Robot,
@@ -154,10 +152,10 @@ impl ControllerKind {
 
     pub(crate) fn build(
         &self,
-        given: &ControllerContext<'_>,
+        context: &ControllerContext<'_>,
     ) -> Result<Box<dyn Process>, BuildError> {
-        let process = (self.build)(given)?;
-        let declared = self.variables(given.robot, given.options)?;
+        let process = (self.build)(context)?;
+        let declared = self.variables(context.robot, context.options)?;
         let is_declared = |variable: &ProcessVariable| {
             let mut same = declared
                 .iter()
@@ -175,12 +173,12 @@ impl ControllerKind {
         }
     }
 
-    /// The same without a robot.
+    /// Builds the controller without a robot.
     pub(crate) fn build_of_legs(
         &self,
-        given: &LegContext<'_>,
+        context: &LegContext<'_>,
     ) -> Result<Box<dyn Process>, BuildError> {
         let build = self.build_of_legs.as_ref();
-        build.map_or_else(|| Err(NO_ROBOT.into()), |build| build(given))
+        build.map_or_else(|| Err(NO_ROBOT.into()), |build| build(context))
     }
 }

@@ -1,50 +1,49 @@
-//! How a plant meets those who sample and actuate, out of a scenario's words.
+//! Coupling of the plant to the parts that sample and actuate, from scenario options.
 
 use twinrig_runtime::Coupling;
 use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
 
 use crate::error::BuildError;
 
-/// Whether a plant that is coupled so has to tell `name`, where somebody wants what is `wanted`.
-pub(crate) fn needs(coupling: Coupling, name: &str, wanted: &dyn Fn(&str) -> bool) -> bool {
+/// Returns whether a coupled plant must compute the output `name` if the outputs for which `requested` holds are requested.
+pub(crate) fn needs(coupling: Coupling, name: &str, requested: &dyn Fn(&str) -> bool) -> bool {
     match coupling {
-        Coupling::Exact => wanted(name),
-        Coupling::Grid { .. } => FixedStepCoupling::needs(name, wanted),
+        Coupling::Exact => requested(name),
+        Coupling::Grid { .. } => FixedStepCoupling::needs(name, requested),
     }
 }
 
-/// The plant, coupled so, telling what is `wanted`.
+/// Couples `plant`; the result computes the `requested` outputs.
 pub(crate) fn coupled(
     coupling: Coupling,
     plant: Box<dyn Plant>,
-    wanted: &dyn Fn(&str) -> bool,
+    requested: &dyn Fn(&str) -> bool,
 ) -> Result<Box<dyn Plant>, BuildError> {
     let Coupling::Grid { step, inputs } = coupling else {
         return Ok(plant);
     };
     Ok(Box::new(FixedStepCoupling::new(
-        plant, step, inputs, wanted,
+        plant, step, inputs, requested,
     )?))
 }
 
-/// The same in words.
-pub(crate) fn told(coupling: Coupling) -> String {
+/// Describes the coupling for `twin plan`.
+pub(crate) fn describe(coupling: Coupling) -> String {
     match coupling {
         Coupling::Exact => {
-            "exact: the plant is moved to every instant at which somebody samples or actuates"
-                .to_owned()
+            "exact: the plant advances to every sampling and actuation instant".to_owned()
         }
         Coupling::Grid { step, inputs } => {
-            let between = match inputs {
+            let rule = match inputs {
                 GridInputs::Mean => {
-                    "commands act by their mean over a step, samples in it are extrapolated"
+                    "the mean of the commands acts over each step, samples are extrapolated"
                 }
                 GridInputs::Held => {
-                    "commands act from its next instant on, samples before it are interpolated"
+                    "commands act from the next grid point on, samples are interpolated"
                 }
             };
             format!(
-                "on a grid of {} ms: {between}",
+                "fixed grid of {} ms: {rule}",
                 step.as_nanos() as f64 / 1e6
             )
         }
@@ -61,10 +60,9 @@ mod tests {
     use crate::assembly::Assembly;
     use crate::assembly::registry::Registry;
 
-    /// Between two instants of a grid a position goes along the rate of its name: that has to be its derivative, in the same
-    /// axes and of the same point.
+    /// Between grid points a position is extrapolated along the rate of the same name: it must be the time derivative of the position, in the same axes and of the same point.
     #[test]
-    fn what_is_called_the_rate_of_a_position_is() {
+    fn rate_signal_is_derivative_of_position_signal() {
         let registry = Registry::standard();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/oncilla-trot.toml");
         for model in ["massless", "lcp"] {
@@ -93,14 +91,14 @@ mod tests {
                 })
                 .flat_map(|(values, rates)| values.zip(rates))
                 .collect();
-            // Trunk and four feet in space, and two motors a leg.
+            // Trunk and four feet in space, and two motors per leg.
             assert_eq!(pairs.len(), 3 * 5 + 2 * 4, "{model}");
             let mut inputs = vec![0.0; Layout::of(&plant.ports(), Direction::Input).len()];
             plant.first_inputs(&mut inputs);
-            // A robot whose motors coast sinks onto its feet.
+            // With coasting motors the robot sinks onto its feet.
             let mut rows = [0; 3].map(|_| vec![0.0; layout.len()]);
             let (step, mut now) = (SimDuration::from_micros(100), SimTime::ZERO);
-            let (mut seen, mut wrong) = (0, 0);
+            let (mut compared, mut wrong) = (0, 0);
             for n in 0..900 {
                 rows.rotate_left(1);
                 plant.observe(&mut rows[2]);
@@ -109,13 +107,13 @@ mod tests {
                 for &(value, rate) in pairs.iter().filter(|_| n > 2) {
                     let slope = (rows[2][value] - rows[0][value]) / (2.0 * step.as_secs_f64());
                     let off = (slope - rows[1][rate]).abs();
-                    seen += 1;
-                    // h²/6 of a third derivative, which is what contacts and stops make of it.
+                    compared += 1;
+                    // Error h²/6 times the third derivative, which is large at contacts and stops.
                     wrong += u32::from(off > 2e-3 + 0.02 * slope.abs());
                 }
             }
             let moved = pairs.iter().any(|&(value, _)| rows[2][value].abs() > 1e-3);
-            assert!(moved && wrong < seen / 50, "{model}: {wrong} of {seen}");
+            assert!(moved && wrong < compared / 50, "{model}: {wrong} of {compared}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The motors of a robot on a bench, out of a scenario's words; and the servos beside a robot that does not abduct.
+//! Plant of the robot's motors on a test bench, and the hip-abduction servos of a composite plant, from scenario options.
 
 use twinrig_document::Range;
 use twinrig_drives::{Load, MotorBench, BenchMotors, ServoBench, Shaft};
@@ -15,12 +15,13 @@ const INERTIA: &str = "load_inertia";
 const FRICTION: &str = "load_friction";
 
 pub(crate) fn kind() -> PlantKind {
-    let about = "the motors of the robot on a bench, without legs; for [actuator] kind = \"motor\"";
+    let about =
+        "motors of the robot on a test bench, without legs; for [actuator] kind = \"motor\"";
     PlantKind::new("drives", about, drives)
         .with_ports(|context| Ok(MotorBench::ports_of(&legs(context))))
         .with_option(at_shaft(
             INERTIA,
-            "inertia at each shaft beside the rotor's (none)",
+            "load inertia of each shaft in addition to the rotor's (none)",
             Unit::KilogramSquareMeter,
         ))
         .with_option(at_shaft(
@@ -41,7 +42,7 @@ fn legs(context: &PlantContext<'_>) -> Vec<String> {
 
 fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
     if context.actuator.kind != ActuatorKind::Motor {
-        return Err("it is a bench of motors: write [actuator] kind = \"motor\"".into());
+        return Err("it simulates motors only: write [actuator] kind = \"motor\"".into());
     }
     let motors = motors(context.robot)?;
     let of = |name| context.plant.options.number(name).unwrap_or(0.0);
@@ -63,7 +64,7 @@ fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
     Ok(MotorBench::new(&bench_motors, context.wanted)?)
 }
 
-/// The simulated legs whose hip abduction the controller commands.
+/// Returns the simulated legs whose hip abduction the controller commands.
 fn abducted_legs(context: &PlantContext<'_>) -> Vec<String> {
     let abducted = |leg: &&&str| {
         let name = format!("leg/{leg}/abduction/command");
@@ -74,13 +75,12 @@ fn abducted_legs(context: &PlantContext<'_>) -> Vec<String> {
     legs.map(|&leg| leg.to_owned()).collect()
 }
 
-/// Ports of the servos of hip abduction; none where the controller commands none.
+/// Returns the ports of the hip-abduction servos; empty if the controller does not command them.
 pub(crate) fn abduction_ports(context: &PlantContext<'_>) -> Vec<Port> {
     ServoBench::ports_of(&abducted_legs(context))
 }
 
-/// The plant beside servos for the abduction of its hips, which no plant of a robot moves; the plant itself where the
-/// controller commands none.
+/// Combines the plant with servos for hip abduction, which no plant simulates; returns the plant itself if the controller does not command abduction.
 pub(crate) fn with_abduction(
     plant: Box<dyn Plant>,
     context: &PlantContext<'_>,
@@ -91,7 +91,7 @@ pub(crate) fn with_abduction(
     }
     let servo = context.robot.actuators.abduction.as_ref();
     let servo =
-        servo.ok_or("the robot file has no [actuator.abduction]: its hips do not abduct")?;
+        servo.ok_or("the robot file has no [actuator.abduction]: hip abduction is not available")?;
     let servos = ServoBench::new(&legs, servo, context.wanted)?;
     Ok(Box::new(CompositePlant::new(plant, Box::new(servos))?))
 }

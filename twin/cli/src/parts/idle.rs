@@ -1,9 +1,9 @@
-//! No controller.
+//! Process of a scenario without a controller.
 
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError};
 use twinrig_runtime::Process;
 
-/// What stands where a scene has no controller: it reads nothing and commands nothing.
+/// Process without inputs, outputs and state.
 pub(crate) struct Idle;
 
 impl Process for Idle {

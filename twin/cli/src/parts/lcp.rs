@@ -1,4 +1,4 @@
-//! The full plant, out of a scenario's words.
+//! Kind of the full rigid-body plant, built from scenario options.
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
@@ -10,20 +10,20 @@ use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
 
-/// The plant's own step where a scenario gives none.
+/// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(2);
 
 pub(crate) fn kind() -> PlantKind {
     let methods = Method::ALL.map(|method| method.name().to_owned());
     PlantKind::new(
         "lcp",
-        "trunk and legs with all their inertia, in generalised coordinates",
+        "rigid-body model of trunk and legs with full inertia, in generalised coordinates",
         lcp,
     )
-    .with_option(choice("integrator", "how time is integrated", &methods))
+    .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
-        about: "error in the position of a foot that a step may make, for rk4 and rodas4"
+        about: "local error tolerance of foot positions per step, for rk4 and rodas4"
             .to_owned(),
         accepts: Accepts::Quantity {
             unit: Unit::Meter,
@@ -33,28 +33,28 @@ pub(crate) fn kind() -> PlantKind {
     })
     .with_option(OptionSpec {
         name: "toe".to_owned(),
-        about: "the foot is a segment of its own where the robot has a toe joint".to_owned(),
+        about: "simulate the foot as a separate segment if the robot has a toe joint".to_owned(),
         accepts: Accepts::Boolean,
         default: Some(OptionValue::Boolean(false)),
     })
     .with_step(STEP)
 }
 
-/// Builds the full plant: for a plant of one's own that stands around it.
+/// Builds the full plant, for custom plants that wrap it.
 ///
 /// # Errors
-/// A robot or a ground that it refuses.
+/// If the plant does not support the robot or the ground.
 pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
-    let given = &context.plant.options;
-    let name = given.text("integrator").unwrap_or_default();
+    let values = &context.plant.options;
+    let name = values.text("integrator").unwrap_or_default();
     let mut methods = Method::ALL.into_iter();
     let options = Options {
         setup: setup(context, STEP)?,
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
-        tolerance: given.number("tolerance").unwrap_or(Options::TOLERANCE),
-        toe: given.boolean("toe").unwrap_or(false),
+        tolerance: values.number("tolerance").unwrap_or(Options::TOLERANCE),
+        toe: values.boolean("toe").unwrap_or(false),
     };
     Ok(Lcp::new(context.robot, &options, context.wanted)?)
 }

@@ -1,4 +1,4 @@
-//! The mass-less plant, out of a scenario's words.
+//! Kind of the massless-leg plant, built from scenario options.
 
 use std::ops::RangeInclusive;
 
@@ -11,10 +11,9 @@ use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
 
-/// The plant's own step where a scenario gives none.
+/// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
-/// Cells of the force table where a scenario does not say, and how many it may: fewer are too coarse to walk with, more take
-/// gigabytes.
+/// Default and accepted numbers of cells of the force table: smaller tables are too coarse for walking, larger ones need gigabytes.
 const CELLS: u64 = 64;
 const ACCEPTED_CELLS: RangeInclusive<u64> = 16..=512;
 const SOLVE: &str = "solve";
@@ -24,28 +23,28 @@ pub(crate) fn kind() -> PlantKind {
     let forces = [SOLVE, LOOKUP].map(str::to_owned);
     PlantKind::new(
         "massless",
-        "trunk and feet with mass, legs of springs without",
+        "trunk and feet with mass, massless legs of springs",
         massless,
     )
     .with_option(choice(
         "force",
-        "leg force from the equilibrium of its springs, or from a table",
+        "leg force from the spring equilibrium, or from a lookup table",
         &forces,
     ))
     .with_option(OptionSpec {
         name: "cells".to_owned(),
-        about: format!("cells of that table along each axis ({CELLS})"),
+        about: format!("cells of the lookup table along each axis ({CELLS})"),
         accepts: Accepts::Natural(ACCEPTED_CELLS),
-        // None, so that a number that is given beside another `force` shows.
+        // No default, so that a value given with another `force` is detected.
         default: None,
     })
     .with_step(STEP)
 }
 
-/// Builds the mass-less plant: for a plant of one's own that stands around it.
+/// Builds the massless-leg plant, for custom plants that wrap it.
 ///
 /// # Errors
-/// A robot or a ground that it refuses.
+/// If the plant does not support the robot or the ground.
 pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     let options = Options {
         setup: setup(context, STEP)?,
@@ -62,7 +61,7 @@ fn force(options: &SceneOptions) -> Result<Force, BuildError> {
         }),
         (_, None) => Ok(Force::Solve),
         (_, Some(cells)) => Err(format!(
-            "`cells = {cells}` is for the table of `force = \"{LOOKUP}\"`, and `force` is not that"
+            "`cells = {cells}` requires `force = \"{LOOKUP}\"`"
         )
         .into()),
     }

@@ -1,13 +1,13 @@
-//! How studies set the methods of a plant.
+//! Integration methods of plants and their settings, for studies.
 
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::{OptionValue, PlantSpec};
 use twinrig_study::{MethodOffer, MethodSetting, SettingKind, Variant};
 
-/// The option of a plant that holds the tolerance of a method which has one.
+/// Plant option with the tolerance of adaptive methods.
 const TOLERANCE: &str = "tolerance";
 
-/// A way to integrate a plant, and how a scenario asks for it.
+/// Integration method of a plant, and the plant options that select it.
 ///
 /// ```
 /// use twinrig::Method;
@@ -29,7 +29,7 @@ pub struct Method {
 }
 
 impl Method {
-    /// One that is set by its step, which is the plant's `step`.
+    /// Creates a fixed-step method, set by the plant's `step`.
     pub fn stepped(name: &str, about: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -40,7 +40,7 @@ impl Method {
         }
     }
 
-    /// One that is set by a tolerance, which is the plant's option `tolerance`.
+    /// Creates an adaptive method, set by the plant option `tolerance`.
     pub fn tolerant(name: &str, about: &str) -> Self {
         Self {
             set_by: SettingKind::Tolerance,
@@ -48,7 +48,7 @@ impl Method {
         }
     }
 
-    /// It takes this word for that option of the plant.
+    /// Selects the method by the plant option `name` with the text `word`.
     #[must_use]
     pub fn with_option(mut self, name: &str, word: &str) -> Self {
         let word = OptionValue::Text(word.to_owned());
@@ -56,7 +56,7 @@ impl Method {
         self
     }
 
-    /// It takes this number, in the unit that the option declares.
+    /// Sets the plant option `name` to `number`, in the declared unit of the option.
     #[must_use]
     pub fn with_number(mut self, name: &str, number: f64) -> Self {
         let number = OptionValue::Number(number);
@@ -64,22 +64,21 @@ impl Method {
         self
     }
 
-    /// At this step it is good enough for others to be measured against. The first such method of a plant is its reference,
-    /// the second the check of that.
+    /// Declares the method at this step to be a reference. The first reference method of a plant is its reference, the second one verifies it.
     #[must_use]
     pub fn trusted_at_step(mut self, step: SimDuration) -> Self {
         self.reference = Some(MethodSetting::Step(step));
         self
     }
 
-    /// The same at this tolerance.
+    /// Declares the method at this tolerance to be a reference, as [`Method::trusted_at_step`].
     #[must_use]
     pub fn trusted_at_tolerance(mut self, tolerance: f64) -> Self {
         self.reference = Some(MethodSetting::Tolerance(tolerance));
         self
     }
 
-    /// Whether a variant means this one: a method may be offered to be set by its step, and once more by a tolerance.
+    /// Returns whether `variant` selects this method: a name may exist twice, set by a step and set by a tolerance.
     pub(crate) fn is_meant_by(&self, variant: &Variant) -> bool {
         self.name == variant.method && self.set_by == variant.setting.set_by()
     }
@@ -93,10 +92,10 @@ impl Method {
         }
     }
 
-    /// `plant`, integrated by this method, set so.
+    /// Returns `plant` with this method at `setting`.
     pub(crate) fn set(&self, plant: &PlantSpec, setting: MethodSetting) -> PlantSpec {
         let mut plant = plant.clone();
-        // A scenario's own setting is not that of a study.
+        // Settings of the scenario do not apply to studies.
         plant.step = None;
         plant.options = plant.options.without(TOLERANCE);
         for (name, value) in &self.options {

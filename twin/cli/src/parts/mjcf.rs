@@ -1,4 +1,4 @@
-//! A model of one's own, out of a scenario's words.
+//! Scenario options of custom MJCF models.
 
 #[cfg(not(feature = "mujoco"))]
 use twinrig_scenario::Kind;
@@ -17,7 +17,7 @@ pub(crate) const ACTUATOR: &str = "actuator";
 pub(crate) const AS: &str = "as";
 pub(crate) const UNIT: &str = "unit";
 
-/// The kind as a build lists it that cannot simulate it.
+/// Returns the kind for builds that cannot simulate it.
 #[cfg(not(feature = "mujoco"))]
 pub(crate) fn offer() -> Kind {
     Kind {
@@ -27,36 +27,36 @@ pub(crate) fn offer() -> Kind {
     }
 }
 
-/// The keys of its table.
+/// Returns the keys of the plant table.
 pub(crate) fn options() -> Vec<OptionSpec> {
     let name = |key: &str, about: &str| option(key, about, Accepts::Name);
-    let unit = name(UNIT, "its unit, where the model does not say (1)");
+    let unit = name(UNIT, "unit, if the model does not define it (1)");
     let input = vec![
-        name(ACTUATOR, "the actuator that it controls"),
+        name(ACTUATOR, "actuator that the signal controls"),
         unit.clone(),
     ];
-    let things = [
-        ("joint", "a joint of the model"),
-        (ACTUATOR, "an actuator of the model"),
-        ("body", "a body of the model"),
-        ("site", "a site of the model"),
-        ("geom", "a geom of the model"),
-        ("sensor", "a sensor of the model"),
+    let elements = [
+        ("joint", "joint of the model"),
+        (ACTUATOR, "actuator of the model"),
+        ("body", "body of the model"),
+        ("site", "site of the model"),
+        ("geom", "geom of the model"),
+        ("sensor", "sensor of the model"),
     ];
-    let mut output: Vec<_> = things.map(|(key, about)| name(key, about)).into();
+    let mut output: Vec<_> = elements.map(|(key, about)| name(key, about)).into();
     output.push(name(
         AS,
-        "what of it: position, rate, load … (the last part of the signal's name)",
+        "quantity of the element: position, rate, load … (the last part of the signal's name)",
     ));
     output.push(unit);
     let each = |keys| Accepts::Table(Box::new(Accepts::Group(keys)));
     vec![
-        name(FILE, "the MJCF file, seen from the scenario's folder"),
+        name(FILE, "MJCF file, relative to the scenario's folder"),
         name(
             KEYFRAME,
-            "the keyframe to start in (the model's reference pose)",
+            "keyframe of the start state (the model's reference pose)",
         ),
-        option(INPUTS, "what of the model each signal drives", each(input)),
-        option(OUTPUTS, "what of the model each signal is", each(output)),
+        option(INPUTS, "actuators of the model, by input signal", each(input)),
+        option(OUTPUTS, "elements of the model, by output signal", each(output)),
     ]
 }

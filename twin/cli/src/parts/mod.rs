@@ -1,4 +1,4 @@
-//! The kinds of parts that come with the program, and their builders from scenario options.
+//! Standard kinds of parts and their builders from scenario options.
 
 pub(crate) mod analog_sources;
 pub(crate) mod bus_kind;

@@ -1,4 +1,4 @@
-//! A model of one's own, read, wired and built.
+//! Custom MJCF models: reading, binding of signals, and building of the plant.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,8 +17,9 @@ use crate::parts::engines::MJCF;
 use crate::parts::mjcf::{ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options};
 use crate::parts::plant_kind::{ModelContext, PlantKind, StandaloneModel};
 
-/// What a recording keeps: the text, to be read, and the compiled model with all that it includes, to be run again.
+/// Attachment of a recording: text of the model, for inspection.
 const TEXT: &str = "model.xml";
+/// Attachment of a recording: compiled model with all included files, for replay.
 const COMPILED: &str = "model.mjb";
 
 pub(crate) fn kind() -> PlantKind {
@@ -26,11 +27,11 @@ pub(crate) fn kind() -> PlantKind {
     options().into_iter().fold(kind, PlantKind::with_option)
 }
 
-/// A model that a scenario names.
+/// Model named by a scenario, with its signals bound.
 struct LoadedModel {
     name: String,
     text: Vec<u8>,
-    wired: BoundModel,
+    bound: BoundModel,
 }
 
 impl StandaloneModel for LoadedModel {
@@ -44,41 +45,41 @@ impl StandaloneModel for LoadedModel {
             fore: leg.fore,
             left: leg.left,
         };
-        self.wired.legs().iter().map(fact).collect()
+        self.bound.legs().iter().map(fact).collect()
     }
 
     fn weight(&self) -> f64 {
-        self.wired.weight()
+        self.bound.weight()
     }
 
     fn ports(&self) -> Vec<Port> {
-        self.wired.ports()
+        self.bound.ports()
     }
 
     fn step(&self) -> Option<SimDuration> {
-        self.wired.file().step().ok()
+        self.bound.file().step().ok()
     }
 
     fn files(&self) -> Vec<(String, Vec<u8>)> {
         vec![
             (TEXT.to_owned(), self.text.clone()),
-            (COMPILED.to_owned(), self.wired.file().binary()),
+            (COMPILED.to_owned(), self.bound.file().binary()),
         ]
     }
 
     fn build(
         &self,
         plant: &PlantSpec,
-        wanted: &dyn Fn(&str) -> bool,
+        requested: &dyn Fn(&str) -> bool,
     ) -> Result<Box<dyn Plant>, BuildError> {
-        Ok(Box::new(self.wired.plant(plant.step, wanted)?))
+        Ok(Box::new(self.bound.plant(plant.step, requested)?))
     }
 }
 
 fn load(context: &ModelContext<'_>) -> Result<LoadedModel, DocumentError> {
     let plant = context.plant;
     let mut problems = Vec::new();
-    let wishes = wishes(&plant.options, &mut problems);
+    let signals = model_signals(&plant.options, &mut problems);
     let Some(file) = plant.options.name(FILE) else {
         let message = format!("`{FILE}` is missing in `plant`");
         let help = format!("add `{FILE} = …`, the MJCF file");
@@ -92,15 +93,15 @@ fn load(context: &ModelContext<'_>) -> Result<LoadedModel, DocumentError> {
         Some(kept) => of_recording(kept, file)?,
         None => of_disk(&context.folder.join(&file.value), file)?,
     };
-    let wired = BoundModel::new(model, &wishes);
-    let wired = wired.map_err(|error| DocumentError {
+    let bound = BoundModel::new(model, &signals);
+    let bound = bound.map_err(|error| DocumentError {
         problems: placed(error, &plant.options, file),
     });
     let stem = Path::new(&file.value).file_stem();
     Ok(LoadedModel {
         name: stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
         text,
-        wired: wired?,
+        bound: bound?,
     })
 }
 
@@ -112,7 +113,7 @@ fn of_disk(path: &Path, file: &Placed<String>) -> Result<(Vec<u8>, ModelFile), D
     Ok((text, model))
 }
 
-/// At the line of the model, where that is known: an included file's lines are counted from its own start.
+/// Returns the error at its line of the model if the line is known. Lines of included files are counted from the start of the included file, so models with `<include` have no known lines.
 fn refused(error: &ModelFileError, path: &Path, text: &[u8], file: &Placed<String>) -> Problem {
     let text = String::from_utf8_lossy(text);
     let line = error.line().filter(|_| !text.contains("<include"));
@@ -138,7 +139,7 @@ fn of_recording(
 ) -> Result<(Vec<u8>, ModelFile), DocumentError> {
     let find = |name: &str| {
         let found = kept.iter().find(|(known, _)| known == name);
-        let lacking = || file.error(format!("the recording does not keep `{name}`"), "");
+        let lacking = || file.error(format!("the recording does not contain `{name}`"), "");
         found.map(|(_, bytes)| bytes).ok_or_else(lacking)
     };
     let model = ModelFile::of_binary(find(COMPILED)?);
@@ -146,53 +147,53 @@ fn of_recording(
     Ok((find(TEXT)?.clone(), model))
 }
 
-/// What the scenario wants of the model, as far as that can be said without it.
-fn wishes(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals {
-    let mut wishes = ModelSignals {
+/// Reads the signals that the scenario requests of the model, as far as they can be checked without the model.
+fn model_signals(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals {
+    let mut signals = ModelSignals {
         keyframe: options.name(KEYFRAME).map(|name| name.value.clone()),
         ..ModelSignals::default()
     };
-    for (signal, wish) in of_table(options, INPUTS) {
-        let unit = unit(wish, problems);
-        let Some(actuator) = wish.name(ACTUATOR) else {
-            let message = format!("`{}` drives nothing", signal.value);
+    for (signal, entry) in of_table(options, INPUTS) {
+        let unit = unit(entry, problems);
+        let Some(actuator) = entry.name(ACTUATOR) else {
+            let message = format!("`{}` drives no actuator", signal.value);
             problems.push(Problem::at(&signal.place, message, "add `actuator = …`"));
             continue;
         };
-        wishes.inputs.push(Input {
+        signals.inputs.push(Input {
             signal: signal.value.clone(),
             actuator: actuator.value.clone(),
             unit,
         });
     }
-    for (signal, wish) in of_table(options, OUTPUTS) {
-        let unit = unit(wish, problems);
-        let named = ElementKind::ALL.map(|thing| Some((thing, wish.name(thing.name())?)));
+    for (signal, entry) in of_table(options, OUTPUTS) {
+        let unit = unit(entry, problems);
+        let named = ElementKind::ALL.map(|kind| Some((kind, entry.name(kind.name())?)));
         let named: Vec<_> = named.into_iter().flatten().collect();
         let [(thing, name)] = named[..] else {
-            let how_many = if named.is_empty() {
-                "nothing"
+            let count = if named.is_empty() {
+                "no element"
             } else {
-                "two things"
+                "several elements"
             };
-            let message = format!("`{}` is {how_many} of the model", signal.value);
+            let message = format!("`{}` names {count} of the model", signal.value);
             let names = ElementKind::ALL.map(ElementKind::name).join(", ");
             problems.push(Problem::at(
                 &signal.place,
                 message,
-                format!("give one of {names}"),
+                format!("give exactly one of {names}"),
             ));
             continue;
         };
-        wishes.outputs.push(Output {
+        signals.outputs.push(Output {
             signal: signal.value.clone(),
             thing,
             name: name.value.clone(),
-            word: wish.name(AS).map(|word| word.value.clone()),
+            word: entry.name(AS).map(|word| word.value.clone()),
             unit,
         });
     }
-    wishes
+    signals
 }
 
 fn of_table<'o>(
@@ -200,31 +201,31 @@ fn of_table<'o>(
     table: &str,
 ) -> impl Iterator<Item = (&'o Placed<String>, &'o Options)> {
     let all = options.named(table).iter();
-    all.filter_map(|(signal, wish)| match wish {
-        OptionValue::Group(wish) => Some((signal, wish)),
+    all.filter_map(|(signal, entry)| match entry {
+        OptionValue::Group(entry) => Some((signal, entry)),
         _ => None,
     })
 }
 
-fn unit(wish: &Options, problems: &mut Vec<Problem>) -> Option<Unit> {
-    let word = wish.name(UNIT)?;
+fn unit(entry: &Options, problems: &mut Vec<Problem>) -> Option<Unit> {
+    let word = entry.name(UNIT)?;
     let mut units = Unit::ALL.iter();
     let found = units.find(|unit| unit.symbol() == word.value);
     if found.is_none() {
-        let message = format!("`{}` is no unit of a signal", word.value);
+        let message = format!("`{}` is not a unit of a signal", word.value);
         let symbols = Unit::ALL.iter().map(|unit| unit.symbol());
-        let help = suggestion(&word.value, "they are in SI, without prefixes", symbols);
+        let help = suggestion(&word.value, "units are SI without prefixes", symbols);
         problems.push(Problem::at(&word.place, message, help));
     }
     found.copied()
 }
 
-/// What is wrong, at the places where the scenario says it.
+/// Converts an error to problems at their places in the scenario.
 fn placed(error: ModelFileError, options: &Options, file: &Placed<String>) -> Vec<Problem> {
     match error {
-        ModelFileError::Signals(misfits) => {
-            let problem = |misfit: &SignalMismatch| misfitted(misfit, options, file);
-            misfits.iter().map(problem).collect()
+        ModelFileError::Signals(mismatches) => {
+            let problem = |mismatch: &SignalMismatch| mismatched(mismatch, options, file);
+            mismatches.iter().map(problem).collect()
         }
         ModelFileError::Keyframe {
             ref name,
@@ -239,40 +240,40 @@ fn placed(error: ModelFileError, options: &Options, file: &Placed<String>) -> Ve
     }
 }
 
-fn misfitted(misfit: &SignalMismatch, options: &Options, file: &Placed<String>) -> Problem {
-    let table = if misfit.input { INPUTS } else { OUTPUTS };
-    let Some((signal, wish)) = of_table(options, table).nth(misfit.index) else {
-        return Problem::at(&file.place, misfit.why.to_string(), "");
+fn mismatched(mismatch: &SignalMismatch, options: &Options, file: &Placed<String>) -> Problem {
+    let table = if mismatch.input { INPUTS } else { OUTPUTS };
+    let Some((signal, entry)) = of_table(options, table).nth(mismatch.index) else {
+        return Problem::at(&file.place, mismatch.why.to_string(), "");
     };
-    let thing = || {
+    let element = || {
         let named = ElementKind::ALL
             .iter()
-            .find_map(|thing| wish.name(thing.name()));
+            .find_map(|kind| entry.name(kind.name()));
         named.map_or(&signal.place, |name| &name.place)
     };
-    let of = |key: &str| wish.name(key).map_or(&signal.place, |name| &name.place);
-    let place = match misfit.place {
+    let of = |key: &str| entry.name(key).map_or(&signal.place, |name| &name.place);
+    let place = match mismatch.place {
         Place::Signal => &signal.place,
-        Place::ElementKind => thing(),
+        Place::ElementKind => element(),
         Place::Word => of(AS),
         Place::Unit => of(UNIT),
     };
-    Problem::at(place, misfit.why.to_string(), help(&misfit.why))
+    Problem::at(place, mismatch.why.to_string(), help(&mismatch.why))
 }
 
-fn unknown(thing: ElementKind, name: &str, known: &[String], other: Option<ElementKind>) -> String {
+fn unknown(kind: ElementKind, name: &str, known: &[String], other: Option<ElementKind>) -> String {
     let is = other.map(|other| match other {
         ElementKind::Actuator => "it is an actuator".to_owned(),
         other => format!("it is a {other}"),
     });
-    let has = match (thing, known) {
+    let has = match (kind, known) {
         (ElementKind::Actuator, []) => {
-            "the model has none; see From a URDF in plants/mujoco/README.md".to_owned()
+            "the model has no actuators; see From a URDF in plants/mujoco/README.md".to_owned()
         }
-        (_, []) => format!("the model has no {thing} with a name"),
+        (_, []) => format!("the model has no {kind} with a name"),
         _ => {
             let known = known.iter().map(String::as_str);
-            suggestion(name, &format!("{thing}s of the model"), known)
+            suggestion(name, &format!("{kind}s of the model"), known)
         }
     };
     is.into_iter().chain([has]).collect::<Vec<_>>().join("; ")
@@ -293,17 +294,17 @@ fn help(why: &SignalError) -> String {
                 help => {
                     let end = if help.ends_with('?') { "" } else { ";" };
                     format!(
-                        "{help}{end} say which with `as = …`, or by the end of the signal's name"
+                        "{help}{end} select one with `as = …` or by the last part of the signal's name"
                     )
                 }
             }
         }
         SignalError::Unit { .. } => "leave `unit` out".to_owned(),
-        SignalError::Standard { .. } => "give it another name, or another thing".to_owned(),
+        SignalError::Standard { .. } => "choose another name or another element".to_owned(),
         SignalError::Name { .. } => {
-            "names are words of letters, digits, `_`, `-` and `.` between slashes".to_owned()
+            "names consist of letters, digits, `_`, `-` and `.`, separated by slashes".to_owned()
         }
-        SignalError::Taken { .. } => "leave it out: it is there anyway".to_owned(),
-        SignalError::Driven { .. } => "an actuator has one signal".to_owned(),
+        SignalError::Taken { .. } => "omit it: the signal always exists".to_owned(),
+        SignalError::Driven { .. } => "an actuator accepts one signal".to_owned(),
     }
 }

@@ -11,8 +11,6 @@ mod interrupt;
 mod mjcf;
 mod observations;
 mod panics;
-#[path = "../../../record/tests/common/python.rs"]
-mod python;
 mod recordings;
 mod schema;
 mod studies;

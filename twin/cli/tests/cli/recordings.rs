@@ -1,12 +1,12 @@
 //! Running recordings again and comparing them.
 
+use twinrig_testing::python;
 use std::path::Path;
 
 use serde_json::json;
 use twinrig_record::{ChangeMessage, EventMessage, FootstepMessage, Recording, VerdictMessage};
 
 use crate::common::{Folder, SOUND, json, twin};
-use crate::python;
 
 #[test]
 fn a_recording_replays_to_the_same_fingerprint() {
@@ -240,7 +240,8 @@ fn packages_of_others_read_the_recording_of_a_run() {
     assert_eq!(done.code, 1, "{done:?}");
     let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
     let read = |script: &str| {
-        let script = format!("../../record/tests/{script}");
+        let tests = concat!(env!("CARGO_MANIFEST_DIR"), "/../record/tests");
+        let script = Path::new(tests).join(script);
         python::run(&python, &script, &[recording.as_ref()], &json!(null))["messages"].clone()
     };
     let (found, bag) = (read("read_recording.py"), read("read_rosbag.py"));

@@ -1,5 +1,6 @@
 //! `twin schema`: scenarios that are kept in the repository, and the schema that is kept with them, are at one.
 
+use twinrig_testing::python;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +11,6 @@ use twinrig::robot::RobotFile;
 use twinrig_scenario::Scenario;
 
 use crate::common::{Folder, registry, twin, twin_of};
-use crate::python;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -35,8 +35,8 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
 fn validated(schema: &Value, documents: &[String], mutants: usize) -> Option<Value> {
     let python = python::python("jsonschema, tomllib")?;
     let input = json!({ "schema": schema, "documents": documents, "mutants": mutants });
-    let script = "../../scenario/tests/validate.py";
-    Some(python::run(&python, script, &[], &input))
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenario/tests/validate.py");
+    Some(python::run(&python, script.as_ref(), &[], &input))
 }
 
 fn schema_of(registry: &Registry) -> Value {

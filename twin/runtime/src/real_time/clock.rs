@@ -5,31 +5,30 @@ use nix::sys::time::TimeSpec;
 use nix::time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep};
 use twinrig_kernel::HostTime;
 
-/// What the real-time executors know of time. The one that counts is [`MonotonicClock`]; tests have one that
-/// they wind themselves.
+/// Clock of the real-time executors: [`MonotonicClock`], or a manual one in tests.
 pub trait Clock: Send + Sync {
-    /// What time it is.
+    /// Returns the present time.
     fn now(&self) -> HostTime;
 
-    /// Returns at that instant or later; at once if it is past.
+    /// Blocks until `at` or later; returns immediately if `at` is past.
     fn sleep_until(&self, at: HostTime);
 }
 
-/// The machine's monotonic clock, from the instant at which this was made on. Sleeps absolutely, so that the
-/// time between looking at it and going to sleep does not add up.
+/// The machine's monotonic clock, with zero at its creation. Sleeps until absolute times, so that
+/// the time between reading and sleeping does not accumulate.
 #[derive(Clone, Copy, Debug)]
 pub struct MonotonicClock {
     start_ns: u64,
 }
 
 fn read_ns() -> u64 {
-    // A kernel without this clock has no threads either.
+    // A system without this clock has no threads either.
     let reading = clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(Duration::ZERO, Duration::from);
     u64::try_from(reading.as_nanos()).unwrap_or(u64::MAX)
 }
 
 impl MonotonicClock {
-    /// A clock that shows zero now.
+    /// Creates a clock that is zero now.
     #[must_use]
     pub fn start() -> Self {
         Self {
@@ -48,12 +47,12 @@ impl Clock for MonotonicClock {
             self.start_ns.saturating_add(at.as_nanos()),
         ));
         let absolute = ClockNanosleepFlags::TIMER_ABSTIME;
-        // A signal interrupts sleep; that is no reason to begin early.
+        // Sleep is resumed after a signal.
         while clock_nanosleep(ClockId::CLOCK_MONOTONIC, absolute, &until) == Err(Errno::EINTR) {}
     }
 }
 
-/// The instant `after` later.
+/// Returns `at + after`, saturating.
 pub(super) fn later(at: HostTime, after: Duration) -> HostTime {
     let after_ns = u64::try_from(after.as_nanos()).unwrap_or(u64::MAX);
     HostTime::from_nanos(at.as_nanos().saturating_add(after_ns))

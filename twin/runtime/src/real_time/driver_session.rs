@@ -6,7 +6,8 @@ use twinrig_kernel::{HostTime, SimDuration};
 use super::clock::{Clock, later};
 use crate::{Device, DeviceError, Driver, Phase, TaskError, Transfer};
 
-/// A driver at its device: what it does in each phase of its life, on whatever thread.
+/// A driver with its device: executes the phases opening, transfer and closing, independent of the
+/// thread.
 pub(super) struct DriverSession {
     pub(super) driver: Box<dyn Driver>,
     device: Box<dyn Device>,
@@ -14,30 +15,30 @@ pub(super) struct DriverSession {
     bytes: Vec<u8>,
 }
 
-/// Which way bytes pass.
+/// Direction of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heading {
     Out,
     In,
 }
 
-/// What an exchange tells of itself while it goes on, and is told.
+/// Callbacks of a session.
 pub(super) trait SessionObserver {
-    /// Bytes have just been written, or read.
+    /// Reports bytes that were just written or read.
     fn passed(&mut self, at: HostTime, way: Heading, bytes: &[u8]);
 
-    /// Whether to break off.
+    /// Returns whether to cancel the phase.
     fn is_called_off(&self) -> bool;
 }
 
-/// How an exchange ended, if nothing failed.
+/// End of a phase without failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SessionEnd {
     Done(HostTime),
     CalledOff,
 }
 
-/// How long to wait for bytes before looking whether the exchange is called off.
+/// Longest wait for bytes between two checks for cancellation.
 const PATIENCE_MAX: Duration = Duration::from_millis(20);
 
 impl DriverSession {
@@ -54,7 +55,7 @@ impl DriverSession {
         }
     }
 
-    /// Where the device is.
+    /// Returns the location of the device.
     pub(super) fn place(&self) -> &str {
         self.device.place()
     }
@@ -69,7 +70,7 @@ impl DriverSession {
         self.go_on(Phase::Opening, limit, side)
     }
 
-    /// One transfer. What has come since the last one is heard first.
+    /// Runs one transfer. Bytes received since the last one are passed to the driver first.
     pub(super) fn transfer(
         &mut self,
         from_process: &[f64],
@@ -81,7 +82,7 @@ impl DriverSession {
         self.go_on(Phase::Transfer, limit, side)
     }
 
-    /// Leaves the devices in a safe state.
+    /// Puts the devices into a safe state.
     pub(super) fn close(
         &mut self,
         limit: SimDuration,
@@ -91,7 +92,7 @@ impl DriverSession {
         self.go_on(Phase::Closing, limit, side)
     }
 
-    /// Does what the driver wants between transfers, once the time has come; says when it wants more.
+    /// Handles the driver's timeout between transfers, if it is due; returns the next one.
     pub(super) fn attend(
         &mut self,
         limit: SimDuration,
@@ -110,7 +111,7 @@ impl DriverSession {
         Ok(self.driver.poll_timeout())
     }
 
-    /// Lets driver and device exchange bytes until the driver says that it is done.
+    /// Exchanges bytes between driver and device until the driver reports the end of the phase.
     fn go_on(
         &mut self,
         what: Phase,
@@ -141,7 +142,7 @@ impl DriverSession {
         }
     }
 
-    /// Writes everything that the driver wants to be written.
+    /// Writes all pending bytes of the driver.
     fn write(
         &mut self,
         what: Phase,
@@ -154,7 +155,7 @@ impl DriverSession {
             if !self.driver.poll_transmit(&mut self.bytes) {
                 return Ok(());
             }
-            // The instant before, so that an answer cannot seem older than its question.
+            // Time before the write, so that no answer is stamped earlier than its request.
             let now = self.clock.now();
             if now >= deadline {
                 return Err(self.too_long(what, limit));
@@ -164,7 +165,7 @@ impl DriverSession {
         }
     }
 
-    /// Reads what there is, or comes within `patience`.
+    /// Reads the bytes that are available or arrive within `patience`.
     fn hear(
         &mut self,
         patience: Duration,
@@ -189,7 +190,7 @@ impl DriverSession {
     }
 }
 
-/// The same length of the machine's time.
+/// Converts to [`Duration`].
 pub(super) fn duration(of: SimDuration) -> Duration {
     Duration::from_nanos(of.as_nanos())
 }
@@ -205,7 +206,8 @@ mod tests {
 
     type Notes = Arc<Mutex<Vec<String>>>;
 
-    /// Says what is done with it; wants to be told when it is `timeout`, and is done at the second answer.
+    /// Driver that logs its calls; has one timeout, sends two requests per transfer, and is done
+    /// after two answers.
     struct Talkative {
         notes: Notes,
         timeout: Option<HostTime>,
@@ -273,7 +275,7 @@ mod tests {
         }
     }
 
-    /// Bytes that come at known times, and a clock that goes on while they are waited for.
+    /// Device with bytes at given times; its clock advances while they are awaited.
     struct Post {
         comes: Vec<(u64, u8)>,
         now: Arc<Mutex<u64>>,

@@ -1,8 +1,8 @@
 use std::fmt;
 use std::time::Duration;
 
-/// How often a duration was about how long: buckets in the ratio 1 : 2 : 5 from 1 µs to 1 s, so that rare
-/// long ones show beside many short ones. Counting takes no memory and no time to speak of.
+/// Histogram of durations with bucket bounds in the ratio 1 : 2 : 5 from 1 µs to 1 s, so that rare
+/// long durations are visible beside many short ones. Fixed size; counting takes constant time.
 ///
 /// ```
 /// use std::time::Duration;
@@ -17,7 +17,7 @@ use std::time::Duration;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Histogram {
-    /// One more than there are bounds: the last is for what is longer than all.
+    /// One bucket more than there are bounds: the last is for durations above all bounds.
     buckets: [u64; BOUNDS_NS.len() + 1],
     count: u64,
     sum_ns: u128,
@@ -51,7 +51,7 @@ const BOUNDS_NS: [u64; 19] = [
 const BAR: u64 = 40;
 
 impl Histogram {
-    /// Counts one.
+    /// Counts a duration.
     pub fn count(&mut self, duration: Duration) {
         let ns = u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
         self.buckets[BOUNDS_NS.partition_point(|bound| *bound < ns)] += 1;
@@ -60,28 +60,29 @@ impl Histogram {
         self.longest_ns = self.longest_ns.max(ns);
     }
 
-    /// How many were counted.
+    /// Returns the number of durations counted.
     pub fn len(&self) -> u64 {
         self.count
     }
 
-    /// Whether none was.
+    /// Returns whether no duration was counted.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// The longest, exactly; zero if there is none.
+    /// Returns the exact maximum; zero if empty.
     pub fn longest(&self) -> Duration {
         Duration::from_nanos(self.longest_ns)
     }
 
-    /// The mean, exactly; zero if there is none.
+    /// Returns the exact mean; zero if empty.
     pub fn mean(&self) -> Duration {
         let mean = self.sum_ns / u128::from(self.count.max(1));
         Duration::from_nanos(u64::try_from(mean).unwrap_or(u64::MAX))
     }
 
-    /// What a `share` of them (0 to 1) was not longer than, to the end of its bucket; none if there are none.
+    /// Returns the quantile of `share` (0 to 1), rounded up to the bound of its bucket; none if
+    /// empty.
     pub fn at_most(&self, share: f64) -> Option<Duration> {
         let mut seen = 0;
         let wanted = share * self.count as f64;
@@ -93,14 +94,14 @@ impl Histogram {
         Some(Duration::from_nanos(bound.min(self.longest_ns)))
     }
 
-    /// The buckets, shortest first: the end of each, none for what is past all, and how many it holds.
+    /// Returns the buckets in increasing order: upper bound (none for the last), and count.
     pub fn buckets(&self) -> impl Iterator<Item = (Option<Duration>, u64)> {
         let ends = BOUNDS_NS.iter().map(|&ns| Some(Duration::from_nanos(ns)));
         ends.chain([None]).zip(self.buckets)
     }
 }
 
-/// A line a bucket, from the first that holds any to the last, and one with the mean and the longest.
+/// A line per bucket, from the first to the last that is not empty, and one with mean and maximum.
 impl fmt::Display for Histogram {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let held = |(_, count): &(Option<Duration>, u64)| *count > 0;
@@ -110,7 +111,7 @@ impl fmt::Display for Histogram {
         let most = self.buckets.iter().max().copied().unwrap_or(0).max(1);
         for (end, count) in &rows[..last] {
             let end = end.map_or_else(|| "longer".into(), |end| format!("≤ {end:?}"));
-            // Whatever was counted shows, however little it is beside the rest.
+            // A bucket that is not empty has a bar of at least one character.
             let bar = (count * BAR).div_ceil(most);
             let bar = "#".repeat(usize::try_from(bar).unwrap_or_default());
             writeln!(f, "{end:>8} {count:>9} {bar}")?;
@@ -129,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_histogram_says_where_the_many_are_and_does_not_hide_the_one() {
+    fn rare_long_durations_are_visible_beside_many_short_ones() {
         let mut histogram = Histogram::default();
         for _ in 0..900 {
             histogram.count(Duration::from_micros(4));
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_histogram_has_nothing_to_say() {
+    fn empty_histogram_has_no_buckets() {
         let empty = Histogram::default();
         assert_eq!((empty.at_most(0.5), empty.mean()), (None, Duration::ZERO));
         assert_eq!(empty.to_string().lines().count(), 1);

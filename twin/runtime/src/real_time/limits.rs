@@ -1,17 +1,17 @@
 use twinrig_kernel::SimDuration;
 
-/// How long a driver may take before the run ends with an error.
+/// Time limits of a driver; exceeding one ends the run with an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// For opening its devices: calibration moves motors.
+    /// Opening of the devices, including calibration, which moves motors.
     pub open: SimDuration,
-    /// For one transfer.
+    /// One transfer.
     pub transfer: SimDuration,
-    /// For leaving its devices in a safe state.
+    /// Transition of the devices into a safe state.
     pub close: SimDuration,
 }
 
-/// Half a minute, a second, and two.
+/// 30 s, 1 s and 2 s.
 impl Default for Limits {
     fn default() -> Self {
         Self {

@@ -1,6 +1,6 @@
-//! The scheduling rule in real time: a [`RealTimeRig`] runs a process and its drivers at real devices, a
-//! [`Serve`] runs boards and plant at the other end of one. Here, and nowhere else, a run has a clock and
-//! threads.
+//! The scheduling rule in real time: a [`RealTimeRig`] runs a process and its drivers on real
+//! devices, a [`Serve`] runs boards and plant behind such devices. Only this module uses a clock
+//! and threads.
 
 mod clock;
 mod driver_session;

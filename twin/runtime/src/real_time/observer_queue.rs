@@ -6,14 +6,14 @@ use twinrig_kernel::{HostTime, SimDuration, SimTime};
 use super::ring::{Head, RingReader, RingWriter, ring, unpack};
 use crate::{Group, Observer, RunEvent};
 
-/// An observer that hands everything over to another thread, through a bounded queue, and never waits: what
-/// finds the queue full is lost, and counted.
+/// Observer that passes everything to another thread through a bounded queue and never blocks:
+/// records that do not fit are lost and counted.
 pub(super) struct ObserverQueueWriter {
     ring: RingWriter,
     lost: Arc<AtomicU64>,
 }
 
-/// The other end, which tells an observer.
+/// Reading end of the queue, which passes the records to an observer.
 pub(super) struct ObserverQueueReader {
     ring: RingReader,
     values: Vec<f64>,
@@ -21,7 +21,7 @@ pub(super) struct ObserverQueueReader {
     lost: Arc<AtomicU64>,
 }
 
-/// A journal that holds that many words of 8 bytes.
+/// Creates an observer queue of `words` words of 8 bytes.
 pub(super) fn observer_queue(words: usize) -> (ObserverQueueWriter, ObserverQueueReader) {
     let (writer, reader) = ring(words);
     let lost = Arc::new(AtomicU64::new(0));
@@ -85,7 +85,7 @@ impl Observer for ObserverQueueWriter {
 }
 
 impl ObserverQueueReader {
-    /// Tells `observer` everything that is there; says whether that was anything.
+    /// Passes all queued records to `observer`; returns whether there were any.
     pub(super) fn drain<O: Observer>(&mut self, observer: &mut O) -> bool {
         let mut any = false;
         while let Some((head, words)) = self.ring.pop() {
@@ -112,12 +112,12 @@ impl ObserverQueueReader {
         any
     }
 
-    /// Whether nothing more will come.
+    /// Returns whether the writing end is dropped.
     pub(super) fn is_abandoned(&self) -> bool {
         self.ring.is_abandoned()
     }
 
-    /// How many records found no room so far.
+    /// Returns the number of records lost so far.
     pub(super) fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn an_observer_behind_a_journal_sees_what_one_before_it_would() {
+    fn queue_passes_records_unchanged() {
         let (mut writer, mut reader) = observer_queue(1024);
         let (mut before, mut behind) = (Log::default(), Log::default());
         tell(&mut before);
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_journal_loses_what_is_new_counts_it_and_goes_on() {
+    fn full_queue_drops_and_counts_new_records() {
         let (mut writer, mut reader) = observer_queue(32);
         let at = SimTime::from_nanos;
         for n in 0..10 {

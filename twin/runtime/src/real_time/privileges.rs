@@ -6,14 +6,14 @@ use thread_priority::{
     set_thread_priority_and_policy, thread_native_id,
 };
 
-/// What a real-time run asks of the system, and goes on without where it is refused.
+/// Privileges requested for a real-time run; without them the run continues.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Privileges {
-    /// Priority of the control thread among those of `SCHED_FIFO`, 1 to 99; none leaves it an ordinary thread.
+    /// `SCHED_FIFO` priority of the control thread, 1 to 99; none leaves it at normal priority.
     pub control_priority: Option<u8>,
-    /// The same of the threads of the tasks.
+    /// `SCHED_FIFO` priority of the task threads.
     pub task_priority: Option<u8>,
-    /// Whether to keep the program's memory from being paged out.
+    /// Whether to lock the program's memory against paging.
     pub lock_memory: bool,
 }
 
@@ -29,7 +29,7 @@ impl Default for Privileges {
 }
 
 impl Privileges {
-    /// Asks for nothing: what tests want.
+    /// Requests no privileges, as for tests.
     #[must_use]
     pub fn none() -> Self {
         Self {
@@ -39,12 +39,12 @@ impl Privileges {
         }
     }
 
-    /// Locks memory and finds out what will be refused: a sentence for each, with the remedy. To be called
-    /// once, before a run, by whoever can tell the user.
+    /// Locks memory and determines which privileges are refused: returns a sentence for each, with
+    /// the remedy. To be called once, before a run.
     pub fn prepare(&self) -> Vec<String> {
         let mut refused = Vec::new();
         if let Some(priority) = self.control_priority.max(self.task_priority) {
-            // On a thread that ends at once, so that the caller stays what it is.
+            // On a temporary thread, so that the caller's priority is unchanged.
             let tried = std::thread::Builder::new().spawn(move || raise(Some(priority)));
             let raised = tried.is_ok_and(|thread| thread.join().unwrap_or(false));
             if !raised {
@@ -66,8 +66,8 @@ impl Privileges {
     }
 }
 
-/// Locks what memory there is, and what will be if there is no limit to it: with one, memory asked for later
-/// would be refused, which ends a program.
+/// Locks present memory, and future memory if its amount is unlimited: with a limit, later
+/// allocations could fail, which ends a program.
 fn lock_memory() -> bool {
     let unlimited =
         getrlimit(Resource::RLIMIT_MEMLOCK).is_ok_and(|(soft, _)| soft == RLIM_INFINITY);
@@ -78,9 +78,10 @@ fn lock_memory() -> bool {
     mlockall(what).is_ok()
 }
 
-/// Makes the calling thread a real-time one, and its timers exact; says whether it now has that priority.
+/// Sets the calling thread's real-time priority and minimum timer slack; returns whether the
+/// priority is set.
 pub(super) fn raise(priority: Option<u8>) -> bool {
-    // Timers of ordinary threads are 50 µs late by default, to save power. None of ours is to be.
+    // The default timer slack of normal threads is 50 µs, to save power.
     let _ = set_timerslack(1);
     let Some(priority) = priority else {
         return true;

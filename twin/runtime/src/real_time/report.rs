@@ -3,37 +3,38 @@ use std::fmt;
 use super::Histogram;
 use twinrig_kernel::SimDuration;
 
-/// How a real-time run went, as far as time is concerned.
+/// Timing report of a real-time run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RealTimeReport {
-    /// How long the drivers took to open.
+    /// Time to open all drivers.
     pub opening: SimDuration,
     /// Iterations of the process.
     pub iterations: u64,
-    /// Control steps missed because the process was still at its iteration.
+    /// Control steps missed because the last iteration was still running.
     pub overruns: u64,
-    /// Control steps missed because the control thread was not woken in time.
+    /// Control steps missed because the control thread was woken too late.
     pub overslept: u64,
-    /// How much later than the control step the control thread woke.
+    /// Delay of the control thread's wake-up after the control step.
     pub lateness: Histogram,
-    /// By how much the intervals from the begin of one iteration to that of the next differed from the control period:
-    /// [`twinrig_kernel::CycleJitter`]. One that spans control steps that were missed counts with all of its length.
+    /// Deviation of the interval between the beginnings of two iterations from the control period:
+    /// [`twinrig_kernel::CycleJitter`]. An interval that includes missed control steps counts with
+    /// its full length.
     pub jitter: Histogram,
-    /// How long the iterations took.
+    /// Compute time of the iterations.
     pub computing: Histogram,
-    /// The tasks, in order.
+    /// Reports of the tasks, in order.
     pub tasks: Vec<TaskReport>,
-    /// Records that the observer never saw: its queue was full, or a task's. A recording with such a hole in it
-    /// is not to be trusted.
+    /// Records lost because the observer's queue or a task's queue was full. A recording with such
+    /// gaps is not reliable.
     pub lost: u64,
 }
 
-/// How the transfers of a task went.
+/// Report on the transfers of a task.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TaskReport {
-    /// The task.
+    /// Name of the task.
     pub name: String,
-    /// From the end of the iteration to the end of the transfer.
+    /// Time from the end of the iteration to the end of the transfer.
     pub took: Histogram,
     /// Control steps at which it was busy.
     pub skipped: u64,
@@ -48,7 +49,7 @@ impl TaskReport {
     }
 }
 
-/// Some lines for a terminal.
+/// Text of several lines for a terminal.
 impl fmt::Display for RealTimeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(

@@ -17,37 +17,38 @@ use crate::{
     Change, Device, Driver, Group, Observer, PanicReport, Process, RigError, Schedule, caught,
 };
 
-/// A process and drivers at real devices, wired by name and run in real time: the executor of the scheduling
-/// rule ([`crate::Manager`]) on threads.
+/// A process and drivers on real devices, wired by name and run in real time: the threaded executor
+/// of the scheduling rule ([`crate::Manager`]).
 ///
-/// The drivers open their devices, all at once, each on a thread of its own; then the process runs on the
-/// control thread, at every control step of a grid that begins when all are open, and each driver runs a
-/// transfer whenever it is told to. At the end the drivers close, whatever happened.
+/// The drivers open their devices concurrently, each on its own thread; then the process runs on
+/// the control thread, at every control step of a grid that begins when all are open, and each
+/// driver runs a transfer on order. At the end the drivers close, also after a failure.
 ///
-/// The observer sees what it sees of the lockstep rig ([`crate::Rig`]), in the same order, but for the
-/// plant. Times are those of the machine since control step 0, at which everything is stamped that happened
-/// before; the process is told the times of the grid, and changes are made by them. So a run without overruns
-/// computes the same as one in lockstep, and puts the same bytes on the wire.
+/// The observer receives the same records in the same order as from the lockstep rig
+/// ([`crate::Rig`]), except for the plant. Times are clock times since control step 0; earlier
+/// records have time 0. The process receives times of the grid, and changes are scheduled by them.
+/// A run without overruns therefore computes the same as one in lockstep, and transmits the same
+/// bytes.
 pub struct RealTimeRig {
     scheduler: RealTimeScheduler,
     drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
     plant: Layout,
-    /// What the run may take of time and of the system.
+    /// Limits and privileges of the run.
     pub options: RealTimeOptions,
 }
 
-/// What a real-time run may take of time and of the system.
+/// Options of a real-time run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
-    /// How long drivers may take.
+    /// Time limits of the drivers.
     pub limits: Limits,
-    /// Priorities and memory.
+    /// Thread priorities and memory locking.
     pub privileges: Privileges,
-    /// Room for what the observer has not seen yet \[bytes\].
+    /// Capacity of the observer queue \[bytes\].
     pub queue_bytes: usize,
 }
 
-/// Four megabytes: seconds of a run at 1 kHz.
+/// Default limits and privileges; a queue of 4 MiB, several seconds at 1 kHz.
 impl Default for RealTimeOptions {
     fn default() -> Self {
         Self {
@@ -58,28 +59,29 @@ impl Default for RealTimeOptions {
     }
 }
 
-/// How a run in real time ended, if nothing failed.
+/// End of a real-time run without failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// Its time was over.
+    /// The duration elapsed.
     Duration,
-    /// It was asked to.
+    /// A stop was requested.
     Stopped,
-    /// The other side hung up.
+    /// The host closed its devices.
     HungUp,
 }
 
-/// How often the observer's side looks whether there is anything new, and opening and closing are over.
+/// Polling interval of the observer queue, and of opening and closing.
 pub(super) const GLANCE: Duration = Duration::from_millis(1);
-/// How soon a sleeping control thread notices that it is asked to stop.
+/// Longest delay after which a sleeping control thread detects a stop request.
 const STOP_SOON: Duration = Duration::from_millis(50);
 
 impl RealTimeRig {
-    /// Wires the parts by name. `schedule` says period and observation grid; its modelled times and its seed
-    /// have no meaning here.
+    /// Wires the parts by name. Only period and observation grid of `schedule` are used, not its
+    /// modelled times and its seed.
     ///
     /// # Errors
-    /// [`RigError::Wiring`] if a signal does not connect, [`RigError::BadPeriod`] if the schedule cannot be.
+    /// [`RigError::Wiring`] if a signal does not connect, [`RigError::BadPeriod`] if the schedule
+    /// is invalid.
     pub fn new(
         schedule: &Schedule,
         process: Box<dyn Process>,
@@ -101,11 +103,11 @@ impl RealTimeRig {
         })
     }
 
-    /// Sets a process variable before the first iteration whose control step is at `at` or later, as
-    /// [`crate::Rig::schedule`] does. Time 0 is control step 0.
+    /// Schedules the change of a process variable before the first iteration whose control step is
+    /// at `at` or later, as [`crate::Rig::schedule`] does. Time 0 is control step 0.
     ///
     /// # Errors
-    /// [`RigError::NoSuchVariable`], or [`RigError::Change`] if the value is out of range whatever happens.
+    /// [`RigError::NoSuchVariable`], or [`RigError::Change`] if the value is always out of range.
     pub fn schedule(
         &mut self,
         at: SimTime,
@@ -116,7 +118,7 @@ impl RealTimeRig {
         slot.schedule(SimTime::ZERO, at, variable, change)
     }
 
-    /// How the values of a group lie in what the observer sees. There is no plant.
+    /// Returns the layout of a group's values as passed to the observer. There is no plant.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
             Group::Plant => &self.plant,
@@ -126,31 +128,32 @@ impl RealTimeRig {
         }
     }
 
-    /// The names of the lanes on which drivers exchange bytes with their devices.
+    /// Returns the names of the byte traces between drivers and devices.
     pub fn traces(&self) -> &[String] {
         &self.scheduler.traces
     }
 
-    /// The names of the drivers, in order.
+    /// Returns the names of the drivers, in order.
     pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.scheduler.tasks.iter().map(|task| task.name.as_str())
     }
 
-    /// The control period.
+    /// Returns the control period.
     pub fn period(&self) -> SimDuration {
         self.scheduler.period
     }
 
-    /// The process.
+    /// Returns the process.
     pub fn process(&self) -> &dyn Process {
         &*self.scheduler.slot.process
     }
 
-    /// Opens, runs every control step up to and at `duration` (without end, if there is none) or until `stop`
-    /// is set, waits for the transfers that are under way, and closes. `observer` stays on the calling thread,
-    /// which keeps its priority and may take its time.
+    /// Opens, runs every control step up to and at `duration` (unlimited if none) or until `stop`
+    /// is set, waits for transfers in progress, and closes. `observer` is called on the calling
+    /// thread, which keeps its priority and may block.
     ///
-    /// A panic of the process, of a driver or of `observer` is an error that names it; the drivers have closed by then.
+    /// A panic of the process, of a driver or of `observer` is an error that names it; the drivers
+    /// have been closed by then.
     pub fn run<O: Observer>(
         self,
         duration: Option<SimDuration>,
@@ -193,14 +196,14 @@ impl RealTimeRig {
     }
 }
 
-/// How a run ended, and a report on it.
+/// Result of a run, and its report.
 type Outcome<R> = (Result<Ended, RigError>, R);
 
-/// What a thread has to say in the end; a panic of it is an error.
+/// Joins a thread; a panic of it is an error.
 pub(super) fn joined<R: Default>(
     thread: JoinHandle<Result<Outcome<R>, PanicReport>>,
 ) -> Outcome<R> {
-    // Without a report the thread panicked while it dropped what it had.
+    // Without a result the thread panicked while dropping its values.
     let ended = thread.join().unwrap_or_else(|_| {
         Err(PanicReport {
             part: None,
@@ -211,7 +214,7 @@ pub(super) fn joined<R: Default>(
     ended.unwrap_or_else(|panic| (Err(panic.into()), R::default()))
 }
 
-/// Tells the observer everything until nothing more will come.
+/// Passes all records to the observer until the writing end is dropped and the queue is empty.
 pub(super) fn look_on<O: Observer>(
     reader: &mut ObserverQueueReader,
     observer: &mut O,
@@ -230,7 +233,7 @@ pub(super) fn look_on<O: Observer>(
     }
 }
 
-/// What runs on the control thread.
+/// State of the control thread.
 struct Control {
     scheduler: RealTimeScheduler,
     clock: Arc<dyn Clock>,
@@ -272,7 +275,7 @@ impl Control {
         self.clock.now()
     }
 
-    /// Waits until all drivers are open; says how the run ended if it did before.
+    /// Waits until all drivers are open; returns the end of the run if it was stopped before.
     fn open(&mut self, pool: &mut WorkerPool) -> Result<Option<Ended>, RigError> {
         let began = self.clock.now();
         self.scheduler.opening();
@@ -283,7 +286,7 @@ impl Control {
                 let took = now.since(began).as_nanos();
                 self.scheduler.report.opening =
                     SimDuration::from_nanos(u64::try_from(took).unwrap_or(u64::MAX));
-                // The first control step is slept up to, as all the others.
+                // The control thread sleeps until the first control step, as for all others.
                 self.scheduler
                     .begin_at(later(now, duration(self.scheduler.period)));
                 return Ok(None);
@@ -295,7 +298,7 @@ impl Control {
         }
     }
 
-    /// The control steps.
+    /// Runs the control steps.
     fn cycle(&mut self, pool: &mut WorkerPool) -> Result<Ended, RigError> {
         let last = self.duration.map(|duration| SimTime::ZERO + duration);
         let mut step = 0;
@@ -318,7 +321,7 @@ impl Control {
             let (scheduler, observer_queue) = (&mut self.scheduler, &mut self.observer_queue);
             step = scheduler.control_step(step, &*self.clock, pool, observer_queue)?;
         }
-        // What was begun is finished; every transfer has its limit, and the crew sees to it.
+        // Transfers in progress are completed; the worker pool enforces their limits.
         while !self.scheduler.all_idle() && !self.is_stopped() {
             let now = self.pause();
             self.scheduler.hear(now, pool, &mut self.observer_queue)?;
@@ -326,7 +329,7 @@ impl Control {
         Ok(Ended::Duration)
     }
 
-    /// Closes all drivers, and hears what they have to say for the last time.
+    /// Closes all drivers and processes their last reports.
     fn close(&mut self, pool: &mut WorkerPool) -> Result<(), RigError> {
         let began = self.clock.now();
         pool.close(began);

@@ -1,36 +1,37 @@
 use rtrb::{Consumer, Producer, RingBuffer};
 use twinrig_kernel::HostTime;
 
-/// A record in a ring: what it is, of which part, when, and words that go with it.
+/// Header of a record: kind, source, payload size and time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Head {
     pub(super) kind: u8,
-    /// Which task, lane or group.
+    /// Index of a byte trace or group.
     pub(super) of: u16,
-    /// In bytes, whatever the words mean.
+    /// Size of the payload \[bytes\].
     pub(super) bytes: u32,
     pub(super) at: HostTime,
 }
 
 const HEAD_WORDS: usize = 2;
 const WORD_BYTES: usize = 8;
-/// Room that is kept for two records without words: a task may end and then fail before anybody looks.
+/// Words reserved for two records without payload: a task may end and then fail before the queue is
+/// read.
 const MARKS_WORDS: usize = 2 * HEAD_WORDS;
 
-/// The writing end of a bounded queue between two threads: it never waits and never allocates.
+/// Writing end of a bounded queue between two threads; wait-free and without allocation.
 pub(super) struct RingWriter {
     words: Producer<u64>,
-    /// Records that found no room.
+    /// Number of records lost because the queue was full.
     lost: u64,
 }
 
-/// The reading end.
+/// Reading end of the queue.
 pub(super) struct RingReader {
     words: Consumer<u64>,
     payload: Vec<u64>,
 }
 
-/// A queue of that many words of 8 bytes.
+/// Creates a queue of `words` words of 8 bytes.
 pub(super) fn ring(words: usize) -> (RingWriter, RingReader) {
     let (producer, consumer) = RingBuffer::new(words);
     (
@@ -50,7 +51,8 @@ fn payload_words(bytes: usize) -> usize {
 }
 
 impl RingWriter {
-    /// Appends a record, whole or not at all; `reserve` words are left free for what must not be lost.
+    /// Appends a record as a whole, or drops and counts it if fewer than `reserve` words would stay
+    /// free.
     fn push(&mut self, head: Head, reserve: usize, payload: impl Iterator<Item = u64>) {
         let words = HEAD_WORDS + payload_words(head.bytes as usize);
         if self.words.slots() < words + reserve {
@@ -64,7 +66,7 @@ impl RingWriter {
         }
     }
 
-    /// Appends words.
+    /// Appends a record of words.
     pub(super) fn words(
         &mut self,
         kind: u8,
@@ -85,7 +87,7 @@ impl RingWriter {
         self.push(head, MARKS_WORDS, words);
     }
 
-    /// Appends bytes.
+    /// Appends a record of bytes.
     pub(super) fn bytes(&mut self, kind: u8, of: u16, at: HostTime, bytes: &[u8]) {
         let Ok(len) = u32::try_from(bytes.len()) else {
             self.lost += 1;
@@ -105,7 +107,7 @@ impl RingWriter {
         self.push(head, MARKS_WORDS, words);
     }
 
-    /// Appends a record without words, into the room that is kept free for such.
+    /// Appends a record without payload, which may use the reserved words.
     pub(super) fn mark(&mut self, kind: u8, of: u16, at: HostTime) {
         let head = Head {
             kind,
@@ -116,14 +118,14 @@ impl RingWriter {
         self.push(head, 0, std::iter::empty());
     }
 
-    /// How many records found no room.
+    /// Returns the number of lost records.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }
 }
 
 impl RingReader {
-    /// The next record, which stays where it is.
+    /// Returns the header of the next record without removing it.
     pub(super) fn peek(&mut self) -> Option<Head> {
         let chunk = self.words.read_chunk(HEAD_WORDS).ok()?;
         let (a, b) = chunk.as_slices();
@@ -138,7 +140,7 @@ impl RingReader {
         })
     }
 
-    /// Takes the next record, with its words.
+    /// Removes and returns the next record with its payload.
     pub(super) fn pop(&mut self) -> Option<(Head, &[u64])> {
         let head = self.peek()?;
         let words = HEAD_WORDS + payload_words(head.bytes as usize);
@@ -150,13 +152,13 @@ impl RingReader {
         Some((head, &self.payload))
     }
 
-    /// Whether the writing end is gone. What it left is still there.
+    /// Returns whether the writing end is dropped. Its records can still be read.
     pub(super) fn is_abandoned(&self) -> bool {
         self.words.is_abandoned()
     }
 }
 
-/// The bytes in the words of a record.
+/// Unpacks the bytes from the words of a record.
 pub(super) fn unpack(head: Head, words: &[u64], bytes: &mut Vec<u8>) {
     bytes.clear();
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
@@ -171,7 +173,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_fits_comes_out_as_it_went_in_and_what_does_not_is_counted(
+        fn records_are_returned_in_order_and_losses_are_counted(
             records in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..60), 1..60),
             takes in prop::collection::vec(0_usize..4, 60),
         ) {
@@ -202,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn two_marks_find_room_in_a_ring_that_is_full() {
+    fn full_ring_has_space_for_two_marks() {
         let (mut writer, mut reader) = ring(16);
         let at = HostTime::from_nanos(1);
         while writer.lost() == 0 {

@@ -12,20 +12,20 @@ use crate::{
     ControlStep, Group, Manager, Observer, Process, RigError, RunEvent, Schedule, TaskError,
 };
 
-/// What the conductor leads: the tasks, on threads or in a test.
+/// Tasks of the scheduler: on threads, or simulated in a test.
 pub(super) trait Tasks {
-    /// Takes the oldest report of any task that is stamped `limit` or before.
+    /// Removes and returns the oldest report of any task that is stamped `limit` or before.
     fn report(&mut self, limit: HostTime) -> Option<Report<'_>>;
 
-    /// What the task's last transfer brought to the process, then its gauges. The former means something
-    /// only while the task is idle.
+    /// Returns the results of the task's last transfer for the process, and its diagnostics. The
+    /// results are valid only while the task is idle.
     fn brought(&mut self, task: usize) -> (&[f64], &[f64]);
 
     /// Begins a transfer of an idle task.
     fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]);
 }
 
-/// What a task tells of itself.
+/// Report of a task.
 pub(super) struct Report<'a> {
     pub(super) task: usize,
     pub(super) at: HostTime,
@@ -38,8 +38,8 @@ pub(super) enum What<'a> {
     Failed(TaskError),
 }
 
-/// Applies the scheduling rule in real time: the same as the lockstep rig does to an agenda, done to a clock.
-/// Knows no thread.
+/// Scheduling rule in real time: the counterpart of the lockstep rig with a clock in place of the
+/// agenda. Independent of threads.
 pub(super) struct RealTimeScheduler {
     pub(super) slot: ProcessSlot,
     pub(super) tasks: Vec<TaskPart>,
@@ -50,16 +50,16 @@ pub(super) struct RealTimeScheduler {
     observe: SimDuration,
     next_look: SimTime,
     values: Vec<f64>,
-    /// When control step 0 is; until then everything happens at time 0.
+    /// Time of control step 0; earlier records are stamped time 0.
     origin: Option<HostTime>,
-    /// Time of the last thing told. None goes back.
+    /// Stamp of the last record; stamps do not decrease.
     told: SimTime,
-    /// Of the iterations, as they really begin.
+    /// Jitter of the actual beginnings of the iterations.
     jitter: CycleJitter,
     pub(super) report: RealTimeReport,
 }
 
-/// A task, as the process sees it.
+/// A task, as wired to the process.
 pub(super) struct TaskPart {
     pub(super) name: String,
     links: TaskLinks,
@@ -68,14 +68,14 @@ pub(super) struct TaskPart {
     begun: HostTime,
 }
 
-/// A driver's share in the wiring.
+/// Name and ports of a driver.
 pub(super) struct TaskFace {
     pub(super) name: String,
     pub(super) ports: Vec<Port>,
     pub(super) diagnostics: Vec<Port>,
 }
 
-/// Lanes of each task: out, then in.
+/// Byte traces of each task: out, then in.
 const LANES: usize = 2;
 
 impl RealTimeScheduler {
@@ -96,7 +96,7 @@ impl RealTimeScheduler {
             .iter()
             .flat_map(|task| task.diagnostics.clone())
             .collect();
-        check_names("the list of gauges of drivers and devices", &diagnostics)?;
+        check_names("the list of diagnostics of drivers and devices", &diagnostics)?;
         let named: Vec<_> = tasks
             .iter()
             .map(|task| (task.name.clone(), task.ports.clone()))
@@ -142,29 +142,29 @@ impl RealTimeScheduler {
         })
     }
 
-    /// All tasks have been told to open.
+    /// Marks all tasks as busy with opening.
     pub(super) fn opening(&mut self) {
         (0..self.tasks.len()).for_each(|n| self.manager.task_begun(n));
     }
 
-    /// Whether no task is at anything.
+    /// Returns whether all tasks are idle.
     pub(super) fn all_idle(&self) -> bool {
         (0..self.tasks.len()).all(|n| !self.manager.is_busy(n))
     }
 
-    /// Says when control step 0 is to be.
+    /// Sets the time of control step 0.
     pub(super) fn begin_at(&mut self, origin: HostTime) {
         self.origin = Some(origin);
     }
 
-    /// When a control step is due.
+    /// Returns the time of a control step in the run and on the clock.
     pub(super) fn due(&self, step: u64) -> (SimTime, HostTime) {
         let since = SimDuration::from_nanos(self.period.as_nanos().saturating_mul(step));
         let at = later(self.origin.unwrap_or_default(), duration(since));
         (SimTime::ZERO + since, at)
     }
 
-    /// The time of the run, to be told to the observer: never earlier than what was told before.
+    /// Converts to the time of the run, not earlier than the last stamp.
     fn stamp(&mut self, at: HostTime) -> SimTime {
         let since = self
             .origin
@@ -173,7 +173,7 @@ impl RealTimeScheduler {
         self.told
     }
 
-    /// Hears what tasks have reported by `limit`, in order of time.
+    /// Processes the reports of the tasks up to `limit`, in order of time.
     pub(super) fn hear<T: Tasks, O: Observer>(
         &mut self,
         limit: HostTime,
@@ -188,7 +188,7 @@ impl RealTimeScheduler {
                     observer.bytes(now, trace, bytes);
                 }
                 What::Ended => {
-                    // What is over when the run is has no transfer to end.
+                    // After the end of the run there is no transfer to end.
                     if self.manager.is_busy(task) {
                         self.manager.task_ended(task);
                         if self.origin.is_some() {
@@ -210,8 +210,9 @@ impl RealTimeScheduler {
         Ok(())
     }
 
-    /// Control step `step`, or the last that is due if it was overslept: one iteration of the process, and the
-    /// transfers that follow. Gives the number of the next control step that can be kept.
+    /// Runs control step `step`, or the last due one if it was overslept: one iteration of the
+    /// process, and the following transfers. Returns the number of the next control step that is
+    /// not yet late.
     pub(super) fn control_step<C: Clock + ?Sized, T: Tasks, O: Observer>(
         &mut self,
         step: u64,
@@ -234,7 +235,7 @@ impl RealTimeScheduler {
         Ok(next)
     }
 
-    /// Skips the control steps that were slept through.
+    /// Skips the control steps missed by a late wake-up.
     fn overslept<T: Tasks, O: Observer>(
         &mut self,
         mut step: u64,
@@ -256,7 +257,7 @@ impl RealTimeScheduler {
         Ok(step)
     }
 
-    /// Begins an iteration on what the idle tasks brought, and runs it.
+    /// Runs an iteration on the results of the idle tasks.
     fn begin<T: Tasks, O: Observer>(
         &mut self,
         step: u64,
@@ -266,7 +267,7 @@ impl RealTimeScheduler {
     ) -> Result<(), RigError> {
         let (scheduled, _) = self.due(step);
         let now = self.stamp(woke);
-        // By the grid, not by the clock: without overruns every run computes the same.
+        // Grid time, not clock time: without overruns every run computes the same.
         let ControlStep::Begin { elapsed, .. } = self.manager.control_step(scheduled) else {
             return Ok(());
         };
@@ -293,7 +294,7 @@ impl RealTimeScheduler {
         self.slot.step(now, elapsed)
     }
 
-    /// Counts the control steps that came while the process was at its iteration.
+    /// Counts the control steps missed during the iteration.
     fn overrun<T: Tasks, O: Observer>(
         &mut self,
         mut step: u64,
@@ -301,7 +302,7 @@ impl RealTimeScheduler {
         tasks: &mut T,
         observer: &mut O,
     ) -> Result<u64, RigError> {
-        // An iteration that takes exactly a period is in time.
+        // An iteration of exactly one period is not late.
         let mut turns = LongLoop::default();
         while self.due(step).1 < ended && !turns.is_interrupted() {
             let (scheduled, at) = self.due(step);
@@ -336,7 +337,7 @@ impl RealTimeScheduler {
         }
     }
 
-    /// Shows the gauges, if that is due.
+    /// Passes the diagnostics to the observer, if an observation is due.
     fn look<T: Tasks, O: Observer>(&mut self, at: HostTime, tasks: &mut T, observer: &mut O) {
         let now = self.stamp(at);
         if self.values.is_empty() || now < self.next_look {

@@ -18,17 +18,18 @@ use crate::{
     in_part,
 };
 
-/// The right half of a twin in real time: a plant, and wires with emulated boards, each with a device at
-/// which a host is: the master end of a PTY. A nanosecond of the twin is one of the machine's clock.
+/// Plant and emulated boards in real time, each wire with the device of its host: the master end of
+/// a PTY. One nanosecond of virtual time is one of the machine's clock.
 ///
-/// Everything right of the driver happens at its own instants and in order, as in lockstep; only what the
-/// host does comes when it comes. The twin is never ahead of the clock. If it falls behind, it hurries after
-/// it, and says how far behind it was; no instant is left out, and none comes twice.
+/// All events of wires, boards and plant occur at their own instants and in order, as in lockstep;
+/// only the bytes of the host arrive at arbitrary times. Virtual time is never ahead of the clock.
+/// A twin that lags catches up, and its lag is reported; no event is skipped or repeated.
 ///
-/// A host writes at the pace of the baud rate: no more is read from a device than the transmit buffer of its wire has room for
-/// ([`Wire::transmit_buffer`]), so a writer that does not pause waits, as at a real converter, and memory is bounded.
-/// Bytes that a host writes one by one follow each other on the wire without a pause if each is written before the transmitter has
-/// been idle for 200 µs; for so long the twin stays behind the clock after a write.
+/// A host is limited to the baud rate: reads from a device are limited to the room in the transmit
+/// buffer of its wire ([`Wire::transmit_buffer`]). A writer without pauses therefore blocks, as at
+/// a real converter, and memory is bounded. Bytes that a host writes one by one follow each other
+/// on the wire without a pause if each is written before the transmitter has been idle for 200 µs;
+/// for that time the twin stays behind the clock after a write.
 pub struct Serve {
     plant_host: PlantHost,
     ports: Vec<Served>,
@@ -39,32 +40,33 @@ pub struct Serve {
     options: ServeOptions,
     next_look: SimTime,
     let_go_at: Option<SimTime>,
-    /// Bytes between wire and device.
+    /// Buffer of the bytes from a wire to its device.
     bytes: Vec<u8>,
     report: ServeReport,
 }
 
-/// Lanes of a port itself, before those of its wire: what the host writes, what it reads.
+/// Byte traces of a port, before those of its wire: bytes written and read by the host.
 const OUT: usize = 0;
 const IN: usize = 1;
 const OWN_LANES: usize = 2;
-/// How far the twin goes before it looks at its devices again, if it is behind.
+/// Longest advance of a lagging twin between two reads of its devices.
 const SLICE: SimDuration = SimDuration::from_millis(1);
-/// How long the twin waits where a transmitter has become idle, for a host that writes its bytes one by one: they are to follow
-/// each other on the wire without a pause, however the scheduler of the machine interrupts the host or the twin. No answer is late
-/// for that where USB takes its usual two microframes from the board to the host.
+/// Wait after the transmitter has become idle, for a host that writes byte by byte: the bytes must
+/// follow each other on the wire without a pause, however the operating system preempts host or
+/// twin. No answer is delayed by it if the USB path from board to host takes its usual two
+/// microframes.
 const GATHERING: SimDuration = SimDuration::from_micros(200);
-/// Longest that it does so for one burst: a host that never pauses for longer than that does not stop the twin.
+/// Longest total wait per burst, so that a host without longer pauses does not stop the twin.
 const BURST_MAX: SimDuration = SimDuration::from_millis(2);
-/// A wire that wants to be woken at one instant more often than this does not let time pass.
+/// Maximum number of wake-ups of the wires at one instant; more are a livelock.
 const WAKES_MAX: u32 = 100_000;
 
 impl Serve {
     /// Connects the wires to the plant.
     ///
     /// # Errors
-    /// [`RigError::Wiring`] if the plant has not what the boards need, [`RigError::BadPeriod`] if the
-    /// observation period is zero.
+    /// [`RigError::Wiring`] if the plant lacks a signal that the boards require,
+    /// [`RigError::BadPeriod`] if the observation period is zero.
     pub fn new(
         options: ServeOptions,
         plant: Box<dyn Plant>,
@@ -121,7 +123,7 @@ impl Serve {
         Ok(serve)
     }
 
-    /// How the values of a group lie in what the observer sees. There is no process.
+    /// Returns the layout of a group's values as passed to the observer. There is no process.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
             Group::Plant => &self.plant_host.signals.outputs,
@@ -130,13 +132,14 @@ impl Serve {
         }
     }
 
-    /// The names of the lanes: `NAME/out` is what the host writes, `NAME/in` what it reads.
+    /// Returns the names of the byte traces: `NAME/out` is written by the host, `NAME/in` read by
+    /// it.
     pub fn traces(&self) -> &[String] {
         &self.traces
     }
 
-    /// Serves until its time is over, `stop` is set, or the host hangs up. `observer` stays on the calling
-    /// thread, and may take its time.
+    /// Serves until the duration has elapsed, `stop` is set, or the host hangs up. `observer` is
+    /// called on the calling thread, and may block.
     ///
     /// A panic of the plant, of a wire or of `observer` is an error that names it.
     pub fn run<O: Observer>(
@@ -201,8 +204,8 @@ impl Serve {
         self.plant_host.state.now
     }
 
-    /// Catches up with the clock, puts onto the wires what the host has written, and listens until something
-    /// is to happen.
+    /// Runs one cycle: catches up with the clock, writes the host's bytes to the wires, and waits
+    /// for bytes until the next event.
     fn turn<O: Observer>(
         &mut self,
         clock: &dyn Clock,
@@ -220,14 +223,15 @@ impl Serve {
             .iter()
             .any(|port| port.gathers_no_longer(self.now(), wall))
         {
-            // Read after the clock: what the host had written by then is there, however long this thread had to wait.
+            // Read after the clock: all bytes that the host had written by then are available,
+            // however long this thread was preempted.
             self.listen(start, clock)?;
             self.send_on(wall, observer)?;
         }
         let held = self.held(wall);
         let wall = end.map_or(wall, |end| wall.min(end)).max(self.now());
         let now = held.map_or(wall, |(idle, _)| idle.min(wall));
-        // Where nothing happens no time is lost.
+        // An interval without events takes no time.
         let begin = self.next_event().map_or(now, |at| at.max(self.now()));
         let now = now.min(begin + SLICE);
         if let Some(first) = self.next_event().filter(|first| *first <= now) {
@@ -243,7 +247,7 @@ impl Serve {
         if self.options.until_hang_up && self.is_over() {
             return Ok(Some(Ended::HungUp));
         }
-        // The stop flag is looked at every so often even if nothing happens.
+        // The stop flag is checked at least every 20 slices.
         let mut until = self.now() + SLICE * 20;
         until = self.next_event().map_or(until, |at| at.min(until));
         if let Some((_, by)) = self.held(wall).filter(|(idle, _)| *idle < until) {
@@ -255,19 +259,21 @@ impl Serve {
         Ok(None)
     }
 
-    /// Listens until `until`, or until something comes.
+    /// Waits for bytes until `until` at the latest, and reads them.
     fn listen(&mut self, until: HostTime, clock: &dyn Clock) -> Result<(), RigError> {
         let now = self.now();
         listen(&mut self.ports, now, until, clock).map_err(|error| self.gone(error))
     }
 
-    /// Where the twin is held back for more bytes of a host, and until when by the clock, which shows `wall`.
+    /// Returns the earliest time at which the twin must wait for further bytes of a host, and the
+    /// clock time at which the wait ends, given the clock time `wall`.
     fn held(&self, wall: SimTime) -> Option<(SimTime, SimTime)> {
         let held = self.ports.iter();
         held.filter_map(|port| port.gathers(self.now(), wall)).min()
     }
 
-    /// Whether the host had devices open, and has none any more. It may close one of them long before another.
+    /// Returns whether all devices that the host had opened are closed. They may be closed at
+    /// different times.
     fn is_over(&self) -> bool {
         let mut used = self.ports.iter().filter(|port| port.was_open).peekable();
         used.peek().is_some() && used.all(Served::is_over)
@@ -281,14 +287,14 @@ impl Serve {
         }
     }
 
-    /// When something happens next.
+    /// Returns the time of the next event.
     fn next_event(&self) -> Option<SimTime> {
         let now = self.now();
         let wakes = self.ports.iter().filter_map(|port| port.next_wake(now));
         wakes.chain([self.next_look]).chain(self.let_go_at).min()
     }
 
-    /// Lets everything happen up to and at `now`, each thing at its own instant.
+    /// Handles all events up to and at `now`, each at its own instant.
     fn catch_up<O: Observer>(&mut self, now: SimTime, observer: &mut O) -> Result<(), RigError> {
         let mut wakes = 0;
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
@@ -326,8 +332,8 @@ impl Serve {
         }
     }
 
-    /// Puts onto the wires what has been read while their transmitters were busy, or became idle just now: without a pause behind
-    /// what was written before.
+    /// Writes the bytes read while the transmitter was busy, or just idle, to the wires: without a
+    /// pause after the earlier ones.
     fn send_on<O: Observer>(&mut self, wall: SimTime, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         for n in 0..self.ports.len() {
@@ -340,7 +346,7 @@ impl Serve {
         Ok(())
     }
 
-    /// Puts onto the wires what has been read.
+    /// Writes the bytes read to the wires.
     fn send<O: Observer>(&mut self, wall: SimTime, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         for n in 0..self.ports.len() {
@@ -380,7 +386,7 @@ impl Serve {
         self.go_on(n, observer)
     }
 
-    /// Lets a wire go on at now, and gives the host what there is for it.
+    /// Advances a wire to now and passes its bytes to the host.
     fn go_on<O: Observer>(&mut self, n: usize, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         let port = &mut self.ports[n];
@@ -397,7 +403,7 @@ impl Serve {
         let written = if self.bytes.is_empty() {
             Ok(())
         } else {
-            // The host does not wait for the recording.
+            // The host's bytes precede the recording.
             let written = port.write(&self.bytes);
             observer.bytes(now, first_lane + IN, &self.bytes);
             written
@@ -422,13 +428,13 @@ impl Serve {
     }
 }
 
-/// What the clock shows, from the start of serving on.
+/// Returns the clock time since the start of serving.
 fn wall_time(clock: &dyn Clock, start: HostTime) -> SimTime {
     let since = clock.now().since(start).as_nanos();
     SimTime::from_nanos(u64::try_from(since).unwrap_or(u64::MAX))
 }
 
-/// A wire that failed. The plant's own error stays what it is.
+/// Converts the failure of a wire; an error of the plant is passed unchanged.
 fn failed(name: &str, time: SimTime) -> impl FnOnce(TaskError) -> RigError + '_ {
     move |source| match source {
         TaskError::Plant(fault) => fault.into(),

@@ -5,37 +5,37 @@ use twinrig_kernel::SimDuration;
 use super::Histogram;
 use crate::{Device, Wire};
 
-/// A wire, and the device at which its host is.
+/// A wire, and the device of its host.
 pub struct ServedWire {
     /// Name of the bus.
     pub name: String,
     /// The transport with its boards.
     pub wire: Box<dyn Wire>,
-    /// The master end of a PTY, or whatever the host is at the other end of.
+    /// The master end of a PTY, or another device with the host at its other end.
     pub device: Box<dyn Device>,
 }
 
-/// How a twin is served.
+/// Options of serving a twin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ServeOptions {
     /// Period of the observation grid, which begins at 0.
     pub observe: SimDuration,
-    /// How long the plant is held in its start.
+    /// Release of the plant from its start.
     pub hold: Hold,
-    /// Falling behind the clock by more than this is counted.
+    /// Lag behind the clock above which an instant is counted as late.
     pub behind: SimDuration,
-    /// When to end; without end if there is none.
+    /// Duration; unlimited if none.
     pub duration: Option<SimDuration>,
-    /// Whether to end when the host has closed the devices that it had opened.
+    /// Whether to end when the host has closed all devices that it had opened.
     pub until_hang_up: bool,
-    /// Priority among the threads of `SCHED_FIFO`, 1 to 99; none leaves the twin an ordinary thread.
+    /// `SCHED_FIFO` priority, 1 to 99; none leaves the thread at normal priority.
     pub priority: Option<u8>,
-    /// Room for what the observer has not seen yet \[bytes\].
+    /// Capacity of the observer queue \[bytes\].
     pub queue_bytes: usize,
 }
 
-/// Observed every 2 ms, held until the first byte, without end. An ordinary thread: a twin that cannot keep up
-/// would stop the machine.
+/// Observation every 2 ms, hold until the first byte, unlimited, normal priority: at real-time
+/// priority a twin that is too slow would block the machine.
 impl Default for ServeOptions {
     fn default() -> Self {
         Self {
@@ -50,30 +50,31 @@ impl Default for ServeOptions {
     }
 }
 
-/// How long the plant is held in its start: boards wake up and calibrate while the robot hangs on its stand. In
-/// lockstep it is let go at the first control step, of which nobody tells a twin that is served.
+/// Time during which the plant is held at its start: boards boot and calibrate while the robot
+/// hangs on its stand. In lockstep it is released at the first control step, which a served twin
+/// cannot observe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
-    /// It is not.
+    /// Not held.
     Never,
-    /// Until the host sends its first byte, on whatever wire.
+    /// Until the first byte from the host, on any wire.
     UntilFirstByte,
-    /// Until so long after that byte: what the host takes to configure and calibrate.
+    /// Until the given time after that byte: the time for configuration and calibration.
     AfterFirstByte(SimDuration),
 }
 
-/// How serving went.
+/// Report on serving.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ServeReport {
-    /// What was simulated.
+    /// Simulated time.
     pub served: SimDuration,
-    /// How much later than its instant anything happened, each time that the twin caught up with the clock.
+    /// Lag of the first pending event behind the clock, each time that the twin catches up.
     pub lag: Histogram,
-    /// How often that was more than [`ServeOptions::behind`].
+    /// Number of lags longer than [`ServeOptions::behind`].
     pub behind: u64,
-    /// Bytes that the host did not read in time, and will not.
+    /// Number of bytes that the host did not read in time; they are lost.
     pub unread: u64,
-    /// Records that the observer never saw, because its queue was full.
+    /// Records lost because the observer's queue was full.
     pub lost: u64,
 }
 

@@ -1,4 +1,4 @@
-//! A twin that is served under a clock that the test winds.
+//! Serving under a manually advanced clock.
 
 use std::collections::VecDeque;
 use std::sync::atomic::AtomicU64;
@@ -14,7 +14,7 @@ use crate::{Device, PlantAccess, PlantSignals, TransmitBuffer, WiringError};
 
 const BYTE_TIME: SimDuration = SimDuration::from_micros(3);
 const CAPACITY: usize = 4096;
-/// From a write to its first byte on the line.
+/// Delay from a write to its first byte on the line.
 const LATENCY: SimDuration = SimDuration::from_micros(100);
 
 fn millis(n: u64) -> SimTime {
@@ -25,8 +25,8 @@ fn micros(n: u64) -> SimDuration {
     SimDuration::from_micros(n)
 }
 
-/// A clock that passes whenever it is looked at, as on a machine whose scheduler runs others in between, by durations that come in
-/// turn.
+/// Clock that advances at each reading by the next of a cyclic list of durations, as on a machine
+/// that preempts the reader.
 #[derive(Default)]
 struct Interrupted {
     now_ns: AtomicU64,
@@ -54,17 +54,17 @@ impl Clock for Interrupted {
     }
 }
 
-/// What has passed on the line.
+/// Record of the bytes on the line.
 #[derive(Default)]
 struct Passed {
     count: usize,
     first: Option<SimTime>,
     last: Option<SimTime>,
-    /// How often the line was idle between two bytes.
+    /// Number of pauses between two bytes.
     pauses: usize,
 }
 
-/// A transmitter with its buffer, and a line on which it is noted what passes.
+/// Transmitter with its buffer and a recorded line.
 struct Paced {
     now: SimTime,
     idle_from: SimTime,
@@ -112,7 +112,7 @@ impl Wire for Paced {
         })
     }
     fn next_wake(&self) -> Option<SimTime> {
-        // A little later than the last byte: a board answers.
+        // An answer of a board, shortly after the last byte.
         let answers = self.idle_from + micros(10);
         (self.idle_from > SimTime::ZERO && answers > self.now).then_some(answers)
     }
@@ -129,7 +129,7 @@ impl Wire for Paced {
     }
 }
 
-/// A host that writes without a pause until an instant, and then single bytes.
+/// Host that writes without a pause until an instant, and then single bytes.
 struct Host {
     clock: Arc<Interrupted>,
     floods_until: SimTime,
@@ -175,7 +175,8 @@ fn duration_of(patience: Duration) -> SimDuration {
     SimDuration::from_nanos(u64::try_from(patience.as_nanos()).unwrap())
 }
 
-/// Serves a host until `end`: what has passed on the line, and a function that runs the twin until an instant.
+/// Serves a host until `end`. Returns the record of the line, and a function that runs the twin
+/// until an instant.
 fn served(
     pauses: Vec<SimDuration>,
     floods_until: SimTime,
@@ -221,7 +222,7 @@ fn look(passed: &Mutex<Passed>) -> MutexGuard<'_, Passed> {
 }
 
 #[test]
-fn a_flood_of_30_s_drains_at_the_baud_rate_and_what_is_written_afterwards_is_not_held_up() {
+fn flood_drains_at_the_baud_rate_and_does_not_delay_later_bytes() {
     let flood = millis(30_000);
     let ping = millis(30_050);
     let (passed, mut run_until) = served(Vec::new(), flood, &[ping], millis(30_100));
@@ -246,10 +247,10 @@ fn a_flood_of_30_s_drains_at_the_baud_rate_and_what_is_written_afterwards_is_not
 }
 
 proptest! {
-    /// Ten bytes that a host takes up to 260 µs to write, on a machine that interrupts the twin for up to 5 ms whenever it looks at the
-    /// clock.
+    /// Ten bytes written within up to 260 µs, with interruptions of the twin of up to 5 ms at each
+    /// reading of the clock.
     #[test]
-    fn bytes_that_are_written_one_by_one_follow_each_other_without_a_pause_however_the_twin_is_interrupted(
+    fn single_bytes_follow_without_a_pause_despite_interruptions(
         gaps in prop::collection::vec(0_u64..30, 10),
         pauses in prop::collection::vec(prop_oneof![4 => Just(0_u64), 4 => 0_u64..60, 1 => 0_u64..5_000], 1..40),
         begin in 0_u64..3_000,
@@ -271,9 +272,9 @@ proptest! {
         prop_assert_eq!(passed.last.unwrap() - passed.first.unwrap(), BYTE_TIME * 9);
     }
 
-    /// A host that dribbles does not stop the twin.
+    /// Slow single bytes do not stop the twin.
     #[test]
-    fn a_host_that_never_pauses_for_long_keeps_the_twin_behind_by_no_more_than_a_burst(
+    fn slow_single_bytes_delay_the_twin_by_at_most_a_burst(
         gap in 1_u64..400,
     ) {
         let writes: Vec<SimTime> = (0..2_000).map(|n| millis(1) + micros(gap * n)).collect();
@@ -282,7 +283,7 @@ proptest! {
         run_until(end);
         let passed = look(&passed);
         prop_assert_eq!(passed.count, writes.len());
-        // As soon as the line and the latency let it, and no later than the patience.
+        // Limited by line and latency, and delayed by at most the waits.
         let sent = (writes[writes.len() - 1] + LATENCY).max(writes[0] + LATENCY + BYTE_TIME * 2_000);
         prop_assert!(passed.last.unwrap() <= sent + BURST_MAX + GATHERING);
     }

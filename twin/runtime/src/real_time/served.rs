@@ -8,37 +8,37 @@ use twinrig_kernel::{HostTime, SimDuration, SimTime};
 use super::clock::{Clock, later};
 use crate::{Device, DeviceError, Wire};
 
-/// A wire with the device at which the host is, and how that is.
+/// A wire with the device of its host, and the state of both.
 pub(super) struct Served {
     pub(super) name: String,
     pub(super) wire: Box<dyn Wire>,
     device: Box<dyn Device>,
-    /// What was read and not put onto the wire yet.
+    /// Bytes read from the device and not yet written to the wire.
     pub(super) heard: Vec<u8>,
-    /// When to look again, if nobody has the other end open.
+    /// Time of the next check of a device whose other end is closed.
     hung_until: Option<HostTime>,
-    /// Whether somebody ever had it open.
+    /// Whether the other end was ever open.
     pub(super) was_open: bool,
-    /// Until when, by the clock, more bytes of the host may belong to those that it wrote last, and until when the whole burst may
-    /// go on so.
+    /// Clock times: end of the wait for further bytes of the current burst, and limit of all such
+    /// waits in it.
     gathers_until: SimTime,
     pub(super) burst_until: SimTime,
-    /// How many of the gauges are this wire's.
+    /// Range of its diagnostics.
     pub(super) diagnostics: std::ops::Range<usize>,
-    /// The number of its first lane.
+    /// Index of its first byte trace.
     pub(super) first_lane: usize,
-    /// Bytes for a host that did not read them.
+    /// Number of bytes that the host did not read.
     pub(super) unread: u64,
 }
 
-/// How soon it is noticed that somebody opens the other end.
+/// Interval of the checks whether a closed other end has been opened.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
-/// How soon bytes are noticed at a device for which the system cannot wait, and how soon room in a transmit buffer.
+/// Polling interval of a device without descriptor, and of a transmit buffer without room.
 const GLANCE: Duration = Duration::from_millis(1);
-/// Most that is read at once \[bytes\], whatever the wire has room for.
+/// Maximum number of bytes per read \[bytes\], independent of the room of the wire.
 const READ_MAX: usize = 4096;
-/// No less room than this makes a transmit buffer take bytes \[bytes\]: a bulk packet of USB, which a converter takes as a whole
-/// or not at all.
+/// Minimum room for a read \[bytes\]: a USB bulk packet, which a converter accepts as a whole or
+/// not at all.
 const PACKET: usize = 512;
 
 impl Served {
@@ -58,12 +58,13 @@ impl Served {
         }
     }
 
-    /// Whether somebody had the other end open, and has no more.
+    /// Returns whether the other end was open and is closed.
     pub(super) fn is_over(&self) -> bool {
         self.was_open && self.hung_until.is_some()
     }
 
-    /// How many bytes may be read at `now`; the others stay in the device, whose writer waits when it is full.
+    /// Returns the number of bytes that may be read at `now`; the others remain in the device,
+    /// whose writer blocks when it is full.
     fn room(&self, now: SimTime) -> usize {
         let room = self.wire.transmit_buffer().map(|buffer| buffer.room(now));
         match room {
@@ -73,33 +74,34 @@ impl Served {
         }
     }
 
-    /// When the transmitter is idle, if anything was ever written to it.
+    /// Returns the time from which the transmitter is idle; none before the first byte.
     pub(super) fn idle_from(&self) -> Option<SimTime> {
         let idle = self.wire.transmit_buffer().map(|buffer| buffer.idle_from);
         idle.filter(|idle| *idle > SimTime::ZERO)
     }
 
-    /// At `now`, when the clock shows `wall`, something was put onto the wire: more is waited for until the transmitter has been
-    /// idle for `patience`.
+    /// Extends the wait for further bytes after a write at `now`, clock time `wall`: until the
+    /// transmitter has been idle for `patience`.
     pub(super) fn gather(&mut self, now: SimTime, wall: SimTime, patience: SimDuration) {
         let busy = self.idle_from().and_then(|idle| idle.checked_since(now));
         let until = wall + busy.unwrap_or_default() + patience;
         self.gathers_until = until.min(self.burst_until.max(wall));
     }
 
-    /// Where the twin, which is at `now`, is to wait for more bytes of the host, and until when by the clock.
+    /// Returns the time at which the twin, now at `now`, must wait for further bytes of the host,
+    /// and the clock time at which the wait ends.
     pub(super) fn gathers(&self, now: SimTime, wall: SimTime) -> Option<(SimTime, SimTime)> {
         let idle = self.idle_from().filter(|idle| *idle >= now)?;
         (wall < self.gathers_until).then_some((idle, self.gathers_until))
     }
 
-    /// Whether the twin has waited there for long enough, and is to go beyond.
+    /// Returns whether the wait has ended and the twin, at `now`, is about to pass that time.
     pub(super) fn gathers_no_longer(&self, now: SimTime, wall: SimTime) -> bool {
         let passes = |idle: &SimTime| (now..=wall).contains(idle);
         wall >= self.gathers_until && self.idle_from().is_some_and(|idle| passes(&idle))
     }
 
-    /// Reads what comes within `patience`, `room` bytes at most.
+    /// Reads the bytes that arrive within `patience`, at most `room`.
     fn read(
         &mut self,
         room: usize,
@@ -119,7 +121,7 @@ impl Served {
         Ok(())
     }
 
-    /// Writes what the wire has for the host. What nobody reads is lost, as it is from a chip.
+    /// Writes bytes of the wire to the host. Unread bytes are lost, as with a converter chip.
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
         let lost = self.hung_until.is_some();
         let written = if lost {
@@ -137,14 +139,14 @@ impl Served {
         Ok(())
     }
 
-    /// When the wire wants to go on.
+    /// Returns the next wake-up of the wire, not before `now`.
     pub(super) fn next_wake(&self, now: SimTime) -> Option<SimTime> {
         self.wire.next_wake().map(|at| at.max(now))
     }
 }
 
-/// Waits for bytes at any of the devices, until `until` at the latest, and reads those that have come and have room on their
-/// wires, which are at `now`.
+/// Waits for bytes at any of the devices, until `until` at the latest, and reads those that have
+/// room on their wires, which are at `now`.
 pub(super) fn listen(
     ports: &mut [Served],
     now: SimTime,
@@ -192,7 +194,7 @@ fn wait(
     if watched.is_empty() {
         clock.sleep_until(later(begin, patience));
     } else {
-        // Whatever ended the wait: the devices are looked at next.
+        // All devices are read next, whatever ended the wait.
         let _ = ppoll(&mut watched, Some(TimeSpec::from(patience)), None);
     }
 }

@@ -1,4 +1,4 @@
-//! The conductor under a clock that the test winds, against the lockstep rig.
+//! The real-time scheduler under a manual clock, compared with the lockstep rig.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::{
     VariableError, WorkCounts,
 };
 
-/// Shows what it is set to, and sleeps by setting it.
+/// Manual clock: sleeping sets it.
 #[derive(Clone, Default)]
 struct Wound(Arc<AtomicU64>);
 
@@ -28,7 +28,7 @@ impl Clock for Wound {
     }
 }
 
-/// Takes its time by a clock, if it has one.
+/// Process that advances the clock by its compute time, if it has one.
 struct Slow {
     tasks: usize,
     offset: [ProcessVariable; 1],
@@ -84,7 +84,8 @@ impl Process for Slow {
     }
 }
 
-/// Transfers of fixed lengths, over and over: brings the number of the transfer and what it was given.
+/// Task with a cyclic list of transfer times; its results are the number of the transfer and the
+/// command.
 struct Fixed {
     name: String,
     number: usize,
@@ -147,7 +148,7 @@ impl IoTask for Fixed {
     }
 }
 
-/// The same transfers, led by a conductor.
+/// The same transfers for the real-time scheduler.
 struct Troupe(Vec<Fixed>);
 
 impl Tasks for Troupe {
@@ -176,7 +177,7 @@ impl Tasks for Troupe {
     }
 }
 
-/// A plant that is not there.
+/// Plant without state and ports.
 pub(super) struct Nothing;
 
 impl Plant for Nothing {
@@ -210,12 +211,13 @@ enum Seen {
     Samples(Group, Vec<u64>),
 }
 
-/// What the process and its tasks do, with the times.
+/// Events and samples of process and tasks, with their times.
 #[derive(Default)]
 struct Log(VecDeque<(SimTime, Seen)>);
 
 impl Log {
-    /// Transfers that end at one instant have no order that means anything: the rig has that in which it armed them.
+    /// Sorts transfers that end at one instant, whose order is arbitrary: the rig uses that of
+    /// arming.
     fn sort_ties(&mut self) {
         let ended = |(_, seen): &(SimTime, Seen)| match seen {
             Seen::Event(RunEvent::TaskEnd { task }) => Some(*task),
@@ -299,7 +301,8 @@ fn micros(range: std::ops::RangeInclusive<u64>) -> impl Strategy<Value = SimDura
     range.prop_map(SimDuration::from_micros)
 }
 
-/// Processes that are in time and late, tasks that take part and sit out, events that fall on one instant.
+/// Processes with and without overruns, tasks that take part and that are skipped, simultaneous
+/// events.
 fn any_case() -> impl Strategy<Value = Case> {
     let compute = prop::collection::vec(micros(0..=900), 1..6).prop_map(Timing::Trace);
     let lengths = prop::collection::vec(prop::collection::vec(micros(1..=900), 1..5), 0..=4);
@@ -327,7 +330,7 @@ fn any_case() -> impl Strategy<Value = Case> {
 
 proptest! {
     #[test]
-    fn a_conductor_does_what_the_lockstep_rig_does(case in any_case()) {
+    fn real_time_scheduler_equals_the_lockstep_rig(case in any_case()) {
         let (scheduler, mut real) = by_clock(&case, &Wound::default());
         let mut model = in_lockstep(&case);
         real.sort_ties();
@@ -350,7 +353,7 @@ fn regular() -> Case {
 }
 
 #[test]
-fn a_control_thread_that_oversleeps_misses_steps_and_tells_the_process_of_them() {
+fn late_wake_up_misses_steps_and_lengthens_the_elapsed_time() {
     let case = regular();
     let clock = Wound::default();
     let process = Slow::new(0, None);
@@ -388,14 +391,14 @@ fn a_control_thread_that_oversleeps_misses_steps_and_tells_the_process_of_them()
         (report.iterations, report.overslept, report.overruns),
         (4, 2, 0)
     );
-    // From 100 to 450 µs, where 100 µs are the period.
+    // From 100 to 450 µs, with a period of 100 µs.
     assert_eq!(report.jitter.longest().as_micros(), 250);
     assert_eq!(report.jitter.mean().as_micros(), (250 + 50) / 3);
     assert_eq!(report.lateness.longest().as_micros(), 250);
 }
 
 #[test]
-fn a_failed_transfer_names_task_and_time_and_ends_the_run() {
+fn failed_transfer_ends_the_run_with_task_and_time() {
     struct Failing;
     impl Tasks for Failing {
         fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {

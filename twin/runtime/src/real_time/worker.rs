@@ -13,15 +13,15 @@ use super::privileges::raise;
 use super::ring::RingWriter;
 use crate::{PartKind, TaskError, caught, in_part};
 
-/// What the control thread wants of a worker. The last order counts.
+/// Orders of the control thread to a worker. A later order overrides an earlier one.
 pub(super) mod order {
     pub(in super::super) const NONE: u8 = 0;
     pub(in super::super) const BEGIN: u8 = 1;
-    /// Is never taken back.
+    /// Final: not overridden.
     pub(in super::super) const CLOSE: u8 = 2;
 }
 
-/// What a worker reports.
+/// Reports of a worker.
 pub(super) mod report {
     pub(in super::super) const OUT: u8 = 0;
     pub(in super::super) const IN: u8 = 1;
@@ -29,14 +29,14 @@ pub(super) mod report {
     pub(in super::super) const FAILED: u8 = 3;
 }
 
-/// What control thread and worker have in common.
+/// State shared by control thread and worker.
 #[derive(Default)]
 pub(super) struct Shared {
     pub(super) order: AtomicU8,
     pub(super) failure: OnceLock<TaskError>,
 }
 
-/// One task on its own thread: opens, then runs a transfer whenever it is told to, then closes.
+/// A task on its own thread: opens, then runs a transfer per order, then closes.
 pub(super) struct Worker {
     pub(super) exchange: DriverSession,
     pub(super) clock: Arc<dyn Clock>,
@@ -44,14 +44,14 @@ pub(super) struct Worker {
     pub(super) priority: Option<u8>,
     pub(super) shared: Arc<Shared>,
     pub(super) from_process: Output<Vec<f64>>,
-    /// What the driver brings to the process, then its gauges.
+    /// Results for the process, followed by the diagnostics.
     pub(super) brought: Input<Vec<f64>>,
-    /// How many of those are for the process.
+    /// Number of results for the process.
     pub(super) to_process: usize,
     pub(super) reports: RingWriter,
 }
 
-/// What a worker's exchange reports to.
+/// Session callbacks that write to the worker's report queue.
 struct ReportQueue<'a> {
     shared: &'a Shared,
     reports: &'a mut RingWriter,
@@ -71,21 +71,21 @@ impl SessionObserver for ReportQueue<'_> {
     }
 }
 
-/// How long a driver is left alone that wants to be attended to at an instant that is past, over and over.
+/// Pause between calls to a driver whose timeout stays in the past.
 const REST: Duration = Duration::from_millis(1);
 
-/// A panic of the driver `name` is how its task failed.
+/// Converts a panic of the driver `name` into a failure of its task.
 fn guarded(name: &str, run: impl FnOnce() -> Result<(), TaskError>) -> Result<(), TaskError> {
     let ran = caught(|| in_part(PartKind::Driver, name, run));
     ran.unwrap_or_else(|panic| Err(panic.into()))
 }
 
 impl Worker {
-    /// The whole life of the task. Gives back how many reports were lost.
+    /// Runs all phases of the task. Returns the number of lost reports.
     pub(super) fn live(mut self) -> u64 {
         raise(self.priority);
-        // Whatever happened: the devices are to be left in a safe state. A driver that panicked is asked for that, too: what
-        // it does then is better than motors that nobody stops.
+        // The devices must be left in a safe state after any failure. A driver that panicked is
+        // closed, too: the alternative is motors that keep running.
         let name = self.exchange.driver.name().to_owned();
         let lived = guarded(&name, || self.open_and_serve());
         let failed = lived.is_err();
@@ -98,7 +98,7 @@ impl Worker {
         let exchange = &mut self.exchange;
         let closed = guarded(&name, || exchange.close(limit, &mut queue).map(|_| ()));
         if failed {
-            // The first failure is the one to be told.
+            // Only the first failure is reported.
             return self.reports.lost();
         }
         self.note(closed);
@@ -131,7 +131,7 @@ impl Worker {
         }
     }
 
-    /// Waits for an order; runs a transfer if it is one to begin.
+    /// Waits for an order and runs a transfer on [`order::BEGIN`]; none on [`order::CLOSE`].
     fn wait(&mut self) -> Result<Option<SessionEnd>, TaskError> {
         let limit = self.limits.transfer;
         let mut queue = ReportQueue {
@@ -164,7 +164,7 @@ impl Worker {
         }
     }
 
-    /// Puts what the transfer has brought where the control thread finds it, and says so.
+    /// Publishes the results of the transfer to the control thread, and reports its end.
     fn publish(&mut self, at: HostTime) {
         let brought = self.brought.input_buffer_mut();
         let (to_process, diagnostics) = brought.split_at_mut(self.to_process);

@@ -14,12 +14,12 @@ use super::scheduler::{Report, Tasks, What};
 use super::worker::{Shared, Worker, order, report};
 use crate::{Device, Driver, Phase, RigError, TaskError};
 
-/// The control thread's end of the tasks' threads.
+/// Worker threads of all tasks, as seen by the control thread.
 pub(super) struct WorkerPool {
     hands: Vec<WorkerHandle>,
     limits: Limits,
     bytes: Vec<u8>,
-    /// Reports that were lost on the way here, as far as threads have ended.
+    /// Number of lost reports of the threads that have ended.
     lost: u64,
 }
 
@@ -34,24 +34,24 @@ struct WorkerHandle {
     at: Phase,
     since: HostTime,
     idle: bool,
-    /// Whether its failure has been told.
+    /// Whether its failure has been reported.
     failed: bool,
 }
 
-/// Room for the reports of a task \[words of 8 bytes\].
+/// Capacity of a worker's report queue \[words of 8 bytes\].
 const REPORTS: usize = 1 << 14;
-/// How much longer than its limits a thread may live before it is given up.
+/// Time after its limit at which a thread is abandoned.
 const GRACE: Duration = Duration::from_secs(1);
 
 impl WorkerPool {
-    /// Starts a thread for each driver, which begins to open its devices.
+    /// Starts a thread per driver, which begins to open its devices.
     pub(super) fn start(
         drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
         clock: &Arc<dyn Clock>,
         limits: Limits,
         priority: Option<u8>,
     ) -> Result<Self, RigError> {
-        // If one cannot be started, dropping the crew closes those that have been.
+        // If a thread cannot be started, dropping the pool closes the others.
         let mut pool = Self {
             hands: Vec::new(),
             limits,
@@ -65,7 +65,7 @@ impl WorkerPool {
         Ok(pool)
     }
 
-    /// Tells all to close.
+    /// Orders all workers to close.
     pub(super) fn close(&mut self, now: HostTime) {
         for hand in &mut self.hands {
             (hand.at, hand.since, hand.idle) = (Phase::Closing, now, false);
@@ -73,7 +73,7 @@ impl WorkerPool {
         }
     }
 
-    /// Whether every thread has ended, or been given up.
+    /// Joins finished threads; returns whether every thread has ended or been abandoned.
     pub(super) fn all_gone(&mut self) -> bool {
         for hand in &mut self.hands {
             let gone = hand.thread.take_if(|thread| thread.is_finished());
@@ -84,13 +84,13 @@ impl WorkerPool {
         self.hands.iter().all(|hand| hand.thread.is_none())
     }
 
-    /// Reports that were lost on the way here.
+    /// Returns the number of lost reports.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }
 }
 
-/// However the run ended, no device is left as it is.
+/// Closes all devices, however the run ended.
 impl Drop for WorkerPool {
     fn drop(&mut self) {
         self.hands.iter().for_each(|hand| hand.order(order::CLOSE));
@@ -158,23 +158,24 @@ impl WorkerHandle {
         }
     }
 
-    /// What a thread that has nothing more to report did wrong, if it did.
+    /// Returns the error of a thread without pending reports that has panicked or exceeded its
+    /// limit.
     fn lost(&mut self, now: HostTime, limits: Limits) -> Option<TaskError> {
         let limit = match self.at {
             Phase::Opening => limits.open,
             Phase::Transfer => limits.transfer,
-            // The worker may be at a transfer, or at opening, when it is told to close.
+            // The worker may be in a transfer, or opening, when it is ordered to close.
             Phase::Closing => limits.close,
         };
         let thread = self.thread.as_ref()?;
         let why = if thread.is_finished() {
-            // One that closes may end; one whose last report is on its way is asked again.
+            // A closing worker may end; one whose last report is pending is checked again later.
             if self.at == Phase::Closing || self.reports.peek().is_some() {
                 return None;
             }
             "it panicked"
         } else if !self.idle && now > later(self.since, duration(limit) + GRACE) {
-            "it is still at it"
+            "it is still running"
         } else {
             return None;
         };
@@ -198,7 +199,8 @@ impl Tasks for WorkerPool {
             let limits = self.limits;
             let mut hands = self.hands.iter_mut().enumerate();
             return hands.find_map(|(task, hand)| {
-                // One that has failed already may yet be lost while it closes: it is given up, but not told twice.
+                // A worker that has failed may exceed its limit while closing: it is abandoned, but
+                // reported only once.
                 let error = hand.lost(limit, limits)?;
                 if std::mem::replace(&mut hand.failed, true) {
                     return None;

@@ -1,13 +1,13 @@
-//! Test harness for framing a stream of bytes. Included by the tests of each driver crate.
+//! Framing of a stream of bytes.
 
 use twinrig_wire::{FrameMatch, Framer};
 
 /// Frame matcher of a protocol.
-pub type Judge = fn(&[u8]) -> FrameMatch;
+pub type Matcher = fn(&[u8]) -> FrameMatch;
 
 /// Returns the frames of a stream that is received in these pieces, and the number of bytes outside
 /// frames.
-pub fn frames(match_frame: Judge, pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
+pub fn frames(match_frame: Matcher, pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
     let mut framer = Framer::new(match_frame);
     let mut frames = Vec::new();
     for piece in pieces {
@@ -21,7 +21,7 @@ pub fn frames(match_frame: Judge, pieces: &[&[u8]]) -> (Vec<Vec<u8>>, u64) {
 
 /// Returns the frames of a stream, after checking that they do not depend on its division.
 pub fn frames_in_any_pieces(
-    match_frame: Judge,
+    match_frame: Matcher,
     bytes: &[u8],
     mut cuts: Vec<usize>,
 ) -> Vec<Vec<u8>> {

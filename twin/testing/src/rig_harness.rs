@@ -1,5 +1,4 @@
-//! Test components that close the loop around a driver. Included by the tests of each driver crate.
-#![allow(dead_code, reason = "each test uses some of it")]
+//! A rig around a driver and its wire.
 
 use std::sync::{Arc, Mutex};
 
@@ -10,13 +9,16 @@ use twinrig_runtime::{
 };
 
 /// Process that writes `command(number of the step)` to all its outputs.
-pub struct Script {
+pub struct ScriptedProcess {
+    /// Outputs.
     pub ports: Vec<Port>,
+    /// Value of all outputs, by number of the step.
     pub command: fn(u64) -> f64,
+    /// Number of the next step.
     pub steps: u64,
 }
 
-impl Process for Script {
+impl Process for ScriptedProcess {
     fn name(&self) -> &'static str {
         "script"
     }
@@ -41,31 +43,35 @@ impl Process for Script {
 }
 
 /// Times and values of the changes of a plant's inputs.
-pub type Heard = Arc<Mutex<Vec<(SimTime, Vec<f64>)>>>;
+pub type InputLog = Arc<Mutex<Vec<(SimTime, Vec<f64>)>>>;
 
 /// Plant whose outputs are functions of time \[s\], one per component. It records its inputs.
-pub struct PlantAccess {
+pub struct RecordingPlant {
+    /// Ports of the plant.
     pub ports: Vec<Port>,
+    /// Outputs as functions of time \[s\] and component.
     pub signal: fn(f64, usize) -> f64,
+    /// Present time.
     pub now: SimTime,
-    pub heard: Heard,
+    /// Changes of the inputs.
+    pub input_log: InputLog,
 }
 
-impl PlantAccess {
+impl RecordingPlant {
     /// Creates a plant at time zero.
     pub fn new(ports: Vec<Port>, signal: fn(f64, usize) -> f64) -> Self {
         Self {
             ports,
             signal,
             now: SimTime::ZERO,
-            heard: Heard::default(),
+            input_log: InputLog::default(),
         }
     }
 }
 
-impl Plant for PlantAccess {
+impl Plant for RecordingPlant {
     fn name(&self) -> &'static str {
-        "world"
+        "recording"
     }
 
     fn ports(&self) -> Vec<Port> {
@@ -73,11 +79,11 @@ impl Plant for PlantAccess {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        let mut heard = self.heard.lock().unwrap();
-        if heard.last().is_none_or(|(_, last)| last != inputs) {
-            heard.push((self.now, inputs.to_vec()));
+        let mut input_log = self.input_log.lock().unwrap();
+        if input_log.last().is_none_or(|(_, last)| last != inputs) {
+            input_log.push((self.now, inputs.to_vec()));
         }
-        drop(heard);
+        drop(input_log);
         self.now = to;
         Ok(())
     }
@@ -108,14 +114,18 @@ impl Plant for PlantAccess {
 
 /// Record of an observed run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Log {
+pub struct RunLog {
+    /// Inputs of the process.
     pub inputs: Vec<(SimTime, Vec<f64>)>,
+    /// Last diagnostics.
     pub diagnostics: Vec<f64>,
+    /// Events.
     pub events: Vec<(SimTime, RunEvent)>,
+    /// Traced bytes, by number of the trace.
     pub bytes: Vec<(SimTime, usize, Vec<u8>)>,
 }
 
-impl Observer for Log {
+impl Observer for RunLog {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         match group {
             Group::ProcessInputs => self.inputs.push((now, values.to_vec())),
@@ -133,7 +143,7 @@ impl Observer for Log {
     }
 }
 
-impl Log {
+impl RunLog {
     /// Returns the number of events for which `wanted` holds.
     pub fn count(&self, wanted: impl Fn(&RunEvent) -> bool) -> usize {
         self.events
@@ -148,9 +158,9 @@ pub fn rig(
     driver: impl Driver + 'static,
     wire: impl Wire + 'static,
     (period_ms, command): (u64, fn(u64) -> f64),
-    plant: PlantAccess,
+    plant: RecordingPlant,
 ) -> Rig {
-    let script = Script {
+    let script = ScriptedProcess {
         ports: driver.ports().iter().map(Port::mirrored).collect(),
         command,
         steps: 0,
@@ -167,21 +177,23 @@ pub fn rig(
 }
 
 /// Runs a rig up to `end_ms` and returns its record and its result.
-pub fn run(rig: &mut Rig, end_ms: u64) -> (Log, Result<(), RigError>) {
-    let mut log = Log::default();
+pub fn run(rig: &mut Rig, end_ms: u64) -> (RunLog, Result<(), RigError>) {
+    let mut log = RunLog::default();
     let end = SimTime::ZERO + SimDuration::from_millis(end_ms);
     let ended = rig.run_until(end, &mut log);
     (log, ended)
 }
 
 /// Returns the diagnostic of that name.
-pub fn diagnostic(rig: &Rig, log: &Log, name: &str) -> f64 {
+pub fn diagnostic(rig: &Rig, log: &RunLog, name: &str) -> f64 {
     let place = rig.layout(Group::Diagnostics).find(name);
-    log.diagnostics[place.unwrap_or_else(|| panic!("no gauge {name}")).start]
+    log.diagnostics[place
+        .unwrap_or_else(|| panic!("no diagnostic {name}"))
+        .start]
 }
 
 /// Returns the index of the driver's output port of that name.
-pub fn place(ports: &[Port], name: &str) -> usize {
+pub fn index_of(ports: &[Port], name: &str) -> usize {
     Layout::of(ports, Direction::Output)
         .find(name)
         .unwrap()

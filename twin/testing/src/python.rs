@@ -10,7 +10,6 @@ use serde_json::Value;
 /// Returns the Python interpreter if it can import `modules`. Otherwise the calling test prints a
 /// notice and passes, except on CI.
 pub fn python(modules: &str) -> Option<PathBuf> {
-    // Tests are in `FOLDER/CRATE/tests`.
     let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
     let named = std::env::var_os("TWINRIG_PYTHON").map(PathBuf::from);
     let python = named.unwrap_or(venv);
@@ -25,12 +24,11 @@ pub fn python(modules: &str) -> Option<PathBuf> {
     None
 }
 
-/// Runs `script`, a path relative to this crate's tests, with arguments `words` and standard input
-/// `input`, and returns the JSON that it prints.
-pub fn run(python: &Path, script: &str, words: &[&Path], input: &Value) -> Value {
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+/// Runs `script` with arguments `words` and standard input `input`, and returns the JSON that it
+/// prints.
+pub fn run(python: &Path, script: &Path, words: &[&Path], input: &Value) -> Value {
     let mut child = Command::new(python)
-        .arg(tests.join(script))
+        .arg(script)
         .args(words)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -41,6 +39,6 @@ pub fn run(python: &Path, script: &str, words: &[&Path], input: &Value) -> Value
     let _ = write!(child.stdin.take().unwrap(), "{input}");
     let output = child.wait_with_output().unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{script}: {errors}");
+    assert!(output.status.success(), "{}: {errors}", script.display());
     serde_json::from_slice(&output.stdout).unwrap()
 }

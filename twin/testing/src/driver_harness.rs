@@ -1,6 +1,4 @@
-//! Test harness that steps a driver and an emulated device without wire and rig, to check the bytes
-//! and their times. Included by the tests of each driver crate.
-#![allow(dead_code, reason = "each test uses some of it")]
+//! A driver and an emulated device step by step, to check the bytes and their times.
 
 use std::ops::Range;
 
@@ -9,40 +7,45 @@ use twinrig_runtime::{Driver, PlantFault, PlantSignals, Transfer};
 use twinrig_wire::{Node, Piece};
 
 /// Driver with its present time.
-pub struct Host<D> {
+pub struct DriverHarness<D> {
+    /// The driver.
     pub driver: D,
     now: HostTime,
 }
 
-impl<D: Driver> Host<D> {
+impl<D: Driver> DriverHarness<D> {
+    /// Creates a harness at a time after zero.
     pub fn new(driver: D) -> Self {
         let now = HostTime::from_nanos(1_000_000);
         Self { driver, now }
     }
 
+    /// Opens the driver and returns the bytes that it writes.
     pub fn open(&mut self) -> Vec<u8> {
         self.driver.open(self.now);
         self.written()
     }
 
+    /// Begins a transfer and returns the bytes that the driver writes.
     pub fn begin(&mut self, from_process: &[f64]) -> Vec<u8> {
         self.driver.begin(self.now, from_process);
         self.written()
     }
 
+    /// Closes the driver and returns the bytes that it writes.
     pub fn close(&mut self) -> Vec<u8> {
         self.driver.close(self.now);
         self.written()
     }
 
     /// Advances time by `later` and passes bytes to the driver.
-    pub fn reads(&mut self, later: SimDuration, bytes: &[u8]) {
-        self.now = HostTime::from_nanos(self.now.as_nanos() + later.as_nanos());
+    pub fn receive(&mut self, later: SimDuration, bytes: &[u8]) {
+        self.now = self.now + later;
         self.driver.handle_bytes(self.now, bytes);
     }
 
     /// Returns the time until the driver's time-out; `None` without one.
-    pub fn waits(&self) -> Option<SimDuration> {
+    pub fn timeout(&self) -> Option<SimDuration> {
         let until = self.driver.poll_timeout()?;
         Some(SimDuration::from_nanos(
             until.as_nanos() - self.now.as_nanos(),
@@ -50,16 +53,21 @@ impl<D: Driver> Host<D> {
     }
 
     /// Advances time to the time-out and returns the bytes that the driver writes then.
-    pub fn waits_in_vain(&mut self) -> Vec<u8> {
-        self.now = self.driver.poll_timeout().expect("it waits");
+    pub fn expire(&mut self) -> Vec<u8> {
+        self.now = self
+            .driver
+            .poll_timeout()
+            .expect("the driver has a time-out");
         self.driver.handle_timeout(self.now);
         self.written()
     }
 
+    /// Returns whether the transfer is done.
     pub fn is_done(&mut self) -> bool {
         self.driver.poll_transfer() == Ok(Transfer::Done)
     }
 
+    /// Returns the diagnostic whose name ends so.
     pub fn diagnostic(&self, name: &str) -> f64 {
         let diagnostics = self.driver.diagnostics();
         let place = diagnostics
@@ -67,7 +75,7 @@ impl<D: Driver> Host<D> {
             .position(|diagnostic| diagnostic.name.ends_with(name));
         let mut values = vec![0.0; diagnostics.len()];
         self.driver.read_diagnostics(&mut values);
-        values[place.expect("there is such a gauge")]
+        values[place.expect("the driver has the diagnostic")]
     }
 
     fn written(&mut self) -> Vec<u8> {
@@ -79,12 +87,14 @@ impl<D: Driver> Host<D> {
 
 /// Inputs and outputs of a static plant.
 #[derive(Default)]
-pub struct Still {
+pub struct StaticPlant {
+    /// Values of the outputs.
     pub outputs: Vec<f64>,
+    /// Values of the inputs.
     pub inputs: Vec<f64>,
 }
 
-impl twinrig_runtime::PlantAccess for Still {
+impl twinrig_runtime::PlantAccess for StaticPlant {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
         Ok(&self.outputs[signals])
     }
@@ -104,25 +114,25 @@ pub fn plant(ports: &[Port]) -> PlantSignals {
 
 /// Advances a device until `to`, with `bytes` received at `at`, and returns its transmissions with
 /// their start times.
-pub fn says(
+pub fn run_device(
     node: &mut impl Node,
-    plant: &mut Still,
+    plant: &mut StaticPlant,
     (at, bytes): (SimTime, &[u8]),
     to: SimTime,
 ) -> Vec<(SimTime, Vec<u8>)> {
-    let mut said = Vec::new();
+    let mut transmitted = Vec::new();
     let mut advance = |node: &mut dyn Node, now: SimTime| {
-        node.advance(now, plant).expect("the plant is well");
+        node.advance(now, plant).expect("the plant does not fail");
         let mut bytes = Vec::new();
         while let Some(start) = node.poll_transmit(&mut bytes) {
-            said.push((start, std::mem::take(&mut bytes)));
+            transmitted.push((start, std::mem::take(&mut bytes)));
         }
     };
-    let mut heard = false;
+    let mut received = false;
     loop {
-        let own = node.next_wake().unwrap_or(SimTime::MAX);
-        if !heard && at <= own {
-            heard = true;
+        let wake = node.next_wake().unwrap_or(SimTime::MAX);
+        if !received && at <= wake {
+            received = true;
             node.receive(Piece {
                 first: at,
                 spacing: SimDuration::ZERO,
@@ -130,10 +140,10 @@ pub fn says(
                 framing_error: false,
             });
             advance(node, at);
-        } else if own <= to {
-            advance(node, own);
+        } else if wake <= to {
+            advance(node, wake);
         } else {
-            return said;
+            return transmitted;
         }
     }
 }

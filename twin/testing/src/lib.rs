@@ -1,0 +1,15 @@
+//! Test harnesses, for the tests of this workspace and of crates with parts of their own.
+//!
+//! - [`driver_harness`]: a driver and an emulated device step by step, without wire and rig.
+//! - [`rig_harness`]: a rig around a driver and its wire, with a scripted process and a plant of
+//!   known signals.
+//! - [`framing`]: framing of a byte stream in arbitrary pieces.
+//! - [`python`]: comparison with Python packages.
+//!
+//! A harness panics where an assumption of the test does not hold.
+#![allow(clippy::missing_panics_doc, reason = "a harness reports by panicking")]
+
+pub mod driver_harness;
+pub mod framing;
+pub mod python;
+pub mod rig_harness;
