@@ -7,7 +7,7 @@
 //! exponential. [`ServoBench`] takes steps of a millisecond at most.
 //!
 //! ```
-//! use twinrig_drives::{Motored, MotorBench, Shaft};
+//! use twinrig_drives::{BenchMotors, MotorBench, Shaft};
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -15,7 +15,7 @@
 //! let text = include_str!("../../../robots/oncilla.toml");
 //! let robot = RobotFile::parse("oncilla.toml", text)?.robot()?;
 //! let motors = robot.motors.ok_or("no motors")?;
-//! let motored = Motored {
+//! let motored = BenchMotors {
 //!     legs: vec!["LF".to_owned()],
 //!     hip: Shaft::bare(motors.hip),
 //!     knee: Shaft::bare(motors.knee),

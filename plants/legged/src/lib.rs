@@ -20,7 +20,7 @@
 //!     drives: Drives::None,
 //!     start: StartPose { q: [0.2, -0.1, 0.1], rates: [0.0; 3] }.into(),
 //! };
-//! let mount = setup.chosen(&robot)?[0];
+//! let mount = setup.selected_mounts(&robot)?[0];
 //! let start = setup.start.of_leg(&mount.name, &Pantograph::new(&mount.leg)?)?;
 //! assert_eq!(start.command.hip, 0.2);
 //! assert!(start.command.knee > 0.0, "a bent knee winds up the cable");

@@ -5,7 +5,7 @@
 //! ```
 //! use twinrig_kernel::{Agenda, Rank, SimDuration, SimTime};
 //!
-//! Two parts with periods of 3 ms and 2 ms; at 6 ms, when both are due, the lower rank is first.
+//! // Two parts with periods of 3 ms and 2 ms; at 6 ms, when both are due, the lower rank is first.
 //! let mut agenda = Agenda::new(1_000);
 //! let board = agenda.register("board", Rank(0));
 //! let control = agenda.register("control", Rank(1));
