@@ -1,6 +1,6 @@
-//! Cost of a second of virtual time, and of one event of it, with parts that do next to nothing: what
-//! remains is the executor. Each iteration is one second with a control step, a transfer and an observation
-//! every 2 ms; the counter reads events a second (10 M/s are 100 ns an event).
+//! Cost of one second of virtual time, and of one event of it, with parts of negligible cost: what
+//! remains is the executor. Each iteration is one second with a control step, a transfer and an
+//! observation every 2 ms; the counter reports events per second (10 M/s are 100 ns per event).
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -9,7 +9,7 @@ use twinrig_runtime::{
     DirectIo, EnergyBalance, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
 };
 
-/// Signals each way: about what a quadruped has.
+/// Signals in each direction, as of a quadruped.
 const COMMANDS: usize = 8;
 const MEASUREMENTS: usize = 40;
 
@@ -74,20 +74,21 @@ fn main() {
 fn second_of(bencher: Bencher, transfer: Timing, compute: Timing, events_per_cycle: usize) {
     let mut schedule = Schedule::with_period(SimDuration::from_millis(2));
     schedule.compute = compute;
-    let io = DirectIo::for_process("direct", &Idle.ports(), transfer, 1).expect("constant");
+    let io = DirectIo::for_process("direct", &Idle.ports(), transfer, 1)
+        .expect("constant timing is valid");
     let mut rig = Rig::new(
         &schedule,
         Box::new(Idle),
         vec![Box::new(io)],
         Box::new(Still),
     )
-    .expect("wired");
+    .expect("ports match");
     let mut end = SimTime::ZERO;
     bencher
         .counter(ItemsCount::new(500 * events_per_cycle))
         .bench_local(|| {
             end += SimDuration::from_secs(1);
-            rig.run_until(end, &mut ()).expect("sound");
+            rig.run_until(end, &mut ()).expect("run succeeds");
         });
 }
 

@@ -20,7 +20,7 @@ pub struct CompositePlant {
     inputs: usize,
     outputs: usize,
     /// Number of events of each plant already in `events`.
-    taken: [usize; 2],
+    merged: [usize; 2],
     events: Vec<PlantEvent>,
 }
 
@@ -55,7 +55,7 @@ impl CompositePlant {
             name: format!("{} beside {}", first.name(), second.name()),
             inputs: Layout::of(&ports, Direction::Input).len(),
             outputs: Layout::of(&ports, Direction::Output).len(),
-            taken: [first.events().len(), second.events().len()],
+            merged: [first.events().len(), second.events().len()],
             first,
             second,
             events: Vec::new(),
@@ -63,16 +63,19 @@ impl CompositePlant {
     }
 
     /// Appends the new events of both plants, in order of time.
-    fn take_events(&mut self) {
-        let begun = self.events.len();
-        for (plant, taken) in [&self.first, &self.second].into_iter().zip(&mut self.taken) {
+    fn merge_events(&mut self) {
+        let first_new = self.events.len();
+        for (plant, merged) in [&self.first, &self.second]
+            .into_iter()
+            .zip(&mut self.merged)
+        {
             let all = plant.events();
             self.events
-                .extend_from_slice(all.get(*taken..).unwrap_or_default());
-            *taken = all.len();
+                .extend_from_slice(all.get(*merged..).unwrap_or_default());
+            *merged = all.len();
         }
         // Stable sort: at equal times, events of the first plant precede those of the second.
-        self.events[begun..].sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+        self.events[first_new..].sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     }
 }
 
@@ -87,17 +90,17 @@ impl Plant for CompositePlant {
         ports
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
         let (first, second) = inputs.split_at_mut(self.inputs);
-        self.first.first_inputs(first);
-        self.second.first_inputs(second);
+        self.first.initial_inputs(first);
+        self.second.initial_inputs(second);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         let (first, second) = inputs.split_at(self.inputs);
         let advanced = self.first.advance(to, first);
         let advanced = advanced.and_then(|()| self.second.advance(to, second));
-        self.take_events();
+        self.merge_events();
         advanced
     }
 
@@ -146,11 +149,11 @@ impl Plant for CompositePlant {
         a.into_iter().chain(b).reduce(f64::max)
     }
 
-    fn log_events(&mut self, wanted: bool) {
-        self.first.log_events(wanted);
-        self.second.log_events(wanted);
+    fn log_events(&mut self, enabled: bool) {
+        self.first.log_events(enabled);
+        self.second.log_events(enabled);
         self.events.clear();
-        self.taken = [self.first.events().len(), self.second.events().len()];
+        self.merged = [self.first.events().len(), self.second.events().len()];
     }
 
     fn events(&self) -> &[PlantEvent] {
@@ -169,7 +172,7 @@ impl Plant for CompositePlant {
             self.first.restore(&before)?;
             return Err(error);
         }
-        self.taken = [self.first.events().len(), self.second.events().len()];
+        self.merged = [self.first.events().len(), self.second.events().len()];
         Ok(())
     }
 
@@ -180,9 +183,14 @@ impl Plant for CompositePlant {
     }
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        // Values known to the second plant only go there; the first reports values unknown to both.
-        let own = self.second.state();
-        let known = |name: &str| own.as_ref().is_some_and(|own| own.get(name).is_some());
+        // Values named in the second plant's state go to it, all others to the first plant, which
+        // reports unknown ones.
+        let second_state = self.second.state();
+        let known = |name: &str| {
+            second_state
+                .as_ref()
+                .is_some_and(|second_state| second_state.get(name).is_some())
+        };
         let before = self.first.save();
         let mut lines = self.first.resume_from(&from.only(|name| !known(name)))?;
         match self.second.resume_from(&from.only(known)) {
@@ -194,7 +202,7 @@ impl Plant for CompositePlant {
             }
         }
         self.events.clear();
-        self.taken = [self.first.events().len(), self.second.events().len()];
+        self.merged = [self.first.events().len(), self.second.events().len()];
         Ok(lines)
     }
 }
@@ -242,7 +250,7 @@ mod tests {
                 Port::input(format!("{}/command", self.name), Unit::Volt, 1),
             ]
         }
-        fn first_inputs(&self, inputs: &mut [f64]) {
+        fn initial_inputs(&self, inputs: &mut [f64]) {
             inputs.fill(self.value);
         }
         fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
@@ -291,8 +299,8 @@ mod tests {
         fn constraint_violation(&self) -> Option<f64> {
             (self.period > 1).then_some(self.value.abs())
         }
-        fn log_events(&mut self, wanted: bool) {
-            self.log = wanted.then(Vec::new);
+        fn log_events(&mut self, enabled: bool) {
+            self.log = enabled.then(Vec::new);
         }
         fn events(&self) -> &[PlantEvent] {
             self.log.as_deref().unwrap_or_default()
@@ -321,8 +329,8 @@ mod tests {
 
     fn pair() -> (Lag, Lag, CompositePlant) {
         let (one, two) = (lag("one", 1.0, 2), lag("two", -3.0, 3));
-        let beside = CompositePlant::new(Box::new(one.clone()), Box::new(two.clone())).unwrap();
-        (one, two, beside)
+        let composite = CompositePlant::new(Box::new(one.clone()), Box::new(two.clone())).unwrap();
+        (one, two, composite)
     }
 
     fn at(ms: u64) -> SimTime {
@@ -331,55 +339,55 @@ mod tests {
 
     #[test]
     fn composite_equals_its_parts_bit_for_bit() {
-        let (mut one, mut two, mut beside) = pair();
-        assert_eq!(beside.name(), "one beside two");
+        let (mut one, mut two, mut composite) = pair();
+        assert_eq!(composite.name(), "one beside two");
         let ports = [one.ports(), two.ports()].concat();
-        assert_eq!(beside.ports(), ports);
+        assert_eq!(composite.ports(), ports);
         let mut inputs = [0.0; 2];
-        beside.first_inputs(&mut inputs);
+        composite.initial_inputs(&mut inputs);
         assert_eq!(inputs, [1.0, -3.0]);
         for step in 1..50_u64 {
             let (now, inputs) = (at(step * (step % 5 + 5)), [step as f64, 0.5]);
             if now <= one.now {
                 continue;
             }
-            beside.advance(now, &inputs).unwrap();
+            composite.advance(now, &inputs).unwrap();
             one.advance(now, &inputs[..1]).unwrap();
             two.advance(now, &inputs[1..]).unwrap();
-            let (mut together, mut alone) = ([0.0; 4], [0.0; 4]);
-            beside.observe(&mut together);
-            one.observe(&mut alone[..2]);
-            two.observe(&mut alone[2..]);
-            assert_eq!(together, alone);
+            let (mut combined, mut separate) = ([0.0; 4], [0.0; 4]);
+            composite.observe(&mut combined);
+            one.observe(&mut separate[..2]);
+            two.observe(&mut separate[2..]);
+            assert_eq!(combined, separate);
             if step % 7 == 0 {
-                beside.begin_window();
+                composite.begin_window();
                 one.begin_window();
                 two.begin_window();
             }
         }
         assert_eq!(
-            beside.energy().kinetic,
+            composite.energy().kinetic,
             one.energy().kinetic + two.energy().kinetic
         );
-        assert_eq!(beside.energy().residual, 0.5);
-        assert_eq!(beside.work().steps, 2 * one.steps);
+        assert_eq!(composite.energy().residual, 0.5);
+        assert_eq!(composite.work().steps, 2 * one.steps);
         assert_eq!(
-            beside.constraint_violation(),
+            composite.constraint_violation(),
             Some(one.value.abs().max(two.value.abs()))
         );
     }
 
     #[test]
     fn events_of_both_plants_are_merged_in_order_of_time() {
-        let (_, _, mut beside) = pair();
-        beside.advance(at(1), &[0.0; 2]).unwrap();
-        beside.advance(at(2), &[0.0; 2]).unwrap();
-        assert!(beside.events().is_empty());
-        beside.log_events(true);
+        let (_, _, mut composite) = pair();
+        composite.advance(at(1), &[0.0; 2]).unwrap();
+        composite.advance(at(2), &[0.0; 2]).unwrap();
+        assert!(composite.events().is_empty());
+        composite.log_events(true);
         for ms in 3..=12 {
-            beside.advance(at(ms), &[0.0; 2]).unwrap();
+            composite.advance(at(ms), &[0.0; 2]).unwrap();
         }
-        let parts: Vec<&str> = beside
+        let parts: Vec<&str> = composite
             .events()
             .iter()
             .map(|event| event.part.as_str())
@@ -392,32 +400,32 @@ mod tests {
                 "two", "one", "two", "one", "one", "two", "one", "two", "one"
             ]
         );
-        assert!(beside.events().is_sorted_by(|a, b| a.at_s <= b.at_s));
-        beside.log_events(true);
-        assert!(beside.events().is_empty());
+        assert!(composite.events().is_sorted_by(|a, b| a.at_s <= b.at_s));
+        composite.log_events(true);
+        assert!(composite.events().is_empty());
     }
 
     #[test]
     fn restore_is_exact_and_a_foreign_snapshot_changes_nothing() {
-        let (_, _, mut beside) = pair();
-        beside.advance(at(4), &[2.0, 3.0]).unwrap();
-        let saved = beside.save();
-        beside.advance(at(9), &[1.0, 1.0]).unwrap();
-        let ahead = beside.save();
-        beside.restore(&saved).unwrap();
-        beside.advance(at(9), &[1.0, 1.0]).unwrap();
-        assert_eq!(beside.save(), ahead);
+        let (_, _, mut composite) = pair();
+        composite.advance(at(4), &[2.0, 3.0]).unwrap();
+        let saved = composite.save();
+        composite.advance(at(9), &[1.0, 1.0]).unwrap();
+        let ahead = composite.save();
+        composite.restore(&saved).unwrap();
+        composite.advance(at(9), &[1.0, 1.0]).unwrap();
+        assert_eq!(composite.save(), ahead);
         let three = lag("three", 0.0, 1);
         let others = CompositePlant::new(Box::new(lag("one", 5.0, 2)), Box::new(three)).unwrap();
-        assert!(beside.restore(&others.save()).is_err());
-        assert_eq!(beside.save(), ahead);
+        assert!(composite.restore(&others.save()).is_err());
+        assert_eq!(composite.save(), ahead);
     }
 
     #[test]
     fn faults_of_either_plant_are_returned() {
         for (inputs, part) in [([f64::NAN, 0.0], "one"), ([0.0, f64::NAN], "two")] {
-            let (_, _, mut beside) = pair();
-            let fault = beside.advance(at(1), &inputs).unwrap_err();
+            let (_, _, mut composite) = pair();
+            let fault = composite.advance(at(1), &inputs).unwrap_err();
             assert_eq!((fault.part.as_str(), fault.time), (part, SimTime::ZERO));
         }
     }

@@ -27,7 +27,7 @@ pub trait Device: Send {
     fn read_up_to(
         &mut self,
         limit: usize,
-        patience: Duration,
+        timeout: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError>;
 
@@ -35,8 +35,8 @@ pub trait Device: Send {
     ///
     /// # Errors
     /// [`DeviceError`] if the device is lost.
-    fn read(&mut self, patience: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
-        self.read_up_to(READ_MAX, patience, bytes)
+    fn read(&mut self, timeout: Duration, bytes: &mut Vec<u8>) -> Result<(), DeviceError> {
+        self.read_up_to(READ_MAX, timeout, bytes)
     }
 
     /// Returns a descriptor that the operating system can poll. Without one, the device is polled

@@ -100,18 +100,19 @@ impl IoTask for DirectIo {
     }
 
     fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
-        let links = |direction, inward: bool| {
-            let own = Layout::of(&self.ports, direction);
+        let links = |direction, is_measurement: bool| {
+            let layout = Layout::of(&self.ports, direction);
             let link = |field: &twinrig_kernel::Field| {
-                let far = plant.find(&self.name, &field.port.mirrored())?;
-                let (from, to) = if inward {
-                    (far, field.range())
+                let plant_range = plant.find(&self.name, &field.port.mirrored())?;
+                let (from, to) = if is_measurement {
+                    (plant_range, field.range())
                 } else {
-                    (field.range(), far)
+                    (field.range(), plant_range)
                 };
                 Ok(Link { from, to })
             };
-            own.fields()
+            layout
+                .fields()
                 .map(link)
                 .collect::<Result<Vec<_>, WiringError>>()
         };
@@ -139,7 +140,7 @@ impl IoTask for DirectIo {
         self.state.phase = Phase::Out {
             end: now + duration,
         };
-        Ok(Progress::Again(now + duration / 2))
+        Ok(Progress::WakeAt(now + duration / 2))
     }
 
     fn wake(&mut self, _now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
@@ -147,7 +148,7 @@ impl IoTask for DirectIo {
             Phase::Out { end } => {
                 self.exchange(plant)?;
                 self.state.phase = Phase::Back;
-                Ok(Progress::Again(end))
+                Ok(Progress::WakeAt(end))
             }
             Phase::Back | Phase::Idle => {
                 self.state.phase = Phase::Idle;

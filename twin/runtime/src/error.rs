@@ -93,7 +93,7 @@ pub enum RigError {
     #[error(
         "{other} cannot replace {present}: {present} has {has}, {other} has {instead} in its place; record and expect the same signals of both"
     )]
-    OtherPorts {
+    PortMismatch {
         /// The present plant.
         present: String,
         /// The replacement.
@@ -105,12 +105,12 @@ pub enum RigError {
     },
     /// The plant has no state in names shared with other plants.
     #[error("{plant} has no plant-independent state, so no other plant can resume from it")]
-    NamelessState {
+    NoSharedState {
         /// The plant.
         plant: String,
     },
     /// A part panicked in real time. In virtual time the caller of the rig catches panics
-    /// ([`crate::caught`]).
+    /// ([`crate::catch_panic`]).
     #[error(transparent)]
     Panic(#[from] PanicReport),
     /// The system refused to create a thread.

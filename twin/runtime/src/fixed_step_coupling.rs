@@ -44,9 +44,9 @@ pub struct FixedStepCoupling {
     plant: Box<dyn Plant>,
     ports: Vec<Port>,
     step: SimDuration,
-    rule: GridInputs,
-    between: OutputInterpolator,
-    shown: Vec<Shown>,
+    grid_inputs: GridInputs,
+    interpolator: OutputInterpolator,
+    exposed: Vec<ExposedOutput>,
     /// Inputs applied to the plant, and buffer of its outputs.
     applied: Vec<f64>,
     outputs: Vec<f64>,
@@ -87,7 +87,7 @@ pub struct ZeroGridStep;
 
 /// An output visible outside: its field in the plant, and its range there and here.
 #[derive(Clone, Debug)]
-struct Shown {
+struct ExposedOutput {
     field: usize,
     from: std::ops::Range<usize>,
     to: std::ops::Range<usize>,
@@ -98,14 +98,14 @@ struct State {
     now: SimTime,
     /// Grid instant of the plant.
     reached: SimTime,
-    given: InputAverage,
+    average: InputAverage,
     rows: Rows,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
     step: SimDuration,
-    rule: GridInputs,
+    grid_inputs: GridInputs,
     state: State,
     plant: Snapshot,
 }
@@ -120,8 +120,8 @@ impl FixedStepCoupling {
     pub fn new(
         plant: Box<dyn Plant>,
         step: SimDuration,
-        rule: GridInputs,
-        shown: &dyn Fn(&str) -> bool,
+        grid_inputs: GridInputs,
+        exposed: &dyn Fn(&str) -> bool,
     ) -> Result<Self, ZeroGridStep> {
         if step.is_zero() {
             return Err(ZeroGridStep);
@@ -129,24 +129,24 @@ impl FixedStepCoupling {
         let all = plant.ports();
         let inputs = Layout::of(&all, Direction::Input);
         let outputs = Layout::of(&all, Direction::Output);
-        let is_shown =
-            |port: &&Port| port.direction == Direction::Input || shown(port.name.as_str());
+        let is_exposed =
+            |port: &&Port| port.direction == Direction::Input || exposed(port.name.as_str());
         let fields: Vec<Field> = outputs.fields().cloned().collect();
-        let between = OutputInterpolator::new(step.as_secs_f64(), outputs.len(), &fields);
+        let interpolator = OutputInterpolator::new(step.as_secs_f64(), outputs.len(), &fields);
         Ok(Self {
-            ports: all.iter().filter(is_shown).cloned().collect(),
-            shown: placed(&fields, shown),
+            ports: all.iter().filter(is_exposed).cloned().collect(),
+            exposed: exposed_outputs(&fields, exposed),
             applied: vec![0.0; inputs.len()],
             outputs: vec![0.0; outputs.len()],
             state: State {
                 now: SimTime::ZERO,
                 reached: SimTime::ZERO,
-                given: InputAverage::new(&inputs, step),
-                rows: between.rows(),
+                average: InputAverage::new(&inputs, step),
+                rows: interpolator.rows(),
             },
-            between,
+            interpolator,
             step,
-            rule,
+            grid_inputs,
             plant,
         })
     }
@@ -154,12 +154,12 @@ impl FixedStepCoupling {
     /// Returns whether a plant on a grid must have the output `name`, given the `selected` outputs:
     /// those and their rates, so that the interpolation of a signal does not depend on whether its
     /// rate is selected.
-    pub fn needs(name: &str, wanted: &dyn Fn(&str) -> bool) -> bool {
-        wanted(name) || integral_of(name).is_some_and(|integral| wanted(&integral))
+    pub fn needs(name: &str, selected: &dyn Fn(&str) -> bool) -> bool {
+        selected(name) || integral_of(name).is_some_and(|integral| selected(&integral))
     }
 
     /// Advances the plant to the next instant of the grid, under the applied inputs.
-    fn go_on(&mut self) -> Result<(), PlantFault> {
+    fn step_plant(&mut self) -> Result<(), PlantFault> {
         let next = self.state.reached + self.step;
         self.plant.advance(next, &self.applied)?;
         self.plant.observe(self.state.rows.push());
@@ -168,24 +168,24 @@ impl FixedStepCoupling {
     }
 
     /// Takes the steps that have ended by `to`.
-    fn follow(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        self.state.given.change(self.state.now, inputs);
+    fn advance_mean(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        self.state.average.change(self.state.now, inputs);
         let mut steps = LongLoop::default();
         while to.since_start() - self.state.reached.since_start() >= self.step {
             if steps.is_interrupted() {
                 return Err(PlantFault::interrupted(self, self.state.now));
             }
-            let over = self.state.reached + self.step;
-            self.state.given.mean(over, &mut self.applied);
-            self.go_on()?;
-            self.state.now = over;
-            self.state.given.begin(over, inputs);
+            let step_end = self.state.reached + self.step;
+            self.state.average.mean(step_end, &mut self.applied);
+            self.step_plant()?;
+            self.state.now = step_end;
+            self.state.average.begin(step_end, inputs);
         }
         Ok(())
     }
 
     /// Takes the steps that have begun by `to`.
-    fn lead(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+    fn advance_held(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         let mut steps = LongLoop::default();
         while self.state.reached < to {
             if steps.is_interrupted() {
@@ -193,21 +193,21 @@ impl FixedStepCoupling {
             }
             self.state.now = self.state.reached;
             self.applied.copy_from_slice(inputs);
-            self.go_on()?;
+            self.step_plant()?;
         }
         Ok(())
     }
 }
 
-fn placed(fields: &[Field], shown: &dyn Fn(&str) -> bool) -> Vec<Shown> {
+fn exposed_outputs(fields: &[Field], exposed: &dyn Fn(&str) -> bool) -> Vec<ExposedOutput> {
     let mut end = 0;
     let fields = fields.iter().enumerate();
     fields
-        .filter(|(_, field)| shown(&field.port.name))
+        .filter(|(_, field)| exposed(&field.port.name))
         .map(|(number, field)| {
             let start = end;
             end += field.port.size;
-            Shown {
+            ExposedOutput {
                 field: number,
                 from: field.range(),
                 to: start..end,
@@ -225,18 +225,18 @@ impl Plant for FixedStepCoupling {
         self.ports.clone()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
-        self.plant.first_inputs(inputs);
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        self.plant.initial_inputs(inputs);
     }
 
-    /// After a failure the plant is at the end of the last step of the grid.
+    /// Advances to `to`. After a failure the plant is at the end of the last step of the grid.
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         if self.state.rows.is_empty() {
             self.plant.observe(self.state.rows.push());
         }
-        match self.rule {
-            GridInputs::Mean => self.follow(to, inputs)?,
-            GridInputs::Held => self.lead(to, inputs)?,
+        match self.grid_inputs {
+            GridInputs::Mean => self.advance_mean(to, inputs)?,
+            GridInputs::Held => self.advance_held(to, inputs)?,
         }
         self.state.now = to;
         Ok(())
@@ -248,22 +248,22 @@ impl Plant for FixedStepCoupling {
         } = &self.state;
         if now == reached {
             self.plant.observe(&mut self.outputs);
-            for shown in &self.shown {
-                outputs[shown.to.clone()].copy_from_slice(&self.outputs[shown.from.clone()]);
+            for exposed in &self.exposed {
+                outputs[exposed.to.clone()].copy_from_slice(&self.outputs[exposed.from.clone()]);
             }
             return;
         }
         let step_s = self.step.as_secs_f64();
-        for shown in &self.shown {
-            let out = &mut outputs[shown.to.clone()];
-            match self.rule {
+        for exposed in &self.exposed {
+            let out = &mut outputs[exposed.to.clone()];
+            match self.grid_inputs {
                 GridInputs::Mean => {
                     let at = (*now - *reached).as_secs_f64() / step_s;
-                    self.between.extrapolate(rows, at, shown.field, out);
+                    self.interpolator.extrapolate(rows, at, exposed.field, out);
                 }
                 GridInputs::Held => {
                     let at = 1.0 - (*reached - *now).as_secs_f64() / step_s;
-                    self.between.interpolate(rows, at, shown.field, out);
+                    self.interpolator.interpolate(rows, at, exposed.field, out);
                 }
             }
         }
@@ -285,21 +285,21 @@ impl Plant for FixedStepCoupling {
         self.plant.constraint_violation()
     }
 
-    fn log_events(&mut self, wanted: bool) {
-        self.plant.log_events(wanted);
+    fn log_events(&mut self, enabled: bool) {
+        self.plant.log_events(enabled);
     }
 
     fn events(&self) -> &[PlantEvent] {
         let events = self.plant.events();
         let now_s = self.state.now.as_secs_f64();
-        let come = events.partition_point(|event| event.at_s <= now_s);
-        &events[..come]
+        let past = events.partition_point(|event| event.at_s <= now_s);
+        &events[..past]
     }
 
     fn save(&self) -> Snapshot {
         Snapshot::of(&Saved {
             step: self.step,
-            rule: self.rule,
+            grid_inputs: self.grid_inputs,
             state: self.state.clone(),
             plant: self.plant.save(),
         })
@@ -307,16 +307,19 @@ impl Plant for FixedStepCoupling {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let saved: Saved = snapshot.read()?;
-        let make = |step: SimDuration, rule: GridInputs, state: &State| {
+        let describe = |step: SimDuration, grid_inputs: GridInputs, state: &State| {
             format!(
-                "a plant with inputs {rule:?} on a grid of {step}, with {} inputs and {} outputs",
-                state.given.len(),
+                "a plant with inputs {grid_inputs:?} on a grid of {step}, with {} inputs and {} outputs",
+                state.average.len(),
                 state.rows.width()
             )
         };
-        let expected = make(self.step, self.rule, &self.state);
-        let found = make(saved.step, saved.rule, &saved.state);
-        if expected != found || !saved.state.rows.is_sound() || !saved.state.given.is_sound() {
+        let expected = describe(self.step, self.grid_inputs, &self.state);
+        let found = describe(saved.step, saved.grid_inputs, &saved.state);
+        if expected != found
+            || !saved.state.rows.is_consistent()
+            || !saved.state.average.is_consistent()
+        {
             return Err(SnapshotError::Mismatch { expected, found });
         }
         self.plant.restore(&saved.plant)?;
@@ -328,12 +331,12 @@ impl Plant for FixedStepCoupling {
         self.plant.state()
     }
 
-    /// The grid is restarted at that time.
+    /// Resumes from `from`, where the grid is restarted.
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        let lost = self.plant.resume_from(from)?;
+        let omitted = self.plant.resume_from(from)?;
         (self.state.now, self.state.reached) = (from.time, from.time);
-        self.state.given.reset(from.time);
+        self.state.average.reset(from.time);
         self.state.rows.clear();
-        Ok(lost)
+        Ok(omitted)
     }
 }

@@ -7,7 +7,7 @@ use twinrig_kernel::{Layout, SimDuration, SimTime, Unit};
 /// change no bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputAverage {
-    begun: SimTime,
+    start: SimTime,
     step: SimDuration,
     inputs: Vec<Input>,
 }
@@ -19,21 +19,21 @@ struct Input {
     value: f64,
     since: SimTime,
     /// Integral of `value − first` until `since`.
-    more: f64,
+    excess: f64,
     /// A dimensionless switch, which has no mean.
     switch: bool,
 }
 
 impl Input {
     fn begin(&mut self, at: SimTime, value: f64) {
-        (self.first, self.value, self.since, self.more) = (value, value, at, 0.0);
+        (self.first, self.value, self.since, self.excess) = (value, value, at, 0.0);
     }
 
     /// Accumulates the integral until `at`.
-    fn count(&mut self, at: SimTime) {
+    fn accumulate(&mut self, at: SimTime) {
         // A constant command is its own mean, bit for bit.
         if self.value != self.first {
-            self.more += (at - self.since).as_secs_f64() * (self.value - self.first);
+            self.excess += (at - self.since).as_secs_f64() * (self.value - self.first);
         }
         self.since = at;
     }
@@ -46,13 +46,13 @@ impl InputAverage {
                 first: 0.0,
                 value: 0.0,
                 since: SimTime::ZERO,
-                more: 0.0,
+                excess: 0.0,
                 switch: field.port.unit == Unit::One,
             };
             std::iter::repeat_n(input, field.port.size)
         });
         Self {
-            begun: SimTime::ZERO,
+            start: SimTime::ZERO,
             step,
             inputs: inputs.collect(),
         }
@@ -63,14 +63,14 @@ impl InputAverage {
     }
 
     /// Returns whether the times are consistent: a snapshot may contain arbitrary values.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_consistent(&self) -> bool {
         let mut since = self.inputs.iter().map(|input| input.since);
-        since.all(|since| since >= self.begun)
+        since.all(|since| since >= self.start)
     }
 
     /// Begins a step with the commands `inputs`.
     pub(crate) fn begin(&mut self, at: SimTime, inputs: &[f64]) {
-        self.begun = at;
+        self.start = at;
         for (input, value) in self.inputs.iter_mut().zip(inputs) {
             input.begin(at, *value);
         }
@@ -78,7 +78,7 @@ impl InputAverage {
 
     /// Resets the beginning of the step; its commands are not known yet.
     pub(crate) fn reset(&mut self, at: SimTime) {
-        self.begun = at;
+        self.start = at;
         for input in &mut self.inputs {
             input.begin(at, 0.0);
         }
@@ -86,18 +86,18 @@ impl InputAverage {
 
     /// Changes the commands to `values` at time `at`.
     pub(crate) fn change(&mut self, at: SimTime, values: &[f64]) {
-        let into = at - self.begun;
-        if into.is_zero() {
+        let offset = at - self.start;
+        if offset.is_zero() {
             return self.begin(at, values);
         }
-        let in_first_half = into <= self.step - into;
+        let in_first_half = offset <= self.step - offset;
         for (input, value) in self.inputs.iter_mut().zip(values) {
             if input.switch {
                 if in_first_half {
                     input.first = *value;
                 }
             } else if input.value != *value {
-                input.count(at);
+                input.accumulate(at);
                 input.value = *value;
             }
         }
@@ -111,12 +111,12 @@ impl InputAverage {
                 *mean = input.first;
                 continue;
             }
-            input.count(end);
+            input.accumulate(end);
             // Adding zero would turn −0 into +0.
-            *mean = if input.more == 0.0 {
+            *mean = if input.excess == 0.0 {
                 input.first
             } else {
-                input.first + input.more / step_s
+                input.first + input.excess / step_s
             };
         }
     }
@@ -132,7 +132,7 @@ mod tests {
         SimTime::ZERO + SimDuration::from_micros(micros)
     }
 
-    fn given() -> InputAverage {
+    fn average() -> InputAverage {
         let ports = [
             Port::input("voltage", Unit::Volt, 1),
             Port::input("bridge", Unit::One, 1),
@@ -143,43 +143,43 @@ mod tests {
 
     #[test]
     fn commands_are_averaged_and_switches_take_their_midstep_value() {
-        let mut given = given();
-        given.begin(at(0), &[1.0, 0.0]);
-        given.change(at(25), &[3.0, 0.0]);
-        given.change(at(50), &[3.0, 1.0]);
-        given.change(at(75), &[-1.0, 0.0]);
+        let mut average = average();
+        average.begin(at(0), &[1.0, 0.0]);
+        average.change(at(25), &[3.0, 0.0]);
+        average.change(at(50), &[3.0, 1.0]);
+        average.change(at(75), &[-1.0, 0.0]);
         let mut means = [0.0; 2];
-        given.mean(at(100), &mut means);
+        average.mean(at(100), &mut means);
         assert!((means[0] - 1.5).abs() < 1e-12, "{means:?}");
         assert_eq!(means[1], 1.0);
-        given.begin(at(100), &[-1.0, 0.0]);
-        given.change(at(151), &[-1.0, 1.0]);
-        given.mean(at(200), &mut means);
+        average.begin(at(100), &[-1.0, 0.0]);
+        average.change(at(151), &[-1.0, 1.0]);
+        average.mean(at(200), &mut means);
         assert_eq!(means, [-1.0, 0.0]);
     }
 
     #[test]
     fn constant_command_is_its_own_mean() {
         for value in [-0.0, 0.1, f64::MAX] {
-            let mut given = given();
-            given.begin(at(0), &[value, value]);
+            let mut average = average();
+            average.begin(at(0), &[value, value]);
             for micros in [13, 29, 71] {
-                given.change(at(micros), &[value, value]);
+                average.change(at(micros), &[value, value]);
             }
             let mut means = [1.0; 2];
-            given.mean(at(100), &mut means);
+            average.mean(at(100), &mut means);
             assert_eq!(means.map(f64::to_bits), [value.to_bits(); 2]);
         }
     }
 
     #[test]
     fn nan_command_has_a_nan_mean() {
-        let mut given = given();
-        given.begin(at(0), &[1.0, 0.0]);
-        given.change(at(10), &[f64::NAN, 0.0]);
-        given.change(at(20), &[1.0, 0.0]);
+        let mut average = average();
+        average.begin(at(0), &[1.0, 0.0]);
+        average.change(at(10), &[f64::NAN, 0.0]);
+        average.change(at(20), &[1.0, 0.0]);
         let mut means = [0.0; 2];
-        given.mean(at(100), &mut means);
+        average.mean(at(100), &mut means);
         assert!(means[0].is_nan());
     }
 }

@@ -10,7 +10,8 @@
 //! ```
 //! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 //! use twinrig_runtime::{
-//!     DirectIo, EnergyBalance, Group, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
+//!     DirectIo, EnergyBalance, Group, Plant, PlantFault, Process, Rig, Schedule, Timing,
+//!     WorkCounts,
 //! };
 //!
 //! /// Linear spring towards the origin, 4 N/m.
@@ -18,13 +19,14 @@
 //! impl Process for Spring {
 //!     fn name(&self) -> &str { "spring" }
 //!     fn ports(&self) -> Vec<Port> {
-//!         vec![Port::input("cart/position", Unit::Meter, 1), Port::output("cart/force", Unit::Newton, 1)]
+//!         vec![
+//!             Port::input("cart/position", Unit::Meter, 1),
+//!             Port::output("cart/force", Unit::Newton, 1),
+//!         ]
 //!     }
 //!     fn step(&mut self, _: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
 //!         outputs[0] = -4.0 * inputs[0];
 //!     }
-//!     fn save(&self) -> Snapshot { Snapshot::of(&()) }
-//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> { snapshot.read() }
 //! }
 //!
 //! /// Cart of 1 kg.
@@ -32,7 +34,10 @@
 //! impl Plant for Cart {
 //!     fn name(&self) -> &str { "cart" }
 //!     fn ports(&self) -> Vec<Port> {
-//!         vec![Port::input("cart/force", Unit::Newton, 1), Port::output("cart/position", Unit::Meter, 1)]
+//!         vec![
+//!             Port::input("cart/force", Unit::Newton, 1),
+//!             Port::output("cart/position", Unit::Meter, 1),
+//!         ]
 //!     }
 //!     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
 //!         let seconds = (to - self.now).as_secs_f64();
@@ -104,7 +109,7 @@ pub use fault::FaultKind;
 pub use fixed_step_coupling::{Coupling, FixedStepCoupling, GridInputs, ZeroGridStep};
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
-pub use panic::{PanicReport, PartKind, caught, in_part};
+pub use panic::{PanicReport, PartKind, catch_panic, in_part};
 pub use plant::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use plant_state::PlantState;
 pub use process::Process;

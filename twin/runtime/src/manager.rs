@@ -36,7 +36,8 @@ use twinrig_kernel::{SimDuration, SimTime};
 /// assert!(!manager.takes_part(0));
 /// manager.task_ended(0); // too late for this iteration
 /// assert!(!manager.takes_part(0));
-/// assert_eq!(manager.control_step(millis(4)), ControlStep::Late { missed: 1 }); // the process still runs
+/// // The process is still running.
+/// assert_eq!(manager.control_step(millis(4)), ControlStep::Late { missed: 1 });
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manager {

@@ -39,7 +39,7 @@ pub(crate) struct Rows {
     values: Vec<f64>,
     /// Index of the newest row, and number of valid rows.
     newest: usize,
-    known: usize,
+    filled: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -47,13 +47,13 @@ enum Curve {
     /// With the index of its rate.
     Hermite {
         rate: usize,
-        turns: bool,
+        wraps: bool,
     },
     Cubic {
-        turns: bool,
+        wraps: bool,
     },
     Orientation,
-    Straight,
+    Linear,
 }
 
 impl Rows {
@@ -61,7 +61,7 @@ impl Rows {
         Self {
             values: vec![0.0; ROWS * width],
             newest: 0,
-            known: 0,
+            filled: 0,
         }
     }
 
@@ -71,41 +71,41 @@ impl Rows {
     }
 
     /// Returns whether the indices are valid: a snapshot may contain arbitrary values.
-    pub(crate) fn is_sound(&self) -> bool {
-        self.newest < ROWS && self.known <= ROWS
+    pub(crate) fn is_consistent(&self) -> bool {
+        self.newest < ROWS && self.filled <= ROWS
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.known == 0
+        self.filled == 0
     }
 
     pub(crate) fn clear(&mut self) {
-        self.known = 0;
+        self.filled = 0;
     }
 
     /// Returns the oldest row, to be overwritten as the newest.
     pub(crate) fn push(&mut self) -> &mut [f64] {
         self.newest = (self.newest + 1) % ROWS;
-        self.known = (self.known + 1).min(ROWS);
+        self.filled = (self.filled + 1).min(ROWS);
         let width = self.width();
         &mut self.values[self.newest * width..][..width]
     }
 
-    /// Returns the row pushed `before` rows before the newest.
-    fn row(&self, before: usize) -> &[f64] {
+    /// Returns the row pushed `age` rows before the newest.
+    fn row(&self, age: usize) -> &[f64] {
         let width = self.width();
-        &self.values[(self.newest + ROWS - before) % ROWS * width..][..width]
+        &self.values[(self.newest + ROWS - age) % ROWS * width..][..width]
     }
 }
 
 /// Times of the rows, newest first, in steps relative to the second newest.
 const NODES: [f64; ROWS] = [1.0, 0.0, -1.0, -2.0];
 
-/// Returns the Lagrange weights of the first `known` nodes at time `at`.
-fn lagrange(at: f64, known: usize) -> [f64; ROWS] {
+/// Returns the Lagrange weights of the first `filled` nodes at time `at`.
+fn lagrange(at: f64, filled: usize) -> [f64; ROWS] {
     let mut weights = [0.0; ROWS];
-    for (i, weight) in weights.iter_mut().enumerate().take(known) {
-        let others = (0..known).filter(|&j| j != i);
+    for (i, weight) in weights.iter_mut().enumerate().take(filled) {
+        let others = (0..filled).filter(|&j| j != i);
         *weight = others
             .map(|j| (at - NODES[j]) / (NODES[i] - NODES[j]))
             .product();
@@ -125,7 +125,7 @@ fn hermite(at: f64) -> [f64; 3] {
 }
 
 /// Wraps an angle to [−π, π].
-fn within_a_turn(angle: f64) -> f64 {
+fn wrap_angle(angle: f64) -> f64 {
     angle - TAU * libm::round(angle / TAU)
 }
 
@@ -155,19 +155,19 @@ impl OutputInterpolator {
         };
         let range = range.clone();
         match *curve {
-            Curve::Hermite { rate, turns } => {
+            Curve::Hermite { rate, wraps } => {
                 for (n, out) in out.iter_mut().enumerate() {
-                    *out = self.hermite(rows, at, range.start + n, rate + n, turns);
+                    *out = self.hermite(rows, at, range.start + n, rate + n, wraps);
                 }
             }
-            Curve::Cubic { turns } => {
-                let weights = lagrange(at, rows.known);
-                for (place, out) in range.zip(out) {
-                    *out = cubic(rows, &weights, place, turns);
+            Curve::Cubic { wraps } => {
+                let weights = lagrange(at, rows.filled);
+                for (index, out) in range.zip(out) {
+                    *out = cubic(rows, &weights, index, wraps);
                 }
             }
-            Curve::Orientation => orientation(rows, &lagrange(at, rows.known), range, out),
-            Curve::Straight => {
+            Curve::Orientation => orientation(rows, &lagrange(at, rows.filled), range, out),
+            Curve::Linear => {
                 let (from, to) = (&rows.row(1)[range.clone()], &rows.row(0)[range]);
                 for ((out, from), to) in out.iter_mut().zip(from).zip(to) {
                     *out = from + at * (to - from);
@@ -183,7 +183,7 @@ impl OutputInterpolator {
             return;
         };
         // In the nodes' scale, one step after the newest row is at 2.
-        let line = lagrange(1.0 + at, rows.known.min(2));
+        let weights = lagrange(1.0 + at, rows.filled.min(2));
         let newest = rows.row(0);
         match *curve {
             Curve::Hermite { rate, .. } => {
@@ -192,55 +192,61 @@ impl OutputInterpolator {
                     *out = value + at * self.step_s * rate;
                 }
             }
-            Curve::Cubic { turns } => {
-                let last = rows.row(rows.known.min(2) - 1);
-                for (place, out) in range.clone().zip(out) {
-                    let way = newest[place] - last[place];
-                    let turned = turns && way.abs() > PI;
-                    let way = if turned { within_a_turn(way) } else { way };
-                    *out = newest[place] + at * way;
+            Curve::Cubic { wraps } => {
+                let last = rows.row(rows.filled.min(2) - 1);
+                for (index, out) in range.clone().zip(out) {
+                    let difference = newest[index] - last[index];
+                    let wrapped = wraps && difference.abs() > PI;
+                    let difference = if wrapped {
+                        wrap_angle(difference)
+                    } else {
+                        difference
+                    };
+                    *out = newest[index] + at * difference;
                 }
             }
-            Curve::Orientation => orientation(rows, &line, range.clone(), out),
-            Curve::Straight => out.copy_from_slice(&newest[range.clone()]),
+            Curve::Orientation => orientation(rows, &weights, range.clone(), out),
+            Curve::Linear => out.copy_from_slice(&newest[range.clone()]),
         }
     }
 
-    fn hermite(&self, rows: &Rows, at: f64, place: usize, rate: usize, turns: bool) -> f64 {
+    fn hermite(&self, rows: &Rows, at: f64, index: usize, rate: usize, wraps: bool) -> f64 {
         let (last, newest) = (rows.row(1), rows.row(0));
-        let (begins, ends) = (self.step_s * last[rate], self.step_s * newest[rate]);
-        let mut way = newest[place] - last[place];
+        let (slope_begin, slope_end) = (self.step_s * last[rate], self.step_s * newest[rate]);
+        let mut difference = newest[index] - last[index];
         // The mean rate resolves the ambiguity by multiples of 2π: an unwrapped angle needs no
         // correction, an angle wrapped at ±π does.
-        let turned = if turns {
-            TAU * libm::round((0.5 * (begins + ends) - way) / TAU)
+        let correction = if wraps {
+            TAU * libm::round((0.5 * (slope_begin + slope_end) - difference) / TAU)
         } else {
             0.0
         };
-        way += turned;
-        let [whole, first, second] = hermite(at);
-        let value = last[place] + (whole * way + first * begins + second * ends);
-        if turned == 0.0 {
+        difference += correction;
+        let [displacement, first, second] = hermite(at);
+        let value =
+            last[index] + (displacement * difference + first * slope_begin + second * slope_end);
+        if correction == 0.0 {
             value
         } else {
-            within_a_turn(value)
+            wrap_angle(value)
         }
     }
 }
 
-/// Weighted differences from the second newest row: a constant signal is reproduced bit for bit.
-fn cubic(rows: &Rows, weights: &[f64; ROWS], place: usize, turns: bool) -> f64 {
-    let base = rows.row(1)[place];
-    let (mut sum, mut turned) = (0.0, false);
-    for (before, weight) in weights.iter().enumerate().take(rows.known) {
-        let mut way = rows.row(before)[place] - base;
-        if turns && way.abs() > PI {
-            (way, turned) = (within_a_turn(way), true);
+/// Interpolates by weighted differences from the second newest row: a constant signal is reproduced
+/// bit for bit.
+fn cubic(rows: &Rows, weights: &[f64; ROWS], index: usize, wraps: bool) -> f64 {
+    let base = rows.row(1)[index];
+    let (mut sum, mut wrapped) = (0.0, false);
+    for (age, weight) in weights.iter().enumerate().take(rows.filled) {
+        let mut difference = rows.row(age)[index] - base;
+        if wraps && difference.abs() > PI {
+            (difference, wrapped) = (wrap_angle(difference), true);
         }
-        sum += weight * way;
+        sum += weight * difference;
     }
-    if turned {
-        within_a_turn(base + sum)
+    if wrapped {
+        wrap_angle(base + sum)
     } else {
         base + sum
     }
@@ -251,18 +257,18 @@ fn cubic(rows: &Rows, weights: &[f64; ROWS], place: usize, turns: bool) -> f64 {
 fn orientation(rows: &Rows, weights: &[f64; ROWS], range: std::ops::Range<usize>, out: &mut [f64]) {
     let base = &rows.row(0)[range.clone()];
     out.fill(0.0);
-    for (before, weight) in weights.iter().enumerate().take(rows.known) {
-        let row = &rows.row(before)[range.clone()];
-        let along: f64 = row.iter().zip(base).map(|(a, b)| a * b).sum();
-        let weight = if along < 0.0 { -weight } else { *weight };
+    for (age, weight) in weights.iter().enumerate().take(rows.filled) {
+        let row = &rows.row(age)[range.clone()];
+        let dot: f64 = row.iter().zip(base).map(|(a, b)| a * b).sum();
+        let weight = if dot < 0.0 { -weight } else { *weight };
         for (out, value) in out.iter_mut().zip(row) {
             *out += weight * value;
         }
     }
-    let length = out.iter().map(|value| value * value).sum::<f64>().sqrt();
-    if length > 0.0 {
+    let norm = out.iter().map(|value| value * value).sum::<f64>().sqrt();
+    if norm > 0.0 {
         for value in out {
-            *value /= length;
+            *value /= norm;
         }
     }
 }
@@ -270,7 +276,7 @@ fn orientation(rows: &Rows, weights: &[f64; ROWS], range: std::ops::Range<usize>
 impl Curve {
     fn of(field: &Field, all: &[Field]) -> Self {
         let port = &field.port;
-        let turns = port.unit == Unit::Radian;
+        let wraps = port.unit == Unit::Radian;
         match port.unit {
             Unit::Meter | Unit::Radian => {
                 let rate = rate_names(&port.name)
@@ -281,13 +287,13 @@ impl Curve {
                 match rate {
                     Some(rate) => Self::Hermite {
                         rate: rate.offset,
-                        turns,
+                        wraps,
                     },
-                    None => Self::Cubic { turns },
+                    None => Self::Cubic { wraps },
                 }
             }
             Unit::One if port.size == 4 && port.name.ends_with("orientation") => Self::Orientation,
-            _ => Self::Straight,
+            _ => Self::Linear,
         }
     }
 }

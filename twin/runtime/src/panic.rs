@@ -64,7 +64,7 @@ impl PartKind {
 }
 
 thread_local! {
-    /// Nesting depth of [`caught`] on this thread.
+    /// Nesting depth of [`catch_panic`] on this thread.
     static DEPTH: Cell<usize> = const { Cell::new(0) };
     /// Panic that unwinds through the innermost of them.
     static UNWINDING: RefCell<Unwinding> = const { RefCell::new(Unwinding { part: None, place: None }) };
@@ -84,14 +84,14 @@ struct Unwinding {
 ///
 /// # Errors
 /// [`PanicReport`] if `run` panicked.
-pub fn caught<R>(run: impl FnOnce() -> R) -> Result<R, PanicReport> {
-    listen();
+pub fn catch_panic<R>(run: impl FnOnce() -> R) -> Result<R, PanicReport> {
+    install_hook();
     let outer = UNWINDING.take();
     DEPTH.set(DEPTH.get() + 1);
-    let ran = catch_unwind(AssertUnwindSafe(run));
+    let result = catch_unwind(AssertUnwindSafe(run));
     DEPTH.set(DEPTH.get() - 1);
     let Unwinding { part, place } = UNWINDING.replace(outer);
-    ran.map_err(|payload| PanicReport {
+    result.map_err(|payload| PanicReport {
         part,
         message: message(&*payload).to_owned(),
         place,
@@ -131,17 +131,17 @@ fn message(payload: &(dyn std::any::Any + Send)) -> &str {
 }
 
 /// Installs a hook before the present one that stores the location of a panic that will be caught.
-fn listen() {
+fn install_hook() {
     static ONCE: Once = Once::new();
     // The hook cannot be changed while the thread is unwinding.
     if std::thread::panicking() {
         return;
     }
     ONCE.call_once(|| {
-        let before = std::panic::take_hook();
+        let previous = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |info| {
-            if !kept(info) {
-                before(info);
+            if !record_location(info) {
+                previous(info);
             }
         }));
     });
@@ -149,7 +149,7 @@ fn listen() {
 
 /// Stores the location of a panic. Returns false if the panic is not caught, or if another one is
 /// unwinding already: the program may be about to abort, and its message must be printed.
-fn kept(info: &PanicHookInfo<'_>) -> bool {
+fn record_location(info: &PanicHookInfo<'_>) -> bool {
     if DEPTH.get() == 0 {
         return false;
     }
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn caught_panic_has_part_message_and_location() {
         let line = line!() + 2;
-        let report = caught(|| {
+        let report = catch_panic(|| {
             in_part(PartKind::Plant, "toy", || -> () { panic!("at {} N", 3) });
         });
         let report = report.unwrap_err();
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn nested_parts_report_the_innermost() {
-        let report = caught(|| {
+        let report = catch_panic(|| {
             in_part(PartKind::Task, "sbcp", || {
                 in_part(PartKind::Driver, "sbcp", || ());
                 in_part(PartKind::Plant, "toy", || -> () { panic!("a") });
@@ -204,11 +204,11 @@ mod tests {
 
     #[test]
     fn report_is_independent_of_earlier_panics() {
-        let _ = caught(|| in_part(PartKind::Plant, "toy", || -> () { panic!("a") }));
-        let second = caught(|| std::panic::panic_any(5)).unwrap_err();
+        let _ = catch_panic(|| in_part(PartKind::Plant, "toy", || -> () { panic!("a") }));
+        let second = catch_panic(|| std::panic::panic_any(5)).unwrap_err();
         assert_eq!(second.part, None);
         assert_eq!(second.message, "without a message");
-        assert_eq!(caught(|| 7), Ok(7));
+        assert_eq!(catch_panic(|| 7), Ok(7));
     }
 
     #[test]
@@ -217,11 +217,12 @@ mod tests {
         impl Drop for Tidy {
             fn drop(&mut self) {
                 // Another panic may be unwinding during the drop.
-                let inner = caught(|| in_part(PartKind::Driver, "inner", || -> () { panic!("b") }));
+                let inner =
+                    catch_panic(|| in_part(PartKind::Driver, "inner", || -> () { panic!("b") }));
                 assert_eq!(inner.unwrap_err().message, "b");
             }
         }
-        let outer = caught(|| {
+        let outer = catch_panic(|| {
             let _tidy = Tidy;
             in_part(PartKind::Plant, "outer", || -> () { panic!("a") });
         });

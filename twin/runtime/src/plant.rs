@@ -19,7 +19,7 @@ pub trait Plant: Send {
 
     /// Writes the initial inputs, concatenated in order, which apply until the first command
     /// arrives. Zeros by default; a plant may return the inputs that hold its start pose.
-    fn first_inputs(&self, inputs: &mut [f64]) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
         inputs.fill(0.0);
     }
 
@@ -53,7 +53,7 @@ pub trait Plant: Send {
 
     /// Enables or disables the event log; either clears it. Disabled in a new plant; the log has no
     /// other effect.
-    fn log_events(&mut self, _wanted: bool) {}
+    fn log_events(&mut self, _enabled: bool) {}
 
     /// Returns the discontinuities since [`Plant::log_events`], in order of time; always empty for
     /// a plant that does not locate events.

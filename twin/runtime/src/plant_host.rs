@@ -19,9 +19,9 @@ pub(crate) struct PlantHost {
 pub(crate) struct PlantHostState {
     pub(crate) now: SimTime,
     /// Time of the plant in the time of the rig, at or before `now`.
-    moved_to: SimTime,
+    advanced_to: SimTime,
     /// End of the time in which the plant is held at its start; the plant's own time begins there.
-    held: SimTime,
+    held_until: SimTime,
     holding: bool,
     observed: Option<SimTime>,
     /// Time of the last replacement of the plant.
@@ -36,13 +36,13 @@ impl PlantHost {
         let (signals, inputs) = in_part(PartKind::Plant, &name, || {
             let signals = PlantSignals::of(&plant.ports());
             let mut inputs = vec![0.0; signals.inputs.len()];
-            plant.first_inputs(&mut inputs);
+            plant.initial_inputs(&mut inputs);
             (signals, inputs)
         });
         let state = PlantHostState {
             now: SimTime::ZERO,
-            moved_to: SimTime::ZERO,
-            held: SimTime::ZERO,
+            advanced_to: SimTime::ZERO,
+            held_until: SimTime::ZERO,
             holding: true,
             observed: None,
             exchanged: None,
@@ -70,45 +70,45 @@ impl PlantHost {
     }
 
     fn hold(&mut self) {
-        self.state.held = self.state.now;
-        self.state.moved_to = self.state.now;
+        self.state.held_until = self.state.now;
+        self.state.advanced_to = self.state.now;
     }
 
     /// Advances the plant to now.
-    fn catch_up(&mut self) -> Result<(), PlantFault> {
+    fn advance_to_now(&mut self) -> Result<(), PlantFault> {
         if self.state.holding {
             self.hold();
         }
         let state = &mut self.state;
-        if state.moved_to < state.now {
-            let to = SimTime::ZERO + (state.now - state.held);
+        if state.advanced_to < state.now {
+            let to = SimTime::ZERO + (state.now - state.held_until);
             let advanced = in_part(PartKind::Plant, &self.name, || {
                 self.plant.advance(to, &state.inputs)
             });
-            advanced.map_err(|fault| self.late(fault))?;
-            self.state.moved_to = self.state.now;
+            advanced.map_err(|fault| self.in_rig_time(fault))?;
+            self.state.advanced_to = self.state.now;
         }
         Ok(())
     }
 
     /// Converts the time of a fault to the time of the rig: the plant's own time begins at its
     /// release.
-    pub(crate) fn late(&self, fault: PlantFault) -> PlantFault {
+    pub(crate) fn in_rig_time(&self, fault: PlantFault) -> PlantFault {
         PlantFault {
-            time: self.state.held + (fault.time - SimTime::ZERO),
+            time: self.state.held_until + (fault.time - SimTime::ZERO),
             ..fault
         }
     }
 
     /// Discards the stored observation: the next request observes the plant again, even at the same
     /// instant.
-    pub(crate) fn forget_look(&mut self) {
+    pub(crate) fn invalidate_observation(&mut self) {
         self.state.observed = None;
     }
 
     /// Returns all outputs at now.
-    pub(crate) fn look(&mut self) -> Result<&[f64], PlantFault> {
-        self.catch_up()?;
+    pub(crate) fn observe(&mut self) -> Result<&[f64], PlantFault> {
+        self.advance_to_now()?;
         if self.state.observed != Some(self.state.now) {
             let outputs = &mut self.state.outputs;
             in_part(PartKind::Plant, &self.name, || self.plant.observe(outputs));
@@ -136,11 +136,11 @@ impl PlantHost {
 
 impl PlantAccess for PlantHost {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
-        self.look().map(|outputs| &outputs[signals])
+        self.observe().map(|outputs| &outputs[signals])
     }
 
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
-        self.catch_up()?;
+        self.advance_to_now()?;
         Ok(&mut self.state.inputs[signals])
     }
 }

@@ -20,17 +20,22 @@ pub trait Process: Send {
         &[]
     }
 
+    /// Returns the same variables, for [`Process::set_variable`] and [`Process::restore`].
+    fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+        &mut []
+    }
+
     /// Sets the variable at `index` of [`Process::variables`], in its unit.
     ///
     /// # Errors
     /// [`VariableError`] if there is no such variable or the value is refused; the variable is then
     /// unchanged.
     fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        let _ = value;
-        Err(VariableError::NoSuchIndex {
-            index,
-            count: self.variables().len(),
-        })
+        let variables = self.variables_mut();
+        let count = variables.len();
+        let variable = variables.get_mut(index);
+        let variable = variable.ok_or(VariableError::NoSuchIndex { index, count })?;
+        variable.set(value)
     }
 
     /// Runs one iteration.
@@ -43,12 +48,82 @@ pub trait Process: Send {
     /// outputs of the last iteration, zeros at first.
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]);
 
-    /// Saves all state that affects later iterations, variables included.
-    fn save(&self) -> Snapshot;
+    /// Saves all state that affects later iterations, variables included. By default the values of
+    /// the variables are the state.
+    fn save(&self) -> Snapshot {
+        let values = self.variables().iter().map(ProcessVariable::value);
+        Snapshot::of(&values.collect::<Vec<f64>>())
+    }
 
     /// Restores a saved state, bit for bit.
     ///
     /// # Errors
     /// [`SnapshotError`] if the snapshot belongs to another kind of process.
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let values: Vec<f64> = snapshot.read()?;
+        let variables = self.variables_mut();
+        let count = variables.len();
+        if values.len() != count {
+            return Err(SnapshotError::Mismatch {
+                expected: format!("a process of {count} variables"),
+                found: format!("one of {} variables", values.len()),
+            });
+        }
+        for (variable, value) in variables.iter_mut().zip(values) {
+            variable
+                .set(value)
+                .map_err(|error| SnapshotError::Mismatch {
+                    expected: format!("a process with the variable `{}`", variable.name()),
+                    found: error.to_string(),
+                })?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_kernel::Unit;
+
+    use super::*;
+
+    /// Process whose state is its variables.
+    struct Gain([ProcessVariable; 1]);
+
+    impl Process for Gain {
+        fn name(&self) -> &'static str {
+            "gain"
+        }
+        fn ports(&self) -> Vec<Port> {
+            Vec::new()
+        }
+        fn variables(&self) -> &[ProcessVariable] {
+            &self.0
+        }
+        fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+            &mut self.0
+        }
+        fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
+    }
+
+    #[test]
+    fn variables_are_the_default_state() {
+        let new = || Gain([ProcessVariable::new("gain", Unit::One, 0.0..=1.0, 0.5)]);
+        let mut process = new();
+        process.set_variable(0, 0.25).unwrap();
+        assert!(process.set_variable(0, 2.0).is_err() && process.set_variable(1, 0.0).is_err());
+        let mut restored = new();
+        restored.restore(&process.save()).unwrap();
+        assert_eq!(restored.variables()[0].value(), 0.25);
+        let foreign = [
+            Snapshot::of(&vec![0.5, 0.5]),
+            Snapshot::of(&vec![2.0]),
+            Snapshot::of(&()),
+        ];
+        assert!(
+            foreign
+                .iter()
+                .all(|snapshot| restored.restore(snapshot).is_err())
+        );
+    }
 }

@@ -82,7 +82,7 @@ impl ProcessSlot {
 
     /// Applies the changes due at the control step `scheduled` and reports them to the observer at
     /// `now`.
-    pub(crate) fn make_changes<O: Observer>(
+    pub(crate) fn apply_changes<O: Observer>(
         &mut self,
         scheduled: SimTime,
         now: SimTime,

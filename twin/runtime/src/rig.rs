@@ -36,7 +36,8 @@ mod rank {
 /// There are four kinds of events; at one instant they are handled in this order:
 ///
 /// 0. a task continues its transfer;
-/// 1. the process ends its iteration, and the tasks that take part begin theirs, in order of registration;
+/// 1. the process ends its iteration, and the tasks that take part begin theirs, in order of
+///    registration;
 /// 2. a control step: due changes are applied, and the process begins;
 /// 3. the plant is observed.
 ///
@@ -81,7 +82,7 @@ struct TaskSlot {
     /// Range of its diagnostics.
     diagnostics: Range<usize>,
     /// Index of its first byte trace.
-    first_lane: usize,
+    first_trace: usize,
     part: PartId,
 }
 
@@ -176,7 +177,7 @@ impl Rig {
         } else {
             let task = wake.part.index();
             let progress = self.tasks[task].call(|task| task.wake(wake.time, &mut self.plant_host));
-            self.follow(task, progress, observer)
+            self.apply_progress(task, progress, observer)
         }
     }
 
@@ -186,7 +187,7 @@ impl Rig {
         self.state
             .agenda
             .arm(self.parts.control_step, now + self.period);
-        if self.plant_host.is_held() && !self.opened(observer)? {
+        if self.plant_host.is_held() && !self.open_devices(observer)? {
             return Ok(());
         }
         let elapsed = match self.state.manager.control_step(now) {
@@ -197,14 +198,14 @@ impl Rig {
                 return Ok(());
             }
         };
-        self.process.make_changes(now, now, observer)?;
+        self.process.apply_changes(now, now, observer)?;
         for (n, slot) in self.tasks.iter().enumerate() {
             if self.state.manager.takes_part(n) {
-                let brought = slot.task.to_process();
+                let results = slot.task.to_process();
                 slot.links
                     .measurements
                     .iter()
-                    .for_each(|link| link.copy(brought, &mut self.process.state.inputs));
+                    .for_each(|link| link.copy(results, &mut self.process.state.inputs));
             } else {
                 observer.event(now, RunEvent::TaskSkipped { task: n });
             }
@@ -218,13 +219,13 @@ impl Rig {
     }
 
     /// Opens the devices at time 0; releases the plant once all are open. Returns whether they are.
-    fn opened<O: Observer>(&mut self, observer: &mut O) -> Result<bool, RigError> {
+    fn open_devices<O: Observer>(&mut self, observer: &mut O) -> Result<bool, RigError> {
         let now = self.now();
         if now == SimTime::ZERO {
             for n in 0..self.tasks.len() {
                 self.state.manager.task_begun(n);
                 let progress = self.tasks[n].call(|task| task.open(now, &mut self.plant_host));
-                self.follow(n, progress, observer)?;
+                self.apply_progress(n, progress, observer)?;
             }
         }
         let open = (0..self.tasks.len()).all(|n| !self.state.manager.is_busy(n));
@@ -257,13 +258,13 @@ impl Rig {
                 slot.task
                     .begin(now, &slot.from_process, &mut self.plant_host)
             });
-            self.follow(n, progress, observer)?;
+            self.apply_progress(n, progress, observer)?;
         }
         Ok(())
     }
 
     /// Handles the progress reported by a task.
-    fn follow<O: Observer>(
+    fn apply_progress<O: Observer>(
         &mut self,
         task: usize,
         progress: Result<Progress, TaskError>,
@@ -271,11 +272,11 @@ impl Rig {
     ) -> Result<(), RigError> {
         let now = self.now();
         let slot = &mut self.tasks[task];
-        let first_lane = slot.first_lane;
+        let first_trace = slot.first_trace;
         slot.task
-            .drain_traffic(&mut |trace, bytes| observer.bytes(now, first_lane + trace, bytes));
-        let wanted = match progress {
-            Ok(Progress::Again(at)) => Some(at),
+            .drain_traffic(&mut |trace, bytes| observer.bytes(now, first_trace + trace, bytes));
+        let wake_at = match progress {
+            Ok(Progress::WakeAt(at)) => Some(at),
             Ok(Progress::Done) => {
                 if self.state.manager.is_busy(task) {
                     self.state.manager.task_ended(task);
@@ -294,14 +295,14 @@ impl Rig {
                 });
             }
         };
-        match wanted {
-            Some(wanted) if wanted < now => Err(RigError::WakeInThePast {
+        match wake_at {
+            Some(wake_at) if wake_at < now => Err(RigError::WakeInThePast {
                 task: slot.name.clone(),
                 time: now,
-                wanted,
+                wanted: wake_at,
             }),
-            Some(wanted) => {
-                self.state.agenda.arm(slot.part, wanted);
+            Some(wake_at) => {
+                self.state.agenda.arm(slot.part, wake_at);
                 Ok(())
             }
             None => Ok(()),
@@ -313,7 +314,7 @@ impl Rig {
         self.state
             .agenda
             .arm(self.parts.observation, now + self.observe);
-        observer.samples(now, Group::Plant, self.plant_host.look()?);
+        observer.samples(now, Group::Plant, self.plant_host.observe()?);
         self.plant_host.begin_window();
         if !self.state.diagnostics.is_empty() {
             for slot in self

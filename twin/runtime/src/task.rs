@@ -106,7 +106,7 @@ pub trait IoTask: Send {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// In progress; the task is woken at that instant, which may be now but not earlier.
-    Again(SimTime),
+    WakeAt(SimTime),
     /// Finished, with valid data.
     Done,
 }

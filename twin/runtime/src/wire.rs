@@ -42,7 +42,7 @@ pub trait Wire: Send {
     /// Writes more bytes from the host at `now` while the transmitter is busy or just idle
     /// ([`TransmitBuffer::idle_from`]): they follow the earlier ones without a pause, as in one
     /// piece.
-    fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
+    fn send_contiguous(&mut self, now: SimTime, bytes: &[u8]) {
         self.send(now, bytes);
     }
 

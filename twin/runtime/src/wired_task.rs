@@ -22,7 +22,7 @@ pub struct WiredTask {
     bytes: Vec<u8>,
     /// Traced bytes that were not drained yet: the first `traced` entries; the others are reused.
     traffic: Vec<(usize, Vec<u8>)>,
-    passed: usize,
+    traced: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -35,14 +35,14 @@ struct Saved {
 /// Byte traces of the task, before those of its wire.
 const OUT: usize = 0;
 const IN: usize = 1;
-const OWN_LANES: usize = 2;
+const OWN_TRACES: usize = 2;
 
 /// Converts to the time of the driver's clock, which shows physical time.
-fn host(now: SimTime) -> HostTime {
+fn host_time(now: SimTime) -> HostTime {
     HostTime::from_nanos(now.as_nanos())
 }
 
-fn gone(error: DriverError) -> TaskError {
+fn device_error(error: DriverError) -> TaskError {
     TaskError::Device { why: error.why }
 }
 
@@ -57,17 +57,21 @@ impl WiredTask {
             busy: false,
             bytes: Vec::new(),
             traffic: Vec::new(),
-            passed: 0,
+            traced: 0,
         }
     }
 
     /// Exchanges bytes between driver and wire until neither has any left at this time.
-    fn go_on(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
+    fn exchange(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
         loop {
             let read = self.read(now, plant)?;
-            let due = self.hear(now, read);
+            let due = self.deliver(now, read);
             if read {
-                self.note(IN);
+                self.trace_bytes(IN);
             }
             let mut wrote = false;
             while self.transmit() {
@@ -75,7 +79,7 @@ impl WiredTask {
                 in_part(PartKind::Wire, &self.name, || {
                     self.wire.send(now, &self.bytes);
                 });
-                self.note(OUT);
+                self.trace_bytes(OUT);
             }
             if !read && !wrote && !due {
                 break;
@@ -84,12 +88,12 @@ impl WiredTask {
         if self.busy {
             let driver = &mut self.driver;
             let progress = in_part(PartKind::Driver, &self.name, || driver.poll_transfer());
-            self.busy = progress.map_err(gone)? != Transfer::Done;
+            self.busy = progress.map_err(device_error)? != Transfer::Done;
         }
         if self.busy {
             // A transfer without a wake-up never ends; the manager then reports the task as busy.
             let wake = self.idle_wake().unwrap_or(SimTime::MAX);
-            Ok(Progress::Again(wake.max(now)))
+            Ok(Progress::WakeAt(wake.max(now)))
         } else {
             Ok(Progress::Done)
         }
@@ -108,15 +112,15 @@ impl WiredTask {
 
     /// Passes the bytes read, if any, and the time to the driver; returns whether its timeout was
     /// due.
-    fn hear(&mut self, now: SimTime, read: bool) -> bool {
+    fn deliver(&mut self, now: SimTime, read: bool) -> bool {
         let (driver, bytes) = (&mut self.driver, &self.bytes);
         in_part(PartKind::Driver, &self.name, || {
             if read {
-                driver.handle_bytes(host(now), bytes);
+                driver.handle_bytes(host_time(now), bytes);
             }
-            let due = driver.poll_timeout().is_some_and(|at| at <= host(now));
+            let due = driver.poll_timeout().is_some_and(|at| at <= host_time(now));
             if due {
-                driver.handle_timeout(host(now));
+                driver.handle_timeout(host_time(now));
             }
             due
         })
@@ -130,15 +134,15 @@ impl WiredTask {
     }
 
     /// Appends the buffer to the traffic for the observer; entries are reused.
-    fn note(&mut self, trace: usize) {
-        if self.passed == self.traffic.len() {
+    fn trace_bytes(&mut self, trace: usize) {
+        if self.traced == self.traffic.len() {
             self.traffic.push((trace, Vec::new()));
         }
-        let (of, bytes) = &mut self.traffic[self.passed];
+        let (of, bytes) = &mut self.traffic[self.traced];
         *of = trace;
         bytes.clear();
         bytes.extend_from_slice(&self.bytes);
-        self.passed += 1;
+        self.traced += 1;
     }
 }
 
@@ -158,8 +162,8 @@ impl IoTask for WiredTask {
     fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         self.busy = true;
         let driver = &mut self.driver;
-        in_part(PartKind::Driver, &self.name, || driver.open(host(now)));
-        self.go_on(now, plant)
+        in_part(PartKind::Driver, &self.name, || driver.open(host_time(now)));
+        self.exchange(now, plant)
     }
 
     fn begin(
@@ -171,13 +175,13 @@ impl IoTask for WiredTask {
         self.busy = true;
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.name, || {
-            driver.begin(host(now), from_process);
+            driver.begin(host_time(now), from_process);
         });
-        self.go_on(now, plant)
+        self.exchange(now, plant)
     }
 
     fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
-        self.go_on(now, plant)
+        self.exchange(now, plant)
     }
 
     fn idle_wake(&self) -> Option<SimTime> {
@@ -203,22 +207,22 @@ impl IoTask for WiredTask {
 
     fn traces(&self) -> Vec<String> {
         let name = self.driver.name();
-        let of_wire = self.wire.traces();
-        let of_wire = of_wire.iter().map(String::as_str);
+        let wire_traces = self.wire.traces();
+        let wire_traces = wire_traces.iter().map(String::as_str);
         ["out", "in"]
             .into_iter()
-            .chain(of_wire)
+            .chain(wire_traces)
             .map(|trace| format!("{name}/{trace}"))
             .collect()
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (trace, bytes) in &self.traffic[..self.passed] {
+        for (trace, bytes) in &self.traffic[..self.traced] {
             passed(*trace, bytes);
         }
-        self.passed = 0;
+        self.traced = 0;
         self.wire
-            .drain_traffic(&mut |trace, bytes| passed(OWN_LANES + trace, bytes));
+            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
     }
 
     fn to_process(&self) -> &[f64] {

@@ -11,7 +11,11 @@ use crate::PlantSignals;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WiringError {
     /// A signal has no counterpart.
-    #[error("nothing {} `{port}`, which {owner} {}{near}", lacks(port), verb(port))]
+    #[error(
+        "nothing {} `{port}`, which {owner} {}{near}",
+        counterpart_verb(port),
+        owner_verb(port)
+    )]
     Unmatched {
         /// The owner of the signal.
         owner: String,
@@ -61,14 +65,14 @@ impl fmt::Display for NearMisses {
     }
 }
 
-fn lacks(port: &Port) -> &'static str {
+fn counterpart_verb(port: &Port) -> &'static str {
     match port.direction {
         Direction::Input => "provides",
         Direction::Output => "takes",
     }
 }
 
-fn verb(port: &Port) -> &'static str {
+fn owner_verb(port: &Port) -> &'static str {
     match port.direction {
         Direction::Input => "reads",
         Direction::Output => "writes",
@@ -194,13 +198,13 @@ fn wire_commands(
     links: &mut [TaskLinks],
 ) -> Result<(), WiringError> {
     let written = Layout::of(process_ports, Direction::Output);
-    let taken = tasks
+    let accepted = tasks
         .iter()
         .flat_map(|(_, ports)| ports)
         .filter(|port| port.direction == Direction::Input);
     for field in written.fields() {
-        if !taken.clone().any(|port| *port == field.port.mirrored()) {
-            return Err(unmatched(process_name, &field.port, taken));
+        if !accepted.clone().any(|port| *port == field.port.mirrored()) {
+            return Err(unmatched(process_name, &field.port, accepted));
         }
     }
     for ((name, ports), links) in tasks.iter().zip(links) {
@@ -220,7 +224,7 @@ fn wire_measurements(
     tasks: &[(String, Vec<Port>)],
     links: &mut [TaskLinks],
 ) -> Result<(), WiringError> {
-    let brought = tasks
+    let provided = tasks
         .iter()
         .flat_map(|(_, ports)| ports)
         .filter(|port| port.direction == Direction::Output);
@@ -249,7 +253,7 @@ fn wire_measurements(
             });
         }
         if source.is_none() {
-            return Err(unmatched(process_name, &field.port, brought));
+            return Err(unmatched(process_name, &field.port, provided));
         }
     }
     Ok(())

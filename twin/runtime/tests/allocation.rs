@@ -1,4 +1,4 @@
-//! A run allocates nothing once it is under way.
+//! A running rig does not allocate.
 
 mod toys;
 
@@ -6,7 +6,7 @@ use toys::{ToyPlant, ToyProcess};
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_runtime::{Change, DirectIo, Plant, Process, Rig, Schedule, Timing};
 
-/// A process of the toy plant's own signals.
+/// Process with the toy plant's own signals.
 struct Direct(ToyProcess, Vec<Port>);
 
 impl Process for Direct {
@@ -41,7 +41,7 @@ impl Process for Direct {
 }
 
 #[test]
-fn a_run_under_way_allocates_nothing() {
+fn running_rig_does_not_allocate() {
     let names: Vec<String> = (0..8).map(|n| format!("toy{n}")).collect();
     let plant = ToyPlant::new(&names);
     let ports: Vec<Port> = plant.ports().iter().map(Port::mirrored).collect();
@@ -73,6 +73,6 @@ fn a_run_under_way_allocates_nothing() {
     assert_eq!(allocations.count_total, 0);
     assert!(rig.plant().work().steps > 2_000);
 
-    // The counter does count.
+    // The counter itself works.
     assert!(allocation_counter::measure(|| drop(rig.save())).count_total > 0);
 }

@@ -1,5 +1,5 @@
-//! The plant is moved to exactly the instants at which something acts on it or looks at it, and to no
-//! others.
+//! The plant is advanced to exactly the instants at which it is sampled, actuated or observed, and
+//! to no others.
 
 use std::sync::{Arc, Mutex};
 
@@ -10,19 +10,19 @@ use twinrig_runtime::{
     Timing, WorkCounts,
 };
 
-/// A plant that is a clock, and writes down where it was moved to under which command.
+/// Plant whose output is its time; records each advance with its command.
 #[derive(Default)]
-struct Clock {
+struct ClockPlant {
     now: SimTime,
     windows: f64,
-    moves: Arc<Mutex<Vec<(SimTime, f64)>>>,
+    advances: Arc<Mutex<Vec<(SimTime, f64)>>>,
 }
 
 fn nanos(time: SimTime) -> f64 {
     time.since_start().as_nanos() as f64
 }
 
-impl Plant for Clock {
+impl Plant for ClockPlant {
     fn name(&self) -> &'static str {
         "clock"
     }
@@ -36,7 +36,7 @@ impl Plant for Clock {
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         assert!(to > self.now);
         self.now = to;
-        self.moves.lock().unwrap().push((to, inputs[0]));
+        self.advances.lock().unwrap().push((to, inputs[0]));
         Ok(())
     }
     fn observe(&mut self, outputs: &mut [f64]) {
@@ -59,7 +59,7 @@ impl Plant for Clock {
     }
 }
 
-/// Counts its iterations, and reads the clock.
+/// Process that counts its iterations, and reads the clock.
 struct Counter(f64);
 
 impl Process for Counter {
@@ -85,14 +85,14 @@ impl Process for Counter {
 }
 
 #[derive(Default)]
-struct Seen {
+struct RunLog {
     observed: Vec<(SimTime, f64, f64)>,
     read: Vec<f64>,
     begun: Vec<SimTime>,
     ended: Vec<SimTime>,
 }
 
-impl Observer for Seen {
+impl Observer for RunLog {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         match group {
             Group::Plant => self.observed.push((now, values[0], values[1])),
@@ -111,7 +111,7 @@ impl Observer for Seen {
 
 proptest! {
     #[test]
-    fn the_plant_goes_exactly_to_where_it_is_needed(
+    fn plant_is_advanced_to_the_instants_of_access_only(
         period in 100_u64..2_000, observe in 100_u64..2_000, shortest in 0_u64..500, spread in 0_u64..3_000,
         compute in 0_u64..3_000, seed in any::<u64>(),
     ) {
@@ -121,43 +121,43 @@ proptest! {
         let mut schedule = Schedule::with_period(micros(period));
         schedule.observe = micros(observe);
         schedule.compute = Timing::Uniform { min: micros(0), max: micros(compute) };
-        let plant = Clock::default();
-        let moves = plant.moves.clone();
+        let plant = ClockPlant::default();
+        let advances = plant.advances.clone();
         let mut rig = Rig::new(&schedule, Box::new(Counter(0.0)), vec![Box::new(io)], Box::new(plant)).unwrap();
-        let mut seen = Seen::default();
-        rig.run_until(SimTime::ZERO + micros(40_000), &mut seen).unwrap();
+        let mut log = RunLog::default();
+        rig.run_until(SimTime::ZERO + micros(40_000), &mut log).unwrap();
 
-        // Half-way through each transfer the clock was read; what the process reads is one of those.
-        let halves: Vec<SimTime> =
-            seen.begun.iter().zip(&seen.ended).map(|(from, to)| *from + (*to - *from) / 2).collect();
-        let brought: Vec<f64> = halves.iter().copied().map(nanos).collect();
-        for read in &seen.read[1..] {
-            prop_assert!(*read == 0.0 || brought.contains(read), "{read} ns was no instant of exchange");
+        // The clock is read at half of each transfer; the process reads one of these values.
+        let exchange_times: Vec<SimTime> =
+            log.begun.iter().zip(&log.ended).map(|(from, to)| *from + (*to - *from) / 2).collect();
+        let clock_readings: Vec<f64> = exchange_times.iter().copied().map(nanos).collect();
+        for read in &log.read[1..] {
+            prop_assert!(*read == 0.0 || clock_readings.contains(read), "{read} ns is not an instant of exchange");
         }
 
-        // Observations see their own instant, and how often the grid was passed before.
-        for (n, (at, windows, now)) in seen.observed.iter().enumerate() {
+        // Observations contain their own time, and the number of earlier windows.
+        for (n, (at, windows, now)) in log.observed.iter().enumerate() {
             prop_assert_eq!((*windows, *now), (n as f64, nanos(*at)));
             prop_assert_eq!(*at, SimTime::ZERO + micros(observe) * n as u64);
         }
 
-        // It went to these instants and no others, each stretch under the command that held in it: that
+        // The plant was advanced to these instants and no others, each interval under the command
         // of the last exchange before its end.
-        let mut instants: Vec<SimTime> = halves.iter().copied().chain(seen.observed.iter().map(|o| o.0)).collect();
+        let mut instants: Vec<SimTime> = exchange_times.iter().copied().chain(log.observed.iter().map(|o| o.0)).collect();
         instants.sort_unstable();
         instants.dedup();
-        let moves = moves.lock().unwrap();
-        // The last transfer may still be under way, its exchange past or not.
-        let certain = seen.ended.last().copied().unwrap_or_default();
-        let moved: Vec<SimTime> = moves.iter().map(|m| m.0).filter(|at| *at <= certain).collect();
+        let advances = advances.lock().unwrap();
+        // The last transfer may still be in progress, before or after its exchange.
+        let certain = log.ended.last().copied().unwrap_or_default();
+        let advanced: Vec<SimTime> = advances.iter().map(|m| m.0).filter(|at| *at <= certain).collect();
         let expected: Vec<SimTime> =
             instants.into_iter().filter(|at| *at > SimTime::ZERO && *at <= certain).collect();
-        prop_assert_eq!(moved, expected);
+        prop_assert_eq!(advanced, expected);
         // Transfers carry increasing counts; before the first exchange the command is zero.
-        for (to, command) in moves.iter().filter(|m| m.0 <= certain) {
-            let exchanges_before = halves.iter().filter(|half| *half < to).count();
+        for (to, command) in advances.iter().filter(|m| m.0 <= certain) {
+            let exchanges_before = exchange_times.iter().filter(|at| *at < to).count();
             prop_assert_eq!(*command == 0.0, exchanges_before == 0);
         }
-        prop_assert!(moves.windows(2).all(|pair| pair[0].1 <= pair[1].1));
+        prop_assert!(advances.windows(2).all(|pair| pair[0].1 <= pair[1].1));
     }
 }

@@ -1,4 +1,5 @@
-//! Parts that fail end the run with an error that says when and how, and lose nothing seen before.
+//! A failing part ends the run with an error that has time and cause; earlier observations are
+//! kept.
 
 mod toys;
 
@@ -36,7 +37,7 @@ fn rig_with(task: Box<dyn IoTask>, plant: ToyPlant) -> Rig {
 }
 
 #[test]
-fn a_plant_that_fails_says_when_where_and_with_how_much_energy_and_all_before_is_kept() {
+fn plant_fault_has_time_part_and_energy_and_keeps_earlier_records() {
     let mut plant = ToyPlant::new(&names());
     plant.fails_at = Some(millis(7));
     let mut log = Log::default();
@@ -53,27 +54,27 @@ fn a_plant_that_fails_says_when_where_and_with_how_much_energy_and_all_before_is
         "{error}"
     );
 
-    let mut sound = Log::default();
+    let mut fault_free = Log::default();
     rig_with(toy_task(), ToyPlant::new(&names()))
-        .run_until(millis(20), &mut sound)
+        .run_until(millis(20), &mut fault_free)
         .unwrap();
-    assert!(log.0.len() > 10 && sound.0.starts_with(&log.0));
+    assert!(log.0.len() > 10 && fault_free.0.starts_with(&log.0));
 
-    let seen = log.0.len();
+    let count = log.0.len();
     assert_eq!(
         rig.run_until(millis(30), &mut log),
         Err(error),
-        "a dead rig stays dead"
+        "a failed rig returns the same error"
     );
-    assert_eq!(log.0.len(), seen);
+    assert_eq!(log.0.len(), count);
 }
 
-/// Does whatever the test wants.
-struct Wayward(fn(SimTime) -> Result<Progress, TaskError>);
+/// Task with scripted progress.
+struct ScriptedTask(fn(SimTime) -> Result<Progress, TaskError>);
 
-impl IoTask for Wayward {
+impl IoTask for ScriptedTask {
     fn name(&self) -> &'static str {
-        "wayward"
+        "scripted"
     }
     fn ports(&self) -> Vec<Port> {
         vec![
@@ -104,33 +105,33 @@ impl IoTask for Wayward {
 }
 
 fn error_of(task: fn(SimTime) -> Result<Progress, TaskError>) -> RigError {
-    rig_with(Box::new(Wayward(task)), ToyPlant::new(&names()))
+    rig_with(Box::new(ScriptedTask(task)), ToyPlant::new(&names()))
         .run_until(millis(4), &mut ())
         .unwrap_err()
 }
 
 #[test]
-fn a_task_that_wakes_itself_for_ever_is_named() {
-    let error = error_of(|now| Ok(Progress::Again(now)));
+fn livelock_names_the_task() {
+    let error = error_of(|now| Ok(Progress::WakeAt(now)));
     let text = error.to_string();
     assert!(matches!(error, RigError::Livelock(_)));
-    assert!(text.contains("at 0 ns: wayward woke itself"), "{text}");
+    assert!(text.contains("at 0 ns: scripted woke itself"), "{text}");
 }
 
 #[test]
-fn a_task_that_wants_to_be_woken_in_the_past_is_named() {
+fn wake_up_in_the_past_names_the_task() {
     let error = error_of(|now| match now.checked_since(millis(1)) {
-        None => Ok(Progress::Again(millis(1))),
-        Some(_) => Ok(Progress::Again(SimTime::ZERO)),
+        None => Ok(Progress::WakeAt(millis(1))),
+        Some(_) => Ok(Progress::WakeAt(SimTime::ZERO)),
     });
     assert_eq!(
         error.to_string(),
-        "wayward asked at 1.000 ms to be woken at 0 ns, which is past"
+        "scripted requested a wake-up at 0 ns, which is before the present time 1.000 ms"
     );
 }
 
 #[test]
-fn a_device_that_fails_is_named_with_the_time() {
+fn device_failure_has_task_and_time() {
     let error = error_of(|_| {
         Err(TaskError::Device {
             why: "the port is gone".into(),
@@ -138,16 +139,16 @@ fn a_device_that_fails_is_named_with_the_time() {
     });
     assert_eq!(
         error.to_string(),
-        "wayward failed at 0 ns: the port is gone"
+        "scripted failed at 0 ns: the port is gone"
     );
 }
 
 #[test]
-fn a_process_that_writes_no_number_is_stopped_before_it_reaches_the_plant() {
-    struct Dizzy(ToyProcess);
-    impl Process for Dizzy {
+fn non_finite_output_ends_the_run() {
+    struct DivergingProcess(ToyProcess);
+    impl Process for DivergingProcess {
         fn name(&self) -> &'static str {
-            "dizzy"
+            "diverging"
         }
         fn ports(&self) -> Vec<Port> {
             self.0.ports()
@@ -162,18 +163,18 @@ fn a_process_that_writes_no_number_is_stopped_before_it_reaches_the_plant() {
             self.0.restore(snapshot)
         }
     }
-    let process = Dizzy(ToyProcess::new(&names()));
+    let process = DivergingProcess(ToyProcess::new(&names()));
     let plant = Box::new(ToyPlant::new(&names()));
     let mut rig = Rig::new(&schedule(), Box::new(process), vec![toy_task()], plant).unwrap();
     let error = rig.run_until(millis(4), &mut ()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "dizzy wrote inf to `toy0/command` at 0 ns"
+        "diverging wrote inf to `toy0/command` at 0 ns"
     );
 }
 
 #[test]
-fn changes_that_cannot_be_are_refused_at_once_or_when_they_are_due() {
+fn invalid_changes_are_refused_at_scheduling_or_when_due() {
     let mut rig = rig_with(toy_task(), ToyPlant::new(&names()));
     let text = |result: Result<(), RigError>| result.unwrap_err().to_string();
     assert_eq!(
@@ -196,7 +197,7 @@ fn changes_that_cannot_be_are_refused_at_once_or_when_they_are_due() {
 }
 
 #[test]
-fn schedules_that_cannot_be_are_refused() {
+fn invalid_schedules_are_refused() {
     let refused = |schedule: Schedule| {
         let (process, plant) = (ToyProcess::new(&names()), ToyPlant::new(&names()));
         let rig = Rig::new(
@@ -205,7 +206,7 @@ fn schedules_that_cannot_be_are_refused() {
             vec![toy_task()],
             Box::new(plant),
         );
-        rig.expect_err("it cannot be").to_string()
+        rig.expect_err("invalid schedule").to_string()
     };
     assert_eq!(
         refused(Schedule::with_period(SimDuration::ZERO)),

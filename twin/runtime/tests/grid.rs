@@ -1,4 +1,4 @@
-//! A plant that keeps its step, whenever boards sample and actuate.
+//! Fixed-step coupling.
 
 mod oscillator;
 mod toys;
@@ -12,131 +12,140 @@ use twinrig_kernel::{SimDuration, SimTime, SnapshotError};
 use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
 
 const STEP: SimDuration = SimDuration::from_micros(500);
-const RULES: [GridInputs; 2] = [GridInputs::Mean, GridInputs::Held];
+const GRID_INPUTS: [GridInputs; 2] = [GridInputs::Mean, GridInputs::Held];
 
 fn at(micros: u64) -> SimTime {
     SimTime::ZERO + SimDuration::from_micros(micros)
 }
 
-fn on_grid(plant: impl Plant + 'static, step: SimDuration, rule: GridInputs) -> FixedStepCoupling {
-    FixedStepCoupling::new(Box::new(plant), step, rule, &|_| true).unwrap()
+fn couple(
+    plant: impl Plant + 'static,
+    step: SimDuration,
+    grid_inputs: GridInputs,
+) -> FixedStepCoupling {
+    FixedStepCoupling::new(Box::new(plant), step, grid_inputs, &|_| true).unwrap()
 }
 
 fn toy() -> ToyPlant {
     ToyPlant::new(&["a".to_owned(), "b".to_owned()])
 }
 
-/// What somebody does to a plant at an instant.
+/// Access to a plant at an instant.
 #[derive(Clone, Debug)]
-struct Deed {
-    /// After the one before \[µs\].
+struct Action {
+    /// Time since the previous action \[µs\].
     after: u64,
     command: Option<(usize, f64)>,
     window: bool,
 }
 
-fn deeds() -> impl Strategy<Value = Vec<Deed>> {
+fn actions() -> impl Strategy<Value = Vec<Action>> {
     let command = proptest::option::of((0..2_usize, prop_oneof![Just(-0.0), -1e3..1e3]));
-    let deed = (1..1_700_u64, command, any::<bool>());
-    let deed = deed.prop_map(|(after, command, window)| Deed {
+    let action = (1..1_700_u64, command, any::<bool>());
+    let action = action.prop_map(|(after, command, window)| Action {
         after,
         command,
         window,
     });
-    proptest::collection::vec(deed, 1..40)
+    proptest::collection::vec(action, 1..40)
 }
 
-/// Does `deeds` to `plant` and sees it at each, and what is seen, as bits.
-fn done(plant: &mut dyn Plant, from: SimTime, inputs: &mut [f64], deeds: &[Deed]) -> Vec<Vec<u64>> {
+/// Applies `actions` to `plant`; returns the outputs at each, as bits.
+fn apply(
+    plant: &mut dyn Plant,
+    from: SimTime,
+    inputs: &mut [f64],
+    actions: &[Action],
+) -> Vec<Vec<u64>> {
     let mut now = from;
     let mut outputs = vec![0.0; 4];
-    let seen = deeds.iter().map(|deed| {
-        now += SimDuration::from_micros(deed.after);
+    let samples = actions.iter().map(|action| {
+        now += SimDuration::from_micros(action.after);
         plant.advance(now, inputs).unwrap();
         plant.observe(&mut outputs);
-        if deed.window {
+        if action.window {
             plant.begin_window();
         }
-        if let Some((n, command)) = deed.command {
+        if let Some((n, command)) = action.command {
             inputs[n] = command;
         }
         outputs.iter().map(|output| output.to_bits()).collect()
     });
-    seen.collect()
+    samples.collect()
 }
 
-fn end(deeds: &[Deed]) -> SimTime {
-    deeds.iter().fold(SimTime::ZERO, |now, deed| {
-        now + SimDuration::from_micros(deed.after)
+fn end(actions: &[Action]) -> SimTime {
+    actions.iter().fold(SimTime::ZERO, |now, action| {
+        now + SimDuration::from_micros(action.after)
     })
 }
 
 proptest! {
-    /// Whoever meets the plant at instants of the grid, and at all of them, notices nothing of it.
+    /// With access at all instants of the grid and no others the coupling has no effect.
     #[test]
-    fn on_the_grid_it_is_the_plant_itself(mut deeds in deeds(), ahead in any::<bool>()) {
-        for deed in &mut deeds {
-            deed.after = 500;
+    fn coupling_is_exact_on_the_grid(mut actions in actions(), held in any::<bool>()) {
+        for action in &mut actions {
+            action.after = 500;
         }
-        let mut alone = toy();
-        let mut coupled = on_grid(toy(), STEP, RULES[usize::from(ahead)]);
-        prop_assert_eq!(coupled.ports(), alone.ports());
-        let one = done(&mut alone, SimTime::ZERO, &mut [0.5, -0.0], &deeds);
-        let other = done(&mut coupled, SimTime::ZERO, &mut [0.5, -0.0], &deeds);
+        let mut direct = toy();
+        let mut coupled = couple(toy(), STEP, GRID_INPUTS[usize::from(held)]);
+        prop_assert_eq!(coupled.ports(), direct.ports());
+        let one = apply(&mut direct, SimTime::ZERO, &mut [0.5, -0.0], &actions);
+        let other = apply(&mut coupled, SimTime::ZERO, &mut [0.5, -0.0], &actions);
         prop_assert_eq!(one, other);
     }
 
-    /// And between them it goes on as it did, wherever it was saved.
+    /// A snapshot taken between grid instants is complete.
     #[test]
-    fn what_is_saved_within_a_step_goes_on_as_it_did(
-        deeds in deeds(), cut in 0.0..1.0, ahead in any::<bool>()
+    fn restored_plant_continues_bit_for_bit_within_a_step(
+        actions in actions(), cut in 0.0..1.0, held in any::<bool>()
     ) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a short list")]
-        let cut = (cut * deeds.len() as f64) as usize;
-        let make = || on_grid(toy(), STEP, RULES[usize::from(ahead)]);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index into a short list")]
+        let cut = (cut * actions.len() as f64) as usize;
+        let make = || couple(toy(), STEP, GRID_INPUTS[usize::from(held)]);
         let (mut first, mut inputs) = (make(), [0.5, -1.0]);
-        done(&mut first, SimTime::ZERO, &mut inputs, &deeds[..cut]);
-        let (saved, from) = (first.save(), end(&deeds[..cut]));
+        apply(&mut first, SimTime::ZERO, &mut inputs, &actions[..cut]);
+        let (saved, from) = (first.save(), end(&actions[..cut]));
         let mut second = make();
         second.restore(&saved).unwrap();
         let mut again = inputs;
         prop_assert_eq!(
-            done(&mut first, from, &mut inputs, &deeds[cut..]),
-            done(&mut second, from, &mut again, &deeds[cut..])
+            apply(&mut first, from, &mut inputs, &actions[cut..]),
+            apply(&mut second, from, &mut again, &actions[cut..])
         );
         prop_assert_eq!(first.save(), second.save());
     }
 
-    /// Being moved to other instants without being told anything changes no bit: only commands do.
+    /// Additional instants without new commands change no bit.
     #[test]
-    fn looking_more_often_changes_nothing(
-        deeds in deeds(), looks in proptest::collection::vec(1..1_700_u64, 1..20), ahead in any::<bool>()
+    fn additional_observations_have_no_effect(
+        actions in actions(), intervals in proptest::collection::vec(1..1_700_u64, 1..20), held in any::<bool>()
     ) {
-        let rule = RULES[usize::from(ahead)];
-        let mut looked_at = Vec::new();
-        let mut looks = looks.iter().cycle();
-        for deed in &deeds {
-            let mut rest = deed.after;
-            while let Some(&look) = looks.next().filter(|&&look| look < rest) {
-                looked_at.push(Deed { after: look, command: None, window: false });
-                rest -= look;
+        let grid_inputs = GRID_INPUTS[usize::from(held)];
+        let mut refined = Vec::new();
+        let mut intervals = intervals.iter().cycle();
+        for action in &actions {
+            let mut remainder = action.after;
+            while let Some(&interval) = intervals.next().filter(|&&interval| interval < remainder) {
+                refined.push(Action { after: interval, command: None, window: false });
+                remainder -= interval;
             }
-            looked_at.push(Deed { after: rest, ..deed.clone() });
+            refined.push(Action { after: remainder, ..action.clone() });
         }
-        let mut few = on_grid(toy(), STEP, rule);
-        let mut many = on_grid(toy(), STEP, rule);
-        done(&mut few, SimTime::ZERO, &mut [0.5, -1.0], &deeds);
-        done(&mut many, SimTime::ZERO, &mut [0.5, -1.0], &looked_at);
+        let mut few = couple(toy(), STEP, grid_inputs);
+        let mut many = couple(toy(), STEP, grid_inputs);
+        apply(&mut few, SimTime::ZERO, &mut [0.5, -1.0], &actions);
+        apply(&mut many, SimTime::ZERO, &mut [0.5, -1.0], &refined);
         prop_assert_eq!(few.save(), many.save());
-        // Nor does anybody cut its steps.
-        let last = end(&deeds).since_start().as_nanos();
+        // The plant's steps are not divided.
+        let last = end(&actions).since_start().as_nanos();
         let steps = [last / STEP.as_nanos(), last.div_ceil(STEP.as_nanos())];
-        prop_assert_eq!(many.work().steps, steps[usize::from(ahead)]);
+        prop_assert_eq!(many.work().steps, steps[usize::from(held)]);
     }
 }
 
 #[test]
-fn a_grid_of_nothing_is_refused_and_so_is_a_snapshot_of_another() {
+fn zero_step_and_foreign_snapshots_are_refused() {
     assert!(
         FixedStepCoupling::new(
             Box::new(toy()),
@@ -146,12 +155,12 @@ fn a_grid_of_nothing_is_refused_and_so_is_a_snapshot_of_another() {
         )
         .is_err()
     );
-    let mut coupled = on_grid(toy(), STEP, GridInputs::Mean);
+    let mut coupled = couple(toy(), STEP, GridInputs::Mean);
     let before = coupled.save();
     for other in [
-        on_grid(toy(), STEP * 2, GridInputs::Mean),
-        on_grid(toy(), STEP, GridInputs::Held),
-        on_grid(ToyPlant::new(&["a".to_owned()]), STEP, GridInputs::Mean),
+        couple(toy(), STEP * 2, GridInputs::Mean),
+        couple(toy(), STEP, GridInputs::Held),
+        couple(ToyPlant::new(&["a".to_owned()]), STEP, GridInputs::Mean),
     ] {
         let refused = coupled.restore(&other.save());
         assert!(matches!(refused, Err(SnapshotError::Mismatch { .. })));
@@ -160,16 +169,17 @@ fn a_grid_of_nothing_is_refused_and_so_is_a_snapshot_of_another() {
 }
 
 #[test]
-fn a_fault_says_when_the_plant_was_last_sound() {
-    for (rule, sound, fails) in [
+fn fault_has_the_time_of_the_last_valid_state() {
+    for (grid_inputs, valid, fails) in [
         (GridInputs::Mean, 1_200, 1_600),
         (GridInputs::Held, 700, 1_200),
     ] {
         let mut plant = toy();
         plant.fails_at = Some(at(1_500));
-        let mut coupled = on_grid(plant, STEP, rule);
-        coupled.advance(at(sound), &[0.0; 2]).unwrap();
-        // The step from 1 ms on fails: when it is over, or as soon as somebody wants to know of the time in it.
+        let mut coupled = couple(plant, STEP, grid_inputs);
+        coupled.advance(at(valid), &[0.0; 2]).unwrap();
+        // The step from 1 ms on fails: at its end with mean inputs, at the first sample in it with
+        // held inputs.
         let fault = coupled.advance(at(fails), &[0.0; 2]).unwrap_err();
         assert_eq!(fault.time, at(1_500));
         assert_eq!(coupled.work().steps, 2);
@@ -178,8 +188,8 @@ fn a_fault_says_when_the_plant_was_last_sound() {
 
 #[test]
 fn steps_allocate_nothing() {
-    for rule in RULES {
-        let mut coupled = on_grid(toy(), STEP, rule);
+    for grid_inputs in GRID_INPUTS {
+        let mut coupled = couple(toy(), STEP, grid_inputs);
         let (mut inputs, mut outputs) = ([0.0; 2], [0.0; 4]);
         let mut run = |from: u64, to: u64| {
             for n in from..to {
@@ -195,36 +205,36 @@ fn steps_allocate_nothing() {
 }
 
 #[test]
-fn events_are_told_once_their_time_has_come() {
+fn events_are_reported_once_their_time_has_passed() {
     let shape = Shape::default();
-    let mut coupled = on_grid(Oscillator::new(shape), STEP, GridInputs::Held);
+    let mut coupled = couple(Oscillator::new(shape), STEP, GridInputs::Held);
     coupled.log_events(true);
-    let mut told = Vec::new();
+    let mut counts = Vec::new();
     for n in 1..20_000 {
         coupled.advance(at(30 * n), &[0.0]).unwrap();
         let now_s = at(30 * n).as_secs_f64();
         assert!(coupled.events().iter().all(|event| event.at_s <= now_s));
-        told.push(coupled.events().len());
+        counts.push(coupled.events().len());
     }
-    // It crosses the middle every 79 ms, and the plant tells so half a step ahead of time.
+    // The mass crosses zero every 79 ms; the plant logs this up to half a step ahead of time.
     assert!(
-        told.is_sorted() && told[told.len() - 1] == 8,
+        counts.is_sorted() && counts[counts.len() - 1] == 8,
         "{:?}",
-        told.last()
+        counts.last()
     );
 }
 
 #[test]
-fn what_nobody_wants_is_not_told_and_changes_nothing() {
+fn unselected_output_is_absent_and_has_no_effect() {
     let all = |_: &str| true;
     let some = |name: &str| name != "mass/velocity";
     assert!(
         FixedStepCoupling::needs("mass/velocity", &some)
             && !FixedStepCoupling::needs("mass/velocity", &|_| false)
     );
-    let make = |shown: &dyn Fn(&str) -> bool| {
+    let make = |exposed: &dyn Fn(&str) -> bool| {
         let plant = Oscillator::new(Shape::default());
-        FixedStepCoupling::new(Box::new(plant), STEP, GridInputs::Mean, shown).unwrap()
+        FixedStepCoupling::new(Box::new(plant), STEP, GridInputs::Mean, exposed).unwrap()
     };
     let (mut one, mut other) = (make(&all), make(&some));
     let names: Vec<String> = other.ports().into_iter().map(|port| port.name).collect();
@@ -239,38 +249,40 @@ fn what_nobody_wants_is_not_told_and_changes_nothing() {
     }
 }
 
-/// What boards see of a free oscillator is wrong by the curves alone, and those are known in closed form: with x⁗ = ω⁴x at most
-/// (ωH)⁴A/384 and (ωH)⁴A/24, with and without the velocity; with ẍ = −ω²x at most (ωH)²A/2 and (ωH)²A.
+/// Samples of a free oscillator have interpolation errors only, whose bounds are known in closed
+/// form: with x⁗ = ω⁴x at most (ωH)⁴A/384 and (ωH)⁴A/24, with and without the velocity; with ẍ =
+/// −ω²x at most (ωH)²A/2 and (ωH)²A.
 #[test]
 fn cubics_are_of_fourth_order_and_lines_of_second() {
-    for (rule, tells_velocity, power, over) in [
+    for (grid_inputs, outputs_velocity, power, divisor) in [
         (GridInputs::Held, true, 4, 384.0),
         (GridInputs::Held, false, 4, 24.0),
         (GridInputs::Mean, true, 2, 2.0),
         (GridInputs::Mean, false, 2, 1.0),
     ] {
         let shape = Shape {
-            tells_velocity,
+            outputs_velocity,
             ..Shape::default()
         };
         let mut errors = Vec::new();
         for micros in [2_000, 1_000, 500, 250] {
             let step = SimDuration::from_micros(micros);
-            let mut plant = on_grid(Oscillator::new(shape), step, rule);
+            let mut plant = couple(Oscillator::new(shape), step, grid_inputs);
             let mut worst = 0.0_f64;
             for n in 1..20_000 {
                 let now = at(97 * n);
                 plant.advance(now, &[0.0]).unwrap();
                 let mut outputs = [0.0; 2];
-                plant.observe(&mut outputs[..if tells_velocity { 2 } else { 1 }]);
-                // The first three steps have no four rows to go by.
+                plant.observe(&mut outputs[..if outputs_velocity { 2 } else { 1 }]);
+                // The first three steps have fewer than four rows.
                 if now > at(3 * micros) {
                     worst = worst.max((outputs[0] - Oscillator::free(shape, now)).abs());
                 }
             }
             let phase = shape.frequency * step.as_secs_f64();
-            let bound = (0..power).fold(1.0, |product, _| product * phase) / over;
-            // The greatest derivative is met somewhere in so many periods; 1e-12 is what thousands of steps lose by rounding.
+            let bound = (0..power).fold(1.0, |product, _| product * phase) / divisor;
+            // The maximum of the derivative is approached within so many periods; 1e-12 allows for
+            // the rounding of thousands of steps.
             assert!(worst <= bound * 1.000_001 + 1e-12, "{worst} {bound}");
             assert!(worst > 0.8 * bound, "{worst} {bound}");
             errors.push(worst);
@@ -291,88 +303,91 @@ const BOARDS: [Board; 2] = [
     },
 ];
 
-fn away(from: &[f64], to: &[f64]) -> f64 {
+fn rms_difference(from: &[f64], to: &[f64]) -> f64 {
     let squares: f64 = from.iter().zip(to).map(|(a, b)| (a - b) * (a - b)).sum();
     (squares / to.len() as f64).sqrt()
 }
 
-/// Two boards with a digital controller each, whose ticks have nothing to do with the grid nor with each other. Everything but
-/// the coupling is exact.
+/// Two boards with a digital controller each, whose ticks are unrelated to the grid and to each
+/// other. All but the coupling is exact.
 #[test]
-fn behind_is_of_second_order_and_ahead_of_first() {
+fn mean_inputs_are_of_second_order_and_held_inputs_of_first() {
     let exact = driven(&mut Oscillator::new(Shape::default()), &BOARDS);
-    let errors = |rule: GridInputs| {
+    let errors = |grid_inputs: GridInputs| {
         [2_000, 1_000, 500, 250, 125].map(|micros| {
             let step = SimDuration::from_micros(micros);
-            let mut plant = on_grid(Oscillator::new(Shape::default()), step, rule);
-            away(&driven(&mut plant, &BOARDS), &exact)
+            let mut plant = couple(Oscillator::new(Shape::default()), step, grid_inputs);
+            rms_difference(&driven(&mut plant, &BOARDS), &exact)
         })
     };
-    let (behind, ahead) = (errors(GridInputs::Mean), errors(GridInputs::Held));
+    let (mean, held) = (errors(GridInputs::Mean), errors(GridInputs::Held));
     let order = |errors: &[f64; 5]| libm::log2(errors[0] / errors[4]) / 4.0;
-    // Where ticks fall within steps is another for each of them, so a pair of errors tells less than all do.
-    assert!((order(&behind) - 2.0).abs() < 0.2, "{behind:?}");
-    assert!((order(&ahead) - 1.0).abs() < 0.2, "{ahead:?}");
-    for (behind, ahead) in behind.iter().zip(&ahead) {
-        assert!(50.0 * behind < *ahead, "{behind} {ahead}");
+    // The phases of the ticks within steps vary with the step, so the order is taken over all steps
+    // and not over pairs.
+    assert!((order(&mean) - 2.0).abs() < 0.2, "{mean:?}");
+    assert!((order(&held) - 1.0).abs() < 0.2, "{held:?}");
+    for (mean, held) in mean.iter().zip(&held) {
+        assert!(50.0 * mean < *held, "{mean} {held}");
     }
 }
 
-/// Half a step late in the mean: what a delay of just so much does to the same loop, to first order.
+/// Held inputs are late by half a step in the mean: equivalent to that delay in the loop, to first
+/// order.
 #[test]
-fn ahead_is_half_a_step_late() {
+fn held_inputs_delay_by_half_a_step() {
     let exact = driven(&mut Oscillator::new(Shape::default()), &BOARDS);
     let step = 250;
-    let mut plant = on_grid(
+    let mut plant = couple(
         Oscillator::new(Shape::default()),
         SimDuration::from_micros(step),
         GridInputs::Held,
     );
-    let ahead = driven(&mut plant, &BOARDS);
+    let held = driven(&mut plant, &BOARDS);
     let delay = Shape {
         delay_us: step / 2,
         ..Shape::default()
     };
     let delayed = driven(&mut Oscillator::new(delay), &BOARDS);
-    // What is left is of second order, and how the phases happen to fall.
-    let rest = away(&ahead, &delayed) / away(&ahead, &exact);
-    assert!(rest < 0.15, "{rest}");
+    // The remainder is of second order, and due to the phases.
+    let remainder = rms_difference(&held, &delayed) / rms_difference(&held, &exact);
+    assert!(remainder < 0.15, "{remainder}");
 }
 
-/// What turns evenly is seen as it is on every line and cubic, but for the orientation, whose components are sine and cosine of
-/// half the angle.
+/// A uniform rotation is reproduced by lines and cubics, except for the orientation, whose
+/// components are sine and cosine of half the angle.
 #[test]
-fn angles_and_orientations_go_the_short_way_round() {
+fn angles_and_orientations_take_the_shorter_rotation() {
     const STEP: SimDuration = SimDuration::from_millis(4);
     let shape = Shape {
-        turns: true,
+        rotates: true,
         ..Shape::default()
     };
-    // After the end of a step an angle is counted on beyond a half turn, by what it turns in a step at most.
-    let beyond = Oscillator::turned(at(4_000));
-    for (rule, most, off_most) in [
+    // Extrapolated angles are not wrapped: they may exceed π by the rotation in a step.
+    let beyond = Oscillator::angle_at(at(4_000));
+    for (grid_inputs, angle_max, error_max) in [
         (GridInputs::Held, PI + 1e-12, 1e-8),
         (GridInputs::Mean, PI + beyond, 1e-6),
     ] {
-        let mut plant = on_grid(Oscillator::new(shape), STEP, rule);
-        // The first steps have nothing to go by.
+        let mut plant = couple(Oscillator::new(shape), STEP, grid_inputs);
+        // The first steps have too few rows.
         plant.advance(at(12_000), &[0.0]).unwrap();
         for n in 37..3_000 {
             let now = at(333 * n);
             plant.advance(now, &[0.0]).unwrap();
             let mut outputs = [0.0; 5];
             plant.observe(&mut outputs);
-            let expected = Oscillator::turned(now);
-            let off = outputs[0] - expected;
-            let off = off - TAU * (off / TAU).round();
-            assert!(off.abs() < 1e-9, "{now}: {} {expected}", outputs[0]);
-            assert!(outputs[0].abs() <= most, "{now}: {}", outputs[0]);
+            let expected = Oscillator::angle_at(now);
+            let error = outputs[0] - expected;
+            let error = error - TAU * (error / TAU).round();
+            assert!(error.abs() < 1e-9, "{now}: {} {expected}", outputs[0]);
+            assert!(outputs[0].abs() <= angle_max, "{now}: {}", outputs[0]);
             let length: f64 = outputs[1..].iter().map(|q| q * q).sum();
             assert!((length - 1.0).abs() < 1e-12);
             let half = expected / 2.0;
-            let along = outputs[1] * libm::cos(half) + outputs[4] * libm::sin(half);
-            // Off by (ωH/2)² = 5e-4 at most on a line, much less on a cubic, and 1 − cos of that.
-            assert!(along.abs() > 1.0 - off_most, "{now}: {along}");
+            let dot = outputs[1] * libm::cos(half) + outputs[4] * libm::sin(half);
+            // The error is (ωH/2)² = 5e-4 at most for a line, much less for a cubic; tested is 1 −
+            // cos of it.
+            assert!(dot.abs() > 1.0 - error_max, "{now}: {dot}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Devices are opened before the first control step; the plant is held until then; what lives on at the far end is woken
-//! between transfers.
+//! Devices are opened before the first control step; the plant is held until then; devices with
+//! their own timing are woken between transfers.
 
 mod toys;
 
@@ -13,14 +13,14 @@ fn millis(n: u64) -> SimTime {
     SimTime::ZERO + SimDuration::from_millis(n)
 }
 
-/// A device that takes so long to open, answers at once from then on, and ticks every millisecond.
-struct Slow {
-    opens: SimDuration,
+/// Device with an opening time, immediate transfers, and a tick every millisecond.
+struct SlowDevice {
+    opening_time: SimDuration,
     next_tick: SimTime,
     ticks: u8,
 }
 
-impl IoTask for Slow {
+impl IoTask for SlowDevice {
     fn name(&self) -> &'static str {
         "slow"
     }
@@ -31,10 +31,10 @@ impl IoTask for Slow {
         ]
     }
     fn open(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
-        Ok(if self.opens.is_zero() {
+        Ok(if self.opening_time.is_zero() {
             Progress::Done
         } else {
-            Progress::Again(now + self.opens)
+            Progress::WakeAt(now + self.opening_time)
         })
     }
     fn begin(
@@ -79,9 +79,9 @@ impl IoTask for Slow {
     }
 }
 
-fn rig(opens: SimDuration, plant: ToyPlant) -> Rig {
-    let task = Slow {
-        opens,
+fn rig(opening_time: SimDuration, plant: ToyPlant) -> Rig {
+    let task = SlowDevice {
+        opening_time,
         next_tick: SimTime::ZERO,
         ticks: 0,
     };
@@ -94,30 +94,30 @@ fn rig(opens: SimDuration, plant: ToyPlant) -> Rig {
     .unwrap()
 }
 
-fn log_of(opens_us: u64, until: SimTime) -> (Log, bool) {
-    let opens = SimDuration::from_micros(opens_us);
-    let mut rig = rig(opens, ToyPlant::new(&["toy0".into()]));
+fn log_of(opening_us: u64, until: SimTime) -> (Log, bool) {
+    let opening_time = SimDuration::from_micros(opening_us);
+    let mut rig = rig(opening_time, ToyPlant::new(&["toy0".into()]));
     let mut log = Log::default();
     rig.run_until(until, &mut log).unwrap();
     (log, rig.is_open())
 }
 
-fn times_of(log: &Log, wanted: impl Fn(&RunEvent) -> bool) -> Vec<SimTime> {
-    let events = log.events().filter(|(_, event)| wanted(event));
+fn times_of(log: &Log, filter: impl Fn(&RunEvent) -> bool) -> Vec<SimTime> {
+    let events = log.events().filter(|(_, event)| filter(event));
     events.map(|(at, _)| at).collect()
 }
 
 #[test]
-fn the_first_control_step_is_the_first_one_at_which_all_devices_are_open() {
-    for (opens_us, first_ms) in [(1, 2), (2_000, 2), (2_001, 4), (5_300, 6)] {
-        let (log, open) = log_of(opens_us, millis(9));
+fn first_control_step_requires_all_devices_to_be_open() {
+    for (opening_us, first_ms) in [(1, 2), (2_000, 2), (2_001, 4), (5_300, 6)] {
+        let (log, open) = log_of(opening_us, millis(9));
         let begun = times_of(&log, |event| matches!(event, RunEvent::ProcessBegin { .. }));
         assert_eq!(begun[..2], [millis(first_ms), millis(first_ms + 2)]);
         assert_eq!(
             times_of(&log, |event| *event == RunEvent::Opened),
             [begun[0]]
         );
-        // Opening is no transfer.
+        // Opening is not reported as a transfer.
         let ended = times_of(&log, |event| matches!(event, RunEvent::TaskEnd { .. }));
         assert_eq!(ended, begun);
         assert!(open);
@@ -127,25 +127,26 @@ fn the_first_control_step_is_the_first_one_at_which_all_devices_are_open() {
 }
 
 #[test]
-fn devices_that_are_open_at_once_leave_no_trace_of_opening() {
+fn immediate_opening_emits_no_event() {
     let (log, _) = log_of(0, millis(9));
     let begun = times_of(&log, |event| matches!(event, RunEvent::ProcessBegin { .. }));
     assert_eq!(begun[0], SimTime::ZERO);
     assert!(times_of(&log, |event| *event == RunEvent::Opened).is_empty());
 }
 
-/// It sees the same as without opening, later; a fault has the time of the run, not its own.
+/// The plant's outputs are those without opening time, delayed; a fault has the time of the run,
+/// not of the plant.
 #[test]
-fn the_plant_is_held_until_then_and_its_time_begins_there() {
-    let of_plant = |opens_us, from_ms| -> Vec<Vec<f64>> {
-        let (log, _) = log_of(opens_us, millis(from_ms + 10));
-        let seen = log.0.iter().filter(|(at, _)| *at >= millis(from_ms));
-        let seen = seen.filter_map(|(_, entry)| match entry {
-            // The mean since the last observation has another window at the first one.
+fn plant_is_held_until_opened_and_its_time_begins_there() {
+    let of_plant = |opening_us, from_ms| -> Vec<Vec<f64>> {
+        let (log, _) = log_of(opening_us, millis(from_ms + 10));
+        let records = log.0.iter().filter(|(at, _)| *at >= millis(from_ms));
+        let records = records.filter_map(|(_, entry)| match entry {
+            // The mean since the last observation is omitted: its first window differs.
             Entry::Samples(Group::Plant, bits) => Some(vec![f64::from_bits(bits[0])]),
             _ => None,
         });
-        seen.collect()
+        records.collect()
     };
     let (held, free) = (of_plant(5_300, 6), of_plant(0, 0));
     assert_eq!(held.len(), 6);
@@ -159,13 +160,13 @@ fn the_plant_is_held_until_then_and_its_time_begins_there() {
 }
 
 #[test]
-fn an_idle_device_is_woken_when_it_wants_to_be_and_its_gauges_show_it() {
+fn idle_device_is_woken_at_its_requested_times() {
     let (log, _) = log_of(5_300, millis(9));
     let ticks: Vec<f64> = log
         .samples_of(Group::Diagnostics)
         .map(|(_, values)| values[0])
         .collect();
-    // Observed every 2 ms, after whatever else happens then. While it opens it is busy until 5.3 ms.
+    // Observed every 2 ms, after all other events of the instant. Busy with opening until 5.3 ms.
     assert_eq!(ticks, [0.0, 0.0, 0.0, 7.0, 9.0]);
 }
 
@@ -181,7 +182,7 @@ impl Observer for Bytes {
 }
 
 #[test]
-fn what_passes_is_told_when_it_passes() {
+fn traffic_is_reported_with_its_time() {
     let mut rig = rig(
         SimDuration::from_micros(300),
         ToyPlant::new(&["toy0".into()]),

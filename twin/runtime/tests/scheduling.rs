@@ -3,11 +3,11 @@
 mod toys;
 
 use proptest::prelude::*;
-use toys::{Log, Scene, any_scene, expected_exchange};
+use toys::{Fixture, Log, any_fixture, expected_transfer};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Group, RunEvent, Timing};
 
-/// What a task was at, event by event: fails unless beginnings and ends alternate.
+/// Returns the busy intervals of a task; fails unless beginnings and ends alternate.
 fn busy_intervals(log: &Log, task: usize) -> Vec<(SimTime, SimTime)> {
     let mut intervals = Vec::new();
     let mut begun = None;
@@ -16,7 +16,7 @@ fn busy_intervals(log: &Log, task: usize) -> Vec<(SimTime, SimTime)> {
             RunEvent::TaskBegin { task: n } if n == task => {
                 assert!(
                     begun.is_none(),
-                    "task {task} was given outputs at {time} while busy"
+                    "task {task} received outputs at {time} while busy"
                 );
                 begun = Some(time);
             }
@@ -30,20 +30,20 @@ fn busy_intervals(log: &Log, task: usize) -> Vec<(SimTime, SimTime)> {
     intervals
 }
 
-/// The transfers of each task that were over when the run was.
-fn finished(wire: &[toys::Exchange]) -> impl Iterator<Item = (u64, &toys::Exchange)> {
-    (0..).zip(wire.iter().filter(|exchange| exchange.ended.is_some()))
+/// Returns the transfers that ended before the end of the run.
+fn finished(wire: &[toys::WireTransfer]) -> impl Iterator<Item = (u64, &toys::WireTransfer)> {
+    (0..).zip(wire.iter().filter(|transfer| transfer.ended.is_some()))
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn outputs_reach_only_idle_tasks_and_only_when_the_process_ends(scene in any_scene()) {
-        let run = scene.run();
+    fn outputs_are_sent_to_idle_tasks_at_process_end_only(fixture in any_fixture()) {
+        let run = fixture.run();
         let ends: Vec<SimTime> = run.log.events()
             .filter_map(|(time, event)| (event == RunEvent::ProcessEnd).then_some(time)).collect();
-        for task in 0..scene.delays.len() {
+        for task in 0..fixture.delays.len() {
             for (begun, _) in busy_intervals(&run.log, task) {
                 prop_assert!(ends.contains(&begun));
             }
@@ -51,9 +51,9 @@ proptest! {
     }
 
     #[test]
-    fn every_sample_is_read_once_and_in_order(scene in any_scene()) {
-        let run = scene.run();
-        let tasks = scene.delays.len();
+    fn every_sample_is_read_once_and_in_order(fixture in any_fixture()) {
+        let run = fixture.run();
+        let tasks = fixture.delays.len();
         let mut reads = run.log.samples_of(Group::ProcessInputs);
         let (mut skipped, mut last) = (vec![false; tasks], vec![None::<Vec<f64>>; tasks]);
         for (time, event) in run.log.events() {
@@ -78,9 +78,9 @@ proptest! {
     }
 
     #[test]
-    fn a_task_is_skipped_exactly_if_it_is_busy_when_the_process_begins(scene in any_scene()) {
-        let run = scene.run();
-        let mut busy = vec![false; scene.delays.len()];
+    fn task_is_skipped_iff_busy_at_process_begin(fixture in any_fixture()) {
+        let run = fixture.run();
+        let mut busy = vec![false; fixture.delays.len()];
         let mut skipped = busy.clone();
         for (_, event) in run.log.events() {
             match event {
@@ -97,9 +97,9 @@ proptest! {
     }
 
     #[test]
-    fn elapsed_times_sum_to_physical_time(scene in any_scene()) {
-        let run = scene.run();
-        let period = scene.schedule.period().unwrap();
+    fn elapsed_times_sum_to_physical_time(fixture in any_fixture()) {
+        let run = fixture.run();
+        let period = fixture.schedule.period().unwrap();
         let (mut sum, mut begins, mut missed_next) = (SimDuration::ZERO, Vec::new(), 0);
         for (time, event) in run.log.events() {
             match event {
@@ -118,42 +118,42 @@ proptest! {
                 _ => {}
             }
         }
-        // What the process itself added up is its first output.
+        // The sum computed by the process is its first output.
         for ((_, outputs), begun) in run.log.samples_of(Group::ProcessOutputs).zip(begins) {
             prop_assert_eq!(outputs[0], begun.as_nanos() as f64);
         }
     }
 
-    /// A task's own protocol: the bytes of each of its transfers, how they are cut into chunks, and when
-    /// each leaves after the transfer began. It is a function of the task, of the number of the transfer
-    /// and of the data given to it when it began; what the process does meanwhile has no part in it.
+    /// The bytes of each transfer, their division into chunks, and the times of the chunks since
+    /// its beginning are a function of the task, the number of the transfer and its command,
+    /// independent of the process in the meantime.
     #[test]
-    fn the_bytes_of_a_transfer_depend_on_its_own_data_alone(scene in any_scene()) {
-        let run = scene.run();
-        for (n, name) in scene.names().iter().enumerate() {
-            let commands = commands_of(&run.log, n, scene.delays.len());
-            for (number, exchange) in finished(&run.wires[n]) {
+    fn bytes_of_a_transfer_depend_on_its_own_data_only(fixture in any_fixture()) {
+        let run = fixture.run();
+        for (n, name) in fixture.names().iter().enumerate() {
+            let commands = commands_of(&run.log, n, fixture.delays.len());
+            for (number, transfer) in finished(&run.wires[n]) {
                 let command = commands[usize::try_from(number).unwrap()];
                 let expected =
-                    expected_exchange(name, scene.schedule.seed, scene.delays[n], number, command);
-                prop_assert_eq!(exchange, &expected);
+                    expected_transfer(name, fixture.schedule.seed, fixture.delays[n], number, command);
+                prop_assert_eq!(transfer, &expected);
             }
         }
     }
 
     #[test]
-    fn a_slower_process_changes_no_byte_of_a_transfer_but_its_data(
-        scene in any_scene(), slow in 0_u64..3_000
+    fn slower_process_changes_only_the_data_of_transfers(
+        fixture in any_fixture(), slow in 0_u64..3_000
     ) {
         // A process that runs at other times computes other commands: they and the checksum, which
-        // contains them, are left out of the comparison, all else is in it.
-        let slower = Scene {
+        // depends on them, are excluded from the comparison.
+        let slower = Fixture {
             schedule: twinrig_runtime::Schedule {
-                compute: Timing::Constant(SimDuration::from_micros(slow)), ..scene.schedule.clone()
+                compute: Timing::Constant(SimDuration::from_micros(slow)), ..fixture.schedule.clone()
             },
-            ..scene.clone()
+            ..fixture.clone()
         };
-        let (fast, slow) = (scene.run(), slower.run());
+        let (fast, slow) = (fixture.run(), slower.run());
         for (fast, slow) in fast.wires.iter().zip(&slow.wires) {
             for ((_, a), (_, b)) in finished(fast).zip(finished(slow)) {
                 prop_assert_eq!(without_command(a), without_command(b));
@@ -162,7 +162,7 @@ proptest! {
     }
 }
 
-/// The commands that began the transfers of a task: the process's outputs at each of its ends at which
+/// Returns the commands of a task's transfers: the process's outputs at each process end at which
 /// the task began.
 fn commands_of(log: &Log, task: usize, tasks: usize) -> Vec<f64> {
     let mut outputs = log.samples_of(Group::ProcessOutputs);
@@ -177,14 +177,14 @@ fn commands_of(log: &Log, task: usize, tasks: usize) -> Vec<f64> {
     commands
 }
 
-/// Times and sizes of the chunks of a transfer, and its bytes as far as they precede the command.
-fn without_command(exchange: &toys::Exchange) -> (Vec<(SimDuration, usize)>, Vec<u8>) {
-    let shape = exchange
+/// Returns times and sizes of the chunks of a transfer, and its bytes before the command.
+fn without_command(transfer: &toys::WireTransfer) -> (Vec<(SimDuration, usize)>, Vec<u8>) {
+    let shape = transfer
         .chunks
         .iter()
         .map(|(at, bytes)| (*at, bytes.len()))
         .collect();
-    let bytes: Vec<u8> = exchange
+    let bytes: Vec<u8> = transfer
         .chunks
         .iter()
         .flat_map(|(_, bytes)| bytes.clone())

@@ -1,9 +1,9 @@
-//! Save at any event, restore, go on: bit for bit the same run.
+//! A rig that is saved at any event and restored continues bit for bit.
 
 mod toys;
 
 use proptest::prelude::*;
-use toys::{Log, any_scene};
+use toys::{Log, any_fixture};
 use twinrig_kernel::{SimTime, Snapshot};
 use twinrig_runtime::RigError;
 
@@ -11,37 +11,37 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn a_rig_restored_at_any_event_goes_on_bit_for_bit(scene in any_scene(), events in 0_usize..300) {
-        let (mut rig, _) = scene.build();
+    fn restored_rig_continues_bit_for_bit(fixture in any_fixture(), events in 0_usize..300) {
+        let (mut rig, _) = fixture.build();
         for _ in 0..events {
-            rig.step(scene.duration, &mut ()).unwrap();
+            rig.step(fixture.duration, &mut ()).unwrap();
         }
         let snapshot = rig.save();
-        let mut ahead = Log::default();
-        rig.run_until(scene.duration, &mut ahead).unwrap();
+        let mut expected = Log::default();
+        rig.run_until(fixture.duration, &mut expected).unwrap();
         let end = rig.save();
 
-        // Into a fresh rig, which has forgotten its scheduled changes and finds them in the snapshot …
-        let mut forgetful = scene.clone();
-        forgetful.changes.clear();
-        let (mut fresh, _) = forgetful.build();
+        // Into a new rig without scheduled changes, which are part of the snapshot,
+        let mut without_changes = fixture.clone();
+        without_changes.changes.clear();
+        let (mut fresh, _) = without_changes.build();
         fresh.restore(&snapshot).unwrap();
         prop_assert_eq!(&fresh.save(), &snapshot);
         let mut again = Log::default();
-        fresh.run_until(scene.duration, &mut again).unwrap();
-        prop_assert_eq!(&again, &ahead);
+        fresh.run_until(fixture.duration, &mut again).unwrap();
+        prop_assert_eq!(&again, &expected);
         prop_assert_eq!(&fresh.save(), &end);
 
-        // … and into the one that has run to the end.
+        // and into the one that has run to the end.
         rig.restore(&snapshot).unwrap();
         let mut back = Log::default();
-        rig.run_until(scene.duration, &mut back).unwrap();
-        prop_assert_eq!(&back, &ahead);
+        rig.run_until(fixture.duration, &mut back).unwrap();
+        prop_assert_eq!(&back, &expected);
         prop_assert_eq!(&rig.save(), &end);
     }
 
     #[test]
-    fn a_rig_of_another_make_refuses_the_snapshot(a in any_scene(), b in any_scene()) {
+    fn rig_of_another_configuration_refuses_the_snapshot(a in any_fixture(), b in any_fixture()) {
         prop_assume!(
             a.delays.len() != b.delays.len()
                 || a.schedule.period() != b.schedule.period()
@@ -51,13 +51,13 @@ proptest! {
         let before = rig.save();
         let error = rig.restore(&a.build().0.save()).unwrap_err();
         prop_assert!(matches!(error, RigError::Snapshot(_)));
-        prop_assert_eq!(rig.save(), before, "nothing has changed");
+        prop_assert_eq!(rig.save(), before, "refusal changes nothing");
         prop_assert_eq!(rig.run_until(SimTime::ZERO, &mut ()), Ok(()));
     }
 
     #[test]
-    fn bytes_that_are_no_snapshot_are_refused(scene in any_scene(), cut in 0_usize..10_000, flip in any::<u8>()) {
-        let (mut rig, _) = scene.build();
+    fn corrupt_snapshot_is_refused(fixture in any_fixture(), cut in 0_usize..10_000, flip in any::<u8>()) {
+        let (mut rig, _) = fixture.build();
         let mut bytes = rig.save().0;
         bytes.truncate(cut % bytes.len());
         if let Some(byte) = bytes.last_mut() {

@@ -1,4 +1,4 @@
-//! Signals connect by name, direction, size and unit; whatever does not is an error that helps.
+//! Signals connect by name, direction, size and unit; a mismatch is an error with similar signals.
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
@@ -6,7 +6,7 @@ use twinrig_runtime::{
     RigError, Schedule, TaskError, Timing, WorkCounts,
 };
 
-/// Nothing but ports, under a name.
+/// A part with a name and ports only.
 struct Stub(&'static str, Vec<Port>);
 
 impl Process for Stub {
@@ -83,7 +83,7 @@ fn command(name: &str) -> Port {
     Port::output(name, Unit::Radian, 1)
 }
 
-/// Wires a process to tasks, with a plant that has nothing.
+/// Wires a process to tasks, with a plant without signals.
 fn wired(process: Vec<Port>, tasks: Vec<Stub>) -> Result<(), String> {
     let tasks = tasks
         .into_iter()
@@ -113,7 +113,7 @@ fn direct(process: &[Port]) -> Vec<Box<dyn IoTask>> {
 }
 
 #[test]
-fn a_signal_nobody_takes_is_an_error_that_names_the_near_misses() {
+fn unmatched_signal_is_reported_with_near_misses() {
     let servo = Stub(
         "servo",
         vec![
@@ -132,7 +132,7 @@ fn a_signal_nobody_takes_is_an_error_that_names_the_near_misses() {
 }
 
 #[test]
-fn same_name_but_other_size_or_unit_does_not_connect_and_is_named_first() {
+fn size_or_unit_mismatch_is_reported_first() {
     let body = |unit, size| Stub("imu", vec![Port::output("body/rpy", unit, size)]);
     let reads = || vec![Port::input("body/rpy", Unit::Radian, 3)];
     assert_eq!(
@@ -147,7 +147,7 @@ fn same_name_but_other_size_or_unit_does_not_connect_and_is_named_first() {
 }
 
 #[test]
-fn a_task_must_be_given_what_it_takes_but_need_not_be_read() {
+fn task_inputs_need_a_source_and_task_outputs_need_no_reader() {
     let servo = Stub("servo", vec![command("hip").mirrored()]);
     assert_eq!(
         wired(vec![], vec![servo]).unwrap_err(),
@@ -158,7 +158,7 @@ fn a_task_must_be_given_what_it_takes_but_need_not_be_read() {
 }
 
 #[test]
-fn one_output_may_go_to_two_tasks_but_no_input_comes_from_two() {
+fn output_may_have_two_readers_and_input_one_source() {
     let servo = |name| Stub(name, vec![command("hip").mirrored()]);
     assert_eq!(
         wired(vec![command("hip")], vec![servo("left"), servo("right")]),
@@ -193,7 +193,7 @@ fn names_are_unique() {
 }
 
 #[test]
-fn direct_io_needs_the_plant_to_have_what_the_process_wants() {
+fn direct_io_requires_the_process_signals_in_the_plant() {
     let process = vec![
         command("leg/LF/hip/command"),
         Port::input("body/position", Unit::Meter, 3),

@@ -51,9 +51,3 @@ impl Clock for MonotonicClock {
         while clock_nanosleep(ClockId::CLOCK_MONOTONIC, absolute, &until) == Err(Errno::EINTR) {}
     }
 }
-
-/// Returns `at + after`, saturating.
-pub(super) fn later(at: HostTime, after: Duration) -> HostTime {
-    let after_ns = u64::try_from(after.as_nanos()).unwrap_or(u64::MAX);
-    HostTime::from_nanos(at.as_nanos().saturating_add(after_ns))
-}

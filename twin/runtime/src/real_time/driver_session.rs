@@ -3,7 +3,7 @@ use std::time::Duration;
 
 use twinrig_kernel::{HostTime, SimDuration};
 
-use super::clock::{Clock, later};
+use super::clock::Clock;
 use crate::{Device, DeviceError, Driver, Phase, TaskError, Transfer};
 
 /// A driver with its device: executes the phases opening, transfer and closing, independent of the
@@ -17,7 +17,7 @@ pub(super) struct DriverSession {
 
 /// Direction of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Heading {
+pub(super) enum ByteDirection {
     Out,
     In,
 }
@@ -25,21 +25,21 @@ pub(super) enum Heading {
 /// Callbacks of a session.
 pub(super) trait SessionObserver {
     /// Reports bytes that were just written or read.
-    fn passed(&mut self, at: HostTime, way: Heading, bytes: &[u8]);
+    fn on_bytes(&mut self, at: HostTime, direction: ByteDirection, bytes: &[u8]);
 
     /// Returns whether to cancel the phase.
-    fn is_called_off(&self) -> bool;
+    fn is_cancelled(&self) -> bool;
 }
 
 /// End of a phase without failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SessionEnd {
     Done(HostTime),
-    CalledOff,
+    Cancelled,
 }
 
 /// Longest wait for bytes between two checks for cancellation.
-const PATIENCE_MAX: Duration = Duration::from_millis(20);
+const READ_TIMEOUT_MAX: Duration = Duration::from_millis(20);
 
 impl DriverSession {
     pub(super) fn new(
@@ -64,10 +64,10 @@ impl DriverSession {
     pub(super) fn open(
         &mut self,
         limit: SimDuration,
-        side: &mut dyn SessionObserver,
+        observer: &mut dyn SessionObserver,
     ) -> Result<SessionEnd, TaskError> {
         self.driver.open(self.clock.now());
-        self.go_on(Phase::Opening, limit, side)
+        self.run_phase(Phase::Opening, limit, observer)
     }
 
     /// Runs one transfer. Bytes received since the last one are passed to the driver first.
@@ -75,52 +75,52 @@ impl DriverSession {
         &mut self,
         from_process: &[f64],
         limit: SimDuration,
-        side: &mut dyn SessionObserver,
+        observer: &mut dyn SessionObserver,
     ) -> Result<SessionEnd, TaskError> {
-        self.hear(Duration::ZERO, side)?;
+        self.receive(Duration::ZERO, observer)?;
         self.driver.begin(self.clock.now(), from_process);
-        self.go_on(Phase::Transfer, limit, side)
+        self.run_phase(Phase::Transfer, limit, observer)
     }
 
     /// Puts the devices into a safe state.
     pub(super) fn close(
         &mut self,
         limit: SimDuration,
-        side: &mut dyn SessionObserver,
+        observer: &mut dyn SessionObserver,
     ) -> Result<SessionEnd, TaskError> {
         self.driver.close(self.clock.now());
-        self.go_on(Phase::Closing, limit, side)
+        self.run_phase(Phase::Closing, limit, observer)
     }
 
     /// Handles the driver's timeout between transfers, if it is due; returns the next one.
-    pub(super) fn attend(
+    pub(super) fn handle_idle_timeout(
         &mut self,
         limit: SimDuration,
-        side: &mut dyn SessionObserver,
+        observer: &mut dyn SessionObserver,
     ) -> Result<Option<HostTime>, TaskError> {
         let due = |driver: &dyn Driver, now| driver.poll_timeout().is_some_and(|at| at <= now);
         let began = self.clock.now();
         if due(&*self.driver, began) {
-            self.hear(Duration::ZERO, side)?;
+            self.receive(Duration::ZERO, observer)?;
             let now = self.clock.now();
             if due(&*self.driver, now) {
                 self.driver.handle_timeout(now);
             }
-            self.write(Phase::Transfer, limit, later(began, duration(limit)), side)?;
+            self.write(Phase::Transfer, limit, began + duration(limit), observer)?;
         }
         Ok(self.driver.poll_timeout())
     }
 
     /// Exchanges bytes between driver and device until the driver reports the end of the phase.
-    fn go_on(
+    fn run_phase(
         &mut self,
-        what: Phase,
+        phase: Phase,
         limit: SimDuration,
-        side: &mut dyn SessionObserver,
+        observer: &mut dyn SessionObserver,
     ) -> Result<SessionEnd, TaskError> {
-        let deadline = later(self.clock.now(), duration(limit));
+        let deadline = self.clock.now() + duration(limit);
         loop {
-            self.write(what, limit, deadline, side)?;
+            self.write(phase, limit, deadline, observer)?;
             let progress = self.driver.poll_transfer();
             let progress = progress.map_err(|error| TaskError::Device { why: error.why })?;
             let now = self.clock.now();
@@ -128,13 +128,13 @@ impl DriverSession {
                 return Ok(SessionEnd::Done(now));
             }
             if now >= deadline {
-                return Err(self.too_long(what, limit));
+                return Err(self.limit_exceeded(phase, limit));
             }
-            if side.is_called_off() && what != Phase::Closing {
-                return Ok(SessionEnd::CalledOff);
+            if observer.is_cancelled() && phase != Phase::Closing {
+                return Ok(SessionEnd::Cancelled);
             }
             let until = self.driver.poll_timeout().unwrap_or(deadline).min(deadline);
-            self.hear(until.since(now).min(PATIENCE_MAX), side)?;
+            self.receive(until.since(now).min(READ_TIMEOUT_MAX), observer)?;
             let now = self.clock.now();
             if self.driver.poll_timeout().is_some_and(|at| at <= now) {
                 self.driver.handle_timeout(now);
@@ -145,10 +145,10 @@ impl DriverSession {
     /// Writes all pending bytes of the driver.
     fn write(
         &mut self,
-        what: Phase,
+        phase: Phase,
         limit: SimDuration,
         deadline: HostTime,
-        side: &mut dyn SessionObserver,
+        observer: &mut dyn SessionObserver,
     ) -> Result<(), TaskError> {
         loop {
             self.bytes.clear();
@@ -158,32 +158,32 @@ impl DriverSession {
             // Time before the write, so that no answer is stamped earlier than its request.
             let now = self.clock.now();
             if now >= deadline {
-                return Err(self.too_long(what, limit));
+                return Err(self.limit_exceeded(phase, limit));
             }
             self.device.write(&self.bytes)?;
-            side.passed(now, Heading::Out, &self.bytes);
+            observer.on_bytes(now, ByteDirection::Out, &self.bytes);
         }
     }
 
-    /// Reads the bytes that are available or arrive within `patience`.
-    fn hear(
+    /// Reads the bytes that are available or arrive within `timeout`.
+    fn receive(
         &mut self,
-        patience: Duration,
-        side: &mut dyn SessionObserver,
+        timeout: Duration,
+        observer: &mut dyn SessionObserver,
     ) -> Result<(), DeviceError> {
         self.bytes.clear();
-        self.device.read(patience, &mut self.bytes)?;
+        self.device.read(timeout, &mut self.bytes)?;
         if !self.bytes.is_empty() {
             let now = self.clock.now();
             self.driver.handle_bytes(now, &self.bytes);
-            side.passed(now, Heading::In, &self.bytes);
+            observer.on_bytes(now, ByteDirection::In, &self.bytes);
         }
         Ok(())
     }
 
-    fn too_long(&self, what: Phase, limit: SimDuration) -> TaskError {
+    fn limit_exceeded(&self, phase: Phase, limit: SimDuration) -> TaskError {
         TaskError::TimeLimit {
-            what,
+            what: phase,
             place: self.place().into(),
             limit,
         }
@@ -204,47 +204,47 @@ mod tests {
     use super::*;
     use crate::DriverError;
 
-    type Notes = Arc<Mutex<Vec<String>>>;
+    type Log = Arc<Mutex<Vec<String>>>;
 
     /// Driver that logs its calls; has one timeout, sends two requests per transfer, and is done
     /// after two answers.
-    struct Talkative {
-        notes: Notes,
+    struct RecordingDriver {
+        log: Log,
         timeout: Option<HostTime>,
         answers: usize,
         requests: usize,
     }
 
-    impl Talkative {
-        fn note(&self, what: &str, now: HostTime) {
-            let note = format!("{what} at {}", now.as_nanos());
-            self.notes.lock().unwrap().push(note);
+    impl RecordingDriver {
+        fn record(&self, call: &str, now: HostTime) {
+            let record = format!("{call} at {}", now.as_nanos());
+            self.log.lock().unwrap().push(record);
         }
     }
 
-    impl Driver for Talkative {
+    impl Driver for RecordingDriver {
         fn name(&self) -> &'static str {
-            "talkative"
+            "recording"
         }
         fn ports(&self) -> Vec<Port> {
             Vec::new()
         }
         fn open(&mut self, now: HostTime) {
-            self.note("open", now);
+            self.record("open", now);
         }
         fn begin(&mut self, now: HostTime, _: &[f64]) {
-            self.note("begin", now);
+            self.record("begin", now);
             self.requests = 2;
         }
         fn close(&mut self, now: HostTime) {
-            self.note("close", now);
+            self.record("close", now);
         }
         fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
-            self.note(&format!("hears {bytes:?}"), now);
+            self.record(&format!("received {bytes:?}"), now);
             self.answers += bytes.len();
         }
         fn handle_timeout(&mut self, now: HostTime) {
-            self.note("timeout", now);
+            self.record("timeout", now);
             self.timeout = None;
             self.requests = 1;
         }
@@ -276,16 +276,16 @@ mod tests {
     }
 
     /// Device with bytes at given times; its clock advances while they are awaited.
-    struct Post {
-        comes: Vec<(u64, u8)>,
+    struct ScriptedDevice {
+        arrivals: Vec<(u64, u8)>,
         now: Arc<Mutex<u64>>,
-        notes: Notes,
+        log: Log,
     }
 
     #[derive(Clone)]
-    struct Hand(Arc<Mutex<u64>>);
+    struct ManualClock(Arc<Mutex<u64>>);
 
-    impl Clock for Hand {
+    impl Clock for ManualClock {
         fn now(&self) -> HostTime {
             HostTime::from_nanos(*self.0.lock().unwrap())
         }
@@ -294,27 +294,27 @@ mod tests {
         }
     }
 
-    impl Device for Post {
+    impl Device for ScriptedDevice {
         fn place(&self) -> &'static str {
-            "a letter box"
+            "scripted device"
         }
         fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
-            self.notes.lock().unwrap().push(format!("writes {bytes:?}"));
+            self.log.lock().unwrap().push(format!("write {bytes:?}"));
             Ok(())
         }
         fn read_up_to(
             &mut self,
             _: usize,
-            patience: Duration,
+            timeout: Duration,
             bytes: &mut Vec<u8>,
         ) -> Result<(), DeviceError> {
             let mut now = self.now.lock().unwrap();
-            let until = *now + u64::try_from(patience.as_nanos()).unwrap();
-            match self.comes.first() {
+            let until = *now + u64::try_from(timeout.as_nanos()).unwrap();
+            match self.arrivals.first() {
                 Some(&(at, byte)) if at <= until => {
                     *now = at.max(*now);
                     bytes.push(byte);
-                    self.comes.remove(0);
+                    self.arrivals.remove(0);
                 }
                 _ => *now = until,
             }
@@ -322,77 +322,84 @@ mod tests {
         }
     }
 
-    struct Nobody;
+    struct IgnoreBytes;
 
-    impl SessionObserver for Nobody {
-        fn passed(&mut self, _: HostTime, _: Heading, _: &[u8]) {}
-        fn is_called_off(&self) -> bool {
+    impl SessionObserver for IgnoreBytes {
+        fn on_bytes(&mut self, _: HostTime, _: ByteDirection, _: &[u8]) {}
+        fn is_cancelled(&self) -> bool {
             false
         }
     }
 
-    fn exchange(timeout: Option<u64>, comes: &[(u64, u8)]) -> (DriverSession, Hand, Notes) {
-        let (hand, notes) = (Hand(Arc::new(Mutex::new(100))), Notes::default());
-        let driver = Talkative {
-            notes: notes.clone(),
+    fn session(timeout: Option<u64>, arrivals: &[(u64, u8)]) -> (DriverSession, ManualClock, Log) {
+        let (clock, log) = (ManualClock(Arc::new(Mutex::new(100))), Log::default());
+        let driver = RecordingDriver {
+            log: log.clone(),
             timeout: timeout.map(HostTime::from_nanos),
             answers: 0,
             requests: 0,
         };
-        let device = Post {
-            comes: comes.to_vec(),
-            now: hand.0.clone(),
-            notes: notes.clone(),
+        let device = ScriptedDevice {
+            arrivals: arrivals.to_vec(),
+            now: clock.0.clone(),
+            log: log.clone(),
         };
-        let exchange =
-            DriverSession::new(Box::new(driver), Box::new(device), Arc::new(hand.clone()));
-        (exchange, hand, notes)
+        let session =
+            DriverSession::new(Box::new(driver), Box::new(device), Arc::new(clock.clone()));
+        (session, clock, log)
     }
 
     #[test]
-    fn what_came_before_a_transfer_is_heard_before_it_and_every_wish_is_met_at_its_time() {
+    fn earlier_bytes_precede_the_transfer_and_timeouts_are_handled_on_time() {
         let limit = SimDuration::from_secs(1);
-        let (mut exchange, _, notes) = exchange(Some(300), &[(50, 1), (500, 2)]);
-        let ending = exchange.transfer(&[], limit, &mut Nobody).unwrap();
+        let (mut session, _, log) = session(Some(300), &[(50, 1), (500, 2)]);
+        let ending = session.transfer(&[], limit, &mut IgnoreBytes).unwrap();
         assert_eq!(ending, SessionEnd::Done(HostTime::from_nanos(500)));
         let expected = [
-            "hears [1] at 100",
+            "received [1] at 100",
             "begin at 100",
-            "writes [7]",
-            "writes [7]",
+            "write [7]",
+            "write [7]",
             "timeout at 300",
-            "writes [7]",
-            "hears [2] at 500",
+            "write [7]",
+            "received [2] at 500",
         ];
-        assert_eq!(*notes.lock().unwrap(), expected);
+        assert_eq!(*log.lock().unwrap(), expected);
     }
 
     #[test]
-    fn a_driver_is_attended_to_between_transfers_when_it_wants_to_and_not_before() {
+    fn timeout_between_transfers_is_handled_when_due_and_not_before() {
         let limit = SimDuration::from_secs(1);
-        let (mut exchange, hand, notes) = exchange(Some(300), &[(200, 9)]);
-        let next = exchange.attend(limit, &mut Nobody).unwrap();
+        let (mut session, clock, log) = session(Some(300), &[(200, 9)]);
+        let next = session
+            .handle_idle_timeout(limit, &mut IgnoreBytes)
+            .unwrap();
         assert_eq!(
-            (next, notes.lock().unwrap().len()),
+            (next, log.lock().unwrap().len()),
             (Some(HostTime::from_nanos(300)), 0)
         );
-        hand.sleep_until(HostTime::from_nanos(310));
-        assert_eq!(exchange.attend(limit, &mut Nobody).unwrap(), None);
-        let expected = ["hears [9] at 310", "timeout at 310", "writes [7]"];
-        assert_eq!(*notes.lock().unwrap(), expected);
+        clock.sleep_until(HostTime::from_nanos(310));
+        assert_eq!(
+            session
+                .handle_idle_timeout(limit, &mut IgnoreBytes)
+                .unwrap(),
+            None
+        );
+        let expected = ["received [9] at 310", "timeout at 310", "write [7]"];
+        assert_eq!(*log.lock().unwrap(), expected);
     }
 
     #[test]
-    fn a_limit_is_kept_whatever_the_driver_waits_for() {
+    fn phase_limit_applies_without_driver_timeout() {
         let limit = SimDuration::from_millis(50);
-        let (mut exchange, hand, _) = exchange(None, &[]);
-        let error = exchange.open(limit, &mut Nobody).unwrap_err();
+        let (mut session, clock, _) = session(None, &[]);
+        let error = session.open(limit, &mut IgnoreBytes).unwrap_err();
         assert!(
             error
                 .to_string()
-                .starts_with("a letter box: opening took more than 50.000 ms"),
+                .starts_with("scripted device: opening took more than 50.000 ms"),
             "{error}"
         );
-        assert_eq!(hand.now(), HostTime::from_nanos(50_000_100));
+        assert_eq!(clock.now(), HostTime::from_nanos(50_000_100));
     }
 }

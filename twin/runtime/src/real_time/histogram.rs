@@ -84,11 +84,11 @@ impl Histogram {
     /// Returns the quantile of `share` (0 to 1), rounded up to the bound of its bucket; none if
     /// empty.
     pub fn at_most(&self, share: f64) -> Option<Duration> {
-        let mut seen = 0;
-        let wanted = share * self.count as f64;
+        let mut cumulative = 0;
+        let target = share * self.count as f64;
         let bucket = self.buckets.iter().position(|count| {
-            seen += count;
-            seen > 0 && seen as f64 >= wanted
+            cumulative += count;
+            cumulative > 0 && cumulative as f64 >= target
         })?;
         let bound = BOUNDS_NS.get(bucket).copied().unwrap_or(u64::MAX);
         Some(Duration::from_nanos(bound.min(self.longest_ns)))
@@ -96,23 +96,26 @@ impl Histogram {
 
     /// Returns the buckets in increasing order: upper bound (none for the last), and count.
     pub fn buckets(&self) -> impl Iterator<Item = (Option<Duration>, u64)> {
-        let ends = BOUNDS_NS.iter().map(|&ns| Some(Duration::from_nanos(ns)));
-        ends.chain([None]).zip(self.buckets)
+        let bounds = BOUNDS_NS.iter().map(|&ns| Some(Duration::from_nanos(ns)));
+        bounds.chain([None]).zip(self.buckets)
     }
 }
 
 /// A line per bucket, from the first to the last that is not empty, and one with mean and maximum.
 impl fmt::Display for Histogram {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let held = |(_, count): &(Option<Duration>, u64)| *count > 0;
-        let skip = self.buckets().position(|bucket| held(&bucket)).unwrap_or(0);
+        let is_filled = |(_, count): &(Option<Duration>, u64)| *count > 0;
+        let skip = self
+            .buckets()
+            .position(|bucket| is_filled(&bucket))
+            .unwrap_or(0);
         let rows: Vec<_> = self.buckets().skip(skip).collect();
-        let last = rows.iter().rposition(held).map_or(0, |last| last + 1);
-        let most = self.buckets.iter().max().copied().unwrap_or(0).max(1);
+        let last = rows.iter().rposition(is_filled).map_or(0, |last| last + 1);
+        let peak = self.buckets.iter().max().copied().unwrap_or(0).max(1);
         for (end, count) in &rows[..last] {
             let end = end.map_or_else(|| "longer".into(), |end| format!("≤ {end:?}"));
             // A bucket that is not empty has a bar of at least one character.
-            let bar = (count * BAR).div_ceil(most);
+            let bar = (count * BAR).div_ceil(peak);
             let bar = "#".repeat(usize::try_from(bar).unwrap_or_default());
             writeln!(f, "{end:>8} {count:>9} {bar}")?;
         }

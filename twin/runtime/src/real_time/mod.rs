@@ -14,7 +14,7 @@ mod ring;
 mod scheduler;
 mod serve;
 mod serve_options;
-mod served;
+mod served_port;
 mod worker;
 mod worker_pool;
 

@@ -44,43 +44,45 @@ mod kind {
     pub(super) const BYTES: u8 = 2;
 }
 
-fn host(now: SimTime) -> HostTime {
+fn host_time(now: SimTime) -> HostTime {
     HostTime::from_nanos(now.as_nanos())
 }
 
-fn small(number: usize) -> u16 {
+fn saturating_u16(number: usize) -> u16 {
     u16::try_from(number).unwrap_or(u16::MAX)
 }
 
 impl ObserverQueueWriter {
-    fn note_lost(&self) {
+    fn publish_lost(&self) {
         self.lost.store(self.ring.lost(), Ordering::Relaxed);
     }
 }
 
 impl Observer for ObserverQueueWriter {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
-        let of = match group {
+        let source = match group {
             Group::Plant => 0,
             Group::ProcessInputs => 1,
             Group::ProcessOutputs => 2,
             Group::Diagnostics => 3,
         };
         let words = values.iter().map(|value| value.to_bits());
-        self.ring.words(kind::SAMPLES, of, host(now), words);
-        self.note_lost();
+        self.ring
+            .push_words(kind::SAMPLES, source, host_time(now), words);
+        self.publish_lost();
     }
 
     fn event(&mut self, now: SimTime, event: RunEvent) {
         let words = pack(event);
         self.ring
-            .words(kind::EVENT, 0, host(now), words.into_iter());
-        self.note_lost();
+            .push_words(kind::EVENT, 0, host_time(now), words.into_iter());
+        self.publish_lost();
     }
 
     fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
-        self.ring.bytes(kind::BYTES, small(trace), host(now), bytes);
-        self.note_lost();
+        self.ring
+            .push_bytes(kind::BYTES, saturating_u16(trace), host_time(now), bytes);
+        self.publish_lost();
     }
 }
 
@@ -105,7 +107,7 @@ impl ObserverQueueReader {
                 }
                 _ => {
                     unpack(head, words, &mut self.bytes);
-                    observer.bytes(now, usize::from(head.of), &self.bytes);
+                    observer.bytes(now, usize::from(head.source), &self.bytes);
                 }
             }
         }
@@ -124,7 +126,7 @@ impl ObserverQueueReader {
 }
 
 fn group(head: Head) -> Group {
-    match head.of {
+    match head.source {
         0 => Group::Plant,
         1 => Group::ProcessInputs,
         2 => Group::ProcessOutputs,
@@ -146,11 +148,11 @@ fn pack(event: RunEvent) -> [u64; 3] {
 }
 
 fn unpack_event(words: &[u64]) -> Option<RunEvent> {
-    let &[what, first, second] = words else {
+    let &[tag, first, second] = words else {
         return None;
     };
     let index = usize::try_from(first).ok();
-    Some(match what {
+    Some(match tag {
         0 => RunEvent::Opened,
         1 => RunEvent::ProcessBegin {
             elapsed: SimDuration::from_nanos(first),
@@ -187,7 +189,7 @@ mod tests {
         }
     }
 
-    fn tell<O: Observer>(observer: &mut O) {
+    fn emit<O: Observer>(observer: &mut O) {
         let elapsed = SimDuration::from_micros(3);
         let events = [
             RunEvent::Opened,
@@ -221,12 +223,12 @@ mod tests {
     #[test]
     fn queue_passes_records_unchanged() {
         let (mut writer, mut reader) = observer_queue(1024);
-        let (mut before, mut behind) = (Log::default(), Log::default());
-        tell(&mut before);
-        tell(&mut writer);
+        let (mut direct, mut queued) = (Log::default(), Log::default());
+        emit(&mut direct);
+        emit(&mut writer);
         drop(writer);
-        assert!(reader.drain(&mut behind) && reader.is_abandoned());
-        assert_eq!((before, reader.lost()), (behind, 0));
+        assert!(reader.drain(&mut queued) && reader.is_abandoned());
+        assert_eq!((direct, reader.lost()), (queued, 0));
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl Privileges {
         let mut refused = Vec::new();
         if let Some(priority) = self.control_priority.max(self.task_priority) {
             // On a temporary thread, so that the caller's priority is unchanged.
-            let tried = std::thread::Builder::new().spawn(move || raise(Some(priority)));
+            let tried = std::thread::Builder::new().spawn(move || raise_priority(Some(priority)));
             let raised = tried.is_ok_and(|thread| thread.join().unwrap_or(false));
             if !raised {
                 refused.push(
@@ -66,21 +66,21 @@ impl Privileges {
     }
 }
 
-/// Locks present memory, and future memory if its amount is unlimited: with a limit, later
+/// Locks present memory, and future memory if its amount is unlimited: with a limit
 /// allocations could fail, which ends a program.
 fn lock_memory() -> bool {
     let unlimited =
         getrlimit(Resource::RLIMIT_MEMLOCK).is_ok_and(|(soft, _)| soft == RLIM_INFINITY);
-    let mut what = MlockAllFlags::MCL_CURRENT;
+    let mut flags = MlockAllFlags::MCL_CURRENT;
     if unlimited {
-        what |= MlockAllFlags::MCL_FUTURE;
+        flags |= MlockAllFlags::MCL_FUTURE;
     }
-    mlockall(what).is_ok()
+    mlockall(flags).is_ok()
 }
 
 /// Sets the calling thread's real-time priority and minimum timer slack; returns whether the
 /// priority is set.
-pub(super) fn raise(priority: Option<u8>) -> bool {
+pub(super) fn raise_priority(priority: Option<u8>) -> bool {
     // The default timer slack of normal threads is 50 µs, to save power.
     let _ = set_timerslack(1);
     let Some(priority) = priority else {

@@ -5,16 +5,16 @@ use std::time::Duration;
 
 use twinrig_kernel::{HostTime, Layout, SimDuration, SimTime};
 
-use super::clock::{Clock, MonotonicClock, later};
+use super::clock::{Clock, MonotonicClock};
 use super::driver_session::duration;
 use super::limits::Limits;
 use super::observer_queue::{ObserverQueueReader, ObserverQueueWriter, observer_queue};
-use super::privileges::{Privileges, raise};
+use super::privileges::{Privileges, raise_priority};
 use super::report::RealTimeReport;
-use super::scheduler::{RealTimeScheduler, TaskFace};
+use super::scheduler::{RealTimeScheduler, TaskInterface};
 use super::worker_pool::WorkerPool;
 use crate::{
-    Change, Device, Driver, Group, Observer, PanicReport, Process, RigError, Schedule, caught,
+    Change, Device, Driver, Group, Observer, PanicReport, Process, RigError, Schedule, catch_panic,
 };
 
 /// A process and drivers on real devices, wired by name and run in real time: the threaded executor
@@ -71,9 +71,9 @@ pub enum Ended {
 }
 
 /// Polling interval of the observer queue, and of opening and closing.
-pub(super) const GLANCE: Duration = Duration::from_millis(1);
+pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(1);
 /// Longest delay after which a sleeping control thread detects a stop request.
-const STOP_SOON: Duration = Duration::from_millis(50);
+const STOP_LATENCY: Duration = Duration::from_millis(50);
 
 impl RealTimeRig {
     /// Wires the parts by name. Only period and observation grid of `schedule` are used, not its
@@ -87,16 +87,16 @@ impl RealTimeRig {
         process: Box<dyn Process>,
         drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
     ) -> Result<Self, RigError> {
-        let faces = drivers
+        let interfaces = drivers
             .iter()
-            .map(|(driver, _)| TaskFace {
+            .map(|(driver, _)| TaskInterface {
                 name: driver.name().into(),
                 ports: driver.ports(),
                 diagnostics: driver.diagnostics(),
             })
             .collect();
         Ok(Self {
-            scheduler: RealTimeScheduler::new(schedule, process, faces)?,
+            scheduler: RealTimeScheduler::new(schedule, process, interfaces)?,
             drivers,
             plant: Layout::default(),
             options: RealTimeOptions::default(),
@@ -104,7 +104,7 @@ impl RealTimeRig {
     }
 
     /// Schedules the change of a process variable before the first iteration whose control step is
-    /// at `at` or later, as [`crate::Rig::schedule`] does. Time 0 is control step 0.
+    /// at `at` or as [`crate::Rig::schedule`] does. Time 0 is control step 0.
     ///
     /// # Errors
     /// [`RigError::NoSuchVariable`], or [`RigError::Change`] if the value is always out of range.
@@ -161,18 +161,18 @@ impl RealTimeRig {
         stop: &AtomicBool,
     ) -> (Result<Ended, RigError>, RealTimeReport) {
         let (writer, mut reader) = observer_queue(self.options.queue_bytes / size_of::<u64>());
-        let asked = Arc::new(AtomicBool::new(false));
+        let stop_requested = Arc::new(AtomicBool::new(false));
         let control = Control {
             scheduler: self.scheduler,
             clock: Arc::new(MonotonicClock::start()),
             observer_queue: writer,
-            stop: asked.clone(),
+            stop: stop_requested.clone(),
             duration,
             options: self.options,
         };
         let drivers = self.drivers;
         let thread = thread::Builder::new().name("control".into());
-        let thread = match thread.spawn(move || caught(|| control.run(drivers))) {
+        let thread = match thread.spawn(move || catch_panic(|| control.run(drivers))) {
             Ok(thread) => thread,
             Err(error) => {
                 let error = RigError::Thread {
@@ -182,15 +182,15 @@ impl RealTimeRig {
                 return (Err(error), RealTimeReport::default());
             }
         };
-        let observed = caught(|| {
-            look_on(&mut reader, observer, || {
-                asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+        let observed = catch_panic(|| {
+            forward_records(&mut reader, observer, || {
+                stop_requested.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
             });
         });
         if observed.is_err() {
-            asked.store(true, Ordering::Relaxed);
+            stop_requested.store(true, Ordering::Relaxed);
         }
-        let (ended, mut report) = joined(thread);
+        let (ended, mut report) = join_result(thread);
         report.lost += reader.lost();
         (observed.map_err(RigError::from).and(ended), report)
     }
@@ -200,7 +200,7 @@ impl RealTimeRig {
 type Outcome<R> = (Result<Ended, RigError>, R);
 
 /// Joins a thread; a panic of it is an error.
-pub(super) fn joined<R: Default>(
+pub(super) fn join_result<R: Default>(
     thread: JoinHandle<Result<Outcome<R>, PanicReport>>,
 ) -> Outcome<R> {
     // Without a result the thread panicked while dropping its values.
@@ -215,13 +215,13 @@ pub(super) fn joined<R: Default>(
 }
 
 /// Passes all records to the observer until the writing end is dropped and the queue is empty.
-pub(super) fn look_on<O: Observer>(
+pub(super) fn forward_records<O: Observer>(
     reader: &mut ObserverQueueReader,
     observer: &mut O,
-    mut glance: impl FnMut(),
+    mut poll: impl FnMut(),
 ) {
     loop {
-        glance();
+        poll();
         let last = reader.is_abandoned();
         if reader.drain(observer) {
             continue;
@@ -229,7 +229,7 @@ pub(super) fn look_on<O: Observer>(
         if last {
             return;
         }
-        thread::sleep(GLANCE);
+        thread::sleep(POLL_INTERVAL);
     }
 }
 
@@ -248,20 +248,20 @@ impl Control {
         mut self,
         drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
     ) -> (Result<Ended, RigError>, RealTimeReport) {
-        raise(self.options.privileges.control_priority);
+        raise_priority(self.options.privileges.control_priority);
         let priority = self.options.privileges.task_priority;
         let pool = WorkerPool::start(drivers, &self.clock, self.options.limits, priority);
         let mut pool = match pool {
             Ok(pool) => pool,
             Err(error) => return (Err(error), self.scheduler.report),
         };
-        let ran = caught(|| {
+        let result = catch_panic(|| {
             let ended = self.open(&mut pool)?;
             ended.map_or_else(|| self.cycle(&mut pool), Ok)
         });
         let closed = self.close(&mut pool);
         self.scheduler.report.lost += pool.lost();
-        let ended = ran.unwrap_or_else(|panic| Err(panic.into()));
+        let ended = result.unwrap_or_else(|panic| Err(panic.into()));
         let ended = ended.and_then(|ended| closed.map(|()| ended));
         (ended, self.scheduler.report)
     }
@@ -270,31 +270,32 @@ impl Control {
         self.stop.load(Ordering::Relaxed)
     }
 
-    fn pause(&self) -> HostTime {
-        self.clock.sleep_until(later(self.clock.now(), GLANCE));
+    fn sleep_interval(&self) -> HostTime {
+        self.clock.sleep_until(self.clock.now() + POLL_INTERVAL);
         self.clock.now()
     }
 
     /// Waits until all drivers are open; returns the end of the run if it was stopped before.
     fn open(&mut self, pool: &mut WorkerPool) -> Result<Option<Ended>, RigError> {
         let began = self.clock.now();
-        self.scheduler.opening();
+        self.scheduler.begin_opening();
         loop {
             let now = self.clock.now();
-            self.scheduler.hear(now, pool, &mut self.observer_queue)?;
+            self.scheduler
+                .handle_reports(now, pool, &mut self.observer_queue)?;
             if self.scheduler.all_idle() {
                 let took = now.since(began).as_nanos();
                 self.scheduler.report.opening =
                     SimDuration::from_nanos(u64::try_from(took).unwrap_or(u64::MAX));
                 // The control thread sleeps until the first control step, as for all others.
                 self.scheduler
-                    .begin_at(later(now, duration(self.scheduler.period)));
+                    .begin_at(now + duration(self.scheduler.period));
                 return Ok(None);
             }
             if self.is_stopped() {
                 return Ok(Some(Ended::Stopped));
             }
-            self.pause();
+            self.sleep_interval();
         }
     }
 
@@ -312,9 +313,9 @@ impl Control {
                     return Ok(Ended::Stopped);
                 }
                 let now = self.clock.now();
-                let soon = later(now, STOP_SOON);
-                self.clock.sleep_until(at.min(soon));
-                if at <= soon {
+                let limit = now + STOP_LATENCY;
+                self.clock.sleep_until(at.min(limit));
+                if at <= limit {
                     break;
                 }
             }
@@ -323,8 +324,9 @@ impl Control {
         }
         // Transfers in progress are completed; the worker pool enforces their limits.
         while !self.scheduler.all_idle() && !self.is_stopped() {
-            let now = self.pause();
-            self.scheduler.hear(now, pool, &mut self.observer_queue)?;
+            let now = self.sleep_interval();
+            self.scheduler
+                .handle_reports(now, pool, &mut self.observer_queue)?;
         }
         Ok(Ended::Duration)
     }
@@ -335,15 +337,17 @@ impl Control {
         pool.close(began);
         let mut result = Ok(());
         loop {
-            let gone = pool.all_gone();
+            let all_ended = pool.all_ended();
             let now = self.clock.now();
-            let heard = self.scheduler.hear(now, pool, &mut self.observer_queue);
-            let failed = heard.is_err();
-            result = result.and(heard);
-            if gone && !failed {
+            let handled = self
+                .scheduler
+                .handle_reports(now, pool, &mut self.observer_queue);
+            let failed = handled.is_err();
+            result = result.and(handled);
+            if all_ended && !failed {
                 return result;
             }
-            self.pause();
+            self.sleep_interval();
         }
     }
 }

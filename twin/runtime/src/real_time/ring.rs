@@ -6,7 +6,7 @@ use twinrig_kernel::HostTime;
 pub(super) struct Head {
     pub(super) kind: u8,
     /// Index of a byte trace or group.
-    pub(super) of: u16,
+    pub(super) source: u16,
     /// Size of the payload \[bytes\].
     pub(super) bytes: u32,
     pub(super) at: HostTime,
@@ -16,7 +16,7 @@ const HEAD_WORDS: usize = 2;
 const WORD_BYTES: usize = 8;
 /// Words reserved for two records without payload: a task may end and then fail before the queue is
 /// read.
-const MARKS_WORDS: usize = 2 * HEAD_WORDS;
+const RESERVED_WORDS: usize = 2 * HEAD_WORDS;
 
 /// Writing end of a bounded queue between two threads; wait-free and without allocation.
 pub(super) struct RingWriter {
@@ -61,16 +61,16 @@ impl RingWriter {
         }
         if let Ok(chunk) = self.words.write_chunk_uninit(words) {
             let first =
-                u64::from(head.kind) << 56 | u64::from(head.of) << 32 | u64::from(head.bytes);
+                u64::from(head.kind) << 56 | u64::from(head.source) << 32 | u64::from(head.bytes);
             chunk.fill_from_iter([first, head.at.as_nanos()].into_iter().chain(payload));
         }
     }
 
     /// Appends a record of words.
-    pub(super) fn words(
+    pub(super) fn push_words(
         &mut self,
         kind: u8,
-        of: u16,
+        source: u16,
         at: HostTime,
         words: impl ExactSizeIterator<Item = u64>,
     ) {
@@ -80,22 +80,22 @@ impl RingWriter {
         };
         let head = Head {
             kind,
-            of,
+            source,
             bytes,
             at,
         };
-        self.push(head, MARKS_WORDS, words);
+        self.push(head, RESERVED_WORDS, words);
     }
 
     /// Appends a record of bytes.
-    pub(super) fn bytes(&mut self, kind: u8, of: u16, at: HostTime, bytes: &[u8]) {
+    pub(super) fn push_bytes(&mut self, kind: u8, source: u16, at: HostTime, bytes: &[u8]) {
         let Ok(len) = u32::try_from(bytes.len()) else {
             self.lost += 1;
             return;
         };
         let head = Head {
             kind,
-            of,
+            source,
             bytes: len,
             at,
         };
@@ -104,14 +104,14 @@ impl RingWriter {
             word[..chunk.len()].copy_from_slice(chunk);
             u64::from_le_bytes(word)
         });
-        self.push(head, MARKS_WORDS, words);
+        self.push(head, RESERVED_WORDS, words);
     }
 
     /// Appends a record without payload, which may use the reserved words.
-    pub(super) fn mark(&mut self, kind: u8, of: u16, at: HostTime) {
+    pub(super) fn push_mark(&mut self, kind: u8, source: u16, at: HostTime) {
         let head = Head {
             kind,
-            of,
+            source,
             bytes: 0,
             at,
         };
@@ -131,10 +131,10 @@ impl RingReader {
         let (a, b) = chunk.as_slices();
         let mut words = a.iter().chain(b).copied();
         let (first, at) = (words.next()?, words.next()?);
-        let [kind, _, of_high, of_low, rest @ ..] = first.to_be_bytes();
+        let [kind, _, source_high, source_low, rest @ ..] = first.to_be_bytes();
         Some(Head {
             kind,
-            of: u16::from_be_bytes([of_high, of_low]),
+            source: u16::from_be_bytes([source_high, source_low]),
             bytes: u32::from_be_bytes(rest),
             at: HostTime::from_nanos(at),
         })
@@ -175,31 +175,31 @@ mod tests {
         #[test]
         fn records_are_returned_in_order_and_losses_are_counted(
             records in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..60), 1..60),
-            takes in prop::collection::vec(0_usize..4, 60),
+            pops in prop::collection::vec(0_usize..4, 60),
         ) {
             let (mut writer, mut reader) = ring(24);
-            let (mut expected, mut got, mut bytes) = (Vec::new(), Vec::new(), Vec::new());
-            for (n, (record, takes)) in records.iter().zip(takes).enumerate() {
+            let (mut expected, mut received, mut bytes) = (Vec::new(), Vec::new(), Vec::new());
+            for (n, (record, pops)) in records.iter().zip(pops).enumerate() {
                 let lost = writer.lost();
                 let at = HostTime::from_nanos(n as u64);
-                writer.bytes(3, 0x1234, at, record);
+                writer.push_bytes(3, 0x1234, at, record);
                 if writer.lost() == lost {
                     expected.push((at, record.clone()));
                 }
-                for _ in 0..takes {
+                for _ in 0..pops {
                     if let Some((head, words)) = reader.pop() {
-                        prop_assert_eq!((head.kind, head.of), (3, 0x1234));
+                        prop_assert_eq!((head.kind, head.source), (3, 0x1234));
                         unpack(head, words, &mut bytes);
-                        got.push((head.at, bytes.clone()));
+                        received.push((head.at, bytes.clone()));
                     }
                 }
             }
             while let Some((head, words)) = reader.pop() {
                 unpack(head, words, &mut bytes);
-                got.push((head.at, bytes.clone()));
+                received.push((head.at, bytes.clone()));
             }
             prop_assert_eq!(writer.lost(), (records.len() - expected.len()) as u64);
-            prop_assert_eq!(got, expected);
+            prop_assert_eq!(received, expected);
         }
     }
 
@@ -208,10 +208,10 @@ mod tests {
         let (mut writer, mut reader) = ring(16);
         let at = HostTime::from_nanos(1);
         while writer.lost() == 0 {
-            writer.bytes(0, 0, at, &[1]);
+            writer.push_bytes(0, 0, at, &[1]);
         }
-        writer.mark(2, 0, at);
-        writer.mark(3, 0, at);
+        writer.push_mark(2, 0, at);
+        writer.push_mark(3, 0, at);
         assert_eq!(writer.lost(), 1);
         let kinds: Vec<u8> =
             std::iter::from_fn(|| reader.pop().map(|(head, _)| head.kind)).collect();

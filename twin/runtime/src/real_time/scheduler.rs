@@ -2,8 +2,8 @@ use std::ops::Range;
 
 use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration, SimTime};
 
-use super::clock::{Clock, later};
-use super::driver_session::{Heading, duration};
+use super::clock::Clock;
+use super::driver_session::{ByteDirection, duration};
 use super::report::{RealTimeReport, TaskReport};
 use crate::interrupt::LongLoop;
 use crate::process_slot::ProcessSlot;
@@ -15,11 +15,11 @@ use crate::{
 /// Tasks of the scheduler: on threads, or simulated in a test.
 pub(super) trait Tasks {
     /// Removes and returns the oldest report of any task that is stamped `limit` or before.
-    fn report(&mut self, limit: HostTime) -> Option<Report<'_>>;
+    fn next_report(&mut self, limit: HostTime) -> Option<Report<'_>>;
 
     /// Returns the results of the task's last transfer for the process, and its diagnostics. The
     /// results are valid only while the task is idle.
-    fn brought(&mut self, task: usize) -> (&[f64], &[f64]);
+    fn results(&mut self, task: usize) -> (&[f64], &[f64]);
 
     /// Begins a transfer of an idle task.
     fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]);
@@ -29,11 +29,11 @@ pub(super) trait Tasks {
 pub(super) struct Report<'a> {
     pub(super) task: usize,
     pub(super) at: HostTime,
-    pub(super) what: What<'a>,
+    pub(super) kind: ReportKind<'a>,
 }
 
-pub(super) enum What<'a> {
-    Passed(Heading, &'a [u8]),
+pub(super) enum ReportKind<'a> {
+    Passed(ByteDirection, &'a [u8]),
     Ended,
     Failed(TaskError),
 }
@@ -48,12 +48,12 @@ pub(super) struct RealTimeScheduler {
     pub(super) period: SimDuration,
     manager: Manager,
     observe: SimDuration,
-    next_look: SimTime,
+    next_observation: SimTime,
     values: Vec<f64>,
     /// Time of control step 0; earlier records are stamped time 0.
     origin: Option<HostTime>,
     /// Stamp of the last record; stamps do not decrease.
-    told: SimTime,
+    last_stamp: SimTime,
     /// Jitter of the actual beginnings of the iterations.
     jitter: CycleJitter,
     pub(super) report: RealTimeReport,
@@ -69,21 +69,21 @@ pub(super) struct TaskPart {
 }
 
 /// Name and ports of a driver.
-pub(super) struct TaskFace {
+pub(super) struct TaskInterface {
     pub(super) name: String,
     pub(super) ports: Vec<Port>,
     pub(super) diagnostics: Vec<Port>,
 }
 
 /// Byte traces of each task: out, then in.
-const LANES: usize = 2;
+const TRACES_PER_TASK: usize = 2;
 
 impl RealTimeScheduler {
     /// Wires the parts by name.
     pub(super) fn new(
         schedule: &Schedule,
         process: Box<dyn Process>,
-        tasks: Vec<TaskFace>,
+        tasks: Vec<TaskInterface>,
     ) -> Result<Self, RigError> {
         let period = schedule.period()?;
         if schedule.observe.is_zero() {
@@ -96,7 +96,10 @@ impl RealTimeScheduler {
             .iter()
             .flat_map(|task| task.diagnostics.clone())
             .collect();
-        check_names("the list of diagnostics of drivers and devices", &diagnostics)?;
+        check_names(
+            "the list of diagnostics of drivers and devices",
+            &diagnostics,
+        )?;
         let named: Vec<_> = tasks
             .iter()
             .map(|task| (task.name.clone(), task.ports.clone()))
@@ -105,14 +108,14 @@ impl RealTimeScheduler {
         let mut diagnostics_end = 0;
         let mut parts = Vec::new();
         let mut traces = Vec::new();
-        for (face, links) in tasks.into_iter().zip(links) {
+        for (interface, links) in tasks.into_iter().zip(links) {
             let diagnostics_start = diagnostics_end;
-            diagnostics_end += Layout::of(&face.diagnostics, Direction::Output).len();
-            traces.extend(["out", "in"].map(|trace| format!("{}/{trace}", face.name)));
+            diagnostics_end += Layout::of(&interface.diagnostics, Direction::Output).len();
+            traces.extend(["out", "in"].map(|trace| format!("{}/{trace}", interface.name)));
             parts.push(TaskPart {
-                name: face.name,
+                name: interface.name,
                 links,
-                from_process: vec![0.0; Layout::of(&face.ports, Direction::Input).len()],
+                from_process: vec![0.0; Layout::of(&interface.ports, Direction::Input).len()],
                 diagnostics: diagnostics_start..diagnostics_end,
                 begun: HostTime::default(),
             });
@@ -134,16 +137,16 @@ impl RealTimeScheduler {
             traces,
             period,
             observe: schedule.observe,
-            next_look: SimTime::ZERO,
+            next_observation: SimTime::ZERO,
             origin: None,
-            told: SimTime::ZERO,
+            last_stamp: SimTime::ZERO,
             jitter: CycleJitter::new(period),
             report,
         })
     }
 
     /// Marks all tasks as busy with opening.
-    pub(super) fn opening(&mut self) {
+    pub(super) fn begin_opening(&mut self) {
         (0..self.tasks.len()).for_each(|n| self.manager.task_begun(n));
     }
 
@@ -160,7 +163,7 @@ impl RealTimeScheduler {
     /// Returns the time of a control step in the run and on the clock.
     pub(super) fn due(&self, step: u64) -> (SimTime, HostTime) {
         let since = SimDuration::from_nanos(self.period.as_nanos().saturating_mul(step));
-        let at = later(self.origin.unwrap_or_default(), duration(since));
+        let at = self.origin.unwrap_or_default() + duration(since);
         (SimTime::ZERO + since, at)
     }
 
@@ -169,25 +172,26 @@ impl RealTimeScheduler {
         let since = self
             .origin
             .map_or(0, |origin| at.as_nanos().saturating_sub(origin.as_nanos()));
-        self.told = self.told.max(SimTime::from_nanos(since));
-        self.told
+        self.last_stamp = self.last_stamp.max(SimTime::from_nanos(since));
+        self.last_stamp
     }
 
     /// Processes the reports of the tasks up to `limit`, in order of time.
-    pub(super) fn hear<T: Tasks, O: Observer>(
+    pub(super) fn handle_reports<T: Tasks, O: Observer>(
         &mut self,
         limit: HostTime,
         tasks: &mut T,
         observer: &mut O,
     ) -> Result<(), RigError> {
-        while let Some(Report { task, at, what }) = tasks.report(limit) {
+        while let Some(Report { task, at, kind }) = tasks.next_report(limit) {
             let now = self.stamp(at);
-            match what {
-                What::Passed(way, bytes) => {
-                    let trace = task * LANES + usize::from(way == Heading::In);
+            match kind {
+                ReportKind::Passed(direction, bytes) => {
+                    let trace =
+                        task * TRACES_PER_TASK + usize::from(direction == ByteDirection::In);
                     observer.bytes(now, trace, bytes);
                 }
-                What::Ended => {
+                ReportKind::Ended => {
                     // After the end of the run there is no transfer to end.
                     if self.manager.is_busy(task) {
                         self.manager.task_ended(task);
@@ -198,7 +202,7 @@ impl RealTimeScheduler {
                         }
                     }
                 }
-                What::Failed(source) => {
+                ReportKind::Failed(source) => {
                     return Err(RigError::Task {
                         task: self.tasks[task].name.clone(),
                         time: now,
@@ -222,21 +226,21 @@ impl RealTimeScheduler {
     ) -> Result<u64, RigError> {
         let woke = clock.now();
         self.report.lateness.count(woke.since(self.due(step).1));
-        let step = self.overslept(step, woke, tasks, observer)?;
-        self.hear(woke, tasks, observer)?;
+        let step = self.skip_overslept(step, woke, tasks, observer)?;
+        self.handle_reports(woke, tasks, observer)?;
         self.begin(step, woke, tasks, observer)?;
 
         let ended = clock.now();
         self.report.computing.count(ended.since(woke));
-        let next = self.overrun(step + 1, ended, tasks, observer)?;
-        self.hear(ended, tasks, observer)?;
+        let next = self.count_overruns(step + 1, ended, tasks, observer)?;
+        self.handle_reports(ended, tasks, observer)?;
         self.end(ended, tasks, observer);
-        self.look(ended, tasks, observer);
+        self.observe_diagnostics(ended, tasks, observer);
         Ok(next)
     }
 
     /// Skips the control steps missed by a late wake-up.
-    fn overslept<T: Tasks, O: Observer>(
+    fn skip_overslept<T: Tasks, O: Observer>(
         &mut self,
         mut step: u64,
         woke: HostTime,
@@ -247,7 +251,7 @@ impl RealTimeScheduler {
         let mut turns = LongLoop::default();
         while self.due(step + 1).1 <= woke && !turns.is_interrupted() {
             let at = self.due(step).1;
-            self.hear(at, tasks, observer)?;
+            self.handle_reports(at, tasks, observer)?;
             missed += 1;
             self.report.overslept += 1;
             let now = self.stamp(at);
@@ -275,15 +279,15 @@ impl RealTimeScheduler {
             self.report.jitter.count(duration(jitter));
         }
         self.report.iterations += 1;
-        self.slot.make_changes(scheduled, now, observer)?;
+        self.slot.apply_changes(scheduled, now, observer)?;
         for (n, part) in self.tasks.iter().enumerate() {
             if self.manager.takes_part(n) {
-                let (brought, _) = tasks.brought(n);
+                let (results, _) = tasks.results(n);
                 let inputs = &mut self.slot.state.inputs;
                 part.links
                     .measurements
                     .iter()
-                    .for_each(|link| link.copy(brought, inputs));
+                    .for_each(|link| link.copy(results, inputs));
             } else {
                 self.report.tasks[n].skipped += 1;
                 observer.event(now, RunEvent::TaskSkipped { task: n });
@@ -295,7 +299,7 @@ impl RealTimeScheduler {
     }
 
     /// Counts the control steps missed during the iteration.
-    fn overrun<T: Tasks, O: Observer>(
+    fn count_overruns<T: Tasks, O: Observer>(
         &mut self,
         mut step: u64,
         ended: HostTime,
@@ -306,7 +310,7 @@ impl RealTimeScheduler {
         let mut turns = LongLoop::default();
         while self.due(step).1 < ended && !turns.is_interrupted() {
             let (scheduled, at) = self.due(step);
-            self.hear(at, tasks, observer)?;
+            self.handle_reports(at, tasks, observer)?;
             if let ControlStep::Late { missed } = self.manager.control_step(scheduled) {
                 self.report.overruns += 1;
                 let now = self.stamp(at);
@@ -338,16 +342,22 @@ impl RealTimeScheduler {
     }
 
     /// Passes the diagnostics to the observer, if an observation is due.
-    fn look<T: Tasks, O: Observer>(&mut self, at: HostTime, tasks: &mut T, observer: &mut O) {
+    fn observe_diagnostics<T: Tasks, O: Observer>(
+        &mut self,
+        at: HostTime,
+        tasks: &mut T,
+        observer: &mut O,
+    ) {
         let now = self.stamp(at);
-        if self.values.is_empty() || now < self.next_look {
+        if self.values.is_empty() || now < self.next_observation {
             return;
         }
-        let looks = (now - SimTime::ZERO).as_nanos() / self.observe.as_nanos() + 1;
-        self.next_look = SimTime::from_nanos(self.observe.as_nanos().saturating_mul(looks));
+        let observations = (now - SimTime::ZERO).as_nanos() / self.observe.as_nanos() + 1;
+        self.next_observation =
+            SimTime::from_nanos(self.observe.as_nanos().saturating_mul(observations));
         for (n, part) in self.tasks.iter().enumerate() {
             if !part.diagnostics.is_empty() {
-                let (_, diagnostics) = tasks.brought(n);
+                let (_, diagnostics) = tasks.results(n);
                 self.values[part.diagnostics.clone()].copy_from_slice(diagnostics);
             }
         }

@@ -4,18 +4,18 @@ use std::thread;
 
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
 
-use super::clock::{Clock, MonotonicClock, later};
+use super::clock::{Clock, MonotonicClock};
 use super::driver_session::duration;
 use super::observer_queue::{ObserverQueueWriter, observer_queue};
-use super::privileges::raise;
-use super::rig::{Ended, joined, look_on};
+use super::privileges::raise_priority;
+use super::rig::{Ended, forward_records, join_result};
 use super::serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
-use super::served::{Served, listen};
+use super::served_port::{ServedPort, read_ports};
 use crate::plant_host::PlantHost;
 use crate::wiring::check_names;
 use crate::{
-    DeviceError, Group, Observer, PartKind, Plant, RigError, RunEvent, TaskError, Wire, caught,
-    in_part,
+    DeviceError, Group, Observer, PartKind, Plant, RigError, RunEvent, TaskError, Wire,
+    catch_panic, in_part,
 };
 
 /// Plant and emulated boards in real time, each wire with the device of its host: the master end of
@@ -32,14 +32,14 @@ use crate::{
 /// for that time the twin stays behind the clock after a write.
 pub struct Serve {
     plant_host: PlantHost,
-    ports: Vec<Served>,
+    ports: Vec<ServedPort>,
     diagnostics: Layout,
     process: Layout,
     traces: Vec<String>,
     values: Vec<f64>,
     options: ServeOptions,
-    next_look: SimTime,
-    let_go_at: Option<SimTime>,
+    next_observation: SimTime,
+    release_at: Option<SimTime>,
     /// Buffer of the bytes from a wire to its device.
     bytes: Vec<u8>,
     report: ServeReport,
@@ -48,14 +48,14 @@ pub struct Serve {
 /// Byte traces of a port, before those of its wire: bytes written and read by the host.
 const OUT: usize = 0;
 const IN: usize = 1;
-const OWN_LANES: usize = 2;
+const OWN_TRACES: usize = 2;
 /// Longest advance of a lagging twin between two reads of its devices.
 const SLICE: SimDuration = SimDuration::from_millis(1);
 /// Wait after the transmitter has become idle, for a host that writes byte by byte: the bytes must
 /// follow each other on the wire without a pause, however the operating system preempts host or
 /// twin. No answer is delayed by it if the USB path from board to host takes its usual two
 /// microframes.
-const GATHERING: SimDuration = SimDuration::from_micros(200);
+const BURST_GAP_MAX: SimDuration = SimDuration::from_micros(200);
 /// Longest total wait per burst, so that a host without longer pauses does not stop the twin.
 const BURST_MAX: SimDuration = SimDuration::from_millis(2);
 /// Maximum number of wake-ups of the wires at one instant; more are a livelock.
@@ -92,17 +92,21 @@ impl Serve {
             let before = Layout::of(&diagnostics, Direction::Output).len();
             diagnostics.extend(wire.diagnostics());
             let after = Layout::of(&diagnostics, Direction::Output).len();
-            let own = ["out".to_string(), "in".to_string()].into_iter();
-            let first_lane = traces.len();
+            let port_traces = ["out".to_string(), "in".to_string()].into_iter();
+            let first_trace = traces.len();
             traces.extend(
-                own.chain(wire.traces())
+                port_traces
+                    .chain(wire.traces())
                     .map(|trace| format!("{name}/{trace}")),
             );
-            let mut port = Served::new(name, wire, device);
-            (port.diagnostics, port.first_lane) = (before..after, first_lane);
+            let mut port = ServedPort::new(name, wire, device);
+            (port.diagnostics, port.first_trace) = (before..after, first_trace);
             ports.push(port);
         }
-        check_names("the list of gauges of drivers and devices", &diagnostics)?;
+        check_names(
+            "the list of diagnostics of drivers and devices",
+            &diagnostics,
+        )?;
         let diagnostics = Layout::of(&diagnostics, Direction::Output);
         let mut serve = Self {
             plant_host,
@@ -112,8 +116,8 @@ impl Serve {
             process: Layout::default(),
             traces,
             options,
-            next_look: SimTime::ZERO,
-            let_go_at: None,
+            next_observation: SimTime::ZERO,
+            release_at: None,
             bytes: Vec::with_capacity(4096),
             report: ServeReport::default(),
         };
@@ -148,14 +152,14 @@ impl Serve {
         stop: &AtomicBool,
     ) -> (Result<Ended, RigError>, ServeReport) {
         let (writer, mut reader) = observer_queue(self.options.queue_bytes / size_of::<u64>());
-        let asked = Arc::new(AtomicBool::new(false));
-        let heard = asked.clone();
+        let stop_requested = Arc::new(AtomicBool::new(false));
+        let stop_flag = stop_requested.clone();
         let thread = thread::Builder::new().name("serve".into());
         let thread = thread.spawn(move || {
-            raise(self.options.priority);
+            raise_priority(self.options.priority);
             let clock = MonotonicClock::start();
             let mut writer = writer;
-            caught(|| self.serve(&clock, &mut writer, &heard))
+            catch_panic(|| self.serve(&clock, &mut writer, &stop_flag))
         });
         let thread = match thread {
             Ok(thread) => thread,
@@ -167,15 +171,15 @@ impl Serve {
                 return (Err(error), ServeReport::default());
             }
         };
-        let observed = caught(|| {
-            look_on(&mut reader, observer, || {
-                asked.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+        let observed = catch_panic(|| {
+            forward_records(&mut reader, observer, || {
+                stop_requested.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
             });
         });
         if observed.is_err() {
-            asked.store(true, Ordering::Relaxed);
+            stop_requested.store(true, Ordering::Relaxed);
         }
-        let (ended, mut report) = joined(thread);
+        let (ended, mut report) = join_result(thread);
         report.lost += reader.lost();
         (observed.map_err(RigError::from).and(ended), report)
     }
@@ -188,7 +192,7 @@ impl Serve {
     ) -> (Result<Ended, RigError>, ServeReport) {
         let start = clock.now();
         let ended = loop {
-            match self.turn(clock, start, observer_queue) {
+            match self.cycle(clock, start, observer_queue) {
                 Ok(None) if stop.load(Ordering::Relaxed) => break Ok(Ended::Stopped),
                 Ok(None) => {}
                 Ok(Some(ended)) => break Ok(ended),
@@ -206,7 +210,7 @@ impl Serve {
 
     /// Runs one cycle: catches up with the clock, writes the host's bytes to the wires, and waits
     /// for bytes until the next event.
-    fn turn<O: Observer>(
+    fn cycle<O: Observer>(
         &mut self,
         clock: &dyn Clock,
         start: HostTime,
@@ -216,22 +220,22 @@ impl Serve {
             .options
             .duration
             .map(|duration| SimTime::ZERO + duration);
-        self.send_on(wall_time(clock, start), observer)?;
+        self.send_contiguous(wall_time(clock, start), observer)?;
         let wall = wall_time(clock, start);
         if self
             .ports
             .iter()
-            .any(|port| port.gathers_no_longer(self.now(), wall))
+            .any(|port| port.burst_wait_ended(self.now(), wall))
         {
             // Read after the clock: all bytes that the host had written by then are available,
             // however long this thread was preempted.
-            self.listen(start, clock)?;
-            self.send_on(wall, observer)?;
+            self.read_devices(start, clock)?;
+            self.send_contiguous(wall, observer)?;
         }
-        let held = self.held(wall);
+        let burst_wait = self.burst_wait(wall);
         let wall = end.map_or(wall, |end| wall.min(end)).max(self.now());
-        let now = held.map_or(wall, |(idle, _)| idle.min(wall));
-        // An interval without events takes no time.
+        let now = burst_wait.map_or(wall, |(idle, _)| idle.min(wall));
+        // Intervals without events are skipped: a slice begins at the next event.
         let begin = self.next_event().map_or(now, |at| at.max(self.now()));
         let now = now.min(begin + SLICE);
         if let Some(first) = self.next_event().filter(|first| *first <= now) {
@@ -244,42 +248,44 @@ impl Serve {
         if end.is_some_and(|end| self.now() >= end) {
             return Ok(Some(Ended::Duration));
         }
-        if self.options.until_hang_up && self.is_over() {
+        if self.options.until_hang_up && self.all_hung_up() {
             return Ok(Some(Ended::HungUp));
         }
         // The stop flag is checked at least every 20 slices.
         let mut until = self.now() + SLICE * 20;
         until = self.next_event().map_or(until, |at| at.min(until));
-        if let Some((_, by)) = self.held(wall).filter(|(idle, _)| *idle < until) {
+        if let Some((_, by)) = self.burst_wait(wall).filter(|(idle, _)| *idle < until) {
             until = until.max(by);
         }
         until = end.map_or(until, |end| end.min(until));
-        let until = later(start, duration(until - SimTime::ZERO));
-        self.listen(until, clock)?;
+        let until = start + duration(until - SimTime::ZERO);
+        self.read_devices(until, clock)?;
         Ok(None)
     }
 
     /// Waits for bytes until `until` at the latest, and reads them.
-    fn listen(&mut self, until: HostTime, clock: &dyn Clock) -> Result<(), RigError> {
+    fn read_devices(&mut self, until: HostTime, clock: &dyn Clock) -> Result<(), RigError> {
         let now = self.now();
-        listen(&mut self.ports, now, until, clock).map_err(|error| self.gone(error))
+        read_ports(&mut self.ports, now, until, clock).map_err(|error| self.port_error(error))
     }
 
     /// Returns the earliest time at which the twin must wait for further bytes of a host, and the
     /// clock time at which the wait ends, given the clock time `wall`.
-    fn held(&self, wall: SimTime) -> Option<(SimTime, SimTime)> {
-        let held = self.ports.iter();
-        held.filter_map(|port| port.gathers(self.now(), wall)).min()
+    fn burst_wait(&self, wall: SimTime) -> Option<(SimTime, SimTime)> {
+        let ports = self.ports.iter();
+        ports
+            .filter_map(|port| port.burst_wait(self.now(), wall))
+            .min()
     }
 
     /// Returns whether all devices that the host had opened are closed. They may be closed at
     /// different times.
-    fn is_over(&self) -> bool {
+    fn all_hung_up(&self) -> bool {
         let mut used = self.ports.iter().filter(|port| port.was_open).peekable();
-        used.peek().is_some() && used.all(Served::is_over)
+        used.peek().is_some() && used.all(ServedPort::is_hung_up)
     }
 
-    fn gone(&self, error: DeviceError) -> RigError {
+    fn port_error(&self, error: DeviceError) -> RigError {
         RigError::Task {
             task: "serving".into(),
             time: self.now(),
@@ -291,7 +297,10 @@ impl Serve {
     fn next_event(&self) -> Option<SimTime> {
         let now = self.now();
         let wakes = self.ports.iter().filter_map(|port| port.next_wake(now));
-        wakes.chain([self.next_look]).chain(self.let_go_at).min()
+        wakes
+            .chain([self.next_observation])
+            .chain(self.release_at)
+            .min()
     }
 
     /// Handles all events up to and at `now`, each at its own instant.
@@ -300,9 +309,9 @@ impl Serve {
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
             wakes = if at > self.now() { 0 } else { wakes + 1 };
             self.plant_host.state.now = at;
-            if self.let_go_at.is_some_and(|due| due <= at) {
-                self.let_go_at = None;
-                self.let_go(observer);
+            if self.release_at.is_some_and(|due| due <= at) {
+                self.release_at = None;
+                self.release_plant(observer);
             }
             for n in 0..self.ports.len() {
                 if self.ports[n].next_wake(at).is_some_and(|due| due <= at) {
@@ -313,19 +322,19 @@ impl Serve {
                             wanted: at,
                         });
                     }
-                    self.go_on(n, observer)?;
+                    self.advance_wire(n, observer)?;
                 }
             }
-            if self.next_look <= at {
-                self.next_look = at + self.options.observe;
-                self.look(observer)?;
+            if self.next_observation <= at {
+                self.next_observation = at + self.options.observe;
+                self.observe(observer)?;
             }
         }
         self.plant_host.state.now = now;
         Ok(())
     }
 
-    fn let_go<O: Observer>(&mut self, observer: &mut O) {
+    fn release_plant<O: Observer>(&mut self, observer: &mut O) {
         if self.plant_host.is_held() {
             self.plant_host.release();
             observer.event(self.now(), RunEvent::Opened);
@@ -334,13 +343,17 @@ impl Serve {
 
     /// Writes the bytes read while the transmitter was busy, or just idle, to the wires: without a
     /// pause after the earlier ones.
-    fn send_on<O: Observer>(&mut self, wall: SimTime, observer: &mut O) -> Result<(), RigError> {
+    fn send_contiguous<O: Observer>(
+        &mut self,
+        wall: SimTime,
+        observer: &mut O,
+    ) -> Result<(), RigError> {
         let now = self.now();
         for n in 0..self.ports.len() {
             let port = &self.ports[n];
-            if !port.heard.is_empty() && port.idle_from().is_some_and(|idle| now <= idle) {
-                self.put(n, |wire, bytes| wire.send_on(now, bytes), observer)?;
-                self.ports[n].gather(now, wall, GATHERING);
+            if !port.received.is_empty() && port.idle_from().is_some_and(|idle| now <= idle) {
+                self.write_wire(n, |wire, bytes| wire.send_contiguous(now, bytes), observer)?;
+                self.ports[n].extend_burst_wait(now, wall, BURST_GAP_MAX);
             }
         }
         Ok(())
@@ -350,17 +363,17 @@ impl Serve {
     fn send<O: Observer>(&mut self, wall: SimTime, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         for n in 0..self.ports.len() {
-            if !self.ports[n].heard.is_empty() {
-                self.put(n, |wire, bytes| wire.send(now, bytes), observer)?;
+            if !self.ports[n].received.is_empty() {
+                self.write_wire(n, |wire, bytes| wire.send(now, bytes), observer)?;
                 let port = &mut self.ports[n];
-                port.burst_until = wall + BURST_MAX;
-                port.gather(now, wall, GATHERING);
+                port.burst_limit = wall + BURST_MAX;
+                port.extend_burst_wait(now, wall, BURST_GAP_MAX);
             }
         }
         Ok(())
     }
 
-    fn put<O: Observer>(
+    fn write_wire<O: Observer>(
         &mut self,
         n: usize,
         send: impl FnOnce(&mut dyn Wire, &[u8]),
@@ -369,25 +382,25 @@ impl Serve {
         let now = self.now();
         match self.options.hold {
             Hold::AfterFirstByte(after) if self.plant_host.is_held() => {
-                self.let_go_at = self.let_go_at.or(Some(now + after));
+                self.release_at = self.release_at.or(Some(now + after));
             }
-            _ => self.let_go(observer),
+            _ => self.release_plant(observer),
         }
         let port = &mut self.ports[n];
         let plant_host = &mut self.plant_host;
         let sent = in_part(PartKind::Wire, &port.name, || {
             port.wire.advance(now, plant_host)?;
-            send(&mut *port.wire, &port.heard);
+            send(&mut *port.wire, &port.received);
             Ok(())
         });
         sent.map_err(failed(&port.name, now))?;
-        observer.bytes(now, port.first_lane + OUT, &port.heard);
-        port.heard.clear();
-        self.go_on(n, observer)
+        observer.bytes(now, port.first_trace + OUT, &port.received);
+        port.received.clear();
+        self.advance_wire(n, observer)
     }
 
     /// Advances a wire to now and passes its bytes to the host.
-    fn go_on<O: Observer>(&mut self, n: usize, observer: &mut O) -> Result<(), RigError> {
+    fn advance_wire<O: Observer>(&mut self, n: usize, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         let port = &mut self.ports[n];
         let (plant_host, bytes) = (&mut self.plant_host, &mut self.bytes);
@@ -398,24 +411,24 @@ impl Serve {
             Ok(())
         });
         received.map_err(failed(&port.name, now))?;
-        let first_lane = port.first_lane;
-        let wire_trace = first_lane + OWN_LANES;
+        let first_trace = port.first_trace;
+        let wire_trace = first_trace + OWN_TRACES;
         let written = if self.bytes.is_empty() {
             Ok(())
         } else {
-            // The host's bytes precede the recording.
+            // Bytes are written to the host before they are recorded.
             let written = port.write(&self.bytes);
-            observer.bytes(now, first_lane + IN, &self.bytes);
+            observer.bytes(now, first_trace + IN, &self.bytes);
             written
         };
         port.wire
             .drain_traffic(&mut |trace, bytes| observer.bytes(now, wire_trace + trace, bytes));
-        written.map_err(|error| self.gone(error))
+        written.map_err(|error| self.port_error(error))
     }
 
-    fn look<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
+    fn observe<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
-        observer.samples(now, Group::Plant, self.plant_host.look()?);
+        observer.samples(now, Group::Plant, self.plant_host.observe()?);
         self.plant_host.begin_window();
         if !self.values.is_empty() {
             for port in &self.ports {

@@ -82,7 +82,7 @@ impl fmt::Display for ServeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "served {}; later than its instant by:\n{}",
+            "served {}; lag of the events behind the clock:\n{}",
             self.served, self.lag
         )?;
         if self.behind > 0 {

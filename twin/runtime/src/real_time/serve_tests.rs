@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{Snapshot, SnapshotError};
 
 use super::*;
-use crate::real_time::tests::Nothing;
+use crate::real_time::tests::EmptyPlant;
 use crate::{Device, PlantAccess, PlantSignals, TransmitBuffer, WiringError};
 
 const BYTE_TIME: SimDuration = SimDuration::from_micros(3);
@@ -28,26 +28,26 @@ fn micros(n: u64) -> SimDuration {
 /// Clock that advances at each reading by the next of a cyclic list of durations, as on a machine
 /// that preempts the reader.
 #[derive(Default)]
-struct Interrupted {
+struct InterruptedClock {
     now_ns: AtomicU64,
-    looks: AtomicU64,
+    readings: AtomicU64,
     pauses: Vec<SimDuration>,
 }
 
-impl Interrupted {
-    fn shows(&self) -> u64 {
+impl InterruptedClock {
+    fn current_ns(&self) -> u64 {
         self.now_ns.load(Ordering::Relaxed)
     }
 }
 
-impl Clock for Interrupted {
+impl Clock for InterruptedClock {
     fn now(&self) -> HostTime {
-        let look = self.looks.fetch_add(1, Ordering::Relaxed);
+        let reading = self.readings.fetch_add(1, Ordering::Relaxed);
         if !self.pauses.is_empty() {
-            let pause = self.pauses[usize::try_from(look).unwrap() % self.pauses.len()];
+            let pause = self.pauses[usize::try_from(reading).unwrap() % self.pauses.len()];
             self.now_ns.fetch_add(pause.as_nanos(), Ordering::Relaxed);
         }
-        HostTime::from_nanos(self.shows())
+        HostTime::from_nanos(self.current_ns())
     }
     fn sleep_until(&self, at: HostTime) {
         self.now_ns.fetch_max(at.as_nanos(), Ordering::Relaxed);
@@ -56,7 +56,7 @@ impl Clock for Interrupted {
 
 /// Record of the bytes on the line.
 #[derive(Default)]
-struct Passed {
+struct LineRecord {
     count: usize,
     first: Option<SimTime>,
     last: Option<SimTime>,
@@ -65,33 +65,33 @@ struct Passed {
 }
 
 /// Transmitter with its buffer and a recorded line.
-struct Paced {
+struct RecordedWire {
     now: SimTime,
     idle_from: SimTime,
-    passed: Arc<Mutex<Passed>>,
+    line: Arc<Mutex<LineRecord>>,
 }
 
-impl Paced {
+impl RecordedWire {
     fn transmit(&mut self, start: SimTime, count: usize) {
-        let mut passed = self.passed.lock().unwrap();
-        passed.pauses += usize::from(passed.count > 0 && start > self.idle_from);
-        passed.count += count;
-        passed.first.get_or_insert(start + BYTE_TIME);
+        let mut line = self.line.lock().unwrap();
+        line.pauses += usize::from(line.count > 0 && start > self.idle_from);
+        line.count += count;
+        line.first.get_or_insert(start + BYTE_TIME);
         self.idle_from = start + BYTE_TIME * count as u64;
-        passed.last = Some(self.idle_from);
+        line.last = Some(self.idle_from);
     }
 
     fn check_room(&self, now: SimTime, bytes: &[u8]) {
         let room = self.transmit_buffer().unwrap().room(now);
         assert!(
             bytes.len() <= room,
-            "{} bytes for a room of {room}",
+            "{} bytes exceed the room of {room}",
             bytes.len()
         );
     }
 }
 
-impl Wire for Paced {
+impl Wire for RecordedWire {
     fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
         Ok(())
     }
@@ -99,7 +99,7 @@ impl Wire for Paced {
         self.check_room(now, bytes);
         self.transmit((now + LATENCY).max(self.idle_from), bytes.len());
     }
-    fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
+    fn send_contiguous(&mut self, now: SimTime, bytes: &[u8]) {
         self.check_room(now, bytes);
         assert!(now <= self.idle_from);
         self.transmit(self.idle_from, bytes.len());
@@ -131,14 +131,14 @@ impl Wire for Paced {
 
 /// Host that writes without a pause until an instant, and then single bytes.
 struct Host {
-    clock: Arc<Interrupted>,
-    floods_until: SimTime,
-    then: VecDeque<SimTime>,
+    clock: Arc<InterruptedClock>,
+    flood_until: SimTime,
+    single_bytes: VecDeque<SimTime>,
 }
 
 impl Device for Host {
     fn place(&self) -> &'static str {
-        "a host"
+        "host"
     }
     fn write(&mut self, _: &[u8]) -> Result<(), DeviceError> {
         Ok(())
@@ -146,104 +146,104 @@ impl Device for Host {
     fn read_up_to(
         &mut self,
         limit: usize,
-        patience: Duration,
+        timeout: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError> {
         assert!((1..=CAPACITY).contains(&limit));
-        let now = SimTime::from_nanos(self.clock.shows());
-        if now < self.floods_until {
+        let now = SimTime::from_nanos(self.clock.current_ns());
+        if now < self.flood_until {
             bytes.resize(bytes.len() + limit, 0x55);
             return Ok(());
         }
-        let until = now + duration_of(patience);
-        if let Some(at) = self.then.front().filter(|at| **at <= until) {
+        let until = now + duration_of(timeout);
+        if let Some(at) = self.single_bytes.front().filter(|at| **at <= until) {
             self.clock.sleep_until(HostTime::from_nanos(at.as_nanos()));
         } else {
             self.clock
                 .sleep_until(HostTime::from_nanos(until.as_nanos()));
         }
-        let now = SimTime::from_nanos(self.clock.shows());
-        while self.then.front().is_some_and(|at| *at <= now) && bytes.len() < limit {
-            self.then.pop_front();
+        let now = SimTime::from_nanos(self.clock.current_ns());
+        while self.single_bytes.front().is_some_and(|at| *at <= now) && bytes.len() < limit {
+            self.single_bytes.pop_front();
             bytes.push(0xAA);
         }
         Ok(())
     }
 }
 
-fn duration_of(patience: Duration) -> SimDuration {
-    SimDuration::from_nanos(u64::try_from(patience.as_nanos()).unwrap())
+fn duration_of(timeout: Duration) -> SimDuration {
+    SimDuration::from_nanos(u64::try_from(timeout.as_nanos()).unwrap())
 }
 
 /// Serves a host until `end`. Returns the record of the line, and a function that runs the twin
 /// until an instant.
-fn served(
+fn serve_host(
     pauses: Vec<SimDuration>,
-    floods_until: SimTime,
-    then: &[SimTime],
+    flood_until: SimTime,
+    single_bytes: &[SimTime],
     end: SimTime,
-) -> (Arc<Mutex<Passed>>, impl FnMut(SimTime) + use<>) {
-    let clock = Arc::new(Interrupted {
+) -> (Arc<Mutex<LineRecord>>, impl FnMut(SimTime) + use<>) {
+    let clock = Arc::new(InterruptedClock {
         pauses,
-        ..Interrupted::default()
+        ..InterruptedClock::default()
     });
-    let passed = Arc::new(Mutex::new(Passed::default()));
+    let line = Arc::new(Mutex::new(LineRecord::default()));
     let wire = ServedWire {
         name: "wire".into(),
-        wire: Box::new(Paced {
+        wire: Box::new(RecordedWire {
             now: SimTime::ZERO,
             idle_from: SimTime::ZERO,
-            passed: passed.clone(),
+            line: line.clone(),
         }),
         device: Box::new(Host {
             clock: clock.clone(),
-            floods_until,
-            then: then.iter().copied().collect(),
+            flood_until,
+            single_bytes: single_bytes.iter().copied().collect(),
         }),
     };
     let options = ServeOptions {
         duration: Some(end - SimTime::ZERO),
         ..ServeOptions::default()
     };
-    let mut serve = Serve::new(options, Box::new(Nothing), vec![wire]).unwrap();
+    let mut serve = Serve::new(options, Box::new(EmptyPlant), vec![wire]).unwrap();
     let run_until = move |until: SimTime| {
         while serve.now() < until {
-            let ended = serve.turn(&*clock, HostTime::default(), &mut ()).unwrap();
+            let ended = serve.cycle(&*clock, HostTime::default(), &mut ()).unwrap();
             if ended.is_some() {
                 break;
             }
         }
     };
-    (passed, run_until)
+    (line, run_until)
 }
 
-fn look(passed: &Mutex<Passed>) -> MutexGuard<'_, Passed> {
-    passed.lock().unwrap()
+fn locked(line: &Mutex<LineRecord>) -> MutexGuard<'_, LineRecord> {
+    line.lock().unwrap()
 }
 
 #[test]
 fn flood_drains_at_the_baud_rate_and_does_not_delay_later_bytes() {
     let flood = millis(30_000);
     let ping = millis(30_050);
-    let (passed, mut run_until) = served(Vec::new(), flood, &[ping], millis(30_100));
+    let (line, mut run_until) = serve_host(Vec::new(), flood, &[ping], millis(30_100));
     run_until(flood);
-    let most = 30_000_000 / 3 + CAPACITY;
+    let count_max = 30_000_000 / 3 + CAPACITY;
     {
-        let passed = look(&passed);
+        let line = locked(&line);
         assert!(
-            (most - 2 * CAPACITY..=most).contains(&passed.count),
+            (count_max - 2 * CAPACITY..=count_max).contains(&line.count),
             "{} bytes",
-            passed.count
+            line.count
         );
-        assert_eq!(passed.pauses, 0, "the transmitter was idle in a flood");
+        assert_eq!(line.pauses, 0, "the transmitter was idle during the flood");
     }
     run_until(millis(30_040));
-    let before = look(&passed).count;
+    let before = locked(&line).count;
     run_until(millis(30_100));
-    let passed = look(&passed);
-    assert_eq!(passed.count, before + 1);
-    let late = passed.last.unwrap() - ping;
-    assert!(late <= LATENCY + BYTE_TIME + GATHERING, "{late}");
+    let line = locked(&line);
+    assert_eq!(line.count, before + 1);
+    let late = line.last.unwrap() - ping;
+    assert!(late <= LATENCY + BYTE_TIME + BURST_GAP_MAX, "{late}");
 }
 
 proptest! {
@@ -264,27 +264,27 @@ proptest! {
             })
             .collect();
         let pauses: Vec<SimDuration> = pauses.into_iter().map(micros).collect();
-        let (passed, mut run_until) = served(pauses, SimTime::ZERO, &writes, millis(60));
+        let (line, mut run_until) = serve_host(pauses, SimTime::ZERO, &writes, millis(60));
         run_until(millis(60));
-        let passed = look(&passed);
-        prop_assert_eq!(passed.count, 10);
-        prop_assert_eq!(passed.pauses, 0);
-        prop_assert_eq!(passed.last.unwrap() - passed.first.unwrap(), BYTE_TIME * 9);
+        let line = locked(&line);
+        prop_assert_eq!(line.count, 10);
+        prop_assert_eq!(line.pauses, 0);
+        prop_assert_eq!(line.last.unwrap() - line.first.unwrap(), BYTE_TIME * 9);
     }
 
-    /// Slow single bytes do not stop the twin.
+    /// Single bytes at arbitrary rates do not stop the twin.
     #[test]
     fn slow_single_bytes_delay_the_twin_by_at_most_a_burst(
         gap in 1_u64..400,
     ) {
         let writes: Vec<SimTime> = (0..2_000).map(|n| millis(1) + micros(gap * n)).collect();
         let end = writes[writes.len() - 1] + micros(1_000);
-        let (passed, mut run_until) = served(Vec::new(), SimTime::ZERO, &writes, end);
+        let (line, mut run_until) = serve_host(Vec::new(), SimTime::ZERO, &writes, end);
         run_until(end);
-        let passed = look(&passed);
-        prop_assert_eq!(passed.count, writes.len());
+        let line = locked(&line);
+        prop_assert_eq!(line.count, writes.len());
         // Limited by line and latency, and delayed by at most the waits.
         let sent = (writes[writes.len() - 1] + LATENCY).max(writes[0] + LATENCY + BYTE_TIME * 2_000);
-        prop_assert!(passed.last.unwrap() <= sent + BURST_MAX + GATHERING);
+        prop_assert!(line.last.unwrap() <= sent + BURST_MAX + BURST_GAP_MAX);
     }
 }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 
 use super::clock::Clock;
-use super::scheduler::{RealTimeScheduler, Report, TaskFace, Tasks, What};
+use super::scheduler::{RealTimeScheduler, Report, ReportKind, TaskInterface, Tasks};
 use crate::{
     Change, EnergyBalance, Group, IoTask, Observer, Plant, PlantAccess, PlantFault, Process,
     ProcessVariable, Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing,
@@ -17,9 +17,9 @@ use crate::{
 
 /// Manual clock: sleeping sets it.
 #[derive(Clone, Default)]
-struct Wound(Arc<AtomicU64>);
+struct ManualClock(Arc<AtomicU64>);
 
-impl Clock for Wound {
+impl Clock for ManualClock {
     fn now(&self) -> HostTime {
         HostTime::from_nanos(self.0.load(Ordering::Relaxed))
     }
@@ -29,10 +29,10 @@ impl Clock for Wound {
 }
 
 /// Process that advances the clock by its compute time, if it has one.
-struct Slow {
+struct TimedProcess {
     tasks: usize,
     offset: [ProcessVariable; 1],
-    takes: Option<(TimeSource, Wound)>,
+    compute: Option<(TimeSource, ManualClock)>,
 }
 
 fn ports(task: usize) -> [Port; 2] {
@@ -42,19 +42,19 @@ fn ports(task: usize) -> [Port; 2] {
     ]
 }
 
-impl Slow {
-    fn new(tasks: usize, takes: Option<(TimeSource, Wound)>) -> Box<Self> {
+impl TimedProcess {
+    fn new(tasks: usize, compute: Option<(TimeSource, ManualClock)>) -> Box<Self> {
         Box::new(Self {
             tasks,
             offset: [ProcessVariable::new("offset", Unit::Volt, .., 0.0)],
-            takes,
+            compute,
         })
     }
 }
 
-impl Process for Slow {
+impl Process for TimedProcess {
     fn name(&self) -> &'static str {
-        "slow"
+        "timed process"
     }
     fn ports(&self) -> Vec<Port> {
         let ports = (0..self.tasks).flat_map(ports);
@@ -70,10 +70,10 @@ impl Process for Slow {
         for (output, sample) in outputs.iter_mut().zip(inputs.chunks_exact(2)) {
             *output += elapsed.as_secs_f64() + sample[0] - 0.1 * sample[1] + self.offset[0].value();
         }
-        if let Some((takes, clock)) = &mut self.takes {
+        if let Some((compute, clock)) = &mut self.compute {
             clock
                 .0
-                .fetch_add(takes.draw().as_nanos(), Ordering::Relaxed);
+                .fetch_add(compute.draw().as_nanos(), Ordering::Relaxed);
         }
     }
     fn save(&self) -> Snapshot {
@@ -86,22 +86,22 @@ impl Process for Slow {
 
 /// Task with a cyclic list of transfer times; its results are the number of the transfer and the
 /// command.
-struct Fixed {
+struct FixedTask {
     name: String,
     number: usize,
     lengths: Vec<SimDuration>,
     ends: Option<SimTime>,
-    brought: [f64; 2],
+    results: [f64; 2],
 }
 
-impl Fixed {
+impl FixedTask {
     fn new(number: usize, lengths: &[SimDuration]) -> Self {
         Self {
             name: number.to_string(),
             number,
             lengths: lengths.to_vec(),
             ends: None,
-            brought: [0.0; 2],
+            results: [0.0; 2],
         }
     }
 
@@ -111,15 +111,15 @@ impl Fixed {
             clippy::cast_sign_loss,
             reason = "a small count"
         )]
-        let nth = self.brought[0] as usize;
-        self.brought = [self.brought[0] + 1.0, command];
+        let nth = self.results[0] as usize;
+        self.results = [self.results[0] + 1.0, command];
         let ends = now + self.lengths[nth % self.lengths.len()];
         self.ends = Some(ends);
         ends
     }
 }
 
-impl IoTask for Fixed {
+impl IoTask for FixedTask {
     fn name(&self) -> &str {
         &self.name
     }
@@ -132,13 +132,13 @@ impl IoTask for Fixed {
         from_process: &[f64],
         _: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
-        Ok(Progress::Again(self.start(now, from_process[0])))
+        Ok(Progress::WakeAt(self.start(now, from_process[0])))
     }
     fn wake(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
     fn to_process(&self) -> &[f64] {
-        &self.brought
+        &self.results
     }
     fn save(&self) -> Snapshot {
         Snapshot::default()
@@ -149,10 +149,10 @@ impl IoTask for Fixed {
 }
 
 /// The same transfers for the real-time scheduler.
-struct Troupe(Vec<Fixed>);
+struct FixedTasks(Vec<FixedTask>);
 
-impl Tasks for Troupe {
-    fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {
+impl Tasks for FixedTasks {
+    fn next_report(&mut self, limit: HostTime) -> Option<Report<'_>> {
         let due = self
             .0
             .iter_mut()
@@ -166,11 +166,11 @@ impl Tasks for Troupe {
         Some(Report {
             task: task.number,
             at,
-            what: What::Ended,
+            kind: ReportKind::Ended,
         })
     }
-    fn brought(&mut self, task: usize) -> (&[f64], &[f64]) {
-        (&self.0[task].brought, &[])
+    fn results(&mut self, task: usize) -> (&[f64], &[f64]) {
+        (&self.0[task].results, &[])
     }
     fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]) {
         self.0[task].start(SimTime::from_nanos(now.as_nanos()), from_process[0]);
@@ -178,11 +178,11 @@ impl Tasks for Troupe {
 }
 
 /// Plant without state and ports.
-pub(super) struct Nothing;
+pub(super) struct EmptyPlant;
 
-impl Plant for Nothing {
+impl Plant for EmptyPlant {
     fn name(&self) -> &'static str {
-        "nothing"
+        "empty"
     }
     fn ports(&self) -> Vec<Port> {
         Vec::new()
@@ -206,21 +206,21 @@ impl Plant for Nothing {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Seen {
+enum Record {
     Event(RunEvent),
     Samples(Group, Vec<u64>),
 }
 
 /// Events and samples of process and tasks, with their times.
 #[derive(Default)]
-struct Log(VecDeque<(SimTime, Seen)>);
+struct Log(VecDeque<(SimTime, Record)>);
 
 impl Log {
     /// Sorts transfers that end at one instant, whose order is arbitrary: the rig uses that of
     /// arming.
     fn sort_ties(&mut self) {
-        let ended = |(_, seen): &(SimTime, Seen)| match seen {
-            Seen::Event(RunEvent::TaskEnd { task }) => Some(*task),
+        let ended = |(_, record): &(SimTime, Record)| match record {
+            Record::Event(RunEvent::TaskEnd { task }) => Some(*task),
             _ => None,
         };
         self.0
@@ -234,11 +234,11 @@ impl Observer for Log {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         if group != Group::Plant {
             let bits = values.iter().map(|value| value.to_bits()).collect();
-            self.0.push_back((now, Seen::Samples(group, bits)));
+            self.0.push_back((now, Record::Samples(group, bits)));
         }
     }
     fn event(&mut self, now: SimTime, event: RunEvent) {
-        self.0.push_back((now, Seen::Event(event)));
+        self.0.push_back((now, Record::Event(event)));
     }
 }
 
@@ -250,11 +250,17 @@ struct Case {
     end: SimTime,
 }
 
-fn in_lockstep(case: &Case) -> Log {
+fn run_lockstep(case: &Case) -> Log {
     let tasks = case.lengths.iter().enumerate();
-    let tasks = tasks.map(|(n, lengths)| Box::new(Fixed::new(n, lengths)) as Box<dyn IoTask>);
-    let process = Slow::new(case.lengths.len(), None);
-    let mut rig = Rig::new(&case.schedule, process, tasks.collect(), Box::new(Nothing)).unwrap();
+    let tasks = tasks.map(|(n, lengths)| Box::new(FixedTask::new(n, lengths)) as Box<dyn IoTask>);
+    let process = TimedProcess::new(case.lengths.len(), None);
+    let mut rig = Rig::new(
+        &case.schedule,
+        process,
+        tasks.collect(),
+        Box::new(EmptyPlant),
+    )
+    .unwrap();
     for (at, change) in &case.changes {
         rig.schedule(*at, "offset", *change).unwrap();
     }
@@ -263,36 +269,43 @@ fn in_lockstep(case: &Case) -> Log {
     log
 }
 
-fn by_clock(case: &Case, clock: &Wound) -> (RealTimeScheduler, Log) {
+fn run_real_time(case: &Case, clock: &ManualClock) -> (RealTimeScheduler, Log) {
     let compute = case.schedule.compute.clone();
     let compute = compute
         .source(case.schedule.seed, "process/compute")
         .unwrap();
-    let process = Slow::new(case.lengths.len(), Some((compute, clock.clone())));
-    let faces = (0..case.lengths.len()).map(|n| TaskFace {
+    let process = TimedProcess::new(case.lengths.len(), Some((compute, clock.clone())));
+    let interfaces = (0..case.lengths.len()).map(|n| TaskInterface {
         name: n.to_string(),
         ports: ports(n).into(),
         diagnostics: Vec::new(),
     });
-    let mut scheduler = RealTimeScheduler::new(&case.schedule, process, faces.collect()).unwrap();
+    let mut scheduler =
+        RealTimeScheduler::new(&case.schedule, process, interfaces.collect()).unwrap();
     for (at, change) in &case.changes {
         let slot = &mut scheduler.slot;
         slot.schedule(SimTime::ZERO, *at, "offset", *change)
             .unwrap();
     }
     let fixed = case.lengths.iter().enumerate();
-    let mut troupe = Troupe(fixed.map(|(n, lengths)| Fixed::new(n, lengths)).collect());
+    let mut fixed_tasks = FixedTasks(
+        fixed
+            .map(|(n, lengths)| FixedTask::new(n, lengths))
+            .collect(),
+    );
     let mut log = Log::default();
     scheduler.begin_at(HostTime::default());
     let mut step = 0;
     while scheduler.due(step).0 <= case.end {
         clock.sleep_until(scheduler.due(step).1);
         step = scheduler
-            .control_step(step, clock, &mut troupe, &mut log)
+            .control_step(step, clock, &mut fixed_tasks, &mut log)
             .unwrap();
     }
     let end = HostTime::from_nanos(case.end.as_nanos());
-    scheduler.hear(end, &mut troupe, &mut log).unwrap();
+    scheduler
+        .handle_reports(end, &mut fixed_tasks, &mut log)
+        .unwrap();
     log.0.retain(|(at, _)| *at <= case.end);
     (scheduler, log)
 }
@@ -331,8 +344,8 @@ fn any_case() -> impl Strategy<Value = Case> {
 proptest! {
     #[test]
     fn real_time_scheduler_equals_the_lockstep_rig(case in any_case()) {
-        let (scheduler, mut real) = by_clock(&case, &Wound::default());
-        let mut model = in_lockstep(&case);
+        let (scheduler, mut real) = run_real_time(&case, &ManualClock::default());
+        let mut model = run_lockstep(&case);
         real.sort_ties();
         model.sort_ties();
         for (n, (real, model)) in real.0.iter().zip(&model.0).enumerate() {
@@ -355,23 +368,23 @@ fn regular() -> Case {
 #[test]
 fn late_wake_up_misses_steps_and_lengthens_the_elapsed_time() {
     let case = regular();
-    let clock = Wound::default();
-    let process = Slow::new(0, None);
+    let clock = ManualClock::default();
+    let process = TimedProcess::new(0, None);
     let mut scheduler = RealTimeScheduler::new(&case.schedule, process, Vec::new()).unwrap();
     scheduler.begin_at(HostTime::default());
-    let (mut troupe, mut log) = (Troupe(Vec::new()), Log::default());
+    let (mut fixed_tasks, mut log) = (FixedTasks(Vec::new()), Log::default());
     let mut step = 0;
     for woken_ns in [0, 100_000, 450_000, 500_000] {
         clock.sleep_until(HostTime::from_nanos(woken_ns));
         step = scheduler
-            .control_step(step, &clock, &mut troupe, &mut log)
+            .control_step(step, &clock, &mut fixed_tasks, &mut log)
             .unwrap();
     }
-    let events = log.0.iter().filter_map(|(at, seen)| match seen {
-        Seen::Event(RunEvent::ProcessBegin { elapsed }) => {
+    let events = log.0.iter().filter_map(|(at, record)| match record {
+        Record::Event(RunEvent::ProcessBegin { elapsed }) => {
             Some((at.as_nanos() / 1000, elapsed.as_nanos() / 1000))
         }
-        Seen::Event(RunEvent::Overrun { missed }) => {
+        Record::Event(RunEvent::Overrun { missed }) => {
             Some((at.as_nanos() / 1000, 1_000_000 + missed))
         }
         _ => None,
@@ -401,28 +414,32 @@ fn late_wake_up_misses_steps_and_lengthens_the_elapsed_time() {
 fn failed_transfer_ends_the_run_with_task_and_time() {
     struct Failing;
     impl Tasks for Failing {
-        fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {
+        fn next_report(&mut self, limit: HostTime) -> Option<Report<'_>> {
             let why = "no answer".to_string();
             Some(Report {
                 task: 0,
                 at: limit,
-                what: What::Failed(TaskError::Device { why }),
+                kind: ReportKind::Failed(TaskError::Device { why }),
             })
         }
-        fn brought(&mut self, _: usize) -> (&[f64], &[f64]) {
+        fn results(&mut self, _: usize) -> (&[f64], &[f64]) {
             (&[0.0; 2], &[])
         }
         fn begin(&mut self, _: usize, _: HostTime, _: &[f64]) {}
     }
-    let face = TaskFace {
+    let interface = TaskInterface {
         name: "0".into(),
         ports: ports(0).into(),
         diagnostics: Vec::new(),
     };
-    let mut scheduler =
-        RealTimeScheduler::new(&regular().schedule, Slow::new(1, None), vec![face]).unwrap();
+    let mut scheduler = RealTimeScheduler::new(
+        &regular().schedule,
+        TimedProcess::new(1, None),
+        vec![interface],
+    )
+    .unwrap();
     scheduler.begin_at(HostTime::from_nanos(7));
-    let clock = Wound::default();
+    let clock = ManualClock::default();
     clock.sleep_until(HostTime::from_nanos(7));
     let error = scheduler
         .control_step(0, &clock, &mut Failing, &mut ())

@@ -7,11 +7,11 @@ use triple_buffer::{Input, Output};
 use twinrig_kernel::HostTime;
 
 use super::clock::Clock;
-use super::driver_session::{DriverSession, Heading, SessionEnd, SessionObserver};
+use super::driver_session::{ByteDirection, DriverSession, SessionEnd, SessionObserver};
 use super::limits::Limits;
-use super::privileges::raise;
+use super::privileges::raise_priority;
 use super::ring::RingWriter;
-use crate::{PartKind, TaskError, caught, in_part};
+use crate::{PartKind, TaskError, catch_panic, in_part};
 
 /// Orders of the control thread to a worker. A later order overrides an earlier one.
 pub(super) mod order {
@@ -38,14 +38,14 @@ pub(super) struct Shared {
 
 /// A task on its own thread: opens, then runs a transfer per order, then closes.
 pub(super) struct Worker {
-    pub(super) exchange: DriverSession,
+    pub(super) session: DriverSession,
     pub(super) clock: Arc<dyn Clock>,
     pub(super) limits: Limits,
     pub(super) priority: Option<u8>,
     pub(super) shared: Arc<Shared>,
     pub(super) from_process: Output<Vec<f64>>,
     /// Results for the process, followed by the diagnostics.
-    pub(super) brought: Input<Vec<f64>>,
+    pub(super) results: Input<Vec<f64>>,
     /// Number of results for the process.
     pub(super) to_process: usize,
     pub(super) reports: RingWriter,
@@ -58,57 +58,60 @@ struct ReportQueue<'a> {
 }
 
 impl SessionObserver for ReportQueue<'_> {
-    fn passed(&mut self, at: HostTime, way: Heading, bytes: &[u8]) {
-        let kind = match way {
-            Heading::Out => report::OUT,
-            Heading::In => report::IN,
+    fn on_bytes(&mut self, at: HostTime, direction: ByteDirection, bytes: &[u8]) {
+        let kind = match direction {
+            ByteDirection::Out => report::OUT,
+            ByteDirection::In => report::IN,
         };
-        self.reports.bytes(kind, 0, at, bytes);
+        self.reports.push_bytes(kind, 0, at, bytes);
     }
 
-    fn is_called_off(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.shared.order.load(Ordering::Relaxed) == order::CLOSE
     }
 }
 
 /// Pause between calls to a driver whose timeout stays in the past.
-const REST: Duration = Duration::from_millis(1);
+const RETRY_PAUSE: Duration = Duration::from_millis(1);
 
 /// Converts a panic of the driver `name` into a failure of its task.
-fn guarded(name: &str, run: impl FnOnce() -> Result<(), TaskError>) -> Result<(), TaskError> {
-    let ran = caught(|| in_part(PartKind::Driver, name, run));
-    ran.unwrap_or_else(|panic| Err(panic.into()))
+fn catch_driver_panic(
+    name: &str,
+    run: impl FnOnce() -> Result<(), TaskError>,
+) -> Result<(), TaskError> {
+    let result = catch_panic(|| in_part(PartKind::Driver, name, run));
+    result.unwrap_or_else(|panic| Err(panic.into()))
 }
 
 impl Worker {
     /// Runs all phases of the task. Returns the number of lost reports.
-    pub(super) fn live(mut self) -> u64 {
-        raise(self.priority);
+    pub(super) fn run(mut self) -> u64 {
+        raise_priority(self.priority);
         // The devices must be left in a safe state after any failure. A driver that panicked is
         // closed, too: the alternative is motors that keep running.
-        let name = self.exchange.driver.name().to_owned();
-        let lived = guarded(&name, || self.open_and_serve());
-        let failed = lived.is_err();
-        self.note(lived);
+        let name = self.session.driver.name().to_owned();
+        let served = catch_driver_panic(&name, || self.open_and_serve());
+        let failed = served.is_err();
+        self.report_failure(served);
         let limit = self.limits.close;
         let mut queue = ReportQueue {
             shared: &self.shared,
             reports: &mut self.reports,
         };
-        let exchange = &mut self.exchange;
-        let closed = guarded(&name, || exchange.close(limit, &mut queue).map(|_| ()));
+        let session = &mut self.session;
+        let closed = catch_driver_panic(&name, || session.close(limit, &mut queue).map(|_| ()));
         if failed {
             // Only the first failure is reported.
             return self.reports.lost();
         }
-        self.note(closed);
+        self.report_failure(closed);
         self.reports.lost()
     }
 
-    fn note(&mut self, result: Result<(), TaskError>) {
+    fn report_failure(&mut self, result: Result<(), TaskError>) {
         if let Err(error) = result {
             let _ = self.shared.failure.set(error);
-            self.reports.mark(report::FAILED, 0, self.clock.now());
+            self.reports.push_mark(report::FAILED, 0, self.clock.now());
         }
     }
 
@@ -118,11 +121,11 @@ impl Worker {
             shared: &self.shared,
             reports: &mut self.reports,
         };
-        let mut ending = self.exchange.open(limit, &mut queue)?;
+        let mut ending = self.session.open(limit, &mut queue)?;
         loop {
             match ending {
                 SessionEnd::Done(at) => self.publish(at),
-                SessionEnd::CalledOff => return Ok(()),
+                SessionEnd::Cancelled => return Ok(()),
             }
             let Some(next) = self.wait()? else {
                 return Ok(());
@@ -148,17 +151,21 @@ impl Worker {
             match begin {
                 Ok(_) => {
                     let from_process = self.from_process.read();
-                    let ending = self.exchange.transfer(from_process, limit, &mut queue)?;
+                    let ending = self.session.transfer(from_process, limit, &mut queue)?;
                     return Ok(Some(ending));
                 }
                 Err(order::CLOSE) => return Ok(None),
                 Err(_) => {}
             }
-            match self.exchange.attend(limit, &mut queue)? {
+            match self.session.handle_idle_timeout(limit, &mut queue)? {
                 None => thread::park(),
                 Some(at) => {
-                    let patience = at.since(self.clock.now());
-                    thread::park_timeout(if patience.is_zero() { REST } else { patience });
+                    let timeout = at.since(self.clock.now());
+                    thread::park_timeout(if timeout.is_zero() {
+                        RETRY_PAUSE
+                    } else {
+                        timeout
+                    });
                 }
             }
         }
@@ -166,11 +173,11 @@ impl Worker {
 
     /// Publishes the results of the transfer to the control thread, and reports its end.
     fn publish(&mut self, at: HostTime) {
-        let brought = self.brought.input_buffer_mut();
-        let (to_process, diagnostics) = brought.split_at_mut(self.to_process);
-        to_process.copy_from_slice(self.exchange.driver.to_process());
-        self.exchange.driver.read_diagnostics(diagnostics);
-        self.brought.publish();
-        self.reports.mark(report::ENDED, 0, at);
+        let results = self.results.input_buffer_mut();
+        let (to_process, diagnostics) = results.split_at_mut(self.to_process);
+        to_process.copy_from_slice(self.session.driver.to_process());
+        self.session.driver.read_diagnostics(diagnostics);
+        self.results.publish();
+        self.reports.push_mark(report::ENDED, 0, at);
     }
 }

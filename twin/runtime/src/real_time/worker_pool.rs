@@ -6,17 +6,17 @@ use std::time::Duration;
 use triple_buffer::{Input, Output, triple_buffer};
 use twinrig_kernel::{Direction, HostTime, Layout};
 
-use super::clock::{Clock, later};
-use super::driver_session::{DriverSession, Heading, duration};
+use super::clock::Clock;
+use super::driver_session::{ByteDirection, DriverSession, duration};
 use super::limits::Limits;
 use super::ring::{RingReader, ring, unpack};
-use super::scheduler::{Report, Tasks, What};
+use super::scheduler::{Report, ReportKind, Tasks};
 use super::worker::{Shared, Worker, order, report};
 use crate::{Device, Driver, Phase, RigError, TaskError};
 
 /// Worker threads of all tasks, as seen by the control thread.
 pub(super) struct WorkerPool {
-    hands: Vec<WorkerHandle>,
+    workers: Vec<WorkerHandle>,
     limits: Limits,
     bytes: Vec<u8>,
     /// Number of lost reports of the threads that have ended.
@@ -28,11 +28,11 @@ struct WorkerHandle {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<u64>>,
     from_process: Input<Vec<f64>>,
-    brought: Output<Vec<f64>>,
+    results: Output<Vec<f64>>,
     to_process: usize,
     reports: RingReader,
-    at: Phase,
-    since: HostTime,
+    phase: Phase,
+    phase_began: HostTime,
     idle: bool,
     /// Whether its failure has been reported.
     failed: bool,
@@ -53,35 +53,35 @@ impl WorkerPool {
     ) -> Result<Self, RigError> {
         // If a thread cannot be started, dropping the pool closes the others.
         let mut pool = Self {
-            hands: Vec::new(),
+            workers: Vec::new(),
             limits,
             bytes: Vec::with_capacity(4096),
             lost: 0,
         };
         for (driver, device) in drivers {
-            let hand = WorkerHandle::start(driver, device, clock, limits, priority)?;
-            pool.hands.push(hand);
+            let worker = WorkerHandle::start(driver, device, clock, limits, priority)?;
+            pool.workers.push(worker);
         }
         Ok(pool)
     }
 
     /// Orders all workers to close.
     pub(super) fn close(&mut self, now: HostTime) {
-        for hand in &mut self.hands {
-            (hand.at, hand.since, hand.idle) = (Phase::Closing, now, false);
-            hand.order(order::CLOSE);
+        for worker in &mut self.workers {
+            (worker.phase, worker.phase_began, worker.idle) = (Phase::Closing, now, false);
+            worker.order(order::CLOSE);
         }
     }
 
     /// Joins finished threads; returns whether every thread has ended or been abandoned.
-    pub(super) fn all_gone(&mut self) -> bool {
-        for hand in &mut self.hands {
-            let gone = hand.thread.take_if(|thread| thread.is_finished());
-            if let Some(Ok(lost)) = gone.map(JoinHandle::join) {
+    pub(super) fn all_ended(&mut self) -> bool {
+        for worker in &mut self.workers {
+            let finished = worker.thread.take_if(|thread| thread.is_finished());
+            if let Some(Ok(lost)) = finished.map(JoinHandle::join) {
                 self.lost += lost;
             }
         }
-        self.hands.iter().all(|hand| hand.thread.is_none())
+        self.workers.iter().all(|worker| worker.thread.is_none())
     }
 
     /// Returns the number of lost reports.
@@ -93,7 +93,9 @@ impl WorkerPool {
 /// Closes all devices, however the run ended.
 impl Drop for WorkerPool {
     fn drop(&mut self) {
-        self.hands.iter().for_each(|hand| hand.order(order::CLOSE));
+        self.workers
+            .iter()
+            .for_each(|worker| worker.order(order::CLOSE));
     }
 }
 
@@ -107,31 +109,31 @@ impl WorkerHandle {
     ) -> Result<Self, RigError> {
         let name = driver.name().to_string();
         let inputs = Layout::of(&driver.ports(), Direction::Input).len();
-        let mut brought = driver.to_process().to_vec();
-        let to_process = brought.len();
-        brought.resize(
+        let mut results = driver.to_process().to_vec();
+        let to_process = results.len();
+        results.resize(
             to_process + Layout::of(&driver.diagnostics(), Direction::Output).len(),
             0.0,
         );
-        driver.read_diagnostics(&mut brought[to_process..]);
+        driver.read_diagnostics(&mut results[to_process..]);
         let (from_process, to_worker) = triple_buffer(&vec![0.0; inputs]);
-        let (from_worker, brought) = triple_buffer(&brought);
+        let (from_worker, results) = triple_buffer(&results);
         let (writer, reports) = ring(REPORTS);
         let shared = Arc::new(Shared::default());
         let place = device.place().to_string();
         let worker = Worker {
-            exchange: DriverSession::new(driver, device, clock.clone()),
+            session: DriverSession::new(driver, device, clock.clone()),
             clock: clock.clone(),
             limits,
             priority,
             shared: shared.clone(),
             from_process: to_worker,
-            brought: from_worker,
+            results: from_worker,
             to_process,
             reports: writer,
         };
         let thread = thread::Builder::new().name(format!("task {name}"));
-        let thread = thread.spawn(move || worker.live());
+        let thread = thread.spawn(move || worker.run());
         let thread = thread.map_err(|error| RigError::Thread {
             what: name,
             why: error.to_string(),
@@ -141,11 +143,11 @@ impl WorkerHandle {
             shared,
             thread: Some(thread),
             from_process,
-            brought,
+            results,
             to_process,
             reports,
-            at: Phase::Opening,
-            since: clock.now(),
+            phase: Phase::Opening,
+            phase_began: clock.now(),
             idle: false,
             failed: false,
         })
@@ -160,8 +162,8 @@ impl WorkerHandle {
 
     /// Returns the error of a thread without pending reports that has panicked or exceeded its
     /// limit.
-    fn lost(&mut self, now: HostTime, limits: Limits) -> Option<TaskError> {
-        let limit = match self.at {
+    fn detect_failure(&mut self, now: HostTime, limits: Limits) -> Option<TaskError> {
+        let limit = match self.phase {
             Phase::Opening => limits.open,
             Phase::Transfer => limits.transfer,
             // The worker may be in a transfer, or opening, when it is ordered to close.
@@ -170,18 +172,18 @@ impl WorkerHandle {
         let thread = self.thread.as_ref()?;
         let why = if thread.is_finished() {
             // A closing worker may end; one whose last report is pending is checked again later.
-            if self.at == Phase::Closing || self.reports.peek().is_some() {
+            if self.phase == Phase::Closing || self.reports.peek().is_some() {
                 return None;
             }
             "it panicked"
-        } else if !self.idle && now > later(self.since, duration(limit) + GRACE) {
+        } else if !self.idle && now > self.phase_began + (duration(limit) + GRACE) {
             "it is still running"
         } else {
             return None;
         };
         self.thread = None;
         Some(TaskError::Lost {
-            what: self.at,
+            what: self.phase,
             place: self.place.clone(),
             why: why.into(),
         })
@@ -189,65 +191,66 @@ impl WorkerHandle {
 }
 
 impl Tasks for WorkerPool {
-    fn report(&mut self, limit: HostTime) -> Option<Report<'_>> {
-        let heads = self.hands.iter_mut().enumerate();
+    fn next_report(&mut self, limit: HostTime) -> Option<Report<'_>> {
+        let heads = self.workers.iter_mut().enumerate();
         let oldest = heads
-            .filter_map(|(task, hand)| hand.reports.peek().map(|head| (head.at, task)))
+            .filter_map(|(task, worker)| worker.reports.peek().map(|head| (head.at, task)))
             .filter(|(at, _)| *at <= limit)
             .min();
         let Some((at, task)) = oldest else {
             let limits = self.limits;
-            let mut hands = self.hands.iter_mut().enumerate();
-            return hands.find_map(|(task, hand)| {
+            let mut workers = self.workers.iter_mut().enumerate();
+            return workers.find_map(|(task, worker)| {
                 // A worker that has failed may exceed its limit while closing: it is abandoned, but
                 // reported only once.
-                let error = hand.lost(limit, limits)?;
-                if std::mem::replace(&mut hand.failed, true) {
+                let error = worker.detect_failure(limit, limits)?;
+                if std::mem::replace(&mut worker.failed, true) {
                     return None;
                 }
                 Some(Report {
                     task,
                     at: limit,
-                    what: What::Failed(error),
+                    kind: ReportKind::Failed(error),
                 })
             });
         };
-        let hand = &mut self.hands[task];
-        let (head, words) = hand.reports.pop()?;
-        let what = match head.kind {
+        let worker = &mut self.workers[task];
+        let (head, words) = worker.reports.pop()?;
+        let kind = match head.kind {
             report::ENDED => {
-                hand.idle = true;
-                What::Ended
+                worker.idle = true;
+                ReportKind::Ended
             }
             report::FAILED => {
-                hand.failed = true;
-                What::Failed(hand.shared.failure.get()?.clone())
+                worker.failed = true;
+                ReportKind::Failed(worker.shared.failure.get()?.clone())
             }
             kind => {
                 unpack(head, words, &mut self.bytes);
-                let way = if kind == report::OUT {
-                    Heading::Out
+                let direction = if kind == report::OUT {
+                    ByteDirection::Out
                 } else {
-                    Heading::In
+                    ByteDirection::In
                 };
-                What::Passed(way, &self.bytes)
+                ReportKind::Passed(direction, &self.bytes)
             }
         };
-        Some(Report { task, at, what })
+        Some(Report { task, at, kind })
     }
 
-    fn brought(&mut self, task: usize) -> (&[f64], &[f64]) {
-        let hand = &mut self.hands[task];
-        hand.brought.read().split_at(hand.to_process)
+    fn results(&mut self, task: usize) -> (&[f64], &[f64]) {
+        let worker = &mut self.workers[task];
+        worker.results.read().split_at(worker.to_process)
     }
 
     fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]) {
-        let hand = &mut self.hands[task];
-        hand.from_process
+        let worker = &mut self.workers[task];
+        worker
+            .from_process
             .input_buffer_mut()
             .copy_from_slice(from_process);
-        hand.from_process.publish();
-        (hand.at, hand.since, hand.idle) = (Phase::Transfer, now, false);
-        hand.order(order::BEGIN);
+        worker.from_process.publish();
+        (worker.phase, worker.phase_began, worker.idle) = (Phase::Transfer, now, false);
+        worker.order(order::BEGIN);
     }
 }

@@ -34,7 +34,10 @@ impl Rig {
         let mut agenda = Agenda::new(schedule.events_max);
         let plant_host = PlantHost::new(plant);
         let diagnostics: Vec<Port> = tasks.iter().flat_map(|task| task.diagnostics()).collect();
-        check_names("the list of diagnostics of drivers and devices", &diagnostics)?;
+        check_names(
+            "the list of diagnostics of drivers and devices",
+            &diagnostics,
+        )?;
         let traces = tasks.iter().flat_map(|task| task.traces()).collect();
         let tasks = connect(
             process.name(),
@@ -87,7 +90,7 @@ fn connect(
         .collect();
     let links = wire((process_name, process_ports), &named)?;
     let mut slots: Vec<TaskSlot> = Vec::new();
-    let (mut diagnostics_end, mut first_lane) = (0, 0);
+    let (mut diagnostics_end, mut first_trace) = (0, 0);
     for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
         task.connect(&plant_host.signals)?;
         let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
@@ -101,10 +104,10 @@ fn connect(
             links,
             from_process,
             diagnostics: diagnostics_start..diagnostics_end,
-            first_lane,
+            first_trace,
             part,
         });
-        first_lane += traces;
+        first_trace += traces;
     }
     Ok(slots)
 }

@@ -10,7 +10,7 @@ use crate::{Group, RigError};
 /// State of a rig between two events.
 #[derive(Serialize, Deserialize)]
 struct SavedRig {
-    make: String,
+    configuration: String,
     state: RigState,
     slot: ProcessSlotState,
     plant_host: PlantHostState,
@@ -24,7 +24,7 @@ impl Rig {
     /// configuration that is restored from it continues bit for bit as this one does.
     pub fn save(&self) -> Snapshot {
         Snapshot::of(&SavedRig {
-            make: self.make(),
+            configuration: self.configuration(),
             state: self.state.clone(),
             slot: self.process.state.clone(),
             plant_host: self.plant_host.state.clone(),
@@ -42,10 +42,10 @@ impl Rig {
     /// and the rig returns that error from every further call.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RigError> {
         let saved: SavedRig = snapshot.read()?;
-        if saved.make != self.make() {
+        if saved.configuration != self.configuration() {
             return Err(SnapshotError::Mismatch {
-                expected: self.make(),
-                found: saved.make,
+                expected: self.configuration(),
+                found: saved.configuration,
             }
             .into());
         }
@@ -66,7 +66,7 @@ impl Rig {
     }
 
     /// Returns the configuration: rigs of equal configuration restore each other's snapshots.
-    fn make(&self) -> String {
+    fn configuration(&self) -> String {
         let len = |group| self.layout(group).len();
         format!(
             "a rig of process {} ({} in, {} out), plant {} ({} in, {} out) and the tasks {:?}, \
@@ -87,6 +87,6 @@ impl Rig {
 /// Formats configuration and time.
 impl fmt::Debug for Rig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, at {}", self.make(), self.now())
+        write!(f, "{}, at {}", self.configuration(), self.now())
     }
 }

@@ -1,4 +1,4 @@
-//! A mass on a spring whose motion is known in closed form, and boards that act on it.
+//! A mass on a spring, solved in closed form, and boards that act on it.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use std::collections::VecDeque;
@@ -10,37 +10,39 @@ use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFau
 pub struct Shape {
     /// \[rad/s\]
     pub frequency: f64,
-    pub tells_velocity: bool,
-    /// Its force acts so late.
+    pub outputs_velocity: bool,
+    /// Delay of the force \[µs\].
     pub delay_us: u64,
-    /// It tells of an angle between −π and π and of an orientation instead, which turn evenly.
-    pub turns: bool,
+    /// Outputs an angle in [−π, π] and an orientation instead, both in uniform rotation.
+    pub rotates: bool,
 }
 
 impl Default for Shape {
     fn default() -> Self {
         Self {
             frequency: 40.0,
-            tells_velocity: true,
+            outputs_velocity: true,
             delay_us: 0,
-            turns: false,
+            rotates: false,
         }
     }
 }
 
-/// Angular velocity of what turns \[rad/s\].
-const TURNS: f64 = 11.0;
+/// Angular velocity of the rotation \[rad/s\].
+const ROTATION: f64 = 11.0;
 
-/// A kilogram, moved from 1 m by the exact solution under each force, so that steps of whatever length end where they should.
+/// A mass of 1 kg, advanced from 1 m by the exact solution under each force: independent of the
+/// step size.
 pub struct Oscillator {
     shape: Shape,
     now: SimTime,
     position: f64,
     velocity: f64,
     steps: u64,
-    /// Forces that were given and do not act yet, with when they will; and the one that does.
-    coming: VecDeque<(SimTime, f64)>,
-    last: f64,
+    /// Forces that do not act yet, with the times at which they will, the last command, and the
+    /// acting force.
+    pending: VecDeque<(SimTime, f64)>,
+    last_command: f64,
     force: f64,
     log: Option<Vec<PlantEvent>>,
 }
@@ -53,32 +55,32 @@ impl Oscillator {
             position: 1.0,
             velocity: 0.0,
             steps: 0,
-            coming: VecDeque::new(),
-            last: 0.0,
+            pending: VecDeque::new(),
+            last_command: 0.0,
             force: 0.0,
             log: None,
         }
     }
 
-    /// Where it is without force.
+    /// Returns the position without force.
     pub fn free(shape: Shape, at: SimTime) -> f64 {
         libm::cos(shape.frequency * at.as_secs_f64())
     }
 
-    /// The angle that it tells of, counted on.
-    pub fn turned(at: SimTime) -> f64 {
-        TURNS * at.as_secs_f64()
+    /// Returns the unwrapped angle.
+    pub fn angle_at(at: SimTime) -> f64 {
+        ROTATION * at.as_secs_f64()
     }
 
-    fn go(&mut self, to: SimTime) {
+    fn advance_exactly(&mut self, to: SimTime) {
         let w = self.shape.frequency;
         let phase = w * (to - self.now).as_secs_f64();
         let (sin, cos) = (libm::sin(phase), libm::cos(phase));
-        let rest = self.force / (w * w);
-        let (from, velocity) = (self.position - rest, self.velocity);
-        self.position = rest + from * cos + velocity / w * sin;
+        let equilibrium = self.force / (w * w);
+        let (from, velocity) = (self.position - equilibrium, self.velocity);
+        self.position = equilibrium + from * cos + velocity / w * sin;
         self.velocity = velocity * cos - from * w * sin;
-        let crossed = (self.position < 0.0) != (from + rest < 0.0);
+        let crossed = (self.position < 0.0) != (from + equilibrium < 0.0);
         if let Some(log) = self.log.as_mut().filter(|_| crossed) {
             log.push(PlantEvent {
                 at_s: f64::midpoint(self.now.as_secs_f64(), to.as_secs_f64()),
@@ -96,39 +98,39 @@ impl Plant for Oscillator {
     }
     fn ports(&self) -> Vec<Port> {
         let mut ports = vec![Port::input("mass/force", Unit::Newton, 1)];
-        if self.shape.turns {
+        if self.shape.rotates {
             ports.push(Port::output("mass/angle", Unit::Radian, 1));
             ports.push(Port::output("mass/orientation", Unit::One, 4));
             return ports;
         }
         ports.push(Port::output("mass/position", Unit::Meter, 1));
-        if self.shape.tells_velocity {
+        if self.shape.outputs_velocity {
             ports.push(Port::output("mass/velocity", Unit::MeterPerSecond, 1));
         }
         ports
     }
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.steps += 1;
-        if inputs[0] != self.last {
-            self.last = inputs[0];
+        if inputs[0] != self.last_command {
+            self.last_command = inputs[0];
             let acts = self.now + SimDuration::from_micros(self.shape.delay_us);
-            self.coming.push_back((acts, inputs[0]));
+            self.pending.push_back((acts, inputs[0]));
         }
-        while let Some(&(acts, force)) = self.coming.front().filter(|(acts, _)| *acts < to) {
+        while let Some(&(acts, force)) = self.pending.front().filter(|(acts, _)| *acts < to) {
             if acts > self.now {
-                self.go(acts);
+                self.advance_exactly(acts);
             }
             self.force = force;
-            self.coming.pop_front();
+            self.pending.pop_front();
         }
-        self.go(to);
+        self.advance_exactly(to);
         Ok(())
     }
     fn observe(&mut self, outputs: &mut [f64]) {
-        if self.shape.turns {
-            let angle = Self::turned(self.now);
+        if self.shape.rotates {
+            let angle = Self::angle_at(self.now);
             outputs[0] = libm::atan2(libm::sin(angle), libm::cos(angle));
-            // Whichever of the two signs.
+            // Either of the two signs.
             let half = outputs[0] / 2.0;
             outputs[1..].copy_from_slice(&[libm::cos(half), 0.0, 0.0, libm::sin(half)]);
             return;
@@ -146,8 +148,8 @@ impl Plant for Oscillator {
             ..WorkCounts::default()
         }
     }
-    fn log_events(&mut self, wanted: bool) {
-        self.log = wanted.then(Vec::new);
+    fn log_events(&mut self, enabled: bool) {
+        self.log = enabled.then(Vec::new);
     }
     fn events(&self) -> &[PlantEvent] {
         self.log.as_deref().unwrap_or_default()
@@ -160,7 +162,8 @@ impl Plant for Oscillator {
     }
 }
 
-/// Ticks at its own period; at each it damps and stiffens the oscillator by what it sees now and saw before.
+/// Board that damps and stiffens the oscillator at its own period, by the present and the previous
+/// sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Board {
     /// \[µs\]
@@ -168,37 +171,38 @@ pub struct Board {
     pub phase: u64,
 }
 
-/// The oscillator under the sum of what the boards want, seen every 8 ms, which is on every grid, for 0.8 s.
+/// Positions of the oscillator under the sum of the boards' forces, every 8 ms, which is on every
+/// grid, for 0.8 s.
 pub fn driven(plant: &mut dyn Plant, boards: &[Board]) -> Vec<f64> {
-    const LOOK: u64 = 8_000;
+    const OBSERVE_EVERY: u64 = 8_000;
     const STIFFNESS: f64 = 200.0;
     const DAMPING: f64 = 3.0;
     let at = |micros| SimTime::ZERO + SimDuration::from_micros(micros);
     let mut due: Vec<u64> = boards.iter().map(|board| board.phase).collect();
-    let mut wants = vec![0.0; boards.len()];
-    let mut seen_by: Vec<Option<f64>> = vec![None; boards.len()];
-    let (mut look, mut now, mut seen) = (LOOK, 0, Vec::new());
+    let mut forces = vec![0.0; boards.len()];
+    let mut previous: Vec<Option<f64>> = vec![None; boards.len()];
+    let (mut observe_at, mut now, mut positions) = (OBSERVE_EVERY, 0, Vec::new());
     let mut outputs = vec![0.0; 2];
-    while look <= 800_000 {
-        let next = due.iter().copied().fold(look, u64::min);
+    while observe_at <= 800_000 {
+        let next = due.iter().copied().fold(observe_at, u64::min);
         if next > now {
-            plant.advance(at(next), &[wants.iter().sum()]).unwrap();
+            plant.advance(at(next), &[forces.iter().sum()]).unwrap();
             now = next;
         }
         plant.observe(&mut outputs);
-        if look == now {
-            seen.push(outputs[0]);
-            look += LOOK;
+        if observe_at == now {
+            positions.push(outputs[0]);
+            observe_at += OBSERVE_EVERY;
         }
         for (n, board) in boards.iter().enumerate() {
             if due[n] == now {
                 let period_s = board.period as f64 * 1e-6;
-                let rate = seen_by[n].map_or(0.0, |last| (outputs[0] - last) / period_s);
-                seen_by[n] = Some(outputs[0]);
-                wants[n] = -STIFFNESS * outputs[0] - DAMPING * rate;
+                let rate = previous[n].map_or(0.0, |last| (outputs[0] - last) / period_s);
+                previous[n] = Some(outputs[0]);
+                forces[n] = -STIFFNESS * outputs[0] - DAMPING * rate;
                 due[n] += board.period;
             }
         }
     }
-    seen
+    positions
 }

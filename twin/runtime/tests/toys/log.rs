@@ -1,7 +1,7 @@
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, RunEvent};
 
-/// Everything an observer sees, numbers as bits.
+/// All records of an observer, numbers as bits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log(pub Vec<(SimTime, Entry)>);
 
@@ -22,7 +22,7 @@ impl Observer for Log {
 }
 
 impl Log {
-    /// The events, in order.
+    /// Returns the events, in order.
     pub fn events(&self) -> impl Iterator<Item = (SimTime, RunEvent)> {
         self.0.iter().filter_map(|(time, entry)| match entry {
             Entry::Event(event) => Some((*time, *event)),
@@ -30,7 +30,7 @@ impl Log {
         })
     }
 
-    /// The values of one group, in order.
+    /// Returns the values of one group, in order.
     pub fn samples_of(&self, group: Group) -> impl Iterator<Item = (SimTime, Vec<f64>)> {
         self.0.iter().filter_map(move |(time, entry)| match entry {
             Entry::Samples(of, bits) if *of == group => Some((

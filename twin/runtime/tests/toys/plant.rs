@@ -1,9 +1,9 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
-/// One first-order lag a channel, in explicit Euler steps as long as it is asked for: moving it to the
-/// wrong instants, or holding the wrong command, gives other bits. Signals `NAME/command`, `NAME/value`,
-/// and `NAME/mean`, the mean command since the window began.
+/// A first-order lag per channel, in explicit Euler steps over each interval: advances to other
+/// instants or under other commands change the bits. Signals `NAME/command`, `NAME/value`, and
+/// `NAME/mean`, the mean command since the window began.
 pub struct ToyPlant {
     names: Vec<String>,
     pub fails_at: Option<SimTime>,

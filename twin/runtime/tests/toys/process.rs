@@ -1,8 +1,8 @@
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
-/// Reads `NAME/sample` of every channel (number of the transfer, value brought), writes `NAME/command`,
-/// and keeps the sum of the elapsed times. The first command is that sum in nanoseconds.
+/// Process that reads `NAME/sample` of every channel (number of the transfer, value), writes
+/// `NAME/command`, and sums the elapsed times. The first command is that sum in nanoseconds.
 pub struct ToyProcess {
     ports: Vec<Port>,
     variables: Vec<ProcessVariable>,

@@ -4,25 +4,25 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, stream};
 use twinrig_runtime::{IoTask, PlantAccess, PlantSignals, Progress, TaskError, WiringError};
 
-/// What one transfer of a [`ToyTask`] put on its wire: chunks of bytes and how long after its beginning.
+/// Bytes of one transfer of a [`ToyTask`]: chunks, and their times since its beginning.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Exchange {
+pub struct WireTransfer {
     pub chunks: Vec<(SimDuration, Vec<u8>)>,
     pub ended: Option<SimDuration>,
 }
 
-/// A task with a protocol: packet `number` carries one command to its device in several chunks, at times
-/// that are its own affair; with the last one the device acts and answers with a measurement.
+/// A task with a protocol: packet `number` carries one command to the device in several chunks, at
+/// random times; after the last one the device actuates and answers with a measurement.
 pub struct ToyTask {
     name: String,
     shape: Shape,
     signals: (std::ops::Range<usize>, std::ops::Range<usize>),
     state: State,
-    /// What passed over the wire, one entry a transfer.
-    pub wire: Arc<Mutex<Vec<Exchange>>>,
+    /// Bytes on the wire, one entry per transfer.
+    pub wire: Arc<Mutex<Vec<WireTransfer>>>,
 }
 
-/// What decides how a task's packets look, apart from their data.
+/// Parameters of a task's packets, apart from their data.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Shape {
     seed: u64,
@@ -33,22 +33,22 @@ struct Shape {
 struct State {
     number: u64,
     begun: SimTime,
-    /// Chunks that are still to be sent, last first.
+    /// Chunks still to be sent, in reverse order.
     plan: Vec<(SimDuration, Vec<u8>)>,
     command: f64,
     sample: [f64; 2],
 }
 
-/// The whole of what transfer `number` of task `name` puts on the wire if it carries `command`.
-pub fn expected_exchange(
+/// Returns the bytes of transfer `number` of task `name` with command `command`.
+pub fn expected_transfer(
     name: &str,
     seed: u64,
     delay_max: SimDuration,
     number: u64,
     command: f64,
-) -> Exchange {
+) -> WireTransfer {
     let chunks = plan(name, &Shape { seed, delay_max }, number, command);
-    Exchange {
+    WireTransfer {
         ended: chunks.last().map(|(at, _)| *at),
         chunks,
     }
@@ -87,23 +87,27 @@ impl ToyTask {
         }
     }
 
-    /// Sends every chunk that is due.
-    fn go_on(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
+    /// Sends the chunk that is due.
+    fn send_due(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
         let after = now - self.state.begun;
         let Some((at, bytes)) = self.state.plan.pop() else {
             return Ok(Progress::Done);
         };
         if at > after {
             self.state.plan.push((at, bytes));
-            return Ok(Progress::Again(self.state.begun + at));
+            return Ok(Progress::WakeAt(self.state.begun + at));
         }
         let mut wire = self.wire.lock().unwrap();
-        let exchange = wire.last_mut().unwrap();
-        exchange.chunks.push((after, bytes));
+        let transfer = wire.last_mut().unwrap();
+        transfer.chunks.push((after, bytes));
         if let Some((next, _)) = self.state.plan.last() {
-            return Ok(Progress::Again(self.state.begun + *next));
+            return Ok(Progress::WakeAt(self.state.begun + *next));
         }
-        exchange.ended = Some(after);
+        transfer.ended = Some(after);
         plant.actuate(self.signals.0.clone())?[0] = self.state.command;
         let value = plant.sample(self.signals.1.clone())?[0];
         self.state.number += 1;
@@ -142,7 +146,8 @@ impl IoTask for ToyTask {
         from_process: &[f64],
         plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
-        // No check that the last transfer is over: a manager that begins too early shows on the wire.
+        // Not checked against the last transfer: a manager that begins too early is detected on the
+        // wire.
         self.state.begun = now;
         self.state.command = from_process[0];
         self.state.plan = plan(
@@ -152,12 +157,12 @@ impl IoTask for ToyTask {
             self.state.command,
         );
         self.state.plan.reverse();
-        self.wire.lock().unwrap().push(Exchange::default());
-        self.go_on(now, plant)
+        self.wire.lock().unwrap().push(WireTransfer::default());
+        self.send_due(now, plant)
     }
 
     fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
-        self.go_on(now, plant)
+        self.send_due(now, plant)
     }
 
     fn to_process(&self) -> &[f64] {
@@ -170,9 +175,9 @@ impl IoTask for ToyTask {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         self.state = snapshot.read()?;
-        // The wire of a fresh task has no entry for the transfer that is under way.
+        // The wire of a new task has no entry for the transfer in progress.
         if !self.state.plan.is_empty() {
-            self.wire.lock().unwrap().push(Exchange::default());
+            self.wire.lock().unwrap().push(WireTransfer::default());
         }
         Ok(())
     }

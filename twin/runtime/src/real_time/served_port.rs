@@ -5,62 +5,62 @@ use nix::poll::{PollFd, PollFlags, ppoll};
 use nix::sys::time::TimeSpec;
 use twinrig_kernel::{HostTime, SimDuration, SimTime};
 
-use super::clock::{Clock, later};
+use super::clock::Clock;
 use crate::{Device, DeviceError, Wire};
 
 /// A wire with the device of its host, and the state of both.
-pub(super) struct Served {
+pub(super) struct ServedPort {
     pub(super) name: String,
     pub(super) wire: Box<dyn Wire>,
     device: Box<dyn Device>,
     /// Bytes read from the device and not yet written to the wire.
-    pub(super) heard: Vec<u8>,
+    pub(super) received: Vec<u8>,
     /// Time of the next check of a device whose other end is closed.
-    hung_until: Option<HostTime>,
+    closed_until: Option<HostTime>,
     /// Whether the other end was ever open.
     pub(super) was_open: bool,
     /// Clock times: end of the wait for further bytes of the current burst, and limit of all such
     /// waits in it.
-    gathers_until: SimTime,
-    pub(super) burst_until: SimTime,
+    burst_wait_until: SimTime,
+    pub(super) burst_limit: SimTime,
     /// Range of its diagnostics.
     pub(super) diagnostics: std::ops::Range<usize>,
     /// Index of its first byte trace.
-    pub(super) first_lane: usize,
+    pub(super) first_trace: usize,
     /// Number of bytes that the host did not read.
     pub(super) unread: u64,
 }
 
 /// Interval of the checks whether a closed other end has been opened.
-const LOOK_AGAIN: Duration = Duration::from_millis(5);
+const REOPEN_INTERVAL: Duration = Duration::from_millis(5);
 /// Polling interval of a device without descriptor, and of a transmit buffer without room.
-const GLANCE: Duration = Duration::from_millis(1);
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 /// Maximum number of bytes per read \[bytes\], independent of the room of the wire.
 const READ_MAX: usize = 4096;
 /// Minimum room for a read \[bytes\]: a USB bulk packet, which a converter accepts as a whole or
 /// not at all.
-const PACKET: usize = 512;
+const USB_PACKET: usize = 512;
 
-impl Served {
+impl ServedPort {
     pub(super) fn new(name: String, wire: Box<dyn Wire>, device: Box<dyn Device>) -> Self {
         Self {
             name,
             wire,
             device,
-            heard: Vec::with_capacity(4096),
-            hung_until: None,
+            received: Vec::with_capacity(4096),
+            closed_until: None,
             was_open: false,
-            gathers_until: SimTime::ZERO,
-            burst_until: SimTime::ZERO,
+            burst_wait_until: SimTime::ZERO,
+            burst_limit: SimTime::ZERO,
             diagnostics: 0..0,
-            first_lane: 0,
+            first_trace: 0,
             unread: 0,
         }
     }
 
     /// Returns whether the other end was open and is closed.
-    pub(super) fn is_over(&self) -> bool {
-        self.was_open && self.hung_until.is_some()
+    pub(super) fn is_hung_up(&self) -> bool {
+        self.was_open && self.closed_until.is_some()
     }
 
     /// Returns the number of bytes that may be read at `now`; the others remain in the device,
@@ -69,7 +69,7 @@ impl Served {
         let room = self.wire.transmit_buffer().map(|buffer| buffer.room(now));
         match room {
             None => READ_MAX,
-            Some(room) if room < PACKET => 0,
+            Some(room) if room < USB_PACKET => 0,
             Some(room) => room.min(READ_MAX),
         }
     }
@@ -81,40 +81,40 @@ impl Served {
     }
 
     /// Extends the wait for further bytes after a write at `now`, clock time `wall`: until the
-    /// transmitter has been idle for `patience`.
-    pub(super) fn gather(&mut self, now: SimTime, wall: SimTime, patience: SimDuration) {
+    /// transmitter has been idle for `timeout`.
+    pub(super) fn extend_burst_wait(&mut self, now: SimTime, wall: SimTime, timeout: SimDuration) {
         let busy = self.idle_from().and_then(|idle| idle.checked_since(now));
-        let until = wall + busy.unwrap_or_default() + patience;
-        self.gathers_until = until.min(self.burst_until.max(wall));
+        let until = wall + busy.unwrap_or_default() + timeout;
+        self.burst_wait_until = until.min(self.burst_limit.max(wall));
     }
 
     /// Returns the time at which the twin, now at `now`, must wait for further bytes of the host,
     /// and the clock time at which the wait ends.
-    pub(super) fn gathers(&self, now: SimTime, wall: SimTime) -> Option<(SimTime, SimTime)> {
+    pub(super) fn burst_wait(&self, now: SimTime, wall: SimTime) -> Option<(SimTime, SimTime)> {
         let idle = self.idle_from().filter(|idle| *idle >= now)?;
-        (wall < self.gathers_until).then_some((idle, self.gathers_until))
+        (wall < self.burst_wait_until).then_some((idle, self.burst_wait_until))
     }
 
     /// Returns whether the wait has ended and the twin, at `now`, is about to pass that time.
-    pub(super) fn gathers_no_longer(&self, now: SimTime, wall: SimTime) -> bool {
+    pub(super) fn burst_wait_ended(&self, now: SimTime, wall: SimTime) -> bool {
         let passes = |idle: &SimTime| (now..=wall).contains(idle);
-        wall >= self.gathers_until && self.idle_from().is_some_and(|idle| passes(&idle))
+        wall >= self.burst_wait_until && self.idle_from().is_some_and(|idle| passes(&idle))
     }
 
-    /// Reads the bytes that arrive within `patience`, at most `room`.
+    /// Reads the bytes that arrive within `timeout`, at most `room`.
     fn read(
         &mut self,
         room: usize,
-        patience: Duration,
+        timeout: Duration,
         clock: &dyn Clock,
     ) -> Result<(), DeviceError> {
-        match self.device.read_up_to(room, patience, &mut self.heard) {
+        match self.device.read_up_to(room, timeout, &mut self.received) {
             Ok(()) => {
-                self.hung_until = None;
+                self.closed_until = None;
                 self.was_open = true;
             }
             Err(DeviceError::HungUp { .. }) => {
-                self.hung_until = Some(later(clock.now(), LOOK_AGAIN));
+                self.closed_until = Some(clock.now() + REOPEN_INTERVAL);
             }
             Err(error) => return Err(error),
         }
@@ -123,7 +123,7 @@ impl Served {
 
     /// Writes bytes of the wire to the host. Unread bytes are lost, as with a converter chip.
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
-        let lost = self.hung_until.is_some();
+        let lost = self.closed_until.is_some();
         let written = if lost {
             Ok(())
         } else {
@@ -147,54 +147,54 @@ impl Served {
 
 /// Waits for bytes at any of the devices, until `until` at the latest, and reads those that have
 /// room on their wires, which are at `now`.
-pub(super) fn listen(
-    ports: &mut [Served],
+pub(super) fn read_ports(
+    ports: &mut [ServedPort],
     now: SimTime,
     until: HostTime,
     clock: &dyn Clock,
 ) -> Result<(), DeviceError> {
     let begin = clock.now();
-    let patience = until.since(begin);
+    let timeout = until.since(begin);
     if let [only] = &mut *ports
-        && only.hung_until.is_none()
+        && only.closed_until.is_none()
         && only.room(now) > 0
     {
-        return only.read(only.room(now), patience, clock);
+        return only.read(only.room(now), timeout, clock);
     }
-    if !patience.is_zero() {
-        wait(ports, now, patience, begin, clock);
+    if !timeout.is_zero() {
+        wait_for_bytes(ports, now, timeout, begin, clock);
     }
     for port in ports {
         let room = port.room(now);
-        if room > 0 && port.hung_until.is_none_or(|until| until <= begin) {
+        if room > 0 && port.closed_until.is_none_or(|until| until <= begin) {
             port.read(room, Duration::ZERO, clock)?;
         }
     }
     Ok(())
 }
 
-fn wait(
-    ports: &[Served],
+fn wait_for_bytes(
+    ports: &[ServedPort],
     now: SimTime,
-    mut patience: Duration,
+    mut timeout: Duration,
     begin: HostTime,
     clock: &dyn Clock,
 ) {
     let mut watched = Vec::with_capacity(ports.len());
     for port in ports {
         let descriptor: Option<BorrowedFd<'_>> = port.device.descriptor();
-        match (port.hung_until, descriptor) {
-            (Some(until), _) => patience = patience.min(until.since(begin)),
+        match (port.closed_until, descriptor) {
+            (Some(until), _) => timeout = timeout.min(until.since(begin)),
             (None, Some(descriptor)) if port.room(now) > 0 => {
                 watched.push(PollFd::new(descriptor, PollFlags::POLLIN));
             }
-            (None, _) => patience = patience.min(GLANCE),
+            (None, _) => timeout = timeout.min(POLL_INTERVAL),
         }
     }
     if watched.is_empty() {
-        clock.sleep_until(later(begin, patience));
+        clock.sleep_until(begin + timeout);
     } else {
         // All devices are read next, whatever ended the wait.
-        let _ = ppoll(&mut watched, Some(TimeSpec::from(patience)), None);
+        let _ = ppoll(&mut watched, Some(TimeSpec::from(timeout)), None);
     }
 }

@@ -4,36 +4,36 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Change, IoTask, Rig, Schedule, Timing};
 
-use super::{Exchange, Log, ToyPlant, ToyProcess, ToyTask};
+use super::{Log, ToyPlant, ToyProcess, ToyTask, WireTransfer};
 
-/// A rig of toys, as data: built anew as often as a test wants.
+/// Specification of a rig of toys, built as often as a test requires.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct Fixture {
     pub schedule: Schedule,
-    /// Longest delay between two chunks of each task.
+    /// Maximum delay between two chunks of each task.
     pub delays: Vec<SimDuration>,
-    /// In which order the tasks are registered.
+    /// Order of registration of the tasks.
     pub order: Vec<usize>,
     pub changes: Vec<(SimTime, Change)>,
     pub duration: SimTime,
 }
 
-/// A run that is over.
+/// A finished run.
 pub struct Run {
     pub rig: Rig,
     pub log: Log,
-    /// What each task put on its wire, by number of the task's name.
-    pub wires: Vec<Vec<Exchange>>,
+    /// Bytes of each task's wire, in the order of the tasks' names.
+    pub wires: Vec<Vec<WireTransfer>>,
 }
 
-type Wires = Vec<Arc<Mutex<Vec<Exchange>>>>;
+type Wires = Vec<Arc<Mutex<Vec<WireTransfer>>>>;
 
-impl Scene {
+impl Fixture {
     pub fn names(&self) -> Vec<String> {
         (0..self.delays.len()).map(|n| format!("toy{n}")).collect()
     }
 
-    /// A fresh rig, and the wires of its tasks by number of their names.
+    /// Builds a rig; returns it with the wires of its tasks, in the order of their names.
     pub fn build(&self) -> (Rig, Wires) {
         let names = self.names();
         let mut wires: Wires = vec![Arc::default(); names.len()];
@@ -67,7 +67,7 @@ fn micros(range: std::ops::RangeInclusive<u64>) -> impl Strategy<Value = SimDura
     range.prop_map(SimDuration::from_micros)
 }
 
-/// Compute times from none to several periods (periods are 100 to 900 µs).
+/// Compute times from zero to several periods (periods are 100 to 900 µs).
 fn any_compute() -> impl Strategy<Value = Timing> {
     let two = (micros(0..=400), micros(0..=2_000));
     prop_oneof![
@@ -89,9 +89,9 @@ fn any_compute() -> impl Strategy<Value = Timing> {
     ]
 }
 
-/// Rigs of one to four tasks, fast and slow, with late and early processes. All times are multiples of
-/// 1 µs at random, so that events often fall on one instant.
-pub fn any_scene() -> impl Strategy<Value = Scene> {
+/// Rigs of one to four tasks, fast and slow, with processes in time and late. All times are random
+/// multiples of 1 µs, so that events often coincide.
+pub fn any_fixture() -> impl Strategy<Value = Fixture> {
     let schedule = (
         micros(100..=300),
         1_u64..=3,
@@ -105,7 +105,7 @@ pub fn any_scene() -> impl Strategy<Value = Scene> {
     (schedule, delays, prop::collection::vec(change, 0..4)).prop_map(
         |(schedule, delays, changes)| {
             let (step, every, observe, compute, seed) = schedule;
-            Scene {
+            Fixture {
                 schedule: Schedule {
                     step,
                     every,
